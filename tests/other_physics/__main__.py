@@ -5,6 +5,11 @@
 --scatter X    standard deviation of the gain from recording to recording (0.002)
 --stated X     healthy rigs again, whose stations state the growth of the support's friction under
                load, within X (no)
+--group NAME   that fault alone; several may be named (all)
+--bracketed    with a second no-load run, after the loaded one (no)
+--measured     the station states what the load adds to the support, as a bearing of known friction
+               showed it (no)
+--gains-known  the gain of every recording is taken out of it: a bound of what methods can do (no)
 --half 0|1     even seeds, on which methods are chosen (0), or odd ones, to judge them on (1)
 --cache DIR    keep the recordings there (no): to record takes five times as long as to analyse
 """
@@ -43,11 +48,20 @@ def main() -> None:
     parser.add_argument("--rigs", type=int, default=20)
     parser.add_argument("--faults", type=int, default=0)
     parser.add_argument("--scatter", type=float, default=0.002)
+    parser.add_argument("--group", action="append", choices=[each.name for each in FAULTS])
+    parser.add_argument("--bracketed", action="store_true")
+    parser.add_argument("--measured", action="store_true")
+    parser.add_argument("--gains-known", action="store_true")
     parser.add_argument("--half", type=int, choices=(0, 1), default=0)
     parser.add_argument("--stated", type=float)
     parser.add_argument("--cache", type=Path)
     asked = parser.parse_args()
-    judge = partial(judged, cache=asked.cache)
+    how = {
+        "bracketed": asked.bracketed,
+        "measured": asked.measured,
+        "gains_known": asked.gains_known,
+    }
+    judge = partial(judged, cache=asked.cache, **how)
     rigs = [healthy(seed, asked.scatter) for seed in range(asked.half, 2 * asked.rigs, 2)]
     _head(ACCURACY)
     found = [judge(rig) for rig in rigs]
@@ -58,7 +72,8 @@ def main() -> None:
     _head("\n" + HEADER)
     _say(row("healthy", found))
     seeds = range(asked.half, 2 * asked.faults, 2)
-    for group in FAULTS if asked.faults else ():
+    groups = [each for each in FAULTS if not asked.group or each.name in asked.group]
+    for group in groups if asked.faults else ():
         of_group = [judge(faulty(group, seed)) for seed in seeds]
         _say(row(group.name, of_group))
         found += of_group

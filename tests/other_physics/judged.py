@@ -7,18 +7,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from other_physics.recorded import recorded
+from other_physics.recorded import recorded, recorded_known, without_scatter
 from rigrunner.analysis.headline import compensated_mean
 from rigrunner.api.analysis import Consequence
 from rigrunner.api.errors import DataError
+from rigrunner.api.rig import SupportUnderLoad
 from rigrunner.signal.coverage import expanded
 from rigrunner.study.tools import checks_of, primary_alone, tools
+from rigrunner.workflow.support_friction import MOST, RUNNING, between
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from other_physics.rigs import Pair
     from rigrunner.study.recording import RecordedBench
+
+
+KNOWN_LIMIT_NM = 0.002
 
 
 @dataclass(frozen=True)
@@ -44,15 +49,27 @@ def judged(
     cache: Path | None = None,
     *,
     bracketed: bool = False,
+    measured: bool = False,
+    gains_known: bool = False,
 ) -> Judged:
     """Record and analyse a pair; recordings are kept in the folder `cache`.
 
     With `stated` its station states the growth of the support's friction, with an error up to that.
-    With `bracketed` there is a second no-load run, after the loaded one.
+    With `bracketed` there is a second no-load run, after the loaded one. With `measured` its
+    station states what the load adds to the support, as a bearing of known friction showed. With
+    `gains_known` the gain of every recording is taken out of it, which bounds what a method can do.
     """
     bench = recorded(pair, cache, bracketed=bracketed)
+    if gains_known:
+        bench = without_scatter(pair, bench)
     if stated is not None:
         rig = bench.loaded.rig.model_copy(update=_growth(pair, stated))
+        bench = replace(bench, loaded=replace(bench.loaded, rig=rig))
+    if measured:
+        known = _measured(pair, cache)
+        if known.torque > MOST * pair.no_load.rig.support_coulomb_nm:
+            return Judged(pair, refused="the load adds too much to the support")
+        rig = bench.loaded.rig.model_copy(update={"support_under_load": known})
         bench = replace(bench, loaded=replace(bench.loaded, rig=rig))
     return judged_by(pair, bench)
 
@@ -78,6 +95,25 @@ def judged_by(pair: Pair, bench: RecordedBench) -> Judged:
         mean_expanded_nm=expanded(mean),
         failed=tuple(each.name for each in failed),
         is_conclusive=not any(each.consequence is Consequence.INCONCLUSIVE for each in failed),
+    )
+
+
+def _measured(pair: Pair, cache: Path | None) -> SupportUnderLoad:
+    """Return what the load adds to the support, by a bearing whose friction is known to 2 mN.m."""
+    bench, shared = recorded_known(pair, cache), tools()
+    rig = bench.loaded.rig.model_copy(update={"support_load_dependence": 0.0})
+    bench = replace(bench, loaded=replace(bench.loaded, rig=rig))
+    found = shared.analysed(bench, shared.spec).compensations
+    mean, under_way = (
+        compensated_mean(found[name].points) for name in (shared.spec.primary, RUNNING)
+    )
+    total, (slip,) = between(mean.value, under_way.value)
+    error = np.random.default_rng([pair.seed, 8]).uniform(-KNOWN_LIMIT_NM, KNOWN_LIMIT_NM)
+    torque = total - bench.truth_nm + error
+    u = np.sqrt(mean.u**2 + slip.u**2 + KNOWN_LIMIT_NM**2 / 3)
+    known = {"source": "known bearing", "load": "1000 N"}
+    return SupportUnderLoad.model_validate(
+        {**known, "torque": f"{torque:.6f} N·m", "u": f"{u:.6f} N·m"}
     )
 
 

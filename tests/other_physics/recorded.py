@@ -6,6 +6,7 @@ To record a pair takes five times as long as to analyse it.
 from __future__ import annotations
 
 import hashlib
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -15,7 +16,7 @@ import numpy as np
 from other_physics import chain, model
 from other_physics.chain import RATE_HZ, measured
 from other_physics.model import integrate, natural_hz, starting_torque_nm
-from other_physics.rigs import run_after
+from other_physics.rigs import LOAD_N, known_bearing, run_after
 from rigrunner.api.data import Recording, RunData
 from rigrunner.api.instruments import torque_instruments
 from rigrunner.api.rig import RigDescription
@@ -58,7 +59,41 @@ def recorded(pair: Pair, cache: Path | None = None, *, bracketed: bool = False) 
     )
 
 
-_PAIR, _AFTER = ("no-load", "loaded"), ("after",)
+def recorded_known(pair: Pair, cache: Path | None = None) -> RecordedBench:
+    """Record the loaded run with a bearing of known friction, after the same no-load run."""
+    no_load, _ = _kept(pair, cache, _PAIR)
+    (loaded,) = _kept(known_bearing(pair), cache, _LOADED)
+    return RecordedBench(
+        _run_data(pair, pair.no_load, no_load, "no-load", 0.0),
+        _run_data(pair, pair.loaded, loaded, "known", SAID_N),
+        loaded.truths_nm,
+    )
+
+
+def without_scatter(pair: Pair, bench: RecordedBench) -> RecordedBench:
+    """Return both runs with the gain of every recording taken out, as nobody can know it."""
+    return replace(
+        bench,
+        no_load=_over_gains(pair, pair.no_load, bench.no_load, "no-load"),
+        loaded=_over_gains(pair, pair.loaded, bench.loaded, "loaded"),
+    )
+
+
+def _over_gains(pair: Pair, run: Run, data: RunData, name: str) -> RunData:
+    """Draw once more what `_take` and `measured` drew, in their order; the gains are among it."""
+    rng = np.random.default_rng([pair.seed, _SEED[name]])
+    rng.standard_normal()  # of the zero
+    recordings = []
+    for each in data.recordings:
+        gain = 1.0 + run.chain.recording_gain * rng.standard_normal()
+        rng.uniform()  # the phase of the hum
+        rng.standard_normal(2 * each.samples)  # noise of torque and angle
+        channels = {**each.channels, TORQUE: np.asarray(each.channels[TORQUE]) / gain}
+        recordings.append(replace(each, channels=channels))
+    return replace(data, recordings=tuple(recordings))
+
+
+_PAIR, _AFTER, _LOADED = ("no-load", "loaded"), ("after",), ("loaded",)
 _SEED = {"no-load": 3, "loaded": 4, "after": 7}
 
 
@@ -73,7 +108,8 @@ def _kept(pair: Pair, cache: Path | None, names: Sequence[str]) -> list[_Taken]:
     """Return runs from a file; its name changes with the pair and with the simulator."""
     if cache is None:
         return _taken(pair, names)
-    what = [repr(pair), *([] if names == _PAIR else [repr(run_after(pair))])]
+    what = [repr(pair)]
+    what += [] if names == _PAIR else [*names] if names == _LOADED else [repr(run_after(pair))]
     sources = [Path(each.__file__).read_bytes() for each in (chain, model)]
     name = hashlib.sha256(b"".join([*(each.encode() for each in what), *sources])).hexdigest()
     path = cache / f"{name}.npz"
@@ -124,7 +160,7 @@ def _take(pair: Pair, run: Run, rng: Generator) -> _Taken:
         angle, torque = measured(motion, run.chain, now_s, rng)
         angles.append(np.rint(angle / run.chain.encoder_step_rad).astype(np.int32))
         torques.append(np.rint(torque / run.chain.step_nm).astype(np.int32))
-        truths.append(starting_torque_nm(motion) if run is pair.loaded else 0.0)
+        truths.append(starting_torque_nm(motion) if run.load_n == LOAD_N else 0.0)
         now_s += duration_s + SETTLE_TURNS / frequency_hz + SET_S
     return _Taken(tuple(torques), tuple(angles), float(zero), tuple(truths))
 

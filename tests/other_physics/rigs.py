@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from numpy.random import Generator
 
 LOAD_N = 1000.0
+KNOWN_NM = 0.012
+"""Starting torque of a rolling bearing with which the support is measured under load."""
 FREQUENCIES_HZ = (1.0, 3.0, 5.0, 8.0, 10.0, 15.0, 18.0, 20.0, 25.0, 30.0, 33.0, 35.0)
 
 
@@ -104,6 +106,13 @@ def run_after(pair: Pair) -> Run:
     if group.apply is _warmer:
         return replace(run, rig=_scaled(run.rig, further * _size(group, pair.seed), *_FRICTION))
     return replace(run, chain=pair.loaded.chain) if group.apply is _gain_step else run
+
+
+def known_bearing(pair: Pair) -> Pair:
+    """Return the pair with a bearing of little friction, which is known, in place of the other."""
+    share = KNOWN_NM / pair.loaded.rig.bearing_static_nm
+    names = ("bearing_kinetic_nm", "bearing_static_nm", "bearing_bristle")
+    return _loaded_rig(pair, share - 1.0, *names)
 
 
 def _size(group: Group, seed: int) -> float:

@@ -2,7 +2,8 @@
 
     T_support = T - T_known
 
-T is the load-induced starting torque of the run, of which nothing was taken out for the support.
+T is between the load-induced starting torque of the run and its running torque; of both nothing was
+taken out for the support.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from math import inf, isfinite, sqrt
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.analyse import analyse
+from rigrunner.analysis.headline import compensated_mean
 from rigrunner.analysis.verdict.evidence import forbidden
 from rigrunner.api.analysis import Component, Consequence
 from rigrunner.api.data import Estimate
@@ -36,6 +38,9 @@ KNOWN_FRICTION, KNOWN_LIMIT = "known_friction", "known_limit"
 """The inputs of the procedure that say what the bearing's friction is, and how well."""
 MOST = 0.25
 """Of the support's friction. No rolling bearing adds as much: another bearing is mounted."""
+RUNNING = "energy"
+"""The compensation that gives the running torque; runs of earlier procedures have none."""
+SLIP = "way over which the support's friction builds up"
 SIGNIFICANT = 2.0
 """Standard uncertainties of a bias."""
 MOST_DOF = 1000.0
@@ -109,10 +114,12 @@ def support_friction(path: Path, registry: Registry) -> SupportFriction:
     )
     if problem := forbidden(each for each in _checks(result) if each.decisive):
         raise DataError(f"{run.run_id}: {problem}", hint="correct it and make the run again")
-    total, support_line = _found(result)
+    start, support_line = _found(result)
+    total, slip = between(start, _under_way(result))
     parts = (
         *(part for part in result.headline_components if part is not support_line),
         *_biases(result),
+        *slip,
         Component(
             "friction of the known bearing", limit_nm / sqrt(3), inf, "rectangular", common=True
         ),
@@ -150,6 +157,25 @@ def _found(result: Result) -> tuple[float, Component]:
     )
 
 
+def _under_way(result: Result) -> float | None:
+    """Return the mean of the running torque; None where the run has none."""
+    found = result.compensations.get(RUNNING)
+    return compensated_mean(found.points).value if found and found.points else None
+
+
+def between(start: float, under_way: float | None) -> tuple[float, tuple[Component, ...]]:
+    """Return what the torque is where that of another bearing is read, and a line for it.
+
+    The known bearing's own maximum may be elsewhere. Friction that builds up over another way under
+    load is there too, and gone under way: in between lies what another bearing's maximum has of it.
+    """
+    if under_way is None:
+        return start, ()
+    half = abs(start - under_way) / 2
+    line = Component(SLIP, half / sqrt(3), inf, "rectangular", common=True)
+    return (start + under_way) / 2, (line,)
+
+
 def _biases(result: Result) -> Iterator[Component]:
     """Yield what checks found that is too much of the run's small torque to be in its budget.
 
@@ -163,7 +189,8 @@ def _biases(result: Result) -> Iterator[Component]:
 
 
 def _checks(result: Result) -> tuple[Check, ...]:
-    return (*result.checks, *(c for each in result.compensations.values() for c in each.checks))
+    found = (each for name, each in result.compensations.items() if name != RUNNING)
+    return (*result.checks, *(check for each in found for check in each.checks))
 
 
 def _torque_nm(run: RunData, name: str) -> float:
