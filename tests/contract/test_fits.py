@@ -183,10 +183,17 @@ def test_units_follow_those_of_the_points(name):
     assert all(unit == "mN·m" or name == "pchip" or "/rad/s" in unit for unit in curve.units)
 
 
-@pytest.mark.parametrize("name", ["expression", "inertia_physical"])
-@pytest.mark.parametrize("units", [{"x_unit": "rad/s"}, {"y_unit": "mN·m"}])
-def test_what_has_numbers_of_its_own_has_its_own_units(name, units):
-    with pytest.raises(DataError, match="takes N·m over Hz, not"):
+@pytest.mark.parametrize(
+    ("name", "units", "words"),
+    [
+        ("inertia_physical", {"x_unit": "rad/s"}, "takes N·m over Hz, not"),
+        ("inertia_physical", {"y_unit": "mN·m"}, "takes N·m over Hz, not"),
+        ("expression", {"x_unit": "rpm"}, "takes values in SI units, not in rpm"),
+        ("expression", {"y_unit": "mN·m"}, "takes values in SI units, not in mN·m"),
+    ],
+)
+def test_what_has_numbers_of_its_own_has_its_own_units(name, units, words):
+    with pytest.raises(DataError, match=words):
         fit(name, replace(points(name), **units))
 
 

@@ -16,7 +16,7 @@ from rigrunner.api.errors import DataError
 from rigrunner.signal.expression.evaluation import evaluated
 from rigrunner_plugins.fits.curve import FittedCurve, r_squared, refuse_outside
 from rigrunner_plugins.fits.nonlinear import minimum
-from rigrunner_plugins.fits.points import refuse_not_finite, refuse_other_units, root_weights
+from rigrunner_plugins.fits.points import refuse_incoherent_units, refuse_not_finite, root_weights
 from rigrunner_plugins.fits.requirements import least_points
 
 if TYPE_CHECKING:
@@ -38,6 +38,10 @@ class FittedExpression(FittedCurve):
     ranges: Mapping[str, tuple[float, float]]
     """Of each variable, the range of the points."""
 
+    def extrapolate(self, x: Array) -> tuple[Array, Array]:
+        """Return the curve at any x and its standard uncertainty, outside the ranges too."""
+        return super().extrapolate(np.asarray(x, np.float64).reshape(-1, len(self.ranges)))
+
     def _evaluated(self, x: Array) -> tuple[Array, Array]:
         columns = np.asarray(x, np.float64).reshape(-1, len(self.ranges))
         for (name, valid), values in zip(self.ranges.items(), columns.T, strict=True):
@@ -53,7 +57,7 @@ class ExpressionFit:
 
     def __call__(self, points: Points) -> FittedExpression:
         """Return the fitted curve; raise DataError where the points do not allow it."""
-        refuse_other_units(points)
+        refuse_incoherent_units(points)
         refuse_not_finite(points)
         model = _Model(self.settings.expression, tuple(self.settings.start), self._over(points))
         columns = points.x.reshape(len(points.y), len(model.over))

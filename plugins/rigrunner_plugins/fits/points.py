@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.errors import DataError
+from rigrunner.api.units import is_coherent, unit
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Array, Points
@@ -46,6 +47,13 @@ def refuse_other_units(points: Points) -> None:
     """Raise DataError unless y is in N·m over Hz, or numbers without a unit."""
     if (points.x_unit, points.y_unit) not in {("Hz", "N·m"), ("", "")}:
         raise DataError(f"the fit takes N·m over Hz, not {points.y_unit} over {points.x_unit}")
+
+
+def refuse_incoherent_units(points: Points) -> None:
+    """Raise DataError unless x and y are in SI units, or numbers without a unit."""
+    for name in (points.x_unit, points.y_unit):
+        if name and not is_coherent(unit(name.strip("()"))):
+            raise DataError(f"the fit takes values in SI units, not in {name}")
 
 
 def root_weights(points: Points, *, weighted: bool) -> Array:

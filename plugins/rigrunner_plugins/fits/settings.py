@@ -18,6 +18,7 @@ from pydantic import (
 )
 
 from rigrunner.api.settings import Length, ListOf, PlainText, Settings, YesNo
+from rigrunner.api.units import is_coherent, si_symbol, unit
 from rigrunner.signal.expression.syntax import Expression, parse
 
 Item = TypeVar("Item")
@@ -75,8 +76,9 @@ class Start(NamedTuple):
     """Where the search for a parameter begins."""
 
     value: float
+    """In the SI unit."""
     unit: str
-    """As it was written; 1 where none was."""
+    """The SI unit of what was written; 1 where none was."""
 
 
 _START = r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(?:\s+(\S{1,20}))?\s*"
@@ -90,7 +92,12 @@ def _start(given: object) -> object:
         raise ValueError(
             f"{str(given)[:40]!r} is not a number, nor a number with its unit such as '0.9 N·m'"
         )
-    return Start(float(found[1]), found[2] or "1")
+    known = unit(found[2] or "1")
+    if known.offset:
+        raise ValueError(f"'{given}' has another zero than K: write it in K")
+    if is_coherent(known):
+        return Start(float(found[1]), found[2] or "1")
+    return Start(float(found[1]) * known.factor, si_symbol(known.dimension))
 
 
 StartValue = Annotated[
