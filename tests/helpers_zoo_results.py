@@ -16,7 +16,7 @@ TOLD = {
 }
 READINGS = load_registry().make("analysis", "readings", TOLD)
 VOLTAGE = ResultDefinition(name="voltage", unit="V", per=("load.current",))
-METER = NeededChannel(name="meter.voltage", key=("of",), enters="voltage")
+METER = NeededChannel(name="meter.voltage", key=("of",), enters=("voltage",))
 
 
 def changed(**parts):

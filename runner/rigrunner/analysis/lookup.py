@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Protocol
 
+from rigrunner.api.fit_choice import chosen_fits
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from rigrunner.api.analysis import Fit
     from rigrunner.api.findings import ResultDefinition
+    from rigrunner.api.fit_choice import FitChoice
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.settings import Settings
 
@@ -15,8 +19,11 @@ if TYPE_CHECKING:
 class Lookup(Protocol):
     """Finds plugins by kind and name."""
 
-    def make(self, kind: str, name: str, settings: Mapping[str, Any]) -> Any:
-        """Return the callable of a kind such as 'fit' or 'decision_rule'; raise PluginError."""
+    def make(self, kind: str, name: str, settings: Mapping[str, Any], **fits: Fit) -> Any:
+        """Return the callable of a kind such as 'fit' or 'decision_rule'; raise PluginError.
+
+        `fits`: those that its settings name, by the fields that do.
+        """
         ...
 
     def settings_of(self, kind: str, name: str) -> type[Settings]:
@@ -34,3 +41,8 @@ class Lookup(Protocol):
     def revision(self, kind: str, name: str) -> int:
         """Return the revision of an installed plugin; raise PluginError."""
         ...
+
+
+def fits_in(lookup: Lookup, analysis: str, settings: Mapping[str, Any]) -> Mapping[str, FitChoice]:
+    """Return the fits that the settings of an analysis name, by the fields that do."""
+    return chosen_fits(lookup.settings_of("analysis", analysis).model_validate(dict(settings)))

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rigrunner.analysis.lookup import fits_in
+
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
@@ -30,9 +32,14 @@ def revisions_of(
     analyses: Sequence[NamedAnalysisRef] = (),
 ) -> dict[str, int]:
     """Return the installed revision of each method that an analysis uses; raise PluginError."""
+    chosen = [
+        f"fit {fit.name}"
+        for each in analyses
+        for fit in fits_in(lookup, each.name, each.settings).values()
+    ]
     return {
         name: OWN[name] if name in OWN else lookup.revision(*name.split(" ", 1))
-        for name in methods_of(spec, acceptance, analyses)
+        for name in dict.fromkeys((*methods_of(spec, acceptance, analyses), *chosen))
     }
 
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
+from rigrunner.analysis.lookup import fits_in
 from rigrunner.api.analysis import CompensatedPoint, Compensation, Rejection
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import PluginError, RigrunnerError
@@ -55,13 +56,19 @@ class Scrutiny:
 
     lookup: Lookup
 
-    def make(self, kind: str, name: str, settings: Mapping[str, Any]) -> Any:
-        """Return the callable of a kind such as 'fit' or 'decision_rule'; raise PluginError."""
-        made = self.lookup.make(kind, name, settings)
+    def make(self, kind: str, name: str, settings: Mapping[str, Any], **fits: Fit) -> Any:
+        """Return the callable of a kind such as 'fit' or 'decision_rule'; raise PluginError.
+
+        `fits`: as for a Lookup; those that are not given are looked at too.
+        """
         subject = _Subject(kind, name)
         if kind == "analysis":
+            for at, fit in fits_in(self.lookup, name, settings).items():
+                fits.setdefault(at, self.make("fit", fit.name, fit.settings))
+            made = self.lookup.make(kind, name, settings, **fits)
             due = self.lookup.definitions(name, settings)
             return _Analysis(subject, made, {each.name: each for each in due})
+        made = self.lookup.make(kind, name, settings)
         return _CHECKED[kind](subject, made)
 
     def definitions(self, name: str, settings: Mapping[str, Any]) -> tuple[ResultDefinition, ...]:
@@ -165,10 +172,11 @@ class _Fit:
         need(_are_numbers(curve.residuals, points.y.shape), "residuals that are not one a point")
         low, high = curve.valid_x
         need(low <= high, f"the validity range {low} to {high}")
-        x = points.x[(points.x >= low) & (points.x <= high)]
+        first = points.x[:, 0] if points.regressors else points.x
+        x = points.x[(first >= low) & (first <= high)]
         y, u = curve.predict(x)
-        need(_are_numbers(y, x.shape), f"the prediction {_shown(y)}")
-        sure = _are_numbers(u, x.shape) and bool(np.all(np.asarray(u) >= 0))
+        need(_are_numbers(y, x.shape[:1]), f"the prediction {_shown(y)}")
+        sure = _are_numbers(u, x.shape[:1]) and bool(np.all(np.asarray(u) >= 0))
         need(sure, f"the uncertainty {_shown(u)} of its prediction")
 
 

@@ -96,11 +96,13 @@ class NeededChannel:
     """A channel that an analysis cannot do without."""
 
     name: str
-    """role.name."""
+    """role.name; of a counter or label its name."""
     key: tuple[str | int, ...]
     """Where the settings name it, such as ('of',)."""
-    enters: str = ""
-    """The result that its values enter; '' if they enter none."""
+    enters: tuple[str, ...] = ()
+    """The results that its values enter."""
+    or_coordinate: bool = False
+    """Whether a set-point, counter or label of that name serves where no such channel is read."""
 
 
 Objection = tuple[tuple[str | int, ...], str, str] | tuple[tuple[str | int, ...], str, str, int]

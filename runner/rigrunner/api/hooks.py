@@ -212,8 +212,8 @@ class AnalysisRecord(PluginRecord):
     before anything moves.
     """
 
-    factory: Callable[[Any], Analysis]
-    """Makes the analysis, of the settings."""
+    factory: Callable[..., Analysis]
+    """Makes the analysis, of the settings, and of each fit that they name: see `FitChoice`."""
     yields: Callable[[Any], tuple[ResultDefinition, ...]]
     """Gives, of the settings, the results that it makes."""
     requires: Callable[[Any], tuple[NeededChannel, ...]] = nothing

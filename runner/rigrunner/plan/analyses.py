@@ -11,7 +11,7 @@ from rigrunner.api.member import Member, channel_of
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
     from rigrunner.api.findings import NeededChannel, Objection, ResultDefinition
     from rigrunner.plan.actions import Plan
@@ -19,8 +19,11 @@ if TYPE_CHECKING:
     from rigrunner.station import LoadedStation
     from rigrunner.yamlfile.document import Path
 
-Measured = tuple["Mapping[str, str]", frozenset[str]]
-"""The SI units of the channels of a recording or row, and what tells it from others by then."""
+Measured = tuple["Mapping[str, str]", "Mapping[str, str]"]
+"""The SI units of the channels of a recording or row, and those of its set-points and coordinates.
+
+'' of a coordinate that has none.
+"""
 
 
 class AnalysisLookup(Protocol):
@@ -58,8 +61,7 @@ def check_analyses(
         if use.is_measured():
             use.check_units(lookup)
             use.check_coordinates(lookup)
-            entering = [each for each in needed if each.enters in limited]
-            _check_register(station, entering, problems)
+            _check_register(station, needed, limited, problems)
     problems.stop_if_any()
 
 
@@ -77,12 +79,19 @@ class _Use:
     def is_measured(self) -> bool:
         """Add a problem for each channel that no step measures; say whether there is none."""
         names = sorted({name for units, _ in self.measured for name in units})
-        missing = [each for each in self.needed if each.name not in names]
+        coordinates = sorted({name for _, units in self.measured for name in units})
+        missing = [
+            each
+            for each in self.needed
+            if each.name not in names and not (each.or_coordinate and each.name in coordinates)
+        ]
         for each in missing:
-            near = difflib.get_close_matches(each.name, names, n=1)
-            listed = f"measured: {', '.join(names) or 'nothing'}"
+            known = [*names, *(coordinates if each.or_coordinate else ())]
+            near = difflib.get_close_matches(each.name, known, n=1)
+            listed = f"measured{' or set' * each.or_coordinate}: {', '.join(known) or 'nothing'}"
             hint = f"did you mean '{near[0]}'?" if near else listed
-            self.complain(each.key, f"{each.name} is measured in no step", hint)
+            how = "measured or set" if each.or_coordinate else "measured"
+            self.complain(each.key, f"{each.name} is {how} in no step", hint)
         if missing or self.places:
             return not missing
         message = f"{self.together} are measured in no step together"
@@ -92,7 +101,8 @@ class _Use:
 
     def check_units(self, lookup: AnalysisLookup) -> None:
         """Add what does not fit the units of the channels."""
-        known = {name: unit for units, _ in self.measured for name, unit in units.items()}
+        known = {name: unit for _, units in self.measured for name, unit in units.items()}
+        known |= {name: unit for units, _ in self.measured for name, unit in units.items()}
         units = {each.name: known[each.name] for each in self.needed}
         told = self.plugin.settings
         for key, message, hint, *column in lookup.objections(self.plugin.name, told, units):
@@ -111,8 +121,14 @@ class _Use:
     @property
     def places(self) -> list[frozenset[str]]:
         """What was set wherever all needed channels are measured."""
-        wanted = {each.name for each in self.needed}
-        return [names for units, names in self.measured if wanted <= units.keys()]
+        return [
+            frozenset(coordinates)
+            for units, coordinates in self.measured
+            if all(
+                each.name in units or (each.or_coordinate and each.name in coordinates)
+                for each in self.needed
+            )
+        ]
 
     @property
     def together(self) -> str:
@@ -132,28 +148,37 @@ def _measured(plan: Plan) -> Iterator[Measured]:
         record = each.record
         members = [Member(record.role, name) for name in record.channels]
         known: dict[str, str] = {member: record.units[member] for member in members}
-        yield known, frozenset(record.setpoints) | frozenset(each.coordinates)
+        of = {**record.units, **each.coordinate_units}
+        yield known, {name: of.get(name, "") for name in (*record.setpoints, *each.coordinates)}
     for step in plan.steps:
         if found := step.action.statistics:
             setpoints, symbols = step.action.known
             units: dict[str, str] = {name: symbols[channel_of(name)] for name in found}
-            yield units, frozenset(setpoints) | frozenset(step.coordinates)
+            of = {**symbols, **step.coordinate_units}
+            yield units, {name: of.get(name, "") for name in (*setpoints, *step.coordinates)}
         if rows := step.action.rows:
             read: dict[str, str] = {name: rows.units[name] for name in rows.channels}
+            of = {**rows.units, **step.coordinate_units}
             for setpoints in rows.setpoints[:1]:
-                yield read, frozenset(setpoints) | frozenset(step.coordinates)
+                yield read, {name: of.get(name, "") for name in (*setpoints, *step.coordinates)}
 
 
 def _check_register(
-    station: LoadedStation, needed: list[NeededChannel], problems: Problems
+    station: LoadedStation, needed: Iterable[NeededChannel], limited: set[str], problems: Problems
 ) -> None:
-    """Add a problem for a channel that enters a result with a limit, and is not in the register."""
+    """Add a problem for a channel that enters a result with a limit, and is not in the register.
+
+    A set-point that is not in the register counts as exact.
+    """
     register = {each.channel for each in station.model.instruments}
     for each in needed:
+        result = next((name for name in each.enters if name in limited), None)
+        if result is None or each.or_coordinate:
+            continue
         channel = channel_of(each.name)
         if channel in register:
             continue
-        message = f"{channel} enters the result '{each.enters}', which has a limit: there is no "
+        message = f"{channel} enters the result '{result}', which has a limit: there is no "
         hint = "enter its accuracy: {channel: " + channel + ", measures: ..., accuracy: ...}"
         problems.add(
             station.document, ("instruments",), message + "instrument for it", hint, key=True

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 from pydantic import ValidationError
 
 from rigrunner.api.errors import InvalidFileError, PluginError
+from rigrunner.api.fit_choice import chosen_fits
 from rigrunner.api.settings import MadeOfOthers
 from rigrunner.yamlfile import validate
 from rigrunner.yamlfile.problems import Problems
@@ -16,6 +17,7 @@ from rigrunner.yamlfile.problems import Problems
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
+    from rigrunner.api.fit_choice import FitChoice
     from rigrunner.api.settings import Settings
     from rigrunner.procedure import Acceptance, AnalysisSpec, LoadedProcedure, PluginRef
     from rigrunner.station import LoadedStation
@@ -156,7 +158,7 @@ def _named(spec: AnalysisSpec, at: Path) -> Iterator[tuple[Path, PluginRef]]:
         yield (*at, "compensations", index), compensation
 
 
-def _use(document: Document, path: Path, plugin: PluginRef) -> _Use:
+def _use(document: Document, path: Path, plugin: PluginRef | FitChoice) -> _Use:
     settings_at: Path = (*path, plugin.name)
     named_at = settings_at if isinstance(document.part(path), dict) else path
     return _Use(plugin.kind, plugin.name, document, named_at, settings_at)
@@ -175,6 +177,8 @@ def _check(use: _Use, lookup: SettingsLookup, problems: Problems) -> None:
         if isinstance(found, MadeOfOthers):
             for other in _others(use, found):
                 _check(other, lookup, problems)
+        for name, fit in chosen_fits(found).items():
+            _check(_use(use.document, (*use.settings_at, name), fit), lookup, problems)
     except PluginError as error:
         at_key = use.named_at == use.settings_at
         problems.add(use.document, use.named_at, error.message, error.hint, key=at_key)

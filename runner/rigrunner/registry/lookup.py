@@ -13,6 +13,7 @@ from pydantic import ValidationError, create_model
 
 from rigrunner.api.analysis import Requirements
 from rigrunner.api.errors import PluginError, RigrunnerError
+from rigrunner.api.fit_choice import chosen_fits
 from rigrunner.api.hooks import (
     AnalysisRecord,
     CompensationRecord,
@@ -26,6 +27,7 @@ from rigrunner.registry.declared import declaration_problems
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
+    from rigrunner.api.analysis import Fit
     from rigrunner.api.devices import Device, DeviceContext
     from rigrunner.api.findings import NeededChannel, Objection, ResultDefinition
     from rigrunner.api.hooks import PluginRecord
@@ -226,12 +228,19 @@ class Registry:
         record = self.find("outlier_rule", rule).record
         return isinstance(record, OutlierRuleRecord) and record.rejects
 
-    def make(self, kind: str, name: str, settings: Mapping[str, Any], *context: object) -> Any:
-        """Validate the settings and call the plugin's factory; raise PluginError."""
+    def make(
+        self, kind: str, name: str, settings: Mapping[str, Any], *context: object, **fits: Fit
+    ) -> Any:
+        """Validate the settings and call the plugin's factory; raise PluginError.
+
+        `fits`: those that the settings name, made here where they are not given.
+        """
         plugin = self.find(kind, name)
         validated = self.validated(kind, name, settings)
+        for at, fit in chosen_fits(validated).items():
+            fits.setdefault(at, self.make("fit", fit.name, fit.settings))
         with _named(plugin):
-            made = plugin.record.factory(validated, *context)  # type: ignore[attr-defined]  # every kind has one
+            made = plugin.record.factory(validated, *context, **fits)  # type: ignore[attr-defined]  # every kind has one
         if made is None and kind != "device":  # of a device more is looked at than that
             what = f"the factory of the {kind.replace('_', ' ')} '{name}' gave None"
             raise PluginError(what, hint="return what it makes: is there a `return`?")

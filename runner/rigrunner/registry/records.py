@@ -110,7 +110,8 @@ def _check(record: PluginRecord, hook: str) -> None:
 def _check_factory(kind: str, record: PluginRecord, hook: str) -> None:
     """Raise PluginError unless the factory can be called with what it will be given."""
     factory = record.factory  # type: ignore[attr-defined]  # every kind has one
-    given = ("settings", *_GIVEN.get(kind, ()))
+    fits = parameters(factory)[1:] if kind == "analysis" else ()  # named by fields of the settings
+    given = ("settings", *_GIVEN.get(kind, ()), *fits)
     name = getattr(factory, "__name__", type(factory).__name__)
     problem = call_problem(factory, f"its factory {name}", given)
     if not problem and given[1:] and parameters(factory)[:2] == given[::-1]:

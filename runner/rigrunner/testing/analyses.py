@@ -50,6 +50,8 @@ def says_what_it_requires(subject: Subject) -> None:
     needed = _needed(subject)
     demand(needed, "it requires no channel")
     for each in needed:
+        if each.or_coordinate:
+            continue
         try:
             Member.parse(each.name)
         except ValueError as error:

@@ -232,9 +232,19 @@ def entering_channels(planned: Planned) -> tuple[Member, ...]:
 
 
 def _of_named_analyses(planned: Planned) -> Iterator[Member]:
+    """Yield the channels that analyses need; a set-point alone if the register has it."""
+    rows = [step.action.rows for step in planned.plan.steps if step.action.rows]
+    known: set[str] = {name for each in rows for name in each.channels}
+    known |= {each.channel for each in planned.station.model.instruments}
+    known |= {
+        f"{each.record.role}.{name}"
+        for each in planned.plan.recordings
+        for name in each.record.channels
+    }
     for plugin in planned.procedure.model.named_analyses:
         for each in planned.registry.channels_of(plugin.name, plugin.settings):
-            yield channel_of(each.name)
+            if not each.or_coordinate or each.name in known:
+                yield channel_of(each.name)
     for step in planned.plan.steps:
         for limit in step.limits:
             role, name, *_ = limit.of.split(".")  # and a statistic of a recording

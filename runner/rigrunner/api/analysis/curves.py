@@ -85,6 +85,18 @@ class Spreading(Protocol):
         ...
 
 
+@runtime_checkable
+class Extrapolating(Protocol):
+    """What a Curve can have besides: its values outside `valid_x`."""
+
+    def extrapolate(self, x: Array) -> tuple[Array, Array]:
+        """Return the curve and its standard uncertainty as `predict`, at any x.
+
+        The uncertainty is that of the coefficients: that the curve holds there, nobody knows.
+        """
+        ...
+
+
 @dataclass(frozen=True)
 class Candidate:
     """One of the curves that a fit chose from."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import TypeAdapter
 
 from rigrunner.api.certificate import Certificate
+from rigrunner.api.fit_choice import FitChoice
 from rigrunner.api.hooks import StepRecord
 from rigrunner.certificate.letterhead import LetterheadFile
 from rigrunner.certificate.order import Order
@@ -84,7 +85,7 @@ class _LanguageSchema(SettingsSchema):
         """Return the schema of a model, with the plugins that may stand in it."""
         model = schema["cls"]
         found = super().model_schema(schema)
-        if issubclass(model, PluginRef):
+        if issubclass(model, PluginRef | FitChoice):
             return self._plugin(found["description"], model)
         for spec in found.get("properties", {}).values():
             if PLUGIN in spec:
@@ -127,7 +128,7 @@ class _LanguageSchema(SettingsSchema):
         by_name = {p.record.name: p.record for p in self._registry.plugins if p.kind == kind}
         return list(by_name.values())
 
-    def _plugin(self, description: str, model: type[PluginRef]) -> Schema:
+    def _plugin(self, description: str, model: type[PluginRef | FitChoice]) -> Schema:
         """Return the choice between a plugin's name, and its name with settings."""
         records = self._records(model.kind)
         settings = {
@@ -136,12 +137,13 @@ class _LanguageSchema(SettingsSchema):
         beside = issubclass(model, DecisionRuleRef)  # its setting may stand beside its name
         named = _enumeration([each for each in records if beside or not _needs_settings(each)])
         label = self.generate_inner(LABEL_TYPE) | {"description": "What results call this use."}
+        labelled = issubclass(model, PluginRef)
         told = {
             "type": "object",
-            "properties": {**settings, LABEL: label},
+            "properties": {**settings, LABEL: label} if labelled else settings,
             "additionalProperties": False,
             "minProperties": 1,
-            "maxProperties": 2,
+            "maxProperties": 2 if labelled else 1,
         }
         return {"description": description, "anyOf": [named, told]}
 
