@@ -283,3 +283,54 @@ def test_a_result_whose_instrument_is_not_registered_says_that_u_is_unknown(tmp_
     _, found = run(tmp_path, ("of: bench.voltage\n", "of: bench.ripple\n"), procedure=only)
     assert "0.003, U unknown" in call("show", found).out
     assert '<th scope="col">Limit</th>' not in (found / "report.html").read_text("utf-8")
+
+
+CURVE = """\
+  - curve:
+      of: bench.voltage
+      over: bench.current
+      fit: {polynomial: {degree: 1}}
+      results:
+        slope: {name: resistance, symbol: R, text: source resistance, unit: mΩ}
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("polynomial:", "polynomal:", "there is no fit 'polynomal'"),
+        ("degree: 1", "degree: 11", "analysis[2].curve.fit.polynomial.degree"),
+        ("degree: 1", "grade: 1", "analysis[2].curve.fit.polynomial.grade"),
+        ("over: bench.current", "over: bench.curent", "bench.curent is measured or set in no step"),
+        ("unit: mΩ", "unit: V", "slope.unit: got 'V', a voltage; it is a resistance"),
+        ("slope: {", "slope: {at: 1 V, ", "slope.at: got '1 V', a voltage; needed is a current"),
+        (
+            "slope: {name: resistance",
+            "hysteresis: {between: {way: [up, down]}, name: resistance",
+            "way is measured or set in no step",
+        ),
+    ],
+)
+def test_a_mistake_in_a_curve_is_found_before_anything_moves(tmp_path, old, new, words):
+    wrong = CURVE.replace(old, new)
+    assert wrong != CURVE
+    files = written(tmp_path, ("acceptance:\n", f"{wrong}acceptance:\n"))
+    called = call("check", files[0], "--station", files[1])
+    assert called.code == 3
+    assert words in called.err
+    assert re.search(r"supply\.yaml:\d+:\d+: error: ", called.err)
+
+
+def test_a_curve_over_a_set_point_is_a_result_with_its_fit_on_record(tmp_path):
+    files = written(tmp_path, ("acceptance:\n", f"{CURVE}acceptance:\n"))
+    called = call("run", files[0], "--station", files[1], "--unattended", "--runs", tmp_path / "r")
+    assert called.code == 0, called.err
+    (run,) = (tmp_path / "r").iterdir()
+    document = json.loads((run / "result.json").read_text(encoding="utf-8"))
+    (found,) = [each for each in document["results"] if each["name"] == "resistance"]
+    # least squares by hand: mean current 2, sum of squares 14, sum of products -0.1215 V·A
+    amperes, volts = (0, 1, 2, 5), (12.031, 12.022, 12.014, 11.987)
+    products = sum((i - 2) * u for i, u in zip(amperes, volts, strict=True))
+    assert found["estimate"]["value"] == pytest.approx(1000 * products / 14, rel=1e-9)
+    assert document["revisions"]["fit polynomial"] == 1
+    assert call("verify", run).code == 0

@@ -9,11 +9,13 @@ from rigrunner.api.hooks import AnalysisRecord, hookimpl
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
+    from rigrunner.api.analysis import Fit
     from rigrunner.api.findings import Analysis, NeededChannel, Objection, ResultDefinition
+    from rigrunner_plugins.analyses.curve.settings import CurveSettings
     from rigrunner_plugins.analyses.equation.settings import EquationSettings
     from rigrunner_plugins.analyses.settings import ReadingsSettings
 
-    AnySettings = ReadingsSettings | EquationSettings
+    AnySettings = ReadingsSettings | EquationSettings | CurveSettings
 
 
 @hookimpl
@@ -55,6 +57,25 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
             },
             trial_units={"meter.voltage": "V", "meter.current": "A", "room.temperature": "K"},
         ),
+        AnalysisRecord(
+            name="curve",
+            help="A fit of values over x: its parameters, values, inverse, slope, hysteresis, ...",
+            settings="rigrunner_plugins.analyses.curve.settings:CurveSettings",
+            factory=_curve,
+            yields=_yields,
+            requires=_requires,
+            objections=_objections,
+            trial={
+                "of": "meter.voltage",
+                "over": "load.current",
+                "fit": {"polynomial": {"degree": 1}},
+                "results": {
+                    "slope": {"name": "resistance", "symbol": "R", "unit": "mΩ"},
+                    "value": {"name": "voltage", "at": "11 A", "unit": "V"},
+                },
+            },
+            trial_units={"meter.voltage": "V", "load.current": "A"},
+        ),
     ]
 
 
@@ -70,6 +91,12 @@ def _equation(settings: EquationSettings) -> Analysis:
     )
 
     return EquationAnalysis(settings)
+
+
+def _curve(settings: CurveSettings, fit: Fit) -> Analysis:
+    from rigrunner_plugins.analyses.curve.analysis import CurveAnalysis  # noqa: PLC0415  (scipy)
+
+    return CurveAnalysis(settings, fit)
 
 
 def _yields(settings: AnySettings) -> tuple[ResultDefinition, ...]:

@@ -128,7 +128,7 @@ class ReadingsSettings(Settings):
         """Return the channels that it reads."""
         named = (("of", self.of), ("minus", self.minus), ("divided_by", self.divided_by))
         return tuple(
-            NeededChannel(name=name, key=(key,), enters=self.result.name)
+            NeededChannel(name=name, key=(key,), enters=(self.result.name,))
             for key, name in named
             if name is not None
         )

@@ -38,14 +38,16 @@ class Group:
 
 
 @dataclass(frozen=True, eq=False)
-class _Part:
+class Part:
     """A recording, or a row of a table."""
 
     place: Mapping[str, CoordinateValue]
     values: Mapping[str, Array]
+    """Of each channel that is asked for, less its zero reading, shape (n,): samples, or one."""
     units: Mapping[str, str]
     began: datetime
     step_s: float
+    """Between two samples; 0 of a row."""
 
 
 def groups(
@@ -62,22 +64,22 @@ def groups(
     Zero readings are taken off. Raises DataError where nothing was measured, or a value is not a
     finite number.
     """
-    parts = list(_parts(run, names, table))
-    chosen = [part for part in parts if is_at(where or {}, part.place)]
+    measured = list(parts(run, names, table))
+    chosen = [part for part in measured if is_at(where or {}, part.place)]
     if not chosen:
         there = ", ".join(f"{name} = {value}" for name, value in (where or {}).items())
         raise DataError(
             f"{' and '.join(names)} {'were' if names[1:] else 'was'} not measured"
-            f"{f' at {there}' if parts and there else ''}",
+            f"{f' at {there}' if measured and there else ''}",
             hint="measure or record it in the procedure, at one step together",
         )
-    found: dict[tuple[CoordinateValue, ...], list[_Part]] = {}
+    found: dict[tuple[CoordinateValue, ...], list[Part]] = {}
     for part in chosen:
         found.setdefault(tuple(_key(part, per)), []).append(part)
     return [_group(dict(zip(per, key, strict=True)), each) for key, each in found.items()]
 
 
-def _key(part: _Part, per: Iterable[str]) -> Iterator[CoordinateValue]:
+def _key(part: Part, per: Iterable[str]) -> Iterator[CoordinateValue]:
     for name in per:
         if name not in part.place:
             known = ", ".join(part.place) or "none"
@@ -85,7 +87,7 @@ def _key(part: _Part, per: Iterable[str]) -> Iterator[CoordinateValue]:
         yield part.place[name]
 
 
-def _group(place: Mapping[str, CoordinateValue], parts: list[_Part]) -> Group:
+def _group(place: Mapping[str, CoordinateValue], parts: list[Part]) -> Group:
     names = parts[0].values
     values = {name: np.concatenate([part.values[name] for part in parts]) for name in names}
     for name, each in values.items():
@@ -107,7 +109,8 @@ def _group(place: Mapping[str, CoordinateValue], parts: list[_Part]) -> Group:
     )
 
 
-def _parts(run: RunData, names: Sequence[str], table: str | None) -> Iterator[_Part]:
+def parts(run: RunData, names: Sequence[str], table: str | None = None) -> Iterator[Part]:
+    """Yield each recording with all of some channels; else each row, or those of one table."""
     recordings = [each for each in run.recordings if all(name in each.channels for name in names)]
     if table is None and recordings:
         for recording in recordings:
@@ -120,7 +123,7 @@ def _parts(run: RunData, names: Sequence[str], table: str | None) -> Iterator[_P
             continue
         if all(name in row.values for name in names):
             values = {name: np.array([row.values[name] - _zero(name, row, run)]) for name in names}
-            yield _Part(_place(row), values, row.units, datetime.fromisoformat(row.utc), 0.0)
+            yield Part(_place(row), values, row.units, datetime.fromisoformat(row.utc), 0.0)
 
 
 def _zero(name: str, row: Measurement, run: RunData) -> float:
@@ -130,13 +133,13 @@ def _zero(name: str, row: Measurement, run: RunData) -> float:
     return run.zero(row.recording, channel) if follows else 0.0
 
 
-def _of_recording(recording: Recording, run: RunData, names: Sequence[str]) -> _Part:
+def _of_recording(recording: Recording, run: RunData, names: Sequence[str]) -> Part:
     values = {
         name: np.asarray(recording.channels[name]) - run.zero(recording.name, name)
         for name in names
     }
     began = datetime.fromisoformat(recording.started_utc)
-    return _Part(_place(recording), values, recording.units, began, 1 / recording.rate_hz)
+    return Part(_place(recording), values, recording.units, began, 1 / recording.rate_hz)
 
 
 def _place(of: Recording | Measurement) -> dict[str, CoordinateValue]:

@@ -311,7 +311,7 @@ class EquationSettings(Settings):
             NeededChannel(
                 name=each.of,
                 key=("inputs", name),
-                enters=self.all_results[0].name if each.instrument else "",
+                enters=tuple(result.name for result in self.all_results) if each.instrument else (),
             )
             for name, each in self.inputs.items()
         )

@@ -1,0 +1,1 @@
+"""The analysis `curve`: a fitted curve, and what follows from it."""

@@ -1,0 +1,279 @@
+"""The analysis `curve`: a fit of values over x, and what follows from it, each with its budget.
+
+Type A is the scatter about the curve (GUM H.3). Type B is what the register says of the instruments
+of y and of x: the points are fitted again with an error in all of them, so a gain or an offset acts
+on each result as it does on the curve. An error stated in one figure may be another at each
+reading: it acts with its greatest effect.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from math import inf, isfinite, isnan
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.analysis import Check, Component
+from rigrunner.api.data import Estimate
+from rigrunner.api.errors import DataError
+from rigrunner.api.findings import Findings, MeasurementResult
+from rigrunner.api.units import QuantityError, unit
+from rigrunner.signal.coverage import excess_kurtosis
+from rigrunner.signal.uncertainty import combine
+from rigrunner_plugins.analyses.curve import derived
+from rigrunner_plugins.analyses.curve.derived import Derived, Fitted, OutOfRangeError
+from rigrunner_plugins.analyses.curve.points import sources
+from rigrunner_plugins.analyses.curve.settings import (
+    BothWays,
+    Nonlinearity,
+    Slope,
+    ValueAt,
+    XAt,
+    ZeroReturn,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from rigrunner.api.analysis import Fit
+    from rigrunner.api.data import RunData
+    from rigrunner.api.findings import ResultDefinition
+    from rigrunner.api.reading_errors import ReadingError
+    from rigrunner_plugins.analyses.curve.points import Source, Values
+    from rigrunner_plugins.analyses.curve.settings import CurveSettings
+    from rigrunner_plugins.analyses.settings import ResultSettings
+
+STEP = 1e-6
+"""Of the range of a channel: by how much it is moved to see what a result does."""
+SCATTER = "scatter about the curve"
+
+
+@dataclass(frozen=True)
+class CurveAnalysis:
+    """Satisfies `rigrunner.api.findings.Analysis`."""
+
+    settings: CurveSettings
+    fit: Fit
+
+    def __call__(self, run: RunData) -> Findings:
+        """Return what the curves show; raise DataError where they cannot be fitted."""
+        results: list[MeasurementResult] = []
+        checks: list[Check] = []
+        notes: dict[str, None] = {}
+        for source in sources(run, self.settings):
+            one = _OneCurve(self.settings, self.fit, source)
+            results += one.results(checks, notes)
+        order = {each.name: place for place, each in enumerate(self.settings.yields())}
+        results.sort(key=lambda each: order[each.name])
+        return Findings(results=tuple(results), checks=tuple(checks), notes=tuple(notes))
+
+
+@dataclass(frozen=True)
+class _OneCurve:
+    settings: CurveSettings
+    fit: Fit
+    source: Source
+
+    def results(self, checks: list[Check], notes: dict[str, None]) -> Iterator[MeasurementResult]:
+        """Yield each result; add a check for one that is not given, and what is to be noted."""
+        fitted = self._fitted(self.source.values)
+        found: list[tuple[ResultDefinition, ResultSettings, Derived]] = []
+        for definition, (_, told) in zip(
+            self.settings.yields(), self.settings.results.all_of(), strict=True
+        ):
+            try:
+                value = self._derived(fitted, told)
+            except OutOfRangeError as error:
+                checks.append(
+                    Check(
+                        f"range of the curve for {definition.name}{self._place}",
+                        ok=False,
+                        text=str(error),
+                        advice=f"there is no {definition.words}",
+                        decisive=True,
+                    )
+                )
+                continue
+            found.append((definition, told, value))
+            if value.note:
+                notes[f"{definition.name}{self._place}: {value.note}."] = None
+        notes.update(dict.fromkeys(self._correlations(fitted)))
+        for name in self.source.exact:
+            notes[f"{name} counts as exact: the register has no entry for it."] = None
+        errors = self._effects(fitted, [value for _, _, value in found])
+        for place, (definition, told, value) in enumerate(found):
+            lines = [(each, *effects[place]) for each, effects in errors]
+            yield self._result(definition, told, value, lines)
+
+    def _correlations(self, fitted: Fitted) -> Iterator[str]:
+        """Yield the correlation of each two parameters that are stated (GUM H.3.3)."""
+        named = list(self.settings.results.parameters)
+        names, covariance = list(fitted.curve.names), fitted.curve.covariance
+        for one, other in combinations(named, 2):
+            i, k = names.index(one), names.index(other)
+            r = covariance[i, k] / np.sqrt(covariance[i, i] * covariance[k, k])
+            if isfinite(r):
+                results = self.settings.results.parameters
+                both = f"{results[one].name} and {results[other].name}"
+                yield f"Correlation of {both}{self._place}: {r:.6f}."
+
+    @property
+    def _place(self) -> str:
+        place = ", ".join(f"{name} = {each}" for name, each in self.source.place.items())
+        return f" at {place}" if place else ""
+
+    def _fitted(self, values: Values) -> Fitted:
+        return Fitted(values, self.fit(values.points()))
+
+    def _derived(self, fitted: Fitted, told: ResultSettings) -> Derived:
+        if isinstance(told, ValueAt):
+            return derived.value_at(fitted, told, self.settings.at(told))
+        if isinstance(told, XAt):
+            which = self.settings.results.x_at.index(told)
+            return derived.x_at(fitted, which, self.source.counts[which])
+        if isinstance(told, Slope):
+            return derived.slope(fitted, told)
+        if isinstance(told, Nonlinearity):
+            return derived.nonlinearity(fitted, told)
+        if isinstance(told, BothWays):
+            at_zero = isinstance(told, ZeroReturn)
+            return derived.both_ways(fitted, told, self.source.places, at_zero=at_zero)
+        name = next(n for n, each in self.settings.results.parameters.items() if each is told)
+        self._check_unit(fitted, name, told)
+        return derived.parameter(fitted, name)
+
+    def _check_unit(self, fitted: Fitted, name: str, told: ResultSettings) -> None:
+        """Raise DataError for a parameter in a unit of another kind than the fit says."""
+        names = list(fitted.curve.names)
+        stated = fitted.curve.units[names.index(name)] if name in names else ""
+        try:
+            kind = unit(stated).dimension if stated not in {"", "1"} else None
+        except QuantityError:
+            return
+        if kind is not None and unit(told.unit).dimension != kind:
+            raise DataError(f"{told.name} is stated in {told.unit}; the parameter '{name}' of the"
+                            f" fit is in {stated}")  # fmt: skip
+
+    def _effects(
+        self, fitted: Fitted, found: Sequence[Derived]
+    ) -> list[tuple[_Error, list[tuple[float, float]]]]:
+        """Return each error with its effect on each value: the greatest, upwards and downwards."""
+        columns = {self.settings.of: None} | {
+            name: column
+            for column, name in enumerate(self.settings.over.values())
+            if name in self.source.errors
+        }
+        effects = []
+        for channel, errors in self.source.errors.items():
+            column = columns[channel]
+            values = fitted.values.y if column is None else fitted.values.x[:, column]
+            step = STEP * (float(np.ptp(values)) or 1.0)
+            of_each: list[tuple[float, float]] | None = None
+            for error in errors:
+                if error.acts == "each":
+                    if of_each is None:
+                        of_each = self._of_each(fitted, found, column, step)
+                    by_all = of_each
+                else:
+                    size = STEP if error.acts == "gain" else step
+                    read = np.array([count > 0 for count in self.source.counts], bool)
+                    moved = self._fitted(fitted.values.with_error(column, error.acts, size, read))
+                    by = [(one.again(moved) - one.value) / size for one in found]
+                    by_all = [(max(each, 0.0), max(-each, 0.0)) for each in by]
+                effects.append((_Error(channel, self._unit(column), error), by_all))
+        return effects
+
+    def _of_each(
+        self, fitted: Fitted, found: Sequence[Derived], column: int | None, step: float
+    ) -> list[tuple[float, float]]:
+        """Return what each value changes by if all readings that raise it are 1 too high.
+
+        And what it falls by if all those are that lower it.
+        """
+        up, down = np.zeros(len(found)), np.zeros(len(found))
+        for rows in fitted.values.rows():
+            moved = self._fitted(fitted.values.moved(column, rows, step))
+            by = np.array([(one.again(moved) - one.value) / step for one in found])
+            up, down = up + np.maximum(by, 0.0), down + np.maximum(-by, 0.0)
+        if column is None:
+            by = np.array([one.by_asked for one in found])
+            up, down = up + np.maximum(by, 0.0), down + np.maximum(-by, 0.0)
+        return list(zip(up.tolist(), down.tolist(), strict=True))
+
+    def _unit(self, column: int | None) -> str:
+        values = self.source.values
+        return values.y_unit if column is None else values.units[column]
+
+    def _result(
+        self,
+        definition: ResultDefinition,
+        told: ResultSettings,
+        value: Derived,
+        errors: Sequence[tuple[_Error, float, float]],
+    ) -> MeasurementResult:
+        shown = unit(definition.unit)
+        is_level = isinstance(told, ValueAt | XAt)
+        number = (value.value - (shown.offset if is_level else 0.0)) / shown.factor
+        scatter = value.u / shown.factor
+        components = [
+            Component(
+                name=SCATTER,
+                u=scatter,
+                dof=value.dof if value.dof > 0 else inf,
+                distribution="t",
+                common=False,
+                unit=shown.symbol,
+                input_u=scatter,
+                sensitivity=1.0,
+            ),
+            *(
+                line
+                for error, up, down in errors
+                for line in error.lines(up / shown.factor, down / shown.factor, value)
+            ),
+        ]
+        u, dof = combine(components)
+        if any(isnan(each.u) for each in components):
+            u, dof = float("nan"), float("nan")
+        kurtosis = excess_kurtosis(((each.u, each.distribution) for each in components), u)
+        return MeasurementResult(
+            of=definition,
+            estimate=Estimate(number, u, dof, shown.symbol, kurtosis),
+            components=tuple(components),
+            coordinates=self.source.place,
+            readings=len(self.source.values.y),
+        )
+
+
+@dataclass(frozen=True)
+class _Error:
+    """An error of the readings of a channel."""
+
+    channel: str
+    unit: str
+    error: ReadingError
+
+    def lines(self, up: float, down: float, value: Derived) -> Iterator[Component]:
+        """Yield its lines of a budget, by its effects up and down per its size."""
+        name = f"{self.error.name} ({self.error.source})" if self.error.source else self.error.name
+        if value.is_difference and self.error.acts == "each":
+            # two errors, not a larger one: see `readings`
+            yield self._line(f"{name}, falling", up)
+            yield self._line(f"{name}, rising", down)
+        else:
+            yield self._line(name, up + down)
+
+    def _line(self, name: str, effect: float) -> Component:
+        return Component(
+            name=name,
+            u=effect * self.error.u,
+            dof=self.error.dof,
+            distribution=self.error.distribution,
+            common=True,
+            value=0.0,
+            unit="1" if self.error.acts == "gain" else self.unit,
+            input_u=self.error.u,
+            sensitivity=effect,
+        )

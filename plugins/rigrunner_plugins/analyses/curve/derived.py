@@ -1,0 +1,325 @@
+"""What follows from a fitted curve: each value with its uncertainty by the scatter about it.
+
+A value is made once of the points as they are. Where it holds, which deviation is the greatest and
+the like is then settled, and its `again` says what it would be of other points: by that the effect
+of an instrument's error is found.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import hypot, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.optimize import brentq
+
+from rigrunner.api.analysis.curves import Extrapolating, Spreading
+from rigrunner.api.errors import DataError
+from rigrunner.api.places import matches
+from rigrunner.api.units import from_si, unit
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from rigrunner.api.analysis import Curve
+    from rigrunner.api.coordinates import CoordinateValue
+    from rigrunner.api.data import Array
+    from rigrunner.api.quantity import Quantity
+    from rigrunner_plugins.analyses.curve.points import Values
+    from rigrunner_plugins.analyses.curve.settings import (
+        BothWays,
+        Nonlinearity,
+        Slope,
+        ValueAt,
+    )
+
+GRID = 1000
+"""Steps in which a curve is searched for a y."""
+SAME_X = 0.01
+"""Of the range of x: values nearer to each other count as taken at one x."""
+SMALL = 1e-5
+"""Of the range of x: the step for the slope at a place."""
+CERTAIN = 2.0
+"""Standard uncertainties by which the slope must differ from zero where an x is asked for."""
+LINEAR = 0.05
+"""How large (k u/slope)² may be for the first order to do (Fieller's g)."""
+EDGE = 1e-9
+
+
+class OutOfRangeError(Exception):
+    """A value that the curve does not give; the text says why."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """Points with the curve through them."""
+
+    values: Values
+    curve: Curve
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The range of x, as the curve counts it."""
+        x = self.values.x[:, 0]
+        return float(x.min()), float(x.max())
+
+    def at(self, x: Array | float) -> tuple[Array, Array]:
+        """Return the curve and its standard uncertainty, outside the points too if it can."""
+        x = np.atleast_1d(np.asarray(x, np.float64))
+        if isinstance(self.curve, Extrapolating):
+            return self.curve.extrapolate(x)
+        return self.curve.predict(np.clip(x, *self.curve.valid_x) if x.ndim == 1 else x)
+
+    def y(self, x: float) -> float:
+        """Return the curve at one x."""
+        return float(self.at(x)[0][0])
+
+    def slope(self, x: float) -> tuple[float, float]:
+        """Return the slope at one x and its standard uncertainty."""
+        low, high = self.ends
+        step = SMALL * (high - low)
+        value, u = self.between(max(x - step, min(low, x)), min(x + step, max(high, x)))
+        return value, u if isinstance(self.curve, Spreading) else self.between(low, high)[1]
+
+    def between(self, low: float, high: float) -> tuple[float, float]:
+        """Return the mean slope between two x and its standard uncertainty."""
+        both, width = np.array([low, high]), high - low
+        value, u = self.at(both)
+        spread = u
+        if isinstance(self.curve, Spreading) and self.is_inside(both):
+            spread = np.linalg.norm(np.diff(self.curve.spread(both), axis=0), axis=1)
+        return float(value[1] - value[0]) / width, float(np.sqrt(np.sum(spread**2))) / width
+
+    def is_inside(self, x: Array | Sequence[float]) -> bool:
+        """Say whether x, one for each place or for each regressor, is within the points."""
+        columns = self.values.x if len(self.values.names) > 1 else self.values.x[:, :1]
+        low, high = columns.min(axis=0), columns.max(axis=0)
+        edge = EDGE * (high - low)
+        return bool(np.all((np.asarray(x) >= low - edge) & (np.asarray(x) <= high + edge)))
+
+    def span(self) -> float:
+        """Return how far apart the highest and lowest y of the curve at the points are."""
+        return float(np.ptp(self.at(self.values.x[:, 0])[0]))
+
+
+@dataclass(frozen=True, eq=False)
+class Derived:
+    """A value that follows from a curve, in SI units."""
+
+    value: float
+    u: float
+    """Of type A."""
+    dof: float
+    again: Callable[[Fitted], float]
+    is_difference: bool = False
+    """Whether it lies between readings of one instrument at one place, of which it has two."""
+    by_asked: float = 0.0
+    """What it changes by with an error of the one asked y alone, which was read."""
+    note: str = ""
+
+
+def parameter(fitted: Fitted, name: str) -> Derived:
+    """Return a coefficient of the fit."""
+    names = list(fitted.curve.names)
+    if name not in names:
+        raise DataError(f"the fit has no parameter '{name}'; it has: {', '.join(names)}")
+    place = names.index(name)
+
+    def again(other: Fitted) -> float:
+        return float(other.curve.coefficients[place])
+
+    u = sqrt(float(fitted.curve.covariance[place, place]))
+    return Derived(again(fitted), u, fitted.curve.dof, again)
+
+
+def value_at(fitted: Fitted, told: ValueAt, at: Mapping[str, Quantity]) -> Derived:
+    """Return the curve at a place; raise OutOfRangeError outside the points, unless allowed."""
+    x = np.array([at[name].si - fitted.values.origin for name in fitted.values.names])
+    inside = fitted.is_inside(x)
+    where = ", ".join(map(str, at.values()))
+    if not inside and not told.extrapolate:
+        hint = "measure there, or say 'extrapolate: yes'"
+        raise OutOfRangeError(f"{where} is outside the points, {_range(fitted, at)}: {hint}")
+    if not inside and not isinstance(fitted.curve, Extrapolating):
+        raise OutOfRangeError(f"{where} is outside the points, and this fit gives nothing there")
+    row = x[None, :] if len(x) > 1 else x
+
+    def again(other: Fitted) -> float:
+        return float(other.at(row)[0][0])
+
+    u = float(fitted.at(row)[1][0])
+    note = "" if inside else (
+        f"{where} is outside the points, {_range(fitted, at)}: the uncertainty is that of the"
+        " coefficients, if the curve holds there"
+    )  # fmt: skip
+    return Derived(again(fitted), u, fitted.curve.dof, again, note=note)
+
+
+def x_at(fitted: Fitted, which: int, count: int) -> Derived:
+    """Return the x at which the curve takes a y; raise OutOfRangeError where none or several do.
+
+    First order: u(x)² = (u(curve)² + s²/m) / slope², m readings of y (Draper and Smith, Applied
+    Regression Analysis, 3rd edition, 3.2).
+    """
+    y = float(fitted.values.asked[which])
+    grid = np.linspace(*fitted.ends, GRID + 1)
+    off = fitted.at(grid)[0] - y
+    scale = EDGE * max(float(np.ptp(off)), 1e-300)
+    off[np.abs(off) <= scale] = 0.0
+    roots = [float(x) for x in grid[off == 0]]
+    roots += [
+        float(brentq(lambda x: fitted.y(x) - y, grid[i], grid[i + 1]))
+        for i in np.flatnonzero(off[:-1] * off[1:] < 0)
+    ]
+    shown = f"{from_si(y, _shown(fitted.values.y_unit)):.6g} {_shown(fitted.values.y_unit)}"
+    if not roots:
+        raise OutOfRangeError(f"the curve takes the value {shown} nowhere within its points")
+    if len(roots) > 1:
+        raise OutOfRangeError(f"the curve takes the value {shown} at {len(roots)} places")
+    (x,) = roots
+    slope, u_slope = fitted.slope(x)
+    if abs(slope) <= CERTAIN * u_slope:
+        raise OutOfRangeError(f"the slope of the curve at the value {shown} is not told from zero")
+    s = fitted.curve.residual_s / sqrt(count) if count else 0.0
+    g = (CERTAIN * u_slope / slope) ** 2
+    note = f"(2 u/slope)² is {g:.2g}: the interval is only nearly symmetric" if g > LINEAR else ""
+
+    def again(other: Fitted) -> float:
+        moved = other.values.asked[which] - other.y(x)
+        return x + fitted.values.origin + float(moved) / slope
+
+    u = hypot(float(fitted.at(x)[1][0]), s) / abs(slope)
+    return Derived(
+        again(fitted), u, fitted.curve.dof, again, by_asked=1 / slope if count else 0.0, note=note
+    )
+
+
+def slope(fitted: Fitted, told: Slope) -> Derived:
+    """Return the slope at a place, or from end to end; raise OutOfRangeError outside the points."""
+    if told.at is None:
+        low, high = fitted.ends
+
+        def again(other: Fitted) -> float:
+            return other.between(low, high)[0]
+
+        return Derived(again(fitted), fitted.between(low, high)[1], fitted.curve.dof, again)
+    x = told.at.si - fitted.values.origin
+    if not fitted.is_inside([x]):
+        raise OutOfRangeError(f"{told.at} is outside the points, {_range(fitted, {'': told.at})}")
+
+    def there(other: Fitted) -> float:
+        return other.slope(x)[0]
+
+    return Derived(there(fitted), fitted.slope(x)[1], fitted.curve.dof, there)
+
+
+def nonlinearity(fitted: Fitted, told: Nonlinearity) -> Derived:
+    """Return the greatest deviation from the least-squares line, of the mean at each x."""
+    x = fitted.values.x[:, 0]
+    clusters = same_x(x)
+    if len(clusters) <= 2:  # noqa: PLR2004  (a line goes through two)
+        raise DataError(f"{told.name} needs values at three different x; there are {len(clusters)}")
+
+    def deviations(other: Fitted) -> Array:
+        at, y = other.values.x[:, 0], other.values.y
+        steepness, constant = np.polyfit(at - at.mean(), y, 1)
+        off = y - constant - steepness * (at - at.mean())
+        return np.array([off[each].mean() for each in clusters])
+
+    found = deviations(fitted)
+    which = int(np.argmax(np.abs(found)))
+    sign = 1.0 if found[which] >= 0 else -1.0
+    from_middle = x - x.mean()
+    weights = -1 / len(x) - from_middle[clusters[which]].mean() * from_middle / sum(from_middle**2)
+    weights[clusters[which]] += 1 / len(clusters[which])
+    s, dof = fitted.curve.residual_s, fitted.curve.dof
+
+    def again(other: Fitted) -> float:
+        return sign * float(deviations(other)[which]) / (other.span() if told.of_span else 1.0)
+
+    u = s * float(np.linalg.norm(weights)) / (fitted.span() if told.of_span else 1.0)
+    return Derived(again(fitted), u, dof, again)
+
+
+def both_ways(
+    fitted: Fitted,
+    told: BothWays,
+    places: Sequence[Mapping[str, CoordinateValue]],
+    *,
+    at_zero: bool,
+) -> Derived:
+    """Return falling less rising y at one x: the greatest by size, or that nearest to zero.
+
+    Of the residuals, so that x need not be quite the same both ways.
+    """
+    x, way = fitted.values.x[:, 0], _ways(told, places)
+    clusters = [
+        (each[way[each] == 0], each[way[each] == 1])
+        for each in same_x(x)
+        if {0, 1} <= set(way[each].tolist())
+    ]
+    if not clusters:
+        rising, falling = told.ways
+        raise DataError(
+            f"{told.name}: at no x was there both {told.label} = {rising} and {falling}"
+        )
+
+    def differences(other: Fitted) -> Array:
+        off = other.values.y - other.at(other.values.x[:, 0])[0]
+        return np.array([off[falling].mean() - off[rising].mean() for rising, falling in clusters])
+
+    found = differences(fitted)
+    sizes = [-abs(float(x[r].mean() + fitted.values.origin)) for r, _ in clusters]
+    which = int(np.argmax(sizes if at_zero else np.abs(found)))
+    sign = 1.0 if at_zero or found[which] >= 0 else -1.0
+    rising, falling = clusters[which]
+    s, dof = _repeatability(fitted, clusters)
+
+    def again(other: Fitted) -> float:
+        return sign * float(differences(other)[which]) / (other.span() if told.of_span else 1.0)
+
+    u = s * sqrt(1 / len(rising) + 1 / len(falling)) / (fitted.span() if told.of_span else 1.0)
+    return Derived(again(fitted), u, dof, again, is_difference=True)
+
+
+def same_x(x: Array) -> list[Array]:
+    """Return which of x (n,) are taken at one place, the lowest first."""
+    order = np.argsort(x, kind="stable")
+    gaps = np.flatnonzero(np.diff(x[order]) > SAME_X * float(np.ptp(x)))
+    return np.split(order, gaps + 1)
+
+
+def _ways(told: BothWays, places: Sequence[Mapping[str, CoordinateValue]]) -> Array:
+    """Return 0 for each point with rising x, 1 with falling, -1 for any other, shape (n,)."""
+    found = [
+        next((i for i, way in enumerate(told.ways)
+              if told.label in place and matches(way, place[told.label])), -1)
+        for place in places
+    ]  # fmt: skip
+    return np.array(found)
+
+
+def _repeatability(fitted: Fitted, clusters: Sequence[tuple[Array, Array]]) -> tuple[float, float]:
+    """Return the standard deviation of repeated values at one x, or else about the curve."""
+    off = fitted.values.y - fitted.at(fitted.values.x[:, 0])[0]
+    same = [each for both in clusters for each in both if len(each) > 1]
+    dof = float(sum(len(each) - 1 for each in same))
+    if not dof:
+        return fitted.curve.residual_s, fitted.curve.dof
+    squares = sum(float(np.sum((off[each] - off[each].mean()) ** 2)) for each in same)
+    return sqrt(squares / dof), dof
+
+
+def _range(fitted: Fitted, at: Mapping[str, Quantity]) -> str:
+    """Return the range of each regressor in the unit of what is asked for."""
+    return " and ".join(
+        f"{from_si(float(column.min()) + fitted.values.origin, wanted.unit.symbol):.6g} to "
+        f"{from_si(float(column.max()) + fitted.values.origin, wanted.unit.symbol):.6g} "
+        f"{wanted.unit.symbol}"
+        for column, wanted in zip(fitted.values.x.T, at.values(), strict=True)
+    )
+
+
+def _shown(si: str) -> str:
+    return "°C" if unit(si).dimension == "temperature" else si

@@ -1,0 +1,243 @@
+"""The points of a curve: values of y over x, one of each recording or row of a table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.data import Points
+from rigrunner.api.errors import DataError
+from rigrunner.api.member import channel_of
+from rigrunner.api.places import is_at
+from rigrunner.api.units import si_symbol, unit
+from rigrunner_plugins.analyses.sources import parts
+from rigrunner_plugins.analyses.statistics import STATISTICS, Series
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from rigrunner.api.coordinates import CoordinateValue
+    from rigrunner.api.data import Array, RunData
+    from rigrunner.api.reading_errors import ReadingError
+    from rigrunner_plugins.analyses.curve.settings import CurveSettings
+    from rigrunner_plugins.analyses.sources import Part
+
+CELSIUS = 273.15
+MOST_MOVED = 500
+"""So many points are moved one by one to see what each does; of more, neighbours together."""
+
+
+@dataclass(frozen=True, eq=False)
+class Values:
+    """The points of one curve, in SI units; x counts from `origin`."""
+
+    x: Array
+    """Shape (n, k)."""
+    y: Array
+    """Shape (n,)."""
+    u_y: Array | None
+    """The standard uncertainty of each y by the scatter in its recording, shape (n,)."""
+    asked: Array
+    """The y at which an x is asked for, shape (m,)."""
+    origin: float
+    names: tuple[str, ...]
+    """Of the columns of x."""
+    units: tuple[str, ...]
+    """The SI units of the columns of x."""
+    y_unit: str
+
+    def points(self) -> Points:
+        """Return them as a fit takes them."""
+        several = len(self.names) > 1
+        return Points(
+            self.x if several else self.x[:, 0],
+            self.y,
+            self.u_y,
+            x_unit="" if several or self.units[0] == "1" else _divisor(self.units[0]),
+            y_unit="" if self.y_unit == "1" else self.y_unit,
+            regressors=self.names if several else (),
+        )
+
+    def with_error(self, column: int | None, acts: str, size: float, read: Array) -> Values:
+        """Return them with a gain or an offset in y (`column` None) or in a column of x.
+
+        `read`: which of the asked y come of the same instrument as y, shape (m,).
+        """
+        if column is None:
+            y = self.y * (1 + size) if acts == "gain" else self.y + size
+            moved = self.asked * (1 + size) if acts == "gain" else self.asked + size
+            return replace(self, y=y, asked=np.where(read, moved, self.asked))
+        x = self.x.copy()
+        x[:, column] += size * (x[:, column] + self.origin) if acts == "gain" else size
+        return replace(self, x=x)
+
+    def moved(self, column: int | None, rows: Array, size: float) -> Values:
+        """Return them with some y, or x of a column, higher by so much."""
+        if column is None:
+            y = self.y.copy()
+            y[rows] += size
+            return replace(self, y=y)
+        x = self.x.copy()
+        x[rows, column] += size
+        return replace(self, x=x)
+
+    def rows(self) -> Sequence[Array]:
+        """Return which points are moved together, each alone where they are not too many."""
+        order = np.lexsort(self.x.T[::-1])
+        return np.array_split(order, min(len(order), MOST_MOVED))
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """The values of one curve, and where they were measured."""
+
+    place: Mapping[str, CoordinateValue]
+    values: Values
+    places: tuple[Mapping[str, CoordinateValue], ...]
+    """Of each point."""
+    counts: tuple[int, ...]
+    """Of each asked y, of how many readings it is the mean; 0 of an exact one."""
+    errors: Mapping[str, tuple[ReadingError, ...]]
+    """What readings of y, and of each x that has any, may be off by."""
+    exact: tuple[str, ...]
+    """The set-points of which the register says nothing."""
+
+
+def sources(run: RunData, settings: CurveSettings) -> Iterator[Source]:
+    """Yield the points of each curve; raise DataError where nothing was measured."""
+    read = tuple(
+        name for name in dict.fromkeys(settings.over.values()) if _is_read(run, name, settings)
+    )
+    measured = list(parts(run, [settings.of, *read], settings.table))
+    chosen = [part for part in measured if is_at(settings.where, part.place)]
+    if not chosen:
+        where = ", ".join(f"{name} = {value}" for name, value in settings.where.items())
+        raise DataError(
+            f"{settings.of} was not measured{f' at {where}' if measured and where else ''}",
+            hint="measure or record it in the procedure, together with what it is over",
+        )
+    groups: dict[tuple[CoordinateValue, ...], list[Part]] = {}
+    for part in chosen:
+        groups.setdefault(tuple(_coordinate(part, name) for name in settings.per), []).append(part)
+    for key, found in groups.items():
+        place = dict(zip(settings.per, key, strict=True))
+        also = [part for part in measured if all(part.place.get(n) == v for n, v in place.items())]
+        yield _source(run, settings, place, found, also)
+
+
+def _is_read(run: RunData, name: str, settings: CurveSettings) -> bool:
+    return any(
+        name in found and settings.of in found
+        for found in (
+            *(each.channels for each in run.recordings),
+            *(each.values for each in run.measurements),
+        )
+    )
+
+
+def _coordinate(part: Part, name: str) -> CoordinateValue:
+    if name not in part.place:
+        known = ", ".join(part.place) or "none"
+        raise DataError(f"'{name}' was neither measured with it nor set; known: {known}")
+    return part.place[name]
+
+
+def _source(
+    run: RunData,
+    settings: CurveSettings,
+    place: Mapping[str, CoordinateValue],
+    found: Sequence[Part],
+    also: Sequence[Part],
+) -> Source:
+    columns = [[_x(part, source, settings.statistic) for part in found]
+               for source in settings.over.values()]  # fmt: skip
+    units = [_unit(found[0], source) for source in settings.over.values()]
+    dimension = unit(units[0]).dimension
+    origin = CELSIUS if dimension == "temperature" else 0.0
+    if settings.reference is not None:
+        origin = settings.reference.si
+    if len(units) > 1:
+        origin = 0.0
+    x = np.array(columns, np.float64).T - origin
+    y = np.array([_statistic(part, settings.of, settings.statistic) for part in found])
+    asked, counts = _asked(settings, also)
+    values = Values(
+        x, y, _scatter(found, settings), asked, origin, tuple(settings.over), tuple(units),
+        found[0].units[settings.of],
+    )  # fmt: skip
+    if not (np.isfinite(x).all() and np.isfinite(y).all() and np.isfinite(asked).all()):
+        raise DataError(f"{settings.of} over {', '.join(settings.over.values())}: a value is not a"
+                        " finite number")  # fmt: skip
+    largest = {settings.of: float(np.abs(y).max())}
+    largest |= {
+        source: float(np.abs(column + origin).max())
+        for source, column in zip(settings.over.values(), x.T, strict=True)
+        if source in found[0].values or ("." in source and run.instrument(source))
+    }
+    return Source(
+        place=place,
+        values=values,
+        places=tuple(part.place for part in found),
+        counts=counts,
+        errors={name: run.reading_errors(channel_of(name), most) for name, most in largest.items()},
+        exact=tuple(n for n in settings.over.values() if n not in largest and "." in n),
+    )
+
+
+def _divisor(unit_text: str) -> str:
+    """Return a unit so that a fit can divide by it: V/(N·m)."""
+    return f"({unit_text})" if "·" in unit_text else unit_text
+
+
+def _asked(settings: CurveSettings, found: Sequence[Part]) -> tuple[Array, tuple[int, ...]]:
+    asked, counts = [], []
+    for each in settings.results.x_at:
+        if each.y is not None:
+            asked.append(each.y.si)
+            counts.append(each.readings or 0)
+            continue
+        there = [
+            _statistic(part, settings.of, settings.statistic)
+            for part in found
+            if is_at(each.where, part.place)
+        ]
+        if not there:
+            where = ", ".join(f"{name} = {value}" for name, value in each.where.items())
+            raise DataError(f"{settings.of} was not measured at {where}, which {each.name} needs")
+        asked.append(float(np.mean(there)))
+        counts.append(len(there))
+    return np.array(asked), tuple(counts)
+
+
+def _x(part: Part, source: str, statistic: str) -> float:
+    if source in part.values:
+        return _statistic(part, source, statistic)
+    given = _coordinate(part, source)
+    if isinstance(given.value, str):
+        raise DataError(f"'{source}' is the text '{given.value}', and x is a number")
+    known = unit(given.unit or "1")
+    return given.value * known.factor + known.offset
+
+
+def _unit(part: Part, source: str) -> str:
+    if source in part.values:
+        return part.units[source]
+    return si_symbol(unit(_coordinate(part, source).unit or "1").dimension)
+
+
+def _series(part: Part, name: str) -> Series:
+    values = part.values[name]
+    times_s = part.step_s * np.arange(len(values), dtype=np.float64)
+    return Series(values, times_s, part.step_s > 0, part.step_s)
+
+
+def _statistic(part: Part, name: str, statistic: str) -> float:
+    return STATISTICS[statistic].value(_series(part, name))
+
+
+def _scatter(found: Sequence[Part], settings: CurveSettings) -> Array | None:
+    scatter = [STATISTICS[settings.statistic].scatter(_series(part, settings.of)) for part in found]
+    known = [each[0] for each in scatter if each is not None]
+    return np.array(known) if len(known) == len(found) else None

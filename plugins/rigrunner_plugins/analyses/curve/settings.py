@@ -1,0 +1,305 @@
+"""What a procedure says of the analysis `curve`. Loads without numpy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
+
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
+
+from rigrunner.api.findings import NeededChannel, ResultDefinition
+from rigrunner.api.fit_choice import FitChoice
+from rigrunner.api.member import NAME
+from rigrunner.api.places import CoordinateKey, Place, PlaceValue
+from rigrunner.api.settings import AnyQuantity, ListOf, Settings, YesNo
+from rigrunner.api.units import QuantityError, unit
+from rigrunner_plugins.analyses.settings import Per, ResultSettings, ValueName, quotient
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.api.findings import Objection
+    from rigrunner.api.quantity import Quantity
+
+Item = TypeVar("Item")
+_KEY = f"^{NAME}([.]{NAME}){{0,2}}$"
+BOTH_WAYS = 2
+"""Directions that a hysteresis lies between."""
+
+
+def _several(value: object) -> object:
+    return value if isinstance(value, list | tuple) else [value]
+
+
+OneOrSeveral = Annotated[tuple[Item, ...], BeforeValidator(_several), Field(strict=False)]
+"""One, or a list of them."""
+
+
+def _regressors(value: object) -> object:
+    return {"x": value} if isinstance(value, str) else value
+
+
+Regressors = Annotated[
+    Mapping[str, Annotated[str, Field(pattern=_KEY)]],
+    BeforeValidator(_regressors),
+    Field(min_length=1),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "string", "pattern": _KEY},
+                {"type": "object", "additionalProperties": {"type": "string", "pattern": _KEY}},
+            ]
+        }
+    ),
+]
+
+
+class ValueAt(ResultSettings):
+    """The curve at one x."""
+
+    at: Annotated[
+        AnyQuantity | Mapping[str, AnyQuantity],
+        Field(description="x; of several regressors a value for each by its name"),
+    ]
+    extrapolate: YesNo = False
+    """Whether x may be outside the points; a note then says so."""
+
+
+class XAt(ResultSettings):
+    """The x at which the curve takes a y: a calibration used backwards."""
+
+    y: AnyQuantity | None = None
+    """A value that is given; or else `where`."""
+    readings: Annotated[int, Field(ge=1)] | None = None
+    """Of how many readings of the same instrument `y` is the mean; left out, it is exact."""
+    where: Place = Field(default_factory=dict)
+    """The mean of what was read there, such as {phase: unknown}, in place of `y`."""
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> Self:
+        if (self.y is None) == (not self.where):
+            raise ValueError("one of 'y' and 'where' is needed")
+        if self.where and self.readings is not None:
+            raise ValueError("'readings' belongs to 'y': those of 'where' are counted")
+        return self
+
+
+class Slope(ResultSettings):
+    """By how much y changes with x."""
+
+    at: AnyQuantity | None = None
+    """At one x; left out, from one end of the points to the other."""
+
+
+class Deviation(ResultSettings):
+    """A greatest deviation of y."""
+
+    of_span: YesNo = False
+    """Whether it is stated as a share of the span of y, in %."""
+
+
+class Nonlinearity(Deviation):
+    """The greatest deviation of the values, their mean at each x, from the best straight line."""
+
+
+class BothWays(Deviation):
+    """A difference between rising and falling x."""
+
+    between: Annotated[
+        Mapping[CoordinateKey, ListOf[PlaceValue]],
+        Field(
+            min_length=1,
+            max_length=1,
+            description="the label and its values: first rising, then falling x",
+        ),
+    ]
+
+    @model_validator(mode="after")
+    def _two_values(self) -> Self:
+        if len(self.ways) != BOTH_WAYS:
+            raise ValueError(
+                f"got {len(self.ways)} values, allowed are {BOTH_WAYS}: rising and falling"
+            )
+        return self
+
+    @property
+    def label(self) -> str:
+        """The coordinate that says which way x changed."""
+        return next(iter(self.between))
+
+    @property
+    def ways(self) -> tuple[Quantity | str, ...]:
+        """Its values: rising, falling."""
+        return next(iter(self.between.values()))
+
+
+class Hysteresis(BothWays):
+    """The greatest difference of y, falling less rising, at one x; its size."""
+
+
+class ZeroReturn(BothWays):
+    """The y after x came back, less the one before: at the x nearest to zero."""
+
+
+class CurveResults(Settings):
+    """What is stated of the curve; each once, or a list."""
+
+    parameters: Annotated[
+        Mapping[str, ResultSettings],
+        Field(description="of the fit, by its names of them, such as c0 and c1 of a polynomial"),
+    ] = Field(default_factory=dict)
+    value: OneOrSeveral[ValueAt] = ()
+    x_at: OneOrSeveral[XAt] = ()
+    slope: OneOrSeveral[Slope] = ()
+    nonlinearity: OneOrSeveral[Nonlinearity] = ()
+    hysteresis: OneOrSeveral[Hysteresis] = ()
+    zero_return: OneOrSeveral[ZeroReturn] = ()
+
+    @model_validator(mode="after")
+    def _not_empty(self) -> Self:
+        if not any(True for _ in self.all_of()):
+            raise ValueError(f"no result is named; there are: {', '.join(type(self).model_fields)}")
+        return self
+
+    def all_of(self) -> Iterator[tuple[tuple[str | int, ...], ResultSettings]]:
+        """Yield each with the key under which it stands."""
+        for name, each in self.parameters.items():
+            yield ("parameters", name), each
+        for key in type(self).model_fields:
+            several = () if key == "parameters" else getattr(self, key)
+            for index, each in enumerate(several):
+                yield ((key, index) if len(several) > 1 else (key,)), each
+
+
+class CurveSettings(Settings):
+    """A curve through values over x, and what follows from it."""
+
+    of: ValueName
+    """The channel that is y, such as meter.voltage, or a statistic that `record` keeps of one."""
+    over: Annotated[
+        Regressors,
+        Field(
+            description="x: a channel that is read with it, or else a set-point, counter or label;"
+            " several by names of your own: {load: press.force, speed: drive.speed}"
+        ),
+    ]
+    fit: FitChoice
+    """Any fit, such as {polynomial: {degree: 1}}."""
+    statistic: Literal["mean", "minimum", "maximum", "range", "rms"] = "mean"
+    """What is taken of each recording; a row of a table has one value."""
+    reference: AnyQuantity | None = None
+    """From which x is counted; left out, from zero, of a temperature from 0 °C."""
+    per: Per = ()
+    """A curve for each value of these set-points or coordinates."""
+    where: Place = Field(default_factory=dict)
+    """Only through what was measured there, such as {phase: calibration}."""
+    table: Annotated[str, Field(pattern=f"^{NAME}$")] | None = None
+    """Only the rows of this table; left out, of the recordings, or else of all tables."""
+    results: CurveResults
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        if len(self.over) > 1:
+            results = self.results
+            alone = (results.x_at, results.slope, results.nonlinearity, results.hysteresis,
+                     results.zero_return)  # fmt: skip
+            if any(alone) or self.reference is not None:
+                raise ValueError(
+                    "with several regressors only 'parameters' and 'value' are known; "
+                    "'reference' needs one regressor too"
+                )
+        for each in self.results.value:
+            if isinstance(each.at, Mapping) and set(each.at) != set(self.over):
+                raise ValueError(f"'at' of {each.name} needs a value for {', '.join(self.over)}")
+            if not isinstance(each.at, Mapping) and len(self.over) > 1:
+                raise ValueError(f"'at' of {each.name} is a mapping: {', '.join(self.over)}")
+        return self
+
+    def at(self, value: ValueAt) -> Mapping[str, Quantity]:
+        """Return where a value is asked for, by the regressors' names."""
+        return value.at if isinstance(value.at, Mapping) else {next(iter(self.over)): value.at}
+
+    def yields(self) -> tuple[ResultDefinition, ...]:
+        """Return the results, in the order of the settings."""
+        return tuple(
+            ResultDefinition(
+                name=each.name, symbol=each.symbol, text=each.text, unit=each.unit, per=self.per
+            )
+            for _, each in self.results.all_of()
+        )
+
+    def requires(self) -> tuple[NeededChannel, ...]:
+        """Return the channels and coordinates that it reads."""
+        names = tuple(each.name for _, each in self.results.all_of())
+        ways = {
+            each.label: ("results", *key, "between")
+            for key, each in self.results.all_of()
+            if isinstance(each, BothWays)
+        }
+        several = len(self.over) > 1
+        return (
+            NeededChannel(name=self.of, key=("of",), enters=names),
+            *(
+                NeededChannel(
+                    name=source,
+                    key=("over", name) if several else ("over",),
+                    enters=names,
+                    or_coordinate=True,
+                )
+                for name, source in self.over.items()
+            ),
+            *(
+                NeededChannel(name=label, key=key, or_coordinate=True)
+                for label, key in ways.items()
+            ),
+        )
+
+    def objections(self, units: Mapping[str, str]) -> Iterator[Objection]:
+        """Yield what does not fit the SI units of y and x; '' of one that has none."""
+        y = units[self.of]
+        x = {name: units[source] or "1" for name, source in self.over.items()}
+        only_x = next(iter(x.values()))
+        yield from _other(("reference",), self.reference, only_x)
+        for key, each in self.results.all_of():
+            at: tuple[str | int, ...] = ("results", *key)
+            if isinstance(each, ValueAt):
+                for name, value in self.at(each).items():
+                    inner = (name,) if isinstance(each.at, Mapping) else ()
+                    yield from _other((*at, "at", *inner), value, x[name])
+                yield from _stated(at, each, y)
+            elif isinstance(each, XAt):
+                yield from _other((*at, "y"), each.y, y)
+                yield from _stated(at, each, only_x)
+            elif isinstance(each, Slope):
+                yield from _other((*at, "at"), each.at, only_x)
+                yield from _sloping(at, each, y, only_x)
+            elif isinstance(each, Deviation):
+                yield from _stated(at, each, "1" if each.of_span else y, difference=True)
+
+
+def _other(key: tuple[str | int, ...], given: Quantity | None, si: str) -> Iterator[Objection]:
+    wanted = unit(si).dimension
+    if given is not None and given.dimension != wanted:
+        yield key, f"got '{given}', a {given.dimension}; needed is a {wanted}", ""
+
+
+def _sloping(at: tuple[str | int, ...], result: Slope, y: str, x: str) -> Iterator[Objection]:
+    try:
+        yield from _stated(at, result, quotient(y, x))
+    except QuantityError as error:
+        yield (*at, "unit"), error.message, error.hint
+
+
+def _stated(
+    at: tuple[str | int, ...], result: Any, si: str, *, difference: bool = False
+) -> Iterator[Objection]:
+    given, wanted = unit(result.unit), unit(si)
+    if given.dimension != wanted.dimension:
+        hint = f"write a unit such as {wanted.symbol}"
+        if isinstance(result, Deviation) and given.dimension == unit("1").dimension:
+            hint += ", or 'of_span: yes' for a share of the span"
+        message = f"got '{result.unit}', a {given.dimension}; it is a {wanted.dimension}"
+        yield (*at, "unit"), message, hint
+    elif difference and given.offset:
+        message = f"got '{result.unit}', and the result is a difference of temperatures"
+        yield (*at, "unit"), message, "write K"

@@ -1,0 +1,351 @@
+"""The analysis `curve`, against certified values and computations of its own."""
+
+from __future__ import annotations
+
+import re
+from math import isnan, sqrt
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from helpers_analysis import RIG
+from rigrunner.analysis.scrutiny import Scrutiny
+from rigrunner.api.data import Measurement, Recording, RunData
+from rigrunner.api.errors import DataError, PluginError
+from rigrunner.api.instruments import OtherInstrument
+from rigrunner.registry import load_registry
+
+STRD = Path(__file__).parents[2] / "reference" / "strd"
+START = "2026-01-05T10:00:00+00:00"
+UNITS = {"cell.signal": "V", "lever.torque": "N·m", "meter.current": "A", "room.air": "K"}
+LINE = {"polynomial": {"degree": 1}}
+
+
+def rows(x, y, *, of="cell.signal", over="lever.torque", labels=(), read=False, units=UNITS):
+    """Return a row for each point; x is a set-point unless it is read."""
+    labels = labels or [{}] * len(x)
+    return [
+        Measurement(
+            "points", START, {} if read else {over: float(a)},
+            {of: float(b)} | ({over: float(a)} if read else {}), units, coordinates=label,
+        )
+        for a, b, label in zip(x, y, labels, strict=True)
+    ]  # fmt: skip
+
+
+def entry(channel, measures, accuracy):
+    return OtherInstrument.model_validate(
+        {"channel": channel, "measures": measures, "serial": "S-1", "accuracy": accuracy}
+    )
+
+
+EXACT = entry("cell.signal", "voltage", {"drift": "0 V"})
+
+
+def run_of(measured, *instruments, recordings=()) -> RunData:
+    return RunData(
+        run_id="r", procedure_id="P", procedure_revision="A", procedure_title="", station_id="s",
+        started_utc=START, ended_utc=START, outcome="completed", inputs={}, rig=RIG, instruments={},
+        zeros={}, recordings=tuple(recordings), measurements=tuple(measured),
+        other_instruments=instruments,
+    )  # fmt: skip
+
+
+def findings(run, results, fit=LINE, **settings):
+    told = {"of": "cell.signal", "over": "lever.torque", "fit": fit, "results": results} | settings
+    return Scrutiny(load_registry()).make("analysis", "curve", told)(run)
+
+
+def found(run, results, fit=LINE, **settings):
+    return {each.name: each for each in findings(run, results, fit, **settings).results}
+
+
+def nist(name):
+    """Return y, the columns of x, and certified values with standard deviations."""
+    lines = (STRD / f"{name}.dat").read_text(encoding="utf-8").splitlines()
+    data = np.array([list(map(float, line.split())) for line in lines[60:] if line.strip()])
+    told = [line.split() for line in lines[:60]]
+    certified = [
+        (float(words[1]), float(words[2]))
+        for words in told
+        if len(words) == 3 and re.fullmatch("B[0-9]", words[0])
+    ]
+    return data[:, 0], data[:, 1:], np.array(certified)
+
+
+@pytest.mark.parametrize(("name", "degree", "digits"), [("Norris", 1, 11), ("Pontius", 2, 11)])
+def test_parameters_are_those_that_nist_certifies(name, degree, digits):
+    y, x, certified = nist(name)
+    units = {"cell.signal": "1", "lever.torque": "1"}
+    told = {f"c{k}": {"name": f"b{k}", "unit": "1"} for k in range(degree + 1)}
+    run = run_of(rows(x[:, 0], y, units=units))
+    got = found(run, {"parameters": told}, {"polynomial": {"degree": degree}})
+    for k, (value, u) in enumerate(certified):
+        assert got[f"b{k}"].estimate.value == pytest.approx(value, rel=10.0**-digits)
+        assert got[f"b{k}"].components[0].u == pytest.approx(u, rel=1e-9)
+        assert got[f"b{k}"].components[0].dof == len(y) - degree - 1
+
+
+def test_several_regressors_are_those_that_nist_certifies():
+    y, x, certified = nist("Longley")
+    names = [f"x{k}" for k in range(1, 7)]
+    sources = {name: f"in.{name}" for name in names}
+    measured = [
+        Measurement("points", START, {sources[n]: v for n, v in zip(names, row, strict=True)},
+                    {"cell.signal": value}, {})
+        for row, value in zip(x, y, strict=True)
+    ]  # fmt: skip
+    measured = [
+        Measurement(each.name, START, each.setpoints, each.values,
+                    dict.fromkeys((*each.setpoints, *each.values), "1"))
+        for each in measured
+    ]  # fmt: skip
+    model = "b0 + " + " + ".join(f"b{k}*x{k}" for k in range(1, 7))
+    fit = {"expression": {"over": names, "model": model, "start": {f"b{k}": 1 for k in range(7)}}}
+    at = {name: f"{value:.6f} 1" for name, value in zip(names, x.mean(axis=0), strict=True)}
+    told = {
+        "parameters": {f"b{k}": {"name": f"b{k}", "unit": "1"} for k in range(7)},
+        "value": {"name": "middle", "unit": "1", "at": at},
+    }
+    got = found(run_of(measured), told, fit, over=sources)
+    for k, (value, u) in enumerate(certified):
+        assert got[f"b{k}"].estimate.value == pytest.approx(value, rel=1e-9)
+        assert got[f"b{k}"].components[0].u == pytest.approx(u, rel=1e-9)
+    # at the mean of the regressors least squares gives the mean of y, u = s/sqrt(n)
+    assert got["middle"].estimate.value == pytest.approx(y.mean(), rel=1e-8)
+    assert got["middle"].components[0].u == pytest.approx(304.854073561965 / 4, rel=1e-5)
+
+
+X = np.array([0, 2, 4, 6, 8, 10.0])
+NOISE = np.array([1.2, -0.7, 0.3, -1.1, 0.9, -0.4]) * 1e-3
+Y = 0.05 + 0.2 * X + NOISE
+
+
+def test_a_gain_and_an_offset_act_as_one_error_on_all_points():
+    """y = a + b x: a gain g of y moves b by b g, an offset moves a alone."""
+    told = {
+        "parameters": {"c0": {"name": "a", "unit": "mV"}, "c1": {"name": "b", "unit": "mV/(N·m)"}},
+        "slope": {"name": "slope", "unit": "V/(N·m)"},
+    }
+    of_y = entry("cell.signal", "voltage", {"gain": "0.3 %", "offset": "2 mV"})
+    of_x = entry("lever.torque", "force", {"offset": "0.1 N"}).model_copy(
+        update={"measures": "torque"}
+    )
+    got = found(run_of(rows(X, Y), of_y, of_x), told)
+    b, a = np.polyfit(X, Y, 1)
+    line = {name: {each.name: each.u for each in got[name].components} for name in got}
+    assert line["slope"]["gain of cell.signal"] == pytest.approx(b * 0.003 / sqrt(3), rel=1e-6)
+    assert line["b"]["gain of cell.signal"] == pytest.approx(1e3 * b * 0.003 / sqrt(3), rel=1e-6)
+    assert line["a"]["gain of cell.signal"] == pytest.approx(1e3 * a * 0.003 / sqrt(3), rel=1e-6)
+    assert line["slope"]["offset of cell.signal"] == pytest.approx(0, abs=1e-9)
+    assert line["a"]["offset of cell.signal"] == pytest.approx(2 / sqrt(3), rel=1e-6)
+    assert line["a"]["offset of lever.torque"] == pytest.approx(1e3 * b * 0.1 / sqrt(3), rel=1e-5)
+    assert line["slope"]["offset of lever.torque"] == pytest.approx(0, abs=1e-9)
+
+
+def test_an_error_in_one_figure_acts_with_its_greatest_effect():
+    """Of a slope the sum of |weights|: of -1 and +1 at either side of the middle."""
+    told = {"slope": {"name": "slope", "unit": "V/(N·m)"}}
+    got = found(run_of(rows(X, Y), entry("cell.signal", "voltage", "3 mV")), told)
+    weights = (X - X.mean()) / np.sum((X - X.mean()) ** 2)
+    (line,) = (each for each in got["slope"].components if each.name.startswith("reading"))
+    assert line.u == pytest.approx(np.abs(weights).sum() * 0.003 / sqrt(3), rel=1e-6)
+
+
+def test_an_unknown_instrument_leaves_the_uncertainty_unknown():
+    got = found(run_of(rows(X, Y)), {"slope": {"name": "slope", "unit": "V/(N·m)"}})
+    assert isnan(got["slope"].estimate.u)
+
+
+def test_a_set_point_without_an_entry_counts_as_exact_and_a_note_says_so():
+    told = {"slope": {"name": "slope", "unit": "V/(N·m)"}}
+    notes = findings(run_of(rows(X, Y), EXACT), told).notes
+    assert "lever.torque counts as exact: the register has no entry for it." in notes
+
+
+def simulated_inverse(readings, rng):
+    """Return x found backwards for y of x = 7, in each of many calibrations."""
+    s, trials = 1e-3, 40_000
+    y = 0.05 + 0.2 * X + rng.normal(0, s, (trials, len(X)))
+    asked = 0.05 + 0.2 * 7 + (rng.normal(0, s / sqrt(readings), trials) if readings else 0.0)
+    middle = X - X.mean()
+    slopes = y @ middle / (middle @ middle)
+    return X.mean() + (asked - y.mean(axis=1)) / slopes, s
+
+
+@pytest.mark.parametrize("readings", [None, 1, 4])
+def test_a_calibration_used_backwards_is_as_sure_as_many_calibrations_show(readings):
+    found_x, s = simulated_inverse(readings, np.random.default_rng(5))
+    told = {"x_at": {"name": "x", "unit": "N·m", "y": "1.45 V"} | (
+        {"readings": readings} if readings else {})}  # fmt: skip
+    y = 0.05 + 0.2 * X + NOISE
+    got = found(run_of(rows(X, y), EXACT), told)["x"]
+    line, residual = np.polyfit(X, y, 1), np.polyval(np.polyfit(X, y, 1), X) - y
+    scale = s / sqrt(residual @ residual / 4)  # the scatter of the trials, not of this calibration
+    assert got.estimate.value == pytest.approx((1.45 - line[1]) / line[0], rel=1e-9)
+    assert got.components[0].u * scale == pytest.approx(found_x.std(), rel=0.02)
+    assert got.components[0].dof == 4
+
+
+def test_a_gain_of_the_meter_cancels_where_the_same_meter_reads_both():
+    """It calibrates and is used with one and the same gain: x does not depend on it."""
+    gain = entry("cell.signal", "voltage", {"gain": "1 %", "offset": "5 mV"})
+    run = run_of(rows(X, Y), gain)
+    given = found(run, {"x_at": {"name": "x", "unit": "N·m", "y": "1.45 V"}})["x"]
+    read = found(run, {"x_at": {"name": "x", "unit": "N·m", "y": "1.45 V", "readings": 1}})["x"]
+    of_gain = {each.name: each.u for each in given.components}["gain of cell.signal"]
+    assert of_gain == pytest.approx(1.45 * 0.01 / sqrt(3) / 0.2, rel=0.01)
+    for each in read.components[1:]:
+        assert each.u == pytest.approx(0, abs=1e-6)
+
+
+def test_an_unknown_is_found_by_its_own_readings():
+    labels = [{"phase": "calibration"}] * 6 + [{"phase": "unknown"}] * 2
+    run = run_of(rows([*X, 3, 3], [*Y, 1.449, 1.451], labels=labels), EXACT)
+    told = {"x_at": {"name": "x", "unit": "N·m", "where": {"phase": "unknown"}}}
+    got = found(run, told, where={"phase": "calibration"})["x"]
+    slope, constant = np.polyfit(X, Y, 1)
+    assert got.estimate.value == pytest.approx((1.45 - constant) / slope, rel=1e-9)
+    assert got.readings == 6
+
+
+def test_what_the_curve_does_not_give_is_left_out_and_nothing_is_decided():
+    told = {
+        "value": {"name": "far", "unit": "V", "at": "12 N·m"},
+        "x_at": {"name": "x", "unit": "N·m", "y": "9 V"},
+        "slope": {"name": "slope", "unit": "V/(N·m)"},
+    }
+    got = findings(run_of(rows(X, Y), EXACT), told)
+    assert [each.name for each in got.results] == ["slope"]
+    assert [each.decisive and not each.ok for each in got.checks] == [True, True]
+    assert "12 N·m is outside the points, 0 to 10 N·m" in got.checks[0].text
+    assert "the value 9 V nowhere" in got.checks[1].text
+
+
+def test_a_curve_that_takes_a_value_twice_is_not_used_backwards():
+    run = run_of(rows(X, (X - 5) ** 2 + NOISE), EXACT)
+    told = {"x_at": {"name": "x", "unit": "N·m", "y": "4 V"}}
+    got = findings(run, told, {"polynomial": {"degree": 2}})
+    assert "at 2 places" in got.checks[0].text
+
+
+def test_a_value_of_a_nonlinear_fit_with_units():
+    """U = U0 exp(-x/x0) exactly: 10 V, 4 N·m; its start is given in other units."""
+    y = 10 * np.exp(-X / 4) * (1 + np.array([1, -1, 1, -1, 1, -1]) * 1e-6)
+    fit = {"expression": {"over": ["x"], "model": "U0*exp(-x/x0)",
+                          "start": {"U0": "9000 mV", "x0": "3 N·m"}}}  # fmt: skip
+    told = {
+        "parameters": {"x0": {"name": "decay", "unit": "mN·m"}, "U0": {"name": "U0", "unit": "mV"}},
+        "value": {"name": "at_3", "unit": "mV", "at": "3 N·m"},
+    }
+    got = found(run_of(rows(X, y), EXACT), told, fit)
+    assert got["decay"].estimate.value == pytest.approx(4000, rel=1e-5)
+    assert got["U0"].estimate.value == pytest.approx(10_000, rel=1e-5)
+    assert got["at_3"].estimate.value == pytest.approx(10_000 * np.exp(-0.75), rel=1e-5)
+
+
+def test_a_parameter_in_a_unit_of_another_kind_is_refused():
+    told = {"parameters": {"c1": {"name": "b", "unit": "V"}}}
+    with pytest.raises(
+        DataError, match=r"b is stated in V; the parameter 'c1' of the fit is in V/"
+    ):
+        found(run_of(rows(X, Y), EXACT), told)
+    with pytest.raises(DataError, match="no parameter 'c7'; it has: c0, c1"):
+        found(run_of(rows(X, Y), EXACT), {"parameters": {"c7": {"name": "b", "unit": "V"}}})
+
+
+BENT = np.array([0, 1.03, 2.045, 3.03, 4.0])
+"""Over 0 to 4: the least-squares line is y = 0.021 + x, off it by -21, 9, 24, 9 and -21 mV."""
+
+
+def test_nonlinearity_is_the_greatest_deviation_from_the_best_line():
+    run = run_of(rows(range(5), BENT), EXACT)
+    told = {"nonlinearity": [
+        {"name": "linearity", "unit": "mV"},
+        {"name": "of_span", "unit": "%", "of_span": "yes"},
+    ]}  # fmt: skip
+    got = found(run, told)
+    assert got["linearity"].estimate.value == pytest.approx(24.0, rel=1e-9)
+    assert got["of_span"].estimate.value == pytest.approx(100 * 0.024 / 4.0, rel=1e-9)
+    s = sqrt(sum(np.array([21, 9, 24, 9, 21]) ** 2) / 3)
+    # in the middle of five points 1 - h = 1 - 1/5 of the variance is off the line
+    assert got["linearity"].components[0].u == pytest.approx(s * sqrt(1 - 0.2), rel=1e-9)
+
+
+UP_AND_DOWN = [{"way": "up"}] * 3 + [{"way": "down"}] * 3
+BOTH = {"way": ["up", "down"]}
+
+
+def test_hysteresis_is_falling_less_rising_and_zero_return_that_at_zero():
+    x = [0, 5, 10, 10, 5, 0]
+    y = [0.000, 1.000, 2.000, 2.002, 1.010, 0.004]
+    told = {
+        "hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH},
+        "zero_return": {"name": "zero", "unit": "mV", "between": BOTH},
+    }
+    run = run_of(rows(x, y, labels=UP_AND_DOWN), entry("cell.signal", "voltage", "1 mV"))
+    got = found(run, told)
+    assert got["hysteresis"].estimate.value == pytest.approx(10.0, rel=1e-9)
+    assert got["zero"].estimate.value == pytest.approx(4.0, rel=1e-9)
+    lines = [each.u for each in got["zero"].components[1:]]
+    assert lines == pytest.approx([1 / sqrt(3)] * 2, rel=1e-6)  # of each reading its own error
+
+
+def test_hysteresis_does_not_mind_that_a_read_x_is_not_quite_the_same():
+    """The spring's travel is read: 5.00 and 5.02 mm on a slope of 0.2 are no hysteresis."""
+    x = np.array([0, 5.00, 10, 10.01, 5.02, 0.01])
+    run = run_of(rows(x, 0.2 * x, labels=UP_AND_DOWN, read=True), EXACT,
+                 entry("lever.torque", "force", "0.001 N"))  # fmt: skip
+    told = {"hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH}}
+    assert found(run, told)["hysteresis"].estimate.value == pytest.approx(0, abs=1e-9)
+
+
+def test_repeated_values_say_how_sure_a_hysteresis_is():
+    x = [0, 5, 10, 10, 5, 0] * 2
+    y = [0.001, 1.0, 2.0, 2.0, 1.0, 0.011, -0.001, 1.0, 2.0, 2.0, 1.0, 0.009]
+    labels = UP_AND_DOWN * 2
+    told = {"hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH}}
+    got = found(run_of(rows(x, y, labels=labels), EXACT), told)["hysteresis"]
+    # pooled: two pairs 2 mV apart, four that agree: s² = 2·(2 mV²)/6, and twice s²/2
+    assert got.estimate.value == pytest.approx(10.0, rel=1e-9)
+    assert (got.components[0].u, got.components[0].dof) == pytest.approx(
+        (sqrt(2 / 3), 6.0), rel=1e-6
+    )
+
+
+def test_a_curve_for_each_value_of_a_coordinate():
+    labels = [{"lot": "a"}] * 6 + [{"lot": "b"}] * 6
+    run = run_of(rows([*X, *X], [*Y, *(2 * Y)], labels=labels), EXACT)
+    got = findings(run, {"slope": {"name": "slope", "unit": "V/(N·m)"}}, per="lot").results
+    slopes = {str(each.coordinates["lot"]): each.estimate.value for each in got}
+    assert slopes["b"] == pytest.approx(2 * slopes["a"], rel=1e-9)
+
+
+def test_a_recording_is_a_point_by_its_statistic():
+    recordings = [
+        Recording(f"r{i}", 100.0, START, {"lever.torque": x}, {"cell.signal": np.array([y, y + 2])},
+                  UNITS)
+        for i, (x, y) in enumerate(zip(X, Y, strict=True))
+    ]  # fmt: skip
+    run = run_of([], EXACT, recordings=recordings)
+    told = {"parameters": {"c0": {"name": "a", "unit": "V"}}}
+    highest = found(run, told, statistic="maximum")["a"].estimate.value
+    assert highest == pytest.approx(np.polyfit(X, Y, 1)[1] + 2, rel=1e-9)
+
+
+def test_temperatures_count_from_zero_celsius_unless_told():
+    celsius = np.array([0, 25, 50, 75, 100.0])
+    run = run_of(rows(celsius + 273.15, 1 + 0.01 * celsius, over="room.air"), EXACT)
+    told = {"parameters": {"c0": {"name": "a", "unit": "V"}},
+            "x_at": {"name": "t", "unit": "°C", "y": "1.6 V"}}  # fmt: skip
+    got = found(run, told, over="room.air")
+    assert got["a"].estimate.value == pytest.approx(1.0, rel=1e-9)
+    assert got["t"].estimate.value == pytest.approx(60.0, rel=1e-9)
+    got = found(run, told, over="room.air", reference="50 °C")
+    assert got["a"].estimate.value == pytest.approx(1.5, rel=1e-9)
+
+
+def test_the_analysis_names_the_fit_that_it_took_and_refuses_an_unknown_one():
+    with pytest.raises(PluginError, match="there is no fit 'polynom'"):
+        found(run_of(rows(X, Y), EXACT), {"slope": {"name": "s", "unit": "V/(N·m)"}}, "polynom")
