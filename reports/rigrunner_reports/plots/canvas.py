@@ -35,6 +35,7 @@ STYLE = {
     "axes.spines.right": False,
     "axes.grid": True,
     "axes.axisbelow": True,
+    "axes.formatter.useoffset": False,  # a reader does not add 2.961e2 to each tick
     "axes.unicode_minus": True,
     "grid.color": "#E1E6EB",
     "grid.linewidth": 0.7,

@@ -28,6 +28,7 @@ _STYLE: dict[str, Any] = {
     "axes.spines.right": False,
     "axes.grid": True,
     "axes.axisbelow": True,
+    "axes.formatter.useoffset": False,  # a reader does not add 2.961e2 to each tick
     "grid.color": "#E1E6EB",
     "text.color": INK,
     "text.parse_math": False,
