@@ -7,6 +7,7 @@ from math import isinf, isnan
 from typing import TYPE_CHECKING
 
 from rigrunner.signal.uncertainty import share_percent
+from rigrunner_reports.mathematics import equation
 from rigrunner_reports.numbers import fixed, significant, stated
 from rigrunner_reports.section import Section
 from rigrunner_reports.view.decision import LimitView
@@ -14,11 +15,15 @@ from rigrunner_reports.view.decision import LimitView
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.findings import MeasurementResult
+    from markupsafe import Markup
+
+    from rigrunner.api.findings import MeasurementResult, Table
     from rigrunner.api.results import Result
     from rigrunner.api.verdict import LimitDecision
     from rigrunner_reports.numbers import Stated
 
+TABLE_DIGITS = 8
+"""Significant digits at most of the numbers of a table; result.json has all."""
 MOST_ROWS = 200
 """So many results of one name are shown, those out of limits first; result.json has all."""
 
@@ -58,6 +63,15 @@ class BudgetView:
 
 
 @dataclass(frozen=True)
+class TableView:
+    """A table that belongs to results."""
+
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
 class ResultView:
     """All results of one name."""
 
@@ -71,6 +85,9 @@ class ResultView:
     limits: tuple[LimitView, ...]
     """Of their mean, or of the worst of them."""
     budget: BudgetView | None
+    formulas: tuple[Markup, ...]
+    """The equations by which they were computed, as MathML."""
+    tables: tuple[TableView, ...]
 
 
 def result_views(result: Result) -> tuple[ResultView, ...]:
@@ -109,7 +126,21 @@ def _view(result: Result, found: Sequence[MeasurementResult]) -> ResultView:
             if id(part.result) not in judged or part.of.startswith("worst ")
         ),
         budget=_budget(budgeted),
+        formulas=tuple(equation(each) for each in result.formulas if each.of == definition.name),
+        tables=tuple(_table(each) for each in result.tables if each.of == definition.name),
     )
+
+
+def _table(table: Table) -> TableView:
+    return TableView(
+        title=table.title,
+        columns=table.columns,
+        rows=tuple(tuple(map(_cell, row)) for row in table.rows),
+    )
+
+
+def _cell(value: float | str) -> str:
+    return value if isinstance(value, str) else significant(value, TABLE_DIGITS)
 
 
 def _row(found: MeasurementResult, own: dict[int, LimitDecision]) -> ResultRow:

@@ -150,6 +150,8 @@ class _Analysis:
             means=tuple(mean for each in (torque, *found) for mean in each.means),
             checks=tuple(as_judged(check) for each in found for check in each.checks),
             notes=tuple(note for each in found for note in each.notes),
+            formulas=tuple(formula for each in found for formula in each.formulas),
+            tables=tuple(table for each in found for table in each.tables),
         )
         decision = None
         if self.acceptance is not None:
@@ -191,6 +193,8 @@ class _Analysis:
             name=self.spec.name,
             results=named.results,
             means=named.means,
+            formulas=named.formulas,
+            tables=named.tables,
             checks=(*checks, *named.checks),
             notes=((problem,) if problem else ()) + named.notes,
             settings=settings_as_asked(self.spec, self.lookup, self.analyses),

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
         Rejection,
     )
     from rigrunner.api.data import Array, RunData
-    from rigrunner.api.findings import MeasurementResult, ResultDefinition
+    from rigrunner.api.findings import MeasurementResult, ResultDefinition, Table
     from rigrunner.api.results import Result
 
 FORMAT = "rigrunner: result/1"
@@ -58,6 +58,7 @@ def document(result: Result) -> Json:
         "revisions": dict(result.revisions),
         "headline": _headline(result),
         **({"results": named} if named else {}),
+        **({"tables": [_table(each) for each in result.tables]} if result.tables else {}),
         "verdict": verdict(result),
         "limits": limits(result.limits),
         "decision": None if result.decision is None else decision(result.decision),
@@ -89,6 +90,15 @@ def _identity(definition: ResultDefinition) -> Json:
     if definition.measurand is None:
         return {}
     return {"measurand": {"id": definition.measurand.id, "text": str(definition.measurand)}}
+
+
+def _table(table: Table) -> Json:
+    return {
+        "of": table.of,
+        "title": table.title,
+        "columns": list(table.columns),
+        "rows": plain(table.rows),
+    }
 
 
 def _run(run: RunData) -> Json:

@@ -22,6 +22,7 @@ from rigrunner.api.data import Estimate
 from rigrunner.api.errors import PluginError, RigrunnerError
 from rigrunner.api.findings import Findings
 from rigrunner.api.verdict import WORST_FIRST, Verdict, Zone
+from rigrunner.signal.expression.syntax import ExpressionError, parse_any
 from rigrunner.signal.propagation import propagate
 from rigrunner.signal.uncertainty import combine
 
@@ -292,6 +293,14 @@ class _Analysis:
         need(len(set(means)) == len(means), "two means of one name")
         for each in (*found.results, *found.means):
             self._check(each)
+        for formula in found.formulas:
+            try:
+                parse_any(formula.text)
+            except ExpressionError as error:
+                self.subject.refuse(f"the formula {_shown(formula.text)}: {error.message}")
+        for table in found.tables:
+            wide = {len(row) for row in table.rows} | {len(table.columns)}
+            need(len(wide) == 1, f"the table '{table.title}' with rows of {wide} columns")
         return found
 
     def _check(self, result: MeasurementResult) -> None:

@@ -67,6 +67,32 @@ class MeasurementResult:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Formula:
+    """An equation by which a result was computed, as the report sets it."""
+
+    of: str
+    """The name of the result."""
+    symbol: str
+    """What it gives: the left side."""
+    text: str
+    """The right side, in the notation of `rigrunner.signal.expression`."""
+    quantities: Mapping[str, str] = field(default_factory=dict)
+    """What names in it stand for that are numbers with a unit, such as {'number_1': '0 °C'}."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """What belongs to results besides, in rows of numbers and texts."""
+
+    of: str
+    """The name of the result with which it stands."""
+    title: str
+    columns: tuple[str, ...]
+    """What each holds, with its unit where it has one: 'u / mm'."""
+    rows: tuple[tuple[float | str, ...], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Findings:
     """What an analysis found in a run."""
 
@@ -81,6 +107,10 @@ class Findings:
     """What was looked at besides; one that is `decisive` and not `ok` forbids a verdict."""
     notes: tuple[str, ...] = ()
     """What a reader must know, in sentences."""
+    formulas: tuple[Formula, ...] = ()
+    """By which results were computed; the report shows them with the results."""
+    tables: tuple[Table, ...] = ()
+    """What belongs to results besides; in the report, and in `result.json`."""
 
 
 class Analysis(Protocol):

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import Check, Compensation, Component, Curve, PeakPoint
     from rigrunner.api.data import Estimate, Measurement, Points, RunData
-    from rigrunner.api.findings import MeasurementResult
+    from rigrunner.api.findings import Formula, MeasurementResult, Table
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.validation import Validation
     from rigrunner.api.verdict import Decision, LaterDecision, LimitDecision, Verdict
@@ -138,6 +138,9 @@ class Result:
     """All results by their names: the torque of each set-point, then what other analyses found."""
     means: tuple[MeasurementResult, ...] = ()
     """The means that analyses give of their results by themselves: of the torque, the headline."""
+    formulas: tuple[Formula, ...] = ()
+    tables: tuple[Table, ...] = ()
+    """What belongs to results besides."""
     decision: Decision | None = None
     validation: Validation | None = None
     """The Monte Carlo check of the headline, where the procedure asks for one."""

@@ -7,103 +7,40 @@ trials of JCGM 101, which say whether the interval of the GUM holds what it clai
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import inf, isfinite, isnan, sqrt
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from rigrunner.api.analysis import Check, Component
 from rigrunner.api.errors import DataError
 from rigrunner.api.findings import Findings, MeasurementResult
-from rigrunner.api.uncertainty import Corrected, Differentiable
-from rigrunner.api.uncertainty import Effect as ToFirstOrder
-from rigrunner.signal.coverage import expanded
-from rigrunner.signal.monte_carlo.intervals import numerical_tolerance, symmetric
-from rigrunner.signal.monte_carlo.model import output_of
-from rigrunner.signal.propagation import propagate, sensitivities
+from rigrunner.api.uncertainty import Differentiable
+from rigrunner.signal.monte_carlo.intervals import numerical_tolerance
+from rigrunner.signal.propagation import propagate
+from rigrunner_plugins.analyses.equation.evaluated import (
+    TRIALS,
+    Evaluated,
+    Trial,
+    names_of,
+    tried,
+)
 from rigrunner_plugins.analyses.equation.model import inputs_of
 from rigrunner_plugins.analyses.equation.second_order import added_variance
+from rigrunner_plugins.analyses.equation.shown import both_methods, formulas, tables
 from rigrunner_plugins.analyses.sources import groups
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.api.data import Array, Estimate, RunData
+    from rigrunner.api.data import Estimate, RunData
     from rigrunner.api.findings import ResultDefinition
     from rigrunner.api.uncertainty import MeasurementModel
     from rigrunner_plugins.analyses.equation.settings import EquationSettings
     from rigrunner_plugins.analyses.sources import Group
 
 CURVATURE = "curvature of the model (second order)"
-TRIALS = 50_000
-SEED = 1
-MOST_TRIED = 30
-"""So many places are tried by Monte Carlo, spread evenly over all."""
 MOST_MISSED = 0.02
 """Of the trials, beyond y ± U by the curvature of the model: more, and U claims too much."""
 DIGITS = 2
-
-
-@dataclass(frozen=True, eq=False)
-class Trial:
-    """What the trials of one result say."""
-
-    mean: float
-    u: float
-    low: float
-    high: float
-    held: float
-    """Which share of them is within y ± U."""
-    held_if_straight: float
-    """The same of the model's tangent: what it is less comes from the model's curvature."""
-    lost: int
-    """How many gave no number."""
-
-
-@dataclass(frozen=True, eq=False)
-class Evaluated:
-    """A result, the model that it follows from, and what trials of it say."""
-
-    result: MeasurementResult
-    model: MeasurementModel
-    first_order_u: float
-    added: float
-    """Variance that the terms of second order add, in the unit of the result, squared."""
-
-    @cached_property
-    def trial(self) -> Trial | None:
-        """By Monte Carlo; None where an uncertainty is unknown, or there is none."""
-        estimate = self.result.estimate
-        if isnan(estimate.u) or not estimate.u:
-            return None
-        values, straight = (
-            output_of(model)(np.random.default_rng(SEED), TRIALS)
-            for model in (self.model, self._tangent)
-        )
-        good = np.sort(values[np.isfinite(values)])
-        if len(good) < TRIALS / 2:
-            raise DataError(f"the model of {self.result.name} has no value in most of its trials")
-        interval = symmetric(good, 0.95)
-        reach = expanded(estimate)
-        return Trial(
-            mean=float(good.mean()),
-            u=float(good.std(ddof=1)),
-            low=interval.low,
-            high=interval.high,
-            held=float(np.sum(np.abs(good - estimate.value) <= reach)) / TRIALS,
-            held_if_straight=float(np.mean(np.abs(straight - estimate.value) <= reach)),
-            lost=TRIALS - len(good),
-        )
-
-    @property
-    def _tangent(self) -> MeasurementModel:
-        """The model of first order, of the same inputs."""
-        slopes = sensitivities(self.model)
-        effects = tuple(
-            ToFirstOrder(each, float(c)) for each, c in zip(self.model.inputs, slopes, strict=True)
-        )
-        return replace(self.model, equation=Corrected(self.model.value, effects))
 
 
 @dataclass(frozen=True)
@@ -127,6 +64,17 @@ class EquationAnalysis:
             results=tuple(each.result for each in order),
             checks=tuple(_checks(order)),
             notes=tuple(_notes(settings, order)),
+            formulas=tuple(formulas(settings)),
+            tables=(
+                *tables(settings, by_place, found[0].units),
+                *(
+                    table
+                    for name in names_of(order)
+                    for table in both_methods(
+                        tried([each for each in order if each.result.name == name])
+                    )
+                ),
+            ),
         )
 
     def _at(
@@ -198,18 +146,9 @@ def _curvature(added: float, symbol: str) -> Component:
                      sensitivity=1.0)  # fmt: skip
 
 
-def tried(found: Sequence[Evaluated]) -> list[Evaluated]:
-    """Return the results that are tried by Monte Carlo: all, or some that are spread evenly."""
-    if len(found) <= MOST_TRIED:
-        return list(found)
-    places = np.linspace(0, len(found) - 1, MOST_TRIED).round().astype(int)
-    return [found[place] for place in places]
-
-
 def _checks(found: Sequence[Evaluated]) -> Iterator[Check]:
     """Yield, for each result, whether y ± U holds the trials that it claims to hold."""
-    names = dict.fromkeys(each.result.name for each in found)
-    for name in names:
+    for name in names_of(found):
         trials = [
             (each, each.trial)
             for each in tried([one for one in found if one.result.name == name])
@@ -245,32 +184,23 @@ def _missed(trial: Trial) -> float:
 
 def _notes(settings: EquationSettings, found: Sequence[Evaluated]) -> Iterator[str]:
     bent = [each for each in found if each.added > 0]
-    for name in dict.fromkeys(each.result.name for each in bent):
+    for name in names_of(bent):
         most = max((each for each in bent if each.result.name == name), key=lambda each: each.added)
         u = most.result.estimate.u
         yield (
             f"{name}: the curvature of the model counts: u is {u:.2g} {most.result.of.unit} with"
             f" the terms of second order (GUM 5.1.2, note), and {most.first_order_u:.2g} without."
         )
-    for name, told in settings.inputs.items():
-        if not told.instrument:
-            yield (
-                f"{name}: what the register says of {told.of} is not used; its errors are among the"
-                " constants, or left out."
-            )
-    if any(each.result.readings == 1 for each in found) and any(
-        each.scatter is None for each in settings.inputs.values()
-    ):
+    first = found[0].result.name
+    stated = [name for name, told in settings.inputs.items() if not told.instrument]
+    if stated:
         yield (
-            f"{found[0].result.name}: a value is a single reading, which shows no scatter: its"
-            " uncertainty is the instrument's alone."
+            f"{first}: of {', '.join(stated)} the errors that the register states are not used:"
+            " they are among the constants, or left out."
         )
-
-
-def correlation(one: Evaluated, other: Evaluated) -> float:
-    """Return the correlation coefficient of two results of the same inputs (GUM 5.2, H.2)."""
-    u = np.array([each.u for each in one.model.inputs])
-    r: Array = np.eye(len(u)) if one.model.correlation is None else one.model.correlation
-    a, b = sensitivities(one.model) * u, sensitivities(other.model) * u
-    whole = sqrt(float(a @ r @ a) * float(b @ r @ b))
-    return float(a @ r @ b) / whole if whole else 0.0
+    single = any(each.result.readings == 1 for each in found)
+    if single and any(told.instrument and not told.scatter for told in settings.inputs.values()):
+        yield (
+            f"{first}: a value is a single reading, which shows no scatter: its uncertainty is the"
+            " instrument's alone."
+        )

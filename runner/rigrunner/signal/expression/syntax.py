@@ -124,6 +124,12 @@ def parse(text: str, names: Collection[str]) -> Expression:
     return Expression(text, reading.node(tree.body, 0))
 
 
+def parse_any(text: str) -> Expression:
+    """Return the formula of a text, whatever it calls its quantities; raise ExpressionError."""
+    words = {each["name"] for each in _WORD.finditer(text) if each["name"]}
+    return parse(text, words - set(_KNOWN_FUNCTIONS) - set(CONSTANTS))
+
+
 _KNOWN_FUNCTIONS = (*FUNCTIONS, *OF_SEVERAL, *ALIASES)
 _DEPTH_HINT = f"at most {DEEPEST} operations stand within each other"
 
