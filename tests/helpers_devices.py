@@ -192,6 +192,7 @@ def run(
     pauses: Pauses | None = None,
     seam: Seam | None = None,
     inputs: Mapping[str, str] | None = None,
+    results: object = None,
 ) -> RunSummary:
     """Run a plan on a connected rig of one fake tester, in simulated time."""
     clock = clock or SimulatedClock()
@@ -208,6 +209,7 @@ def run(
         pauses=pauses,
         seam=seam,
         inputs=inputs or {},
+        results=results,
     )
 
 

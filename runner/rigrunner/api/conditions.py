@@ -6,7 +6,8 @@ from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from rigrunner.api.member import Member
+from rigrunner.api.member import NAME, Member
+from rigrunner.api.quantity import Quantity  # noqa: TC001  (pydantic reads it)
 from rigrunner.api.settings import AnyQuantity, ListOf, Settings
 from rigrunner.api.texts import plain
 
@@ -40,27 +41,32 @@ class When(Settings):
 
 
 class Until(Settings):
-    """A repetition ends once a channel, read at the end of each pass, is beyond a value."""
+    """A repetition ends once a value, looked at after each pass, is beyond another one."""
 
-    channel: Member
+    channel: Member | None = None
     """Role and channel, such as tester.temperature; read once."""
+    result: Annotated[str, Field(pattern=f"^{NAME}$")] | None = None
+    """A result of an analysis, by its name: computed of what was recorded and measured by then.
+
+    Of several, the one of the place that came last.
+    """
     above: AnyQuantity | None = None
     """It ends above this."""
     below: AnyQuantity | None = None
     """It ends below this."""
 
-    @model_validator(mode="before")
-    @classmethod
-    def _no_result(cls, value: object) -> object:
-        if isinstance(value, dict) and "of" in value:
-            raise ValueError(
-                "a repetition cannot wait for a result yet: results are computed after the run;"
-                " name a channel that is read: 'channel: role.name'"
-            )
-        return value
-
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
+        if (self.channel is None) == (self.result is None):
+            raise ValueError("expected one of: channel, result")
         if (self.above is None) == (self.below is None):
             raise ValueError("expected one of: above, below")
         return self
+
+    @property
+    def bound(self) -> tuple[str, Quantity]:
+        """The key, 'above' or 'below', and the value."""
+        if self.above is not None:
+            return "above", self.above
+        assert self.below is not None  # noqa: S101  (one of two)
+        return "below", self.below

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import ChannelInfo, Clock
     from rigrunner.api.limits import ValueLimit
     from rigrunner.api.member import Member
-    from rigrunner.api.quantity import Quantity
+    from rigrunner.api.quantity import Estimate, Quantity
     from rigrunner.api.readings import Reading
 
 NONE: Mapping[str, Any] = {}
@@ -285,6 +285,13 @@ class Doing(Protocol):
 
     def answer(self, name: str) -> str | None:
         """Return the answer that an input of the run has by now; None where it has none."""
+        ...
+
+    def result(self, name: str) -> Estimate:
+        """Return a result of the procedure's analyses, of what was recorded by now, in its unit.
+
+        Of several, that of the place that came last. Raises DataError where there is none.
+        """
         ...
 
     def note(self, step: str, text: str) -> None:

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.devices import Clock, StopToken
     from rigrunner.api.events import Outcome
+    from rigrunner.api.quantity import Estimate
     from rigrunner.bus import Bus
     from rigrunner.engine.answers import AnswerSource
     from rigrunner.engine.overrides import Override
@@ -86,6 +87,7 @@ def run_plan(  # noqa: PLR0917  (the things that a run is made of)
     before: Sequence[Interference] = (),
     watches_drives: bool = True,
     inputs: Mapping[str, str] = NONE,
+    results: Callable[[str], Estimate] | None = None,
 ) -> RunSummary:
     """Run a plan on a connected rig and return how it ended; never raises for what steps raise.
 
@@ -94,13 +96,16 @@ def run_plan(  # noqa: PLR0917  (the things that a run is made of)
     whatever asks for a pause aborts the run. With a `seam` an interrupted run is resumed there.
     What happened `before` it is put on record with its start. `watches_drives`: they are read back
     beside each reading; not in the replay of a tape that has none of that. `inputs` are the answers
-    that conditions look at. Connecting and closing the rig is the caller's.
+    that conditions look at, and `results` computes a result for them. Connecting and closing the
+    rig is the caller's.
     """
     emit = Emitter(bus, clock, 0 if seam is None else seam.next_seq)
     guard = Guard(plan.interlocks, rig, emit)
     drives = DriveWatch(rig, emit) if watches_drives else None
     known = dict(inputs)
-    session = Session(rig, emit, answers, stop, guard, pauses, drives=drives, inputs=known)
+    session = Session(
+        rig, emit, answers, stop, guard, pauses, drives=drives, inputs=known, results=results
+    )
     notes = Notes(bus, emit, stop, seam.passed_over if seam else ())
     run = Run(plan, session, notes, overrides, seam, before=before)
     reports: tuple[SafetyReport, ...] = ()

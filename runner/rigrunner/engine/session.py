@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import Clock, StopToken
     from rigrunner.api.limits import ValueLimit
     from rigrunner.api.member import Member
+    from rigrunner.api.quantity import Estimate
     from rigrunner.api.readings import Reading, ReadingLimit
     from rigrunner.bus import Emit
     from rigrunner.engine.answers import AnswerSource
@@ -58,6 +60,8 @@ class Session:
     """Whether this is a teardown."""
     inputs: dict[str, str] = field(default_factory=dict)
     """The answers by now, which steps add to."""
+    results: Callable[[str], Estimate] | None = None
+    """Computes a result by its name of what is on record by now; None where nobody does."""
 
     def within(self, timeout_s: float) -> Session:
         """Return the session of a step that begins now and may take that long."""
@@ -137,6 +141,20 @@ class Session:
     def answer(self, name: str) -> str | None:
         """Return the answer that an input has by now; None where it has none."""
         return self.inputs.get(name)
+
+    def result(self, name: str) -> Estimate:
+        """Return a result of what is on record by now; raise DataError where there is none."""
+        if self.results is None:
+            raise DataError(f"'{name}': no results are computed here")
+        pool = ThreadPoolExecutor(1)
+        try:
+            computed = pool.submit(self.results, name)
+            while not wait([computed], _NAP_S).done:
+                self.clock.sleep(0.0)  # progress, for who watches over the run
+                self.check()
+            return computed.result()
+        finally:
+            pool.shutdown(wait=False)
 
     def note(self, step: str, text: str) -> None:
         """Put a remark on record."""

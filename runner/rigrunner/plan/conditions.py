@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import TYPE_CHECKING
 
+from rigrunner.api.errors import DataError
 from rigrunner.api.steps import Action, Found
 from rigrunner.api.units import unit
 from rigrunner.plan.actions import Phase
@@ -82,6 +83,40 @@ class Reached(Action):
         return Found({self.member: value}, {self.member: self.unit}, leaves=met)
 
 
+@dataclass(frozen=True)
+class ResultReached(Action):
+    """A repetition ends once a result, of what was recorded by then, is above or below a value."""
+
+    kind = "until"
+    outcome_stands = True
+    result: str
+    minimum: float
+    maximum: float
+    """The repetition goes on for as long as the result is within, in the SI unit."""
+    condition: str
+    """In words."""
+    shown: str
+    """The unit in which the condition is written, and the value is shown."""
+    number: int
+    """How often the steps were done by then, from 1."""
+    of: int
+    """How often at most."""
+
+    def do(self, step: str, doing: Doing) -> Found:
+        """Have the result computed."""
+        found = doing.result(self.result)
+        known, shown = unit(found.unit), unit(self.shown)
+        if known.dimension != shown.dimension:
+            message = f"'{self.result}' is a {known.dimension}, compared with a {shown.dimension}"
+            raise DataError(message)
+        value = found.value * known.factor + known.offset
+        said = f"{self.result} is {(value - shown.offset) / shown.factor:.6g} {self.shown}"
+        met = not self.minimum <= value <= self.maximum
+        reached = self.condition if met else f"not {self.condition}"
+        doing.note(step, f"{said}: {reached} after {self.number} of {self.of} times")
+        return Found({}, {}, leaves=met)
+
+
 def begin_choice(when: When, place: Place, scene: Scene) -> int | None:
     """Write down the condition of a step; return where, or None after adding what is wrong."""
     path, values = (*place.path, "when"), when.is_ or when.is_not
@@ -125,22 +160,27 @@ def end_choice(at: int, when: When, place: Place, scene: Scene, before: dict[str
 
 def plan_until(until: Until, number: int, of: int, planning: Planning) -> int | None:
     """Write down the reading at the end of a pass; return where, or None where it cannot be."""
-    place, key = planning.place, ("until", "channel")
+    place = planning.place
     if place.phase is Phase.TEARDOWN:
         planning.scene.complain((*place.path, "until"), _REFUSED, "give 'times'", key=True)
         return None
-    channel = planning.channel(until.channel, key)
-    name, bound = ("above", until.above) if until.above is not None else ("below", until.below)
-    if channel is None or bound is None:
-        return None
-    if not planning.fits(bound, channel.unit, until.channel, ("until", name)):
-        return None
-    planning.must_be_read([until.channel])
+    name, bound = until.bound
     low, high = (-inf, bound.si) if name == "above" else (bound.si, inf)
-    condition = f"{name} {bound}"
-    symbol = bound.unit.symbol
-    action = Reached(until.channel, channel.unit, low, high, condition, symbol, number, of)
-    text = f"Until {until.channel} is {condition}: {number} of at most {of} times"
+    said = low, high, f"{name} {bound}", bound.unit.symbol, number, of
+    action: Action
+    if until.channel is not None:
+        channel = planning.channel(until.channel, ("until", "channel"))
+        if channel is None:
+            return None
+        if not planning.fits(bound, channel.unit, until.channel, ("until", name)):
+            return None
+        planning.must_be_read([until.channel])
+        action = Reached(until.channel, channel.unit, *said)
+    else:
+        assert until.result is not None  # noqa: S101  (one of two)
+        action = ResultReached(until.result, *said)
+    what = until.channel or until.result
+    text = f"Until {what} is {name} {bound}: {number} of at most {of} times"
     planning.emit(action, text, at=place.time(number - 1).inside("until").outside())
     return len(planning.scene.draft.steps) - 1
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from rigrunner.api.errors import PluginError
 from rigrunner.api.quantity import Quantity
 from rigrunner.api.units import unit
+from rigrunner.procedure.walk import steps_of
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
@@ -87,7 +88,39 @@ def check_result_limits(procedure: LoadedProcedure, lookup: DefinitionLookup) ->
         if limit.measurand is not None and limit.of != torque:
             message = f"'{limit.of}' does not say which torque it is"
             problems.add(document, (*path, "measurand"), message, "leave 'measurand' out")
+    for one in (procedure, *procedure.all_called()):
+        _check_conditions(problems, one, known, torque)
     problems.stop_if_any()
+
+
+def _check_conditions(
+    problems: Problems,
+    procedure: LoadedProcedure,
+    known: Mapping[str, ResultDefinition],
+    torque: str,
+) -> None:
+    """Add what is wrong with loops that end by a result."""
+    for path, step in steps_of(procedure.model):
+        until = getattr(step.settings, "until", None)
+        if until is None or until.result is None:
+            continue
+        at, found = (*path, step.kind, "until"), known.get(until.result)
+        if found is None or until.result == torque:
+            others = {name: each for name, each in known.items() if name != torque}
+            message = f"there is no result '{until.result}' of what was recorded by then"
+            problems.add(procedure.document, (*at, "result"), message, _near(until.result, others))
+            continue
+        name, bound = until.bound
+        kind = unit(found.unit).dimension
+        if bound.dimension != kind:
+            message = f"'{bound}' is a {bound.dimension}; {found.name} is a {kind}, in {found.unit}"
+            problems.add(procedure.document, (*at, name), message, f"write it in {found.unit}")
+
+
+def _near(name: str, known: Mapping[str, ResultDefinition]) -> str:
+    near = difflib.get_close_matches(name, known, n=1)
+    named = f"results: {', '.join(known) or 'none, as no analysis names one'}"
+    return f"did you mean '{near[0]}'?" if near else named
 
 
 def _check(
@@ -99,10 +132,8 @@ def _check(
 ) -> None:
     found = known.get(limit.of)
     if found is None:
-        near = difflib.get_close_matches(limit.of, known, n=1)
-        named = f"results: {', '.join(known) or 'none, as no analysis names one'}"
-        hint = f"did you mean '{near[0]}'?" if near else named
-        problems.add(document, (*path, "of"), f"there is no result '{limit.of}'", hint)
+        message = f"there is no result '{limit.of}'"
+        problems.add(document, (*path, "of"), message, _near(limit.of, known))
         return
     _check_values(problems, document, path, limit, found)
     for key, places in (("where", limit.where), ("except", limit.except_)):

@@ -1,4 +1,4 @@
-"""`repeat`: steps are done several times, or until a channel is beyond a value."""
+"""`repeat`: steps are done several times, or until a channel or a result is beyond a value."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _MOST = 100_000
 
 
 class RepeatStep(StepSettings):
-    """Steps are done several times: so often, or until a channel is beyond a value."""
+    """Steps are done several times: so often, or until a channel or a result is beyond a value."""
 
     times_: Annotated[int | None, Field(alias="times", ge=1, le=_MOST)] = None
     """How often."""
@@ -46,7 +46,7 @@ class RepeatStep(StepSettings):
         return self
 
     def actions(self) -> int:
-        """Return how often the channel is read that ends it: the rest stands within it."""
+        """Return how often it is asked whether it ends: the rest stands within it."""
         return self.at_most or 0
 
     def times(self) -> int:
@@ -73,7 +73,7 @@ def plan(repeat: RepeatStep, planning: Planning) -> None:
 
 STEP = StepRecord(
     name="repeat",
-    help="Steps are done several times, or until a channel is beyond a value.",
+    help="Steps are done several times, or until a channel or a result is beyond a value.",
     settings=RepeatStep,
     factory=plan,
     example="repeat: {times: 3, as: block, steps: [...]}`, or with `until: {channel: role.name,"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,6 +27,7 @@ from rigrunner.workflow.overrides import require_overridden, without_time_limits
 from rigrunner.workflow.prepare import patience_of
 from rigrunner.workflow.provenance import identities, software
 from rigrunner.workflow.rig_lock import rig_lock
+from rigrunner.workflow.stored import result_by_now
 from rigrunner.workflow.taping import from_tape, mark_of, on_tape
 
 if TYPE_CHECKING:
@@ -117,7 +119,7 @@ def carry_out(
     """
     asked = stop if planned.tape is None else planned.tape.stop(stop)
 
-    def work(rig: Rig, bus: Bus, run_id: str, before: Sequence[Interference]) -> RunSummary:
+    def work(rig: Rig, bus: Bus, folder: Path, before: Sequence[Interference]) -> RunSummary:
         if seam is not None:
             rig.continue_after(streams_before(planned.plan.steps, seam))
         return run_plan(
@@ -127,13 +129,14 @@ def carry_out(
             planned.clock,
             answers,
             asked,
-            run_id,
+            folder.name,
             overrides,
             pauses=pauses,
             seam=seam,
             before=before,
             watches_drives=planned.tape is None or planned.tape.watches_drives,
             inputs=inputs,
+            results=partial(result_by_now, folder, planned.procedure.model, planned.registry),
         )
 
     return into_folder(
@@ -150,7 +153,7 @@ def carry_out(
 def into_folder(
     planned: Planned,
     opened: Callable[[Mapping[str, Identity]], AbstractContextManager[RunWriter]],
-    work: Callable[[Rig, Bus, str, Sequence[Interference]], RunSummary],
+    work: Callable[[Rig, Bus, Path, Sequence[Interference]], RunSummary],
     *,
     no_load: Path | None,
     listeners: Sequence[EventSink],
@@ -159,8 +162,8 @@ def into_folder(
 ) -> FinishedRun:
     """Connect the rig, let `work` measure into the folder that is `opened`, seal it, report.
 
-    `work` is given the rig, the bus, the run's id, and what is to be put on record of how the rig
-    was found. Raises as `execute`.
+    `work` is given the rig, the bus, the run's folder, and what is to be put on record of how the
+    rig was found. Raises as `execute`.
     """
     errors: list[BaseException] = []
     with ExitStack() as held:
@@ -182,7 +185,7 @@ def into_folder(
                     of_guardian = [guardian.pulse.note] if guardian else []
                     tracers = [each.trace for each in log]
                     bus = Bus(writer.sinks, [*log, *of_guardian, *told], tracers)
-                    summary = work(rig, bus, writer.folder.name, before)
+                    summary = work(rig, bus, writer.folder, before)
                 if marks is not None:
                     marks.put_on_record()
             except BaseException as error:

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.progress import unseen
+from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.data import RunData
+from rigrunner.api.errors import DataError
 from rigrunner.api.events import Outcome
 from rigrunner.api.instruments import OtherInstrument, torque_instruments
 from rigrunner.api.rig import RigDescription
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.analysis.progress import Progress
+    from rigrunner.api.findings import Findings
+    from rigrunner.api.quantity import Estimate
     from rigrunner.api.results import Result
     from rigrunner.procedure import Acceptance, Procedure
     from rigrunner.registry import Registry
@@ -99,6 +103,19 @@ def analyse_stored(
         analyses=procedure.named_analyses if analysed else (),
         no_load_after=None if after is None else run_data(after),
     )
+
+
+def result_by_now(folder: Path, procedure: Procedure, registry: Registry, name: str) -> Estimate:
+    """Return a named result of what a run that goes on has recorded, at the last of its places.
+
+    Raises DataError where there is none.
+    """
+    for each in procedure.named_analyses:
+        if name in (one.name for one in registry.definitions(each.name, each.settings)):
+            analysis = Scrutiny(registry).make("analysis", each.name, each.settings)
+            found: Findings = analysis(run_data(read(folder)))
+            return next(one.estimate for one in reversed(found.results) if one.name == name)
+    raise DataError(f"no analysis names the result '{name}'")
 
 
 def is_analysed(stored: StoredRun, procedure: Procedure) -> bool:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import threading
+
 import pytest
 
 from helpers_devices import FakeTester, Listener, run
 from helpers_language import STATION, edited, only_problem
+from rigrunner.api.data import Estimate
 from rigrunner.api.events import Note, Outcome, StepEnded, StepStarted
 from rigrunner.engine import find_seam, streams_before
 from rigrunner.engine.points import may_be_skipped
@@ -105,6 +108,47 @@ def test_the_plan_is_what_may_happen_at_most():
     assert [step.leaves for step in looks] == [9, 6, 3]
     assert looks[0].text == "Until tester.load is above 1 kN: 1 of at most 4 times"
     assert not plan_of("main:\n  - wait: {time: 1 s}\n").has_conditions
+
+
+BY_RESULT = LOOP.replace("channel: tester.load, above: 1 kN", "result: wear, above: 0.3 mm")
+
+
+class Wear:
+    """A result of 0.1 mm, 0.2 mm and so on, each after `begins`, and not before `ends`."""
+
+    def __init__(self, begins=lambda: None, ends=lambda: None):
+        self.count = 0
+        self.begins, self.ends = begins, ends
+
+    def __call__(self, name):
+        assert name == "wear"
+        self.count += 1
+        self.begins()
+        self.ends()
+        return Estimate(100.0 * self.count, 1.0, unit="µm")
+
+
+def test_a_loop_is_left_once_the_result_is_beyond_the_value():
+    listener = Listener()
+    summary = run(FakeTester(), plan_of(BY_RESULT), guarded=[listener], results=Wear())
+    assert summary.outcome is Outcome.COMPLETED, summary.reason
+    assert passes(listener.events) == [1, 2, 3, 4]
+    assert notes_of(listener.events)[-1] == "wear is 0.4 mm: above 0.3 mm after 4 of 4 times"
+    assert notes_of(listener.events)[2] == "wear is 0.3 mm: not above 0.3 mm after 3 of 4 times"
+
+
+def test_the_run_can_be_stopped_while_a_result_is_computed():
+    stop, end, listener = threading.Event(), threading.Event(), Listener()
+    wear = Wear(stop.set, lambda: end.wait(60))
+    summary = run(FakeTester(), plan_of(BY_RESULT), guarded=[listener], results=wear, stop=stop)
+    end.set()
+    assert summary.outcome is Outcome.ABORTED
+    assert (passes(listener.events), wear.count) == ([1], 1)
+
+
+def test_without_who_computes_results_the_step_fails():
+    summary = run(FakeTester(), plan_of(BY_RESULT))
+    assert "'wear': no results are computed here" in summary.reason
 
 
 KILLED = ["main[0].repeat[1].steps[0].set.tester.frequency", "main[0].repeat[1].steps[1].record"]
@@ -255,8 +299,8 @@ def test_what_cannot_be_is_refused_before_anything_moves(text, change, field, me
          "the key 'at_most' is missing"),
         ("repeat: {times: 2, at_most: 3, steps: [{wait: {time: 1 s}}]}",
          "the key 'until' is missing"),
-        ("repeat: {until: {of: friction, above: 1 N·m}, at_most: 3, steps: [{wait: {time: 1 s}}]}",
-         "a repetition cannot wait for a result yet"),
+        ("repeat: {until: {above: 1 N·m}, at_most: 3, steps: [{wait: {time: 1 s}}]}",
+         "expected one of: channel, result"),
         ("repeat: {until: {channel: a.b}, at_most: 3, steps: [{wait: {time: 1 s}}]}",
          "expected one of: above, below"),
         ("wait: {time: 1 s, when: {input: side}}", "expected one of: is, is_not"),

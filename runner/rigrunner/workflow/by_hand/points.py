@@ -58,14 +58,14 @@ def record_by_hand(
     free = by_hand(planned)
     people = {"operator": operator} if operator else {}
 
-    def work(rig: Rig, bus: Bus, run_id: str, before: Sequence[Interference]) -> RunSummary:
+    def work(rig: Rig, bus: Bus, folder: Path, before: Sequence[Interference]) -> RunSummary:
         return run_by_hand(
             steps,
             rig,
             bus,
             free.clock,
             stop,
-            run_id,
+            folder.name,
             overrides,
             interlocks=planned.plan.interlocks,
             pauses=pauses,

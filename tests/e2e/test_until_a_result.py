@@ -1,0 +1,130 @@
+"""A loop that ends by a result of what was measured by then; also after kill -9."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from itertools import accumulate
+from pathlib import Path
+
+import pytest
+
+from helpers_cli import call
+from helpers_resume import take_up
+from helpers_workflow import run
+from rigrunner.api.events import Note
+from rigrunner.runfile import read
+
+TESTS = Path(__file__).parents[1]
+LIMIT_NM = 0.036
+PROCEDURE = """\
+rigrunner: procedure/2
+id: UNTIL
+revision: "A"
+title: Measured until the highest is above a value
+uses: {tester: swing_tester}
+main:
+  - repeat:
+      until: {result: highest, above: 36 mN·m}
+      at_most: 40
+      as: block
+      steps:
+        - wait: {time: 1 s}
+        - measure: {channels: [tester.torque], name: rest}
+  - note: {text: the end}
+analysis:
+  - readings: {of: tester.torque, statistic: maximum, result: {name: highest, unit: N·m}}
+"""
+KILLED_AT = 4
+"""The pass in which the run is killed; it takes more, see `passes_due`."""
+PROGRAM = """\
+import os, signal, sys
+from pathlib import Path
+from helpers_workflow import run
+from rigrunner.api.events import StepStarted
+
+def kill(event):
+    if isinstance(event, StepStarted) and event.step == sys.argv[3]:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+run(Path(sys.argv[1]), Path(sys.argv[2]), listeners=[kill])
+"""
+
+
+@pytest.fixture
+def procedure(tmp_path):
+    path = tmp_path / "until.yaml"
+    path.write_text(PROCEDURE, encoding="utf-8")
+    return path
+
+
+def values(folder):
+    return [row.values["tester.torque"] for row in read(folder).measurements]
+
+
+def passes_due(measured):
+    """Return in which pass the highest of what was measured is first above the limit, from 1."""
+    highest = list(accumulate(measured, max))
+    return next(n for n, value in enumerate(highest, 1) if value > LIMIT_NM)
+
+
+def test_the_loop_ends_with_the_pass_in_which_the_result_is_reached(procedure, tmp_path):
+    notes = []
+    done = run(procedure, tmp_path / "runs", listeners=[notes.append])
+    measured = values(done.folder)
+    assert KILLED_AT < len(measured) < 40
+    assert passes_due(measured) == len(measured)
+    said = [each.text for each in notes if isinstance(each, Note)]
+    assert len(said) == len(measured) + 1, "one for each pass, and the procedure's own"
+    assert said[0].endswith("not above 36 mN·m after 1 of 40 times")
+    assert said[-2] == (
+        f"highest is {1000 * max(measured):.6g} mN·m: above 36 mN·m after {len(measured)} of 40"
+        " times"
+    )
+    assert said[-1] == "the end"
+
+
+def test_the_plan_has_the_worst_case(procedure):
+    planned = call("plan", procedure, "--station", "simulated")
+    assert planned.out.count("Measure tester.torque, once") == 40
+    assert "Until highest is above 36 mN·m: 40 of at most 40 times" in planned.out
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kill -9 needs a Unix")
+@pytest.mark.parametrize("step", ["steps[1].measure", "until"])
+def test_a_run_that_was_killed_goes_on_and_ends_by_the_same_rule(procedure, tmp_path, step):
+    at = f"main[0].repeat[{KILLED_AT - 1}].{step}"
+    killed = subprocess.run(
+        [sys.executable, "-c", PROGRAM, procedure, tmp_path / "runs", at],
+        env={**os.environ, "PYTHONPATH": f"{TESTS}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"},
+        check=False,
+        capture_output=True,
+        text=True,
+    )
+    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    (folder,) = (tmp_path / "runs").iterdir()
+    before = values(folder)
+    assert len(before) == KILLED_AT - (step != "until")
+    done = take_up(folder)
+    assert done.outcome == "completed"
+    measured = values(folder)
+    assert measured[: len(before)] == before
+    assert passes_due(measured) == len(measured)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("result: highest", "result: higest", "until.result: there is no result 'higest' of what"),
+        ("above: 36 mN·m", "above: 36 mN", "until.above: '36 mN' is a force; highest is a torque"),
+        ("result: highest,", "result: highest, channel: a.b,", "expected one of: channel, result"),
+        ("result: highest,", "of: highest,", "unknown key 'of'"),
+    ],
+)
+def test_a_loop_that_cannot_end_so_is_refused(procedure, old, new, words):
+    procedure.write_text(PROCEDURE.replace(old, new), encoding="utf-8")
+    checked = call("check", procedure)
+    assert checked.code == 3
+    assert words in checked.err
