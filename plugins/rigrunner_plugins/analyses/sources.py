@@ -143,8 +143,13 @@ def _of_recording(recording: Recording, run: RunData, names: Sequence[str]) -> P
 
 
 def _place(of: Recording | Measurement) -> dict[str, CoordinateValue]:
-    """Return the set-points and coordinates of a recording or row."""
+    """Return the set-points and coordinates of a recording or row, with time and cycles by then."""
     known = {**of.setpoints, **of.coordinates}
-    return {
+    found = {
         name: CoordinateValue.of_si(value, of.units.get(name, "")) for name, value in known.items()
     }
+    if of.elapsed_s is not None:
+        found["elapsed"] = CoordinateValue(of.elapsed_s, "s")
+    if of.cycles is not None:
+        found["cycles"] = CoordinateValue(float(of.cycles))
+    return found

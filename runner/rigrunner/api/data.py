@@ -93,6 +93,9 @@ class Recording:
     """Counters and labels of the steps around it, by name; see `rigrunner.api.coordinates`."""
     elapsed_s: float | None = None
     """When it began, since the run began `main`; None before that, and where it is not known."""
+    cycles: int | None = None
+    """How many cycles the device had moved in by then, since the run began `main`; None where
+    nothing moves in cycles."""
     written_in: Mapping[str, str] = field(default_factory=dict)
     """By drive and coordinate, the unit in which the procedure writes it, where it is not SI."""
 
@@ -134,6 +137,8 @@ class Measurement:
     """Counters and labels of the steps around it, by name; see `rigrunner.api.coordinates`."""
     elapsed_s: float | None = None
     """When the step was over, since the run began `main`; None before that."""
+    cycles: int | None = None
+    """How many cycles the device had moved in when the step began, as of a recording."""
     readings: Mapping[str, Reading] = field(default_factory=dict)
     """By channel, 'role.name', what was read that is no number: a text, a yes or no, an array."""
     expected: tuple[ReadingLimit, ...] = ()

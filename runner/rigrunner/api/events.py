@@ -70,6 +70,8 @@ class StepStarted(Event, frozen=True, kw_only=True):
     """By drive and coordinate, the unit in which the procedure writes it, where it is not SI."""
     expected: tuple[ReadingLimit, ...] = ()
     """What the readings may be that are no numbers."""
+    cycles: Mapping[str, float] = {}
+    """By role, how many cycles its device had moved in since `main` began; of a step that reads."""
 
 
 class Samples(Event, frozen=True, kw_only=True):
@@ -172,12 +174,14 @@ class StepEnded(Event, frozen=True, kw_only=True):
     setpoints: Mapping[str, float] = {}
     values: Mapping[str, float] = {}
     statistics: Mapping[str, float] = {}
-    """Of a recording: the statistics of its samples that have limits, 'role.name.statistic'."""
+    """Of a recording: those of its samples that are kept or have limits, 'role.name.statistic'."""
     units: Mapping[str, str] = {}
     readings: Mapping[str, Reading] = {}
     """What it read that is no number, by 'role.name'."""
     leaves: int = 0
     """Of a condition: how many of the steps that follow in the plan it leaves out."""
+    cycles: Mapping[str, float] = {}
+    """By role, how many cycles its device had moved in by then, since `main` began."""
     truth: Mapping[str, float] = {}
     """Of a simulator; goes into the run file's verification group, which no analysis reads."""
 

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from rigrunner.api.steps import Found
     from rigrunner.bus import Emit
     from rigrunner.plan.actions import PlannedStep
+    from rigrunner.rig.cycles import CycleCount
 
 
 class Attempt:
@@ -20,7 +21,15 @@ class Attempt:
     `total` is its number over all attempts, where the step was repeated.
     """
 
-    def __init__(self, index: int, step: PlannedStep, number: int, total: int) -> None:
+    def __init__(
+        self,
+        index: int,
+        step: PlannedStep,
+        number: int,
+        total: int,
+        cycles: CycleCount | None = None,
+    ) -> None:
+        """Take the counted cycles too, where a rig moves."""
         self.step = step
         self.number = number
         self.action = step.action.again(total)
@@ -28,9 +37,10 @@ class Attempt:
         self._index = index
         self._table = self.action.table
         self._setpoints, self._units = self.action.known
+        self._cycles = cycles
 
     def begin(self, emit: Emit) -> None:
-        """Put on record that it begins."""
+        """Put on record that it begins; of one that reads, after how many cycles."""
         emit(
             StepStarted,
             step=self.step.path,
@@ -44,6 +54,7 @@ class Attempt:
             coordinates=self.step.coordinates,
             written_in=self.step.written_in,
             expected=self.step.terms.expected,
+            cycles=self._cycles.done() if self._cycles and self.action.reads else NONE,
         )
 
     def end(self, emit: Emit, found: Found = NOTHING, *, ok: bool) -> None:
@@ -62,6 +73,7 @@ class Attempt:
             units=found.units,
             readings=found.readings,
             leaves=self.step.leaves if found.leaves else 0,
+            cycles=self._cycles.done() if self._cycles else NONE,
             truth=found.truth if ok else NONE,
         )
 

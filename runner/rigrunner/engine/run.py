@@ -143,7 +143,7 @@ class Run:
 
     def forward(self, run_id: str) -> None:
         """Do all steps up to the teardown, those of called procedures included."""
-        steps = self._plan.steps
+        steps, counts = self._plan.steps, False
         index = self._begin(run_id) if self._seam is None else self._take_up(run_id, self._seam)
         before = settles_before(steps, index) if index < len(steps) else []
         while index < len(steps) and self.notes.goes_on:
@@ -154,6 +154,9 @@ class Run:
                 self.notes.stopped_at = self._tear_down(index, step)
                 index += 1
                 continue
+            if not counts and step.phase is Phase.MAIN:
+                counts = True
+                self._session.rig.cycles.start_from(self._seam.cycles if self._seam else {})
             try:
                 for one in before:
                     self._go_on(one, at=index)

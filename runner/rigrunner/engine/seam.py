@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
@@ -38,6 +38,8 @@ class Seam:
     by: str
     left_out: frozenset[int] = frozenset()
     """The steps that a condition left out, by index."""
+    cycles: Mapping[str, float] = field(default_factory=dict)
+    """By role, how many cycles its device had moved in by the last step that is on record."""
     subject: str = ""
     """What was there when it went on, in a sentence."""
 
@@ -75,6 +77,7 @@ def find_seam(
         next_seq=max((one.seq for one in events), default=-1) + 1,
         by=by,
         left_out=left_out,
+        cycles=_cycles(events),
         subject=subject,
     )
 
@@ -140,6 +143,14 @@ def _left_out(events: Iterable[Event]) -> Iterator[int]:
     looks = {one.index: one.leaves for one in events if isinstance(one, StepEnded) and one.ok}
     for index, leaves in looks.items():
         yield from range(index + 1, index + 1 + leaves)
+
+
+def _cycles(events: Iterable[Event]) -> Mapping[str, float]:
+    counted: Mapping[str, float] = {}
+    for event in events:
+        if isinstance(event, StepStarted | StepEnded) and event.step.startswith(Phase.MAIN):
+            counted = event.cycles or counted
+    return counted
 
 
 def _is_forward(steps: Sequence[PlannedStep], index: int, reached: int) -> bool:

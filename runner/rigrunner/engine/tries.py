@@ -39,7 +39,7 @@ def do_step(
     """
     for number in range(1, step.terms.tries + 1):
         tries[index] = total = tries.get(index, 0) + 1
-        done = _try(Attempt(index, step, number, total), session, notes)
+        done = _try(Attempt(index, step, number, total, session.rig.cycles), session, notes)
         if done is not None:
             return done
     return Done()

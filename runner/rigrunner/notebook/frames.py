@@ -41,6 +41,8 @@ def set_of(recording: Recording) -> xr.Dataset:
     told = {**recording.conditions, **recording.setpoints, **recording.coordinates}
     if recording.elapsed_s is not None:
         told["elapsed_s"] = recording.elapsed_s
+    if recording.cycles is not None:
+        told["cycles"] = recording.cycles
     attributes = {"recording": recording.name, "rate_hz": recording.rate_hz, **told}
     time_s = (TIME, _time_s(recording), {"units": "s"})
     found: xr.Dataset = xarray.Dataset(channels, {TIME: time_s}, attributes)
@@ -64,7 +66,9 @@ def frame_of_measurements(measurements: Sequence[Measurement], name: str) -> pd.
 
 def _cells(row: Measurement) -> dict[str, Coordinate | Reading | None]:
     setpoints = {f"set {name}": value for name, value in row.setpoints.items()}
-    times = {"utc": row.utc, "elapsed_s": row.elapsed_s}
+    times: dict[str, Coordinate | None] = {"utc": row.utc, "elapsed_s": row.elapsed_s}
+    if row.cycles is not None:
+        times["cycles"] = row.cycles
     return {**times, **row.coordinates, **setpoints, **dict(row.values), **row.readings}
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.api.errors import PluginError
 from rigrunner.api.member import Member, channel_of
+from rigrunner.plan.actions import Phase
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
@@ -144,23 +145,26 @@ class _Use:
 
 
 def _measured(plan: Plan) -> Iterator[Measured]:
-    for each in plan.recordings:
-        record = each.record
-        members = [Member(record.role, name) for name in record.channels]
-        known: dict[str, str] = {member: record.units[member] for member in members}
-        of = {**record.units, **each.coordinate_units}
-        yield known, {name: of.get(name, "") for name in (*record.setpoints, *each.coordinates)}
+    recordings = {each.record.name: each.record for each in plan.recordings}
     for step in plan.steps:
-        if found := step.action.statistics:
-            setpoints, symbols = step.action.known
+        action, of = step.action, step.coordinate_units
+        setpoints, symbols = action.known
+        here = {name: of.get(name, "") for name in step.coordinates}
+        if step.phase is not Phase.SETUP:
+            cyclic = "Hz" in map(symbols.get, setpoints)
+            here |= {"elapsed": "s", "cycles": ""} if cyclic else {"elapsed": "s"}
+        here |= {name: symbols.get(name, "") for name in setpoints}
+        if record := recordings.get(action.recording):
+            members = [Member(record.role, name) for name in record.channels]
+            known: dict[str, str] = {member: record.units[member] for member in members}
+            yield known, here
+        if found := action.statistics:
             units: dict[str, str] = {name: symbols[channel_of(name)] for name in found}
-            of = {**symbols, **step.coordinate_units}
-            yield units, {name: of.get(name, "") for name in (*setpoints, *step.coordinates)}
-        if rows := step.action.rows:
+            yield units, here
+        if rows := action.rows:
             read: dict[str, str] = {name: rows.units[name] for name in rows.channels}
-            of = {**rows.units, **step.coordinate_units}
-            for setpoints in rows.setpoints[:1]:
-                yield read, {name: of.get(name, "") for name in (*setpoints, *step.coordinates)}
+            for each in rows.setpoints[:1]:
+                yield read, {**here, **{name: rows.units.get(name, "") for name in each}}
 
 
 def _check_register(

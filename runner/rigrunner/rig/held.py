@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from rigrunner.api.devices import Clock, Patience
+    from rigrunner.rig.cycles import CycleCount
     from rigrunner.rig.role import Role
     from rigrunner.rig_state import RigMarks
     from rigrunner.station.drive_rules import DriveRules
@@ -33,6 +34,8 @@ class Shared:
     """Where drives stand, 'role.drive', as far as that is known without reading them back."""
     standing: Callable[[Member], float]
     """Tells where a drive stands; reads it back where that is not known."""
+    cycles: CycleCount
+    """Told of each drive that sets the frequency of a cyclic motion."""
     marks: RigMarks | None = None
     """Where it is kept, for whoever comes after this process, that a drive is energised."""
 
@@ -54,6 +57,7 @@ class HeldDrive:
         self._rules, self._set_points = rules, shared.set_points
         self._standing, self._clock = shared.standing, shared.clock
         self._mark = shared.marks.before_set(role.name, self.info) if shared.marks else None
+        self._cycles = shared.cycles if self.info.sets_cycle_frequency else None
         self._role = role
         self._device = role.need(Settable)  # type: ignore[type-abstract]  # a Protocol
         self._approaching = role.able(Approaching)  # type: ignore[type-abstract]  # a Protocol
@@ -72,7 +76,11 @@ class HeldDrive:
         self._set_points.pop(self.member, None)  # not known until it is read back
         if self._mark is not None:
             self._mark(value)
+        if self._cycles is not None:
+            self._cycles.leave(self._role.name)
         self._move_and_wait(value, timeout_s, meanwhile)
+        if self._cycles is not None:
+            self._cycles.stand(self._role.name, value)
         actual = self.read_back()
         if not abs(actual - value) <= self._deviation:
             unit = self.info.unit

@@ -20,6 +20,7 @@ from rigrunner.api.devices import (
 )
 from rigrunner.api.errors import DeviceRejectedError
 from rigrunner.api.member import Member
+from rigrunner.rig.cycles import CycleCount
 from rigrunner.rig.drives import staying_away
 from rigrunner.rig.held import HeldDrive, Shared
 from rigrunner.rig.messages import DeviceMessages
@@ -86,8 +87,10 @@ class Rig:
         self._patience = patience or Patience()
         self._roles = {name: Role(name, device, pulse) for name, device in self.devices.items()}
         self._marks = marks
+        self.cycles = CycleCount(clock)
+        """How many cycles each role has moved in, by the frequencies that were set."""
         self._shared = Shared(
-            self._rules, self._patience, clock, self._set_points, self._standing, marks
+            self._rules, self._patience, clock, self._set_points, self._standing, self.cycles, marks
         )
         self._drives: dict[tuple[str, str], HeldDrive] = {}
         self._channels: dict[tuple[str, tuple[str, ...]], HeldChannels] = {}
@@ -226,6 +229,7 @@ class Rig:
                 continue
             if isinstance(device, Pausable):
                 self._move(role, "pause", device.pause)
+                self.cycles.pause(role)
                 self._paused.append(role)
             elif away := staying_away(role, device.drives, self._set_points):
                 staying.append(f"{role} cannot pause: {', '.join(away)}")
@@ -237,6 +241,7 @@ class Rig:
             role = self._paused[-1]
             device = self._roles[role].need(Pausable)  # type: ignore[type-abstract]  # a Protocol
             self._move(role, "resume", device.resume)
+            self.cycles.resume(role)
             self._paused.pop()
 
     def stream(
@@ -301,6 +306,7 @@ class Rig:
         answer_s = self._patience.answer_s
         self._paused.clear()
         self._set_points.clear()
+        self.cycles.stop()
         given_up = {role.name: late for role in self._roles.values() if (late := role.late)}
 
         def made_safe(role: str, drive: str) -> SafetyReport:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from rigrunner.api.data import Measurement
 from rigrunner.api.events import RECORDED, Scanned, StepEnded, StepStarted
 from rigrunner.api.member import channel_of
-from rigrunner.runfile.elapsed import main_began, seconds_since
+from rigrunner.runfile.elapsed import cycles_of, main_began, seconds_since
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -145,6 +145,7 @@ def _placed(row: Measurement, started: StepStarted | None, began: datetime | Non
         coordinates=found,
         units={**row.units, **units},
         elapsed_s=seconds_since(began, row.utc),
+        cycles=cycles_of(started, row.values),
         written_in={name: told[name] for name in (*row.setpoints, *found) if name in told},
     )
 

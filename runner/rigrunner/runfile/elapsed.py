@@ -1,4 +1,4 @@
-"""When something was done, since the run began with `main`: told from the events."""
+"""When something was done, in time and cycles since the run began `main`: told from the events."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.events import StepStarted
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from rigrunner.api.data import Recording
     from rigrunner.api.events import Event
@@ -36,11 +36,33 @@ def seconds_since(began: datetime | None, utc: str) -> float | None:
     return (moment - began).total_seconds()
 
 
-def with_elapsed(recordings: Iterable[Recording], events: Iterable[Event]) -> tuple[Recording, ...]:
-    """Return recordings with the time that had elapsed when each was begun."""
-    began = main_began(events)
+def cycles_of(started: StepStarted | None, names: Iterable[str]) -> int | None:
+    """Return after how many cycles a step began: of the role of these channels, or the only one."""
+    counts = started.cycles if started is not None else {}
+    roles = {name.partition(".")[0] for name in names} & counts.keys()
+    if len(roles) != 1:
+        roles = set(counts)
+    return round(counts[roles.pop()]) if len(roles) == 1 else None
+
+
+def cycles_by_recording(events: Iterable[Event]) -> dict[str, int]:
+    """Return after how many cycles each recording began, of those where something moved."""
+    found = {
+        event.recording: cycles_of(event, event.units)
+        for event in events
+        if isinstance(event, StepStarted) and event.recording
+    }
+    return {name: count for name, count in found.items() if count is not None}
+
+
+def with_elapsed(recordings: Iterable[Recording], events: Sequence[Event]) -> tuple[Recording, ...]:
+    """Return recordings with the time and the cycles that had elapsed when each was begun."""
+    began, cycles = main_began(events), cycles_by_recording(events)
     return tuple(
-        replace(each, elapsed_s=seconds_since(began, each.started_utc)) for each in recordings
+        replace(
+            each, elapsed_s=seconds_since(began, each.started_utc), cycles=cycles.get(each.name)
+        )
+        for each in recordings
     )
 
 

@@ -12,7 +12,12 @@ from rigrunner.runfile.added_units import define_units_of
 from rigrunner.runfile.attempts import measured, superseded
 from rigrunner.runfile.codec import event_from, event_text
 from rigrunner.runfile.digest import run_digest
-from rigrunner.runfile.elapsed import main_began, seconds_since, with_elapsed
+from rigrunner.runfile.elapsed import (
+    cycles_by_recording,
+    main_began,
+    seconds_since,
+    with_elapsed,
+)
 from rigrunner.runfile.hdf5 import (
     free_name,
     new_group,
@@ -113,9 +118,10 @@ def add_recordings(entry: h5py.Group, parts: Iterable[Path], events: Sequence[Ev
     """Copy the recordings out of files of their own into an entry, in order, byte by byte.
 
     Those whose point was repeated go into a group of their own. Each says in which part of the run
-    it was made, and how long after the beginning of `main`.
+    it was made, and after how long and how many cycles since the beginning of `main`.
     """
     replaced, part_of, began = superseded(events), parts_of(events), main_began(events)
+    cycles = cycles_by_recording(events)
     finished = new_group(entry, "recordings", "NXcollection")
     incomplete = new_group(entry, "incomplete", "NXcollection")
     former = new_group(entry, SUPERSEDED, "NXcollection")
@@ -131,6 +137,8 @@ def add_recordings(entry: h5py.Group, parts: Iterable[Path], events: Sequence[Ev
             elapsed_s = seconds_since(began, str(part.attrs["started_utc"]))
             if elapsed_s is not None:
                 group[place].attrs["elapsed_s"] = elapsed_s
+            if name in cycles:
+                group[place].attrs["cycles"] = cycles[name]
     recordings = _in_order(finished)
     entry.attrs["sha256"] = _digest(recordings, events, format_of(entry))
     for first in recordings[:1]:

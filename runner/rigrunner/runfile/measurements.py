@@ -55,7 +55,7 @@ def write_measurements(
 ) -> None:
     """Write a table for each name: a column for each set-point and channel, a row each time.
 
-    Beside them are columns of what else is known of a row: coordinates, elapsed time, recording.
+    Beside them are columns of what else is known of a row: coordinates, time, cycles, recording.
     """
     tables = new_group(entry, group, "NXcollection")
     for name in dict.fromkeys(one.name for one in measurements):
@@ -66,6 +66,8 @@ def write_measurements(
         if any(one.elapsed_s is not None for one in rows):
             table["elapsed"] = _bounds(one.elapsed_s for one in rows)
             table["elapsed"].attrs["units"] = "s"
+        if any(one.cycles is not None for one in rows):
+            table["cycles"] = _bounds(one.cycles for one in rows)
         write_coordinate_columns(table, rows)
         _write_columns(table, "setpoints", [one.setpoints for one in rows], rows)
         _write_columns(table, "values", [one.values for one in rows], rows)

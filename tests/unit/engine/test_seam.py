@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import msgspec
 import pytest
 
 from helpers_devices import MAIN, SETUP, FakeTester, Listener, plan_of, record, run
@@ -300,3 +301,23 @@ def test_a_decision_on_record_behind_the_last_step_leaves_nothing_to_do(choice):
     known = {"seq": len(done), "monotonic_s": 0.0, "utc": "", "by": "Ada", "reason": "too late"}
     late = Intervention(action=choice, **known)
     assert find_seam(plan.steps, [*done, late], "Ada").start == 3
+
+
+def test_cycles_are_counted_on_from_the_last_step_that_is_on_record():
+    plan = sweep()
+    events = [
+        replace_cycles(event, {"tester": 10.0 * number})
+        for number, event in enumerate(until(plan, f"{SECOND}.record", ended=True))
+    ]
+    last = max(
+        number
+        for number, event in enumerate(events)
+        if isinstance(event, (StepStarted, StepEnded)) and event.step.startswith("main")
+    )
+    assert find_seam(plan.steps, events, "Ada").cycles == {"tester": 10.0 * last}
+
+
+def replace_cycles(event, cycles):
+    if not isinstance(event, (StepStarted, StepEnded)):
+        return event
+    return msgspec.structs.replace(event, cycles=cycles)
