@@ -35,7 +35,7 @@ class Shared:
     standing: Callable[[Member], float]
     """Tells where a drive stands; reads it back where that is not known."""
     cycles: CycleCount
-    """Told of each drive that sets the frequency of a cyclic motion."""
+    """Counts each drive that sets the frequency of a cyclic motion."""
     marks: RigMarks | None = None
     """Where it is kept, for whoever comes after this process, that a drive is energised."""
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import DeviceContext, StopToken
     from rigrunner_plugins.devices.simulated.sampling import SimulatedRig
     from rigrunner_plugins.devices.simulated.settings import TesterSettings
+    from rigrunner_plugins.devices.simulated.specimen import Specimen
 
 READINGS = 2**32
 """Repetitions from here on number single readings, so that they leave the streams' noise alone."""
@@ -54,10 +55,17 @@ class SimulatedTester:
     non_blocking = True
 
     def __init__(
-        self, model: str, settings: TesterSettings, rig: SimulatedRig, context: DeviceContext
+        self,
+        model: str,
+        settings: TesterSettings,
+        rig: SimulatedRig,
+        context: DeviceContext,
+        specimen: Specimen | None = None,
     ) -> None:
+        """Make the device; a `specimen` wears and warms, and is a new one with each connection."""
         self._settings = settings
         self._rig = rig
+        self._specimen = specimen
         self._clock = context.clock
         self._errors = draw_constant_errors(rig.sensors, rig_source(settings.seed))
         self._drives = Drives(_drives(settings), context.clock)
@@ -87,6 +95,8 @@ class SimulatedTester:
         identity = self._connection.open(timeout_s)
         self._repetitions.clear()
         self._readings.clear()
+        if self._specimen is not None:
+            self._specimen.renew()
         return identity
 
     def close(self) -> None:
@@ -96,24 +106,26 @@ class SimulatedTester:
     def make_safe(self) -> Mapping[str, float]:
         """Stop the swing, then take the load away; what was paused is not gone on with."""
         self._held_hz = None
+        self._live()
         return self._drives.make_safe()
 
     def pause(self) -> None:
         """Stop the swing under its load."""
         self._connection.need()
         self._held_hz = self._drives.actual["frequency"]
-        self._drives.set("frequency", 0.0)
+        self.set("frequency", 0.0)
 
     def resume(self) -> None:
         """Swing again as before the pause."""
         self._connection.need()
         held_hz, self._held_hz = self._held_hz, None
         if held_hz is not None:
-            self._drives.set("frequency", held_hz)
+            self.set("frequency", held_hz)
 
     def set(self, drive: str, value: float) -> None:
         """Move a drive at its rate; return when it is there."""
         self._connection.need()
+        self._live()
         self._drives.set(drive, value)
 
     def read_back(self, drive: str) -> float:
@@ -156,10 +168,11 @@ class SimulatedTester:
     def _sample(self, state: RigState, samples: int, repetition: int) -> Mapping[str, Array]:
         """Return the samples of all channels."""
         rng = noise_source(self._settings.seed, state, repetition)
+        rise_k = 0.0 if self._specimen is None else self._specimen.rise_k
         return {
-            **sample_channels(self._rig, state, samples, self._errors, rng),
+            **sample_channels(self._worn, state, samples, self._errors, rng),
             "load": rng.normal(state.load_n, LOAD_NOISE_N, samples),
-            "temperature": rng.normal(TEMPERATURE_K, TEMPERATURE_NOISE_K, samples),
+            "temperature": rng.normal(TEMPERATURE_K + rise_k, TEMPERATURE_NOISE_K, samples),
             "humidity": rng.normal(HUMIDITY, HUMIDITY_NOISE, samples),
         }
 
@@ -167,7 +180,7 @@ class SimulatedTester:
         frequency_hz = true_frequency_hz(self._rig, state)
         if frequency_hz == 0:
             return {}
-        return self._rig.steady_state(state.load_n, frequency_hz).truth
+        return self._worn.steady_state(state.load_n, frequency_hz).truth
 
     def _repeat(self, state: RigState) -> int:
         """Return how often these set-points have been streamed before."""
@@ -175,9 +188,20 @@ class SimulatedTester:
         self._repetitions[setpoints] += 1
         return self._repetitions[setpoints] - 1
 
+    @property
+    def _worn(self) -> SimulatedRig:
+        return self._rig if self._specimen is None else self._specimen.rig
+
+    def _live(self) -> None:
+        """Let the specimen wear and warm by what it has been through until now."""
+        if self._specimen is not None:
+            actual = self._drives.actual
+            self._specimen.live(self._clock.monotonic_s(), actual["frequency"], actual["load"])
+
     def _state(self) -> RigState:
         elapsed_s = self._clock.monotonic_s() - self._connection.need()
         actual = self._drives.actual
+        self._live()
         return RigState(actual["frequency"], actual["load"], elapsed_s)
 
 

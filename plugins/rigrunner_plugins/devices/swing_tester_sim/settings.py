@@ -9,11 +9,13 @@ from pydantic import Field
 from rigrunner.api.settings import (
     Angle,
     AngularVelocity,
+    Duration,
     Frequency,
     MomentOfInertia,
     Ratio,
     RotationalDamping,
     Settings,
+    Temperature,
     Torque,
 )
 from rigrunner_plugins.devices.fields import quantity
@@ -56,6 +58,11 @@ class BearingSettings(Settings):
     )
     zero_load_torque: Torque = quantity("0 N·m", "starting torque without load", ge=0)
     asymmetry: Torque = quantity("0 N·m", "that load adds in one sense, at 1000 N")
+    wear: Ratio = quantity("0 %", "growth of both torques in 10 000 cycles under load", gt=-1)
+    warming: Temperature = quantity(
+        "0 K", "rise of temperature in the end, at 1000 N and 10 Hz", ge=0, le=200
+    )
+    warming_time: Duration = quantity("10 min", "in which 63 % of it has come", gt=0)
 
 
 class SwingTesterSimSettings(TesterSettings):

@@ -1,0 +1,211 @@
+"""The shipped endurance test: wear over cycles, and a verdict from the final recordings alone."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from itertools import pairwise
+
+import h5py
+import pytest
+
+from helpers_cli import call
+from helpers_resume import take_up
+from rigrunner.api.errors import DataError
+from rigrunner.runfile import read
+from rigrunner.workflow.locate import find_procedure, find_station
+
+NEW_NM = 0.7262
+"""The starting torque of a new bearing of the simulated tester, at 1000 N."""
+SHORT = (("block: 50 s", "block: 5 s"), ("at_most: 50", "at_most: 12"),
+         ("keep_every: 10", "keep_every: 5"))  # fmt: skip
+FAST = ("wear: 6 %", "wear: 150 %")
+"""7.5 % in 500 cycles."""
+
+
+class Lab:
+    """A folder with the procedures, the station, and a run without load."""
+
+    def __init__(self, folder, changes=(), wear=FAST):
+        folder.mkdir(exist_ok=True)
+        for name in ("friction_endurance", "starting_torque_1000n", "no_load_inertia_sweep"):
+            shutil.copy(find_procedure(name), folder)
+        self.folder = folder
+        self.procedure = self._edited(folder / "friction_endurance.yaml", changes)
+        shutil.copy(find_station("simulated_wear"), folder / "station.yaml")
+        self.station = self._edited(folder / "station.yaml", [wear] if wear else [])
+        self.run("no_load_inertia_sweep.yaml")
+
+    def _edited(self, file, changes):
+        text = file.read_text(encoding="utf-8")
+        for old, new in changes:
+            assert old in text, old
+            text = text.replace(old, new)
+        file.write_text(text, encoding="utf-8")
+        return file
+
+    def arguments(self, procedure):
+        return ["run", self.folder / procedure, "--station", self.station, "--unattended",
+                "--runs", self.folder / "runs"]  # fmt: skip
+
+    def run(self, procedure):
+        return call(*self.arguments(procedure))
+
+    def found(self):
+        (folder,) = (self.folder / "runs").glob("*SSPB-END*")
+        return folder
+
+    def document(self):
+        return json.loads((self.found() / "result.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def ended(tmp_path_factory):
+    lab = Lab(tmp_path_factory.mktemp("endurance"), SHORT)
+    called = lab.run("friction_endurance.yaml")
+    assert called.code == 0, called.err
+    return lab, read(lab.found())
+
+
+def results(lab, name):
+    found = [each for each in lab.document()["results"] if each["name"] == name]
+    return {each["coordinates"]["cycles"]["value"]: each["estimate"]["value"] for each in found}
+
+
+def test_torque_and_temperature_are_results_over_the_cycles(ended):
+    lab, _ = ended
+    friction, temperature = results(lab, "friction"), results(lab, "temperature")
+    started = [5.0 + 50 * number for number in range(12)]  # 5 while it comes to 10 Hz in 1 s
+    assert list(friction) == list(temperature) == started
+    assert friction[505.0] > 1.01 * friction[5.0]  # the bearing wears by steps of 500 cycles
+    assert all(later > before for before, later in pairwise(temperature.values()))
+
+
+def test_each_fifth_block_is_kept_whole_and_of_all_the_statistics(ended):
+    _, stored = ended
+    wear = [each for each in stored.recordings if each.coordinates["phase"] == "wear"]
+    assert [each.coordinates["block"] for each in wear] == [1, 6, 11]
+    assert [each.cycles for each in wear] == [5, 255, 505]
+    rows = [row for row in stored.measurements if row.name == "recorded"]
+    assert [row.coordinates["block"] for row in rows] == list(range(1, 13))
+    assert [row.cycles for row in rows] == [5 + 50 * number for number in range(12)]
+
+
+def test_the_run_file_has_the_cycles(ended):
+    lab, stored = ended
+    with h5py.File(lab.found() / "run.h5") as file:
+        table = file["entry/measurements/recorded"]
+        assert list(table["cycles"]) == [row.cycles for row in stored.measurements]
+        kept = file["entry/recordings/001_10Hz_wear_block1"]
+        assert kept.attrs["cycles"] == 5
+
+
+def test_the_verdict_is_from_the_final_recordings_alone(ended):
+    lab, stored = ended
+    document = lab.document()
+    final = [each for each in stored.recordings if each.coordinates["phase"] == "final"]
+    assert len(final) == 12
+    used = [point["recording"] for point in document["points"]]
+    assert used == [each.name for each in final]
+    assert document["verdict"]["verdict"] == "pass"
+    judged = document["decision"]["result"]
+    value, u_95 = judged["value"], judged["expanded_uncertainty_95"]
+    assert value == pytest.approx(1.075 * NEW_NM, abs=u_95)
+    assert value - NEW_NM > u_95  # the new bearing's would be another
+
+
+def test_the_report_shows_both_over_the_cycles(ended):
+    lab, _ = ended
+    page = (lab.found() / "report.html").read_text(encoding="utf-8")
+    assert "effective torque of the swing" in page
+    assert "temperature of the bearing" in page
+    assert call("verify", lab.found()).code == 0
+
+
+def test_it_ends_at_the_limit_and_is_judged_all_the_same(tmp_path):
+    lab = Lab(tmp_path / "warm", (*SHORT, ("too_warm: 55 °C", "too_warm: 23.5 °C")))
+    called = lab.run("friction_endurance.yaml")
+    assert called.code == 0, called.err
+    stored = read(lab.found())
+    rows = [row for row in stored.measurements if row.name == "recorded"]
+    warm = [row.values["tester.temperature.mean"] - 273.15 for row in rows]
+    assert 1 < len(rows) < 12
+    assert max(warm) < 23.6
+    notes = " ".join(getattr(event, "text", "") for event in stored.events)
+    assert f"above 23.5 °C after {len(rows)} of 12 times" in notes
+    assert lab.document()["verdict"]["verdict"] == "pass"
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kill -9 needs a Unix")
+def test_kill_9_loses_no_finished_block_and_the_cycles_continue(tmp_path):
+    lab = Lab(tmp_path / "killed", (("block: 50 s", "block: 20 s"), ("at_most: 50", "at_most: 30"),
+                                    ("keep_every: 10", "keep_every: 5")))  # fmt: skip
+    program = [sys.executable, "-m", "rigrunner", *lab.arguments("friction_endurance.yaml")]
+    running = subprocess.Popen(
+        list(map(str, program)), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    try:
+        promised = _finished_blocks(lab, running, at_least=7)
+    finally:
+        os.kill(running.pid, signal.SIGKILL)
+        running.wait()
+    left = read(lab.found())
+    assert not left.info.sealed
+    kept = [row.coordinates["block"] for row in left.measurements]
+    assert kept[: len(promised)] == promised
+    assert kept == list(range(1, len(kept) + 1))
+    assert len(kept) < 30
+    take_up(lab.found())
+    stored = read(lab.found())
+    assert stored.info.outcome == "completed"
+    rows = [row for row in stored.measurements if row.name == "recorded"]
+    assert [row.coordinates["block"] for row in rows] == list(range(1, 31))
+    before = {row.coordinates["block"]: row for row in left.measurements}
+    for row in rows[: len(kept)]:
+        assert row.values == before[row.coordinates["block"]].values
+        assert row.cycles == before[row.coordinates["block"]].cycles
+    cycles = [row.cycles for row in rows]
+    assert all(later - earlier >= 200 for earlier, later in pairwise(cycles)), cycles
+    whole = [each.coordinates["block"] for each in stored.recordings
+             if each.coordinates["phase"] == "wear"]  # fmt: skip
+    assert whole == [1, 6, 11, 16, 21, 26]
+    document = json.loads((lab.found() / "result.json").read_text(encoding="utf-8"))
+    assert document["verdict"]["verdict"] in {"pass", "fail"}
+    assert call("verify", lab.found()).code == 0
+
+
+def _finished_blocks(lab, running, at_least):
+    """Return the blocks that are on record once there are so many; while the run goes on."""
+    until = time.monotonic() + 120
+    while time.monotonic() < until:
+        assert running.poll() is None, "the run was over too soon"
+        time.sleep(0.02)
+        try:
+            rows = read(lab.found()).measurements
+        except (DataError, ValueError, OSError):
+            continue
+        if len(rows) >= at_least:
+            return [row.coordinates["block"] for row in rows]
+    raise AssertionError("the run made no progress")
+
+
+@pytest.mark.thorough
+def test_25_000_cycles(tmp_path):
+    lab = Lab(tmp_path / "long", wear=None)
+    assert "70.2 MB of samples" in call("plan", lab.procedure, "--station", lab.station).out
+    called = lab.run("friction_endurance.yaml")
+    assert called.code == 0, called.err
+    friction, temperature = results(lab, "friction"), results(lab, "temperature")
+    assert list(friction) == [5.0 + 500 * number for number in range(50)]
+    assert friction[24505.0] > friction[5.0] + 0.05
+    assert temperature[24505.0] == pytest.approx(23 + 18, abs=0.2)
+    estimate = lab.document()["decision"]["result"]
+    worn_nm = NEW_NM * (1 + 0.06 * 25_000 / 10_000)
+    assert estimate["value"] == pytest.approx(worn_nm, abs=estimate["expanded_uncertainty_95"])
+    size = sum(each.stat().st_size for each in lab.found().rglob("*") if each.is_file())
+    assert size < 50e6
