@@ -223,6 +223,7 @@ def two_clocks(folder, latency):
     return run(loaded, folder / "runs", station=station, no_load=bare.folder)
 
 
+@pytest.mark.thorough
 def test_clocks_that_are_not_well_known_give_no_result(tmp_path):
     done = two_clocks(tmp_path, "10 ms")
     assert done.error is None

@@ -21,6 +21,7 @@ SEED = 20260301
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="kill -9 needs a Unix")
 
 
+@pytest.mark.thorough
 def test_every_killed_run_is_readable_and_resumed_to_the_numbers_of_an_undisturbed_one(tmp_path):
     program = [sys.executable, helpers_kill_resume.__file__, str(tmp_path), str(KILLS), str(SEED)]
     one_thread = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}

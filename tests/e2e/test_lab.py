@@ -21,6 +21,7 @@ def printed(lab_begun, tmp_path_factory):
     return folder, lab_begun.commands
 
 
+@pytest.mark.thorough
 def test_the_printed_commands_work_as_they_stand(lab_begun):
     assert "N·m (95 %, template_inverse)" in lab_begun.printed
     runs = sorted((lab_begun.folder / "runs").iterdir())

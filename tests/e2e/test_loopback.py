@@ -25,7 +25,7 @@ from rigrunner_plugins.devices.swing_tester_sim.settings import SwingTesterSimSe
 if TYPE_CHECKING:
     from pathlib import Path
 
-pytestmark = pytest.mark.in_real_time
+pytestmark = [pytest.mark.in_real_time, pytest.mark.thorough]
 
 LOAD_N = 1000.0
 STARTS_WITHIN_S = 200.0

@@ -24,11 +24,13 @@ def drawn(demo):
     return runpy.run_path(str(SCRIPT))["figures"](demo.folder)
 
 
+@pytest.mark.thorough
 def test_every_figure_of_the_page_is_drawn(drawn):
     shown = {(PAGE.parent / link).resolve() for link in links(PAGE) if link.endswith(".svg")}
     assert shown == {SCRIPT.parent / name for name in drawn}
 
 
+@pytest.mark.thorough
 def test_each_is_a_picture_of_modest_size(drawn):
     for name, svg in drawn.items():
         assert ET.fromstring(svg).tag.endswith("svg"), name  # noqa: S314  (drawn just now)
@@ -41,6 +43,7 @@ def places(svg):
     return np.array(found, dtype=float)
 
 
+@pytest.mark.thorough
 def test_those_on_the_page_are_what_is_drawn_today(drawn):
     """If not: the command of the page."""
     for name, svg in drawn.items():

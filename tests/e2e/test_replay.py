@@ -101,6 +101,7 @@ def replayed(demo, tmp_path_factory):
     return sorted((station / "runs").iterdir())
 
 
+@pytest.mark.thorough
 def test_replay_gives_the_same_numbers_as_the_run(demo, replayed):
     for original, copy in zip((demo.no_load, demo.loaded), replayed, strict=True):
         expected, found = numbers(results(original)), numbers(results(copy))

@@ -61,10 +61,14 @@ def interventions(run) -> list[tuple[str, str]]:
     return [(one.action, one.by) for one in run.events if isinstance(one, Intervention)]
 
 
-ENDED_BY = (
-    *((number, 20) for number in (*ENDING, *SUSPENDING) if number not in REALTIME[1:-1]),
-    (signal.SIGINT, 130),
-)
+USUAL = ("SIGTERM", "SIGHUP", "SIGTSTP", "SIGINT")
+ENDED_BY = [
+    pytest.param(number, code, marks=[pytest.mark.thorough] * (signal_name(number) not in USUAL))
+    for number, code in (
+        *((number, 20) for number in (*ENDING, *SUSPENDING) if number not in REALTIME[1:-1]),
+        (signal.SIGINT, 130),
+    )
+]
 
 
 @pytest.mark.parametrize(("number", "code"), ENDED_BY, ids=signal_name)

@@ -122,6 +122,7 @@ def test_half_the_difference_is_a_line_of_the_budget(drifting):
         assert abs(error) < expanded(point.torque)
 
 
+@pytest.mark.thorough
 def test_the_interval_holds_a_drift_that_was_not_straight():
     """Nearly all of it before the loaded points."""
     sudden = found(run_of((0.0, 0.9, 1.0)))
@@ -136,6 +137,7 @@ def test_a_temperature_tells_a_drift_that_was_not_straight():
     assert abs(errors_nm(warm).mean()) < 0.003
 
 
+@pytest.mark.thorough
 def test_a_temperature_that_does_not_change_tells_nothing():
     steady = found(run_of(STEADY), drift="tester.temperature")
     assert "by time, as tester.temperature does not tell" in line(steady.points[0]).name

@@ -83,6 +83,7 @@ def test_the_latest_cycles_give_the_value_of_the_recording_within_its_uncertaint
         assert latest.raw_nm == pytest.approx(known.raw_nm, abs=0.05)
 
 
+@pytest.mark.thorough
 def test_a_long_recording_is_followed_and_a_finished_one_is_whole(lab, monkeypatch):
     monkeypatch.setattr(analyst, "MOST_AGAIN", 20_000)
     asker = Asker(lab[1])
