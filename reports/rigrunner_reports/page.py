@@ -53,7 +53,7 @@ class Figures:
     fits: Plot | None
     cycles: Plot | None
     motion: Plot | None
-    results: Mapping[str, Plot]
+    results: Mapping[str, tuple[Plot, ...]]
     """Of named results, by their name."""
     tables: Mapping[str, Plot]
     """Of tables without limits, by their name."""
@@ -172,12 +172,10 @@ def _figures(result: Result, points: Sequence[SetPoint]) -> Figures:
     )
 
 
-def _named(result: Result) -> dict[str, Plot]:
+def _named(result: Result) -> dict[str, tuple[Plot, ...]]:
     parts = result.decision.parts if result.decision else ()
     plots = {}
     for name in dict.fromkeys(each.name for each in result.other_results):
         found = [each for each in result.other_results if each.name == name]
-        plot = over_coordinate(found, [part for part in parts if part.named == name])
-        if plot is not None:
-            plots[name] = plot
+        plots[name] = over_coordinate(found, [part for part in parts if part.named == name])
     return plots

@@ -10,6 +10,7 @@ from math import sqrt
 import pytest
 
 from helpers_cli import call
+from rigrunner.api.errors import UsageError
 from rigrunner.notebook import analyse, open_run
 from rigrunner.workflow.locate import find_procedure
 from rigrunner_plugins.loopback.chamber import DEVIATION_K, platinum, running_chamber
@@ -121,6 +122,15 @@ def test_a_notebook_has_the_results(tested):
     stated = [each["estimate"]["value"] for each in tested[1]["results"]]
     assert rows.column("value") == stated
     assert analyse(tested[0]).results == rows
+
+
+def test_a_notebook_draws_the_figures_of_the_report(tested):
+    values, within = open_run(tested[0]).plot_results("resistance").figure.axes
+    stated = [each["estimate"]["value"] for each in tested[1]["results"]][:4]
+    assert list(values.lines[0].get_ydata()) == pytest.approx(stated)
+    assert within.get_ylabel() == "R \N{MINUS SIGN} middle of limits / Ω"
+    with pytest.raises(UsageError, match="no result 'resistanse'"):
+        open_run(tested[0]).plot_results("resistanse")
 
 
 def test_another_statistic_moves_the_results_and_golden_runs_tell(tested, tmp_path):

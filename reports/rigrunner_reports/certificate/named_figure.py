@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from matplotlib.ticker import FuncFormatter
 
+from rigrunner.plots.results import limit_lines
 from rigrunner_reports.plots.canvas import INK, PRIMARY, VERMILION, Plot, draw
-from rigrunner_reports.plots.results import limit_lines
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rigrunner.notebook.found import figures_of, plot_of, points_of, results_of
+from rigrunner.notebook.found import figures_of, plot_of, points_of, results_of, results_plot
 
 if TYPE_CHECKING:
     from rigrunner.api.results import Result
@@ -44,6 +44,10 @@ class Analysis:
     def figures(self) -> Rows:
         """What was found of the rig, as in the archive."""
         return figures_of(self.document)
+
+    def plot_results(self, name: str) -> Plot:
+        """Return the figures of a named result, as the report has them; raise UsageError."""
+        return results_plot(self.document, name)
 
     def plot(self) -> Plot:
         """Return torque over frequency."""

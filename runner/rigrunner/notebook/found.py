@@ -6,12 +6,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rigrunner.api.data import Estimate
+from rigrunner.api.errors import UsageError
+from rigrunner.api.findings import MeasurementResult, ResultDefinition
+from rigrunner.api.verdict import Limits, Verdict
 from rigrunner.archive import Rows
-from rigrunner.archive.documents import at, number
+from rigrunner.archive.documents import at, degrees_of_freedom, number
 from rigrunner.archive.named_results import named_results
 from rigrunner.archive.result_facts import figures, points
 from rigrunner.archive.schema import FIGURES, POINTS, RESULTS
-from rigrunner.plots import torque_over_frequency
+from rigrunner.plots import results, torque_over_frequency
+from rigrunner.signal.result_figures import over_coordinate
+from rigrunner.workflow.set_points import coordinates_in
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -48,6 +54,44 @@ def plot_of(document: Document | None, title: str) -> Plot:
     ends = (at(document, "decision", name, "value") for name in ("lower_limit", "upper_limit"))
     limits = [limit for end in ends if (limit := number(end)) is not None]
     return torque_over_frequency(*columns, title=title, limits_nm=limits)
+
+
+def results_plot(document: Document | None, name: str) -> Plot:
+    """Return the figures of the results of one name, those that a report has.
+
+    Raises UsageError where there is none of that name, or nothing to draw it over.
+    """
+    rows = results_of(document)
+    every = list(zip((document or {}).get("results") or (), rows, strict=True))
+    limited = [(_result(each), *_limit(row)) for each, row in every if each["name"] == name]
+    if not limited:
+        names = ", ".join(dict.fromkeys(each["name"] for each, _ in every)) or "none"
+        raise UsageError(f"there is no result '{name}'", hint=f"there are: {names}")
+    figures = over_coordinate(limited)
+    if not figures:
+        raise UsageError(f"'{name}' has no coordinate that is a number of several")
+    return results(figures)
+
+
+def _result(stored: Mapping[str, Any]) -> MeasurementResult:
+    found = stored["estimate"]
+    known = ResultDefinition(
+        name=stored["name"],
+        symbol=stored["symbol"] or "",
+        text=stored["text"] or "",
+        unit=found["unit"],
+    )
+    u, dof = number(found["standard_uncertainty"]), degrees_of_freedom(found["degrees_of_freedom"])
+    estimate = Estimate(
+        found["value"], np.nan if u is None else u, np.nan if dof is None else dof, found["unit"]
+    )
+    return MeasurementResult(of=known, estimate=estimate, coordinates=coordinates_in(stored))
+
+
+def _limit(row: Mapping[str, Any]) -> tuple[Limits | None, bool]:
+    limits = Limits.between(row["lower"], row["upper"], row["unit"])
+    limited = row["lower"] is not None or row["upper"] is not None
+    return limits if limited else None, row["verdict"] not in {None, Verdict.PASS}
 
 
 def _rows(table: Table, every: list[Mapping[str, Any]] | list[dict[str, Any]]) -> Rows:

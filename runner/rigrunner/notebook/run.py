@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import UsageError
-from rigrunner.notebook.found import figures_of, plot_of, points_of, results_of
+from rigrunner.notebook.found import figures_of, plot_of, points_of, results_of, results_plot
 from rigrunner.notebook.frames import frame_of, frame_of_measurements, set_of
 from rigrunner.plots import samples
 from rigrunner.runfile import read
@@ -87,6 +87,10 @@ class Run:
     def measurements(self, name: str) -> pd.DataFrame:
         """Return the table that `measure` steps of that name made; needs pandas."""
         return frame_of_measurements(self.stored.measurements, name)
+
+    def plot_results(self, name: str) -> Plot:
+        """Return the figures of a named result, as the report has them; raise UsageError."""
+        return results_plot(self.result, name)
 
     def plot(self, recording: str = "") -> Plot:
         """Return torque over frequency, or the samples of a recording over time."""

@@ -1,0 +1,90 @@
+"""From results of one name to figures: over a coordinate, and within limits that differ."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import isfinite
+from typing import TYPE_CHECKING
+
+from rigrunner.api.figures import Axis, Figure, Point, Series
+from rigrunner.signal.coverage import expanded
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.api.findings import MeasurementResult
+    from rigrunner.api.verdict import Limits
+
+LEAST = 2
+"""So many values of a coordinate make a figure."""
+Limited = tuple["MeasurementResult", "Limits | None", bool]
+"""A result, what it may be, and whether it is known not to be within that."""
+
+
+def over_coordinate(found: Sequence[Limited]) -> tuple[Figure, ...]:
+    """Return the figures of the results of one name; none where no coordinate is a number.
+
+    The first has the values. Where each has two limits, and these differ, a second has how far the
+    values are from the middle between them: on the scale of the values no limit would be seen.
+    """
+    axis = _axis([result for result, _, _ in found])
+    if axis is None:
+        return ()
+    first = found[0][0]
+    groups: dict[str, list[Point]] = {}
+    for result, limits, missed in found:
+        others = [str(value) for name, value in result.coordinates.items() if name != axis]
+        groups.setdefault(", ".join(others), []).append(_point(result, axis, limits, missed))
+    series = tuple(
+        Series(name, tuple(sorted(points, key=lambda point: point.x)))
+        for name, points in groups.items()
+    )
+    symbol, unit = first.of.symbol or first.name, first.of.unit
+    title = f"{first.of.words[:1].upper()}{first.of.words[1:]}"
+    values = Figure(title, Axis(axis, first.coordinates[axis].unit), Axis(symbol, unit), series)
+    within = _within_limits(values, symbol, unit)
+    return (values,) if within is None else (values, within)
+
+
+def _within_limits(values: Figure, symbol: str, unit: str) -> Figure | None:
+    points = [point for series in values.series for point in series.points]
+    ends = {(point.lower, point.upper) for point in points}
+    if len(ends) < LEAST or any(low is None or high is None for low, high in ends):
+        return None
+    series = tuple(
+        replace(each, points=tuple(map(_from_middle, each.points))) for each in values.series
+    )
+    of_difference = "K" if unit == "°C" else unit
+    axis = Axis(f"{symbol} \N{MINUS SIGN} middle of limits", of_difference)
+    return Figure(f"{values.title} within its limits", values.x, axis, series)
+
+
+def _from_middle(point: Point) -> Point:
+    assert point.lower is not None  # noqa: S101  (both are asked for)
+    assert point.upper is not None  # noqa: S101  (both are asked for)
+    middle, half = (point.lower + point.upper) / 2, (point.upper - point.lower) / 2
+    return replace(point, y=point.y - middle, lower=-half, upper=half)
+
+
+def _point(result: MeasurementResult, axis: str, limits: Limits | None, missed: bool) -> Point:  # noqa: FBT001  (as a row has it)
+    width = expanded(result.estimate)
+    ends = (None, None) if limits is None else (limits.lower, limits.upper)
+    lower, upper = (end if end is not None and isfinite(end) else None for end in ends)
+    return Point(
+        x=float(result.coordinates[axis].value),
+        y=result.estimate.value,
+        U=width if isfinite(width) else None,
+        lower=lower,
+        upper=upper,
+        missed=missed,
+    )
+
+
+def _axis(results: Sequence[MeasurementResult]) -> str | None:
+    """Return the coordinate that is a number and has the most values, the first of several."""
+    best, most = None, LEAST - 1
+    for name in results[0].coordinates:
+        values = {each.coordinates[name].value for each in results}
+        if not any(isinstance(value, str) for value in values) and len(values) > most:
+            best, most = name, len(values)
+    return best
