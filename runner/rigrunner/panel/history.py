@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import json
+from math import nan
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
 from rigrunner.analysis.verdict.document import verdict_in
 from rigrunner.panel.errors import not_found
+from rigrunner.panel.view.of_result import with_uncertainty
 from rigrunner.panel.view.sections import Value
 from rigrunner.runfile import read
 from rigrunner.workflow.finish import RESULT_FILE
 from rigrunner.workflow.locate import run_names
 from rigrunner.workflow.log import event_text
 from rigrunner.workflow.runs import listed_run
+from rigrunner.workflow.set_points import other_results
 from rigrunner.workflow.stored import run_data
 
 if TYPE_CHECKING:
@@ -42,6 +45,8 @@ class RunItem(BaseModel):
     outcome: str = ""
     verdict: str = ""
     headline: Value | None = None
+    result: str = ""
+    """Of a run without a headline: the named result that decides, or the only one, with its U."""
 
 
 class RunDetail(BaseModel):
@@ -130,7 +135,7 @@ def _item(runs: Path, name: str) -> RunItem:
     if listed.info is None:
         return RunItem(run=name, state=listed.state, problem=listed.problem)
     header = listed.info.header
-    verdict, headline = _result(runs / name / RESULT_FILE)
+    verdict, headline, result = _result(runs / name / RESULT_FILE)
     return RunItem(
         run=name,
         state=listed.state,
@@ -143,20 +148,32 @@ def _item(runs: Path, name: str) -> RunItem:
         outcome=listed.info.outcome if listed.info.sealed else "",
         verdict=verdict,
         headline=headline,
+        result=result,
     )
 
 
-def _result(path: Path) -> tuple[str, Value | None]:
-    """Return verdict and headline as the run's result.json has them, where it can be read."""
+def _result(path: Path) -> tuple[str, Value | None, str]:
+    """Return verdict, headline and named result of a run's result.json, where it can be read."""
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
         verdict, value = verdict_in(found), found["headline"]["compensated"]
         if value is None:
-            return verdict, None
+            return verdict, None, _named(found)
         known = {"value_nm": value["value"], "U_nm": value["expanded_uncertainty_95"]}
-        return verdict, Value(**known)
+        return verdict, Value(**known), ""
     except (OSError, ValueError, KeyError, TypeError):
-        return "", None
+        return "", None, ""
+
+
+def _named(document: dict[str, Any]) -> str:
+    decided = document.get("decision") or {}
+    found = [each for each in other_results(document) if each["estimate"] == decided.get("result")]
+    found = found or other_results(document)
+    if len(found) != 1:
+        return ""
+    estimate, width = found[0]["estimate"], found[0]["estimate"]["expanded_uncertainty_95"]
+    shown = with_uncertainty(estimate["value"], nan if width is None else width)
+    return f"{found[0]['name']}: {shown} {estimate['unit']}"
 
 
 def _events(stored: StoredRun) -> Iterator[dict[str, str]]:

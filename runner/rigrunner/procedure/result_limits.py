@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.measurand import CONDITIONS, NATURES, Condition, MeasurandKind, Nature
-from rigrunner.api.places import CoordinateKey, Places, places_text
+from rigrunner.api.places import CoordinateKey, Places, is_in, places_text
 from rigrunner.api.quantity import Quantity
 from rigrunner.api.settings import Force, Settings, YesNo
 from rigrunner.api.units import unit
@@ -158,6 +158,11 @@ class Limit(Settings):
     def written(self) -> Quantity:
         """One of the limits as the procedure writes it."""
         return next(iter(self._written.values()))
+
+    def is_of(self, coordinates: Mapping[str, CoordinateValue]) -> bool:
+        """Say whether it limits results at that place."""
+        excepted = self.except_ and is_in(self.except_, coordinates)
+        return is_in(self.where, coordinates) and not excepted
 
     def limits_at(self, coordinates: Mapping[str, CoordinateValue], symbol: str) -> Limits:
         """Return the limits at a place as numbers in a unit of the same kind.

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from helpers_any_quantity import written
+from helpers_cli import call
 from helpers_workflow import quick_procedure, run
 from rigrunner.api.events import Samples, StepEnded, StepStarted
 from rigrunner.panel.history import History
@@ -37,7 +39,8 @@ class Onlooker:
 
     def _found(self, recording):
         folder = self.runs / run_names(self.runs)[-1]
-        return result_so_far(folder, self.registry, self.no_load, recording)
+        found = result_so_far(folder, self.registry, self.no_load, recording)
+        return None if found is None else found[0]
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +97,7 @@ def test_a_watched_stretch_is_analysed_in_place_of_the_recordings(watched):
     onlooker, finished = watched
     folder = finished.folder
     stretch = read(folder).recordings[2]
-    found = result_so_far(folder, onlooker.registry, onlooker.no_load, watched=stretch)
+    found, _ = result_so_far(folder, onlooker.registry, onlooker.no_load, watched=stretch)
     expected = finished.result.compensations["template_inverse"].points[2]
     (point,) = live_view(found, final=False).points
     assert point.recording == stretch.name
@@ -114,3 +117,26 @@ def test_an_uncertainty_that_the_data_do_not_tell_is_none_here_and_in_the_histor
     assert LiveView.model_validate_json(view.model_dump_json()) == view
     (item,) = History(tmp_path / "runs").items()
     assert item.headline == view.headline
+
+
+def test_named_results_are_there_with_their_limits_while_the_run_goes_on(tmp_path):
+    """Of a supply whose values are written down: no torque, no recording, no swing."""
+    procedure, station = written(tmp_path)
+    runs = tmp_path / "runs"
+    done = call("run", procedure, "--station", station, "--unattended", "--runs", runs)
+    assert done.code == 0, done.err
+    result, acceptance = result_so_far(runs / run_names(runs)[0], load_registry(), None)
+    view = live_view(result, final=False, acceptance=acceptance)
+    assert (view.points, view.verdict) == ((), "")
+    voltages = [each for each in view.results if each.name == "voltage"]
+    assert [(each.place, each.value) for each in voltages] == [
+        ("0 A", 12.031), ("1 A", 12.022), ("2 A", 12.014), ("5 A", 11.987),
+    ]  # fmt: skip
+    assert {(each.lower, each.upper, each.unit) for each in voltages} == {(11.98, 12.1, "V")}
+    (regulation,) = (each for each in view.results if each.name == "regulation")
+    assert (regulation.place, regulation.lower, regulation.upper) == ("", None, 50.0)
+    (figure,) = view.figures
+    assert [point.x for point in figure.series[0].points] == [0, 1, 2, 5]
+    assert LiveView.model_validate_json(view.model_dump_json()) == view
+    (item,) = History(runs).items()
+    assert (item.headline, item.result) == (None, "regulation: 44.0 ± 3.1 mV")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import Component
 from rigrunner.api.data import Estimate
-from rigrunner.api.places import each_of, is_at, is_in
+from rigrunner.api.places import each_of, is_at
 from rigrunner.api.verdict import MEAN
 from rigrunner.signal.coverage import excess_kurtosis
 from rigrunner.signal.uncertainty import combine
@@ -41,12 +41,7 @@ class Chosen:
 def chosen_by(limit: Limit, evidence: Evidence) -> Iterator[Chosen]:
     """Yield each value that a limit is held against, at least one."""
     named = [each for each in evidence.results if each.name == limit.of]
-    found = [
-        (number, each)
-        for number, each in enumerate(named)
-        if is_in(limit.where, each.coordinates)
-        and not (limit.except_ and is_in(limit.except_, each.coordinates))
-    ]
+    found = [(number, each) for number, each in enumerate(named) if limit.is_of(each.coordinates)]
     short = limit.of == evidence.torque
     symbol = named[0].of.unit if named else limit.written.unit.symbol
     mean = MEAN if short else f"mean {limit.of}"

@@ -67,11 +67,13 @@ class _Analyst:
 
     def _of_all(self, asked: Analyse, began_s: float) -> Analysed:
         registry, no_load = self._registry(asked.station), self._no_load(asked.no_load)
-        result = result_so_far(asked.folder, registry, no_load, asked.recording, asked.watched)
-        if result is None:
+        so_far = result_so_far(asked.folder, registry, no_load, asked.recording, asked.watched)
+        if so_far is None:
             return Analysed(None)
+        result, acceptance = so_far
         found = correction(result)
-        view = live_view(result, final=False, taken_s=time.monotonic() - began_s)
+        taken_s = time.monotonic() - began_s
+        view = live_view(result, final=False, taken_s=taken_s, acceptance=acceptance)
         if asked.watched is None:
             self._found, self._latest = view, {}
         return Analysed(view) if found is None else Analysed(view, *found)

@@ -31,6 +31,8 @@ class Curves:
         self._lock = threading.Lock()
         self._trend = Trend()
         self._touched: int | None = None
+        self._channel = ""
+        """What is over time, where it is no torque: the first channel that is recorded."""
         self._swings: deque[bytes] = deque(maxlen=WAITING_SWINGS)
         self._cutter: SwingCutter | None = None
         self._key: tuple[str, float] | None = None
@@ -57,12 +59,16 @@ class Curves:
     def take(self, curve: Curve, start_s: float) -> None:
         """Take a block, whose first sample was taken at `start_s` seconds of the run."""
         torque = _channel(curve, "torque")
-        if torque is None:
+        if not curve.channels:
             return
+        name, shown = next(iter(curve.channels.items()))
         with self._lock:
-            first = self._trend.take(start_s, curve.rate_hz, torque)
+            self._channel = "" if torque is not None else name
+            values = shown if torque is None else torque
+            first = self._trend.take(start_s, curve.rate_hz, values)
             self._touched = first if self._touched is None else min(first, self._touched)
-            self._cut(curve, torque)
+            if torque is not None:
+                self._cut(curve, torque)
 
     def whole(self) -> list[bytes]:
         """Return what a screen that has nothing yet is sent."""
@@ -86,6 +92,8 @@ class Curves:
     def _trend_frame(self, first: int, *, reset: bool) -> bytes:
         first, low, high = self._trend.since(first)
         header = {"kind": "trend", "first": first, "step_s": STEP_S, "reset": reset}
+        if self._channel:
+            header["channel"] = self._channel
         return frame(header, {"min_nm": low, "max_nm": high})
 
     def _cut(self, curve: Curve, torque: NDArray[np.float32]) -> None:

@@ -72,7 +72,7 @@ class GoingOn:
             self._prepared = _Prepared()  # there are more of them now
             run = self._prepared.over(replace(run, recordings=before))
         if analysis:
-            analysis = replace(analysis, prepare=self._prepared)
+            analysis = replace(analysis, prepare=self._prepared, analyses=())
         windows = Windows(tail.begun(first, stored.events), run)
         return _Recording(windows, run, self._no_load, analysis)
 

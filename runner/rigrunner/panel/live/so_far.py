@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.prepare import prepare_point
+from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.errors import DataError
 from rigrunner.procedure import parse_procedure
 from rigrunner.runfile import read
@@ -17,8 +19,9 @@ if TYPE_CHECKING:
 
     from rigrunner.analysis.analyse import Prepare
     from rigrunner.api.data import Recording, RunData
+    from rigrunner.api.findings import MeasurementResult
     from rigrunner.api.results import Result
-    from rigrunner.procedure import AnalysisSpec, Measurand
+    from rigrunner.procedure import Acceptance, AnalysisSpec, Measurand, NamedAnalysisRef
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun
 
@@ -33,11 +36,17 @@ class LiveAnalysis:
     spec: AnalysisSpec
     measurand: Measurand | None
     registry: Registry
+    analyses: tuple[NamedAnalysisRef, ...] = ()
+    acceptance: Acceptance | None = None
+    """What results may be, as it is shown beside them."""
     prepare: Prepare = prepare_point
 
     def result(self, run: RunData, no_load: RunData | None) -> Result:
-        """Return the result of these data; raise DataError."""
-        return analyse(
+        """Return the result of these data; raise DataError.
+
+        An analysis of other results that cannot be made as yet is left out.
+        """
+        found = analyse(
             run,
             no_load,
             self.spec,
@@ -46,6 +55,12 @@ class LiveAnalysis:
             lookup=self.registry,
             prepare=self.prepare,
         )
+        named: list[MeasurementResult] = []
+        for each in self.analyses:
+            made = Scrutiny(self.registry).make("analysis", each.name, each.settings)
+            with suppress(DataError):
+                named += made(run).results
+        return replace(found, results=(*found.results, *named))
 
 
 def live_analysis(stored: StoredRun, registry: Registry) -> LiveAnalysis | None:
@@ -53,10 +68,15 @@ def live_analysis(stored: StoredRun, registry: Registry) -> LiveAnalysis | None:
     procedure = parse_procedure(
         stored.header.procedure_text, stored.header.procedure_id, stored=True
     ).model
-    if procedure.torque_analysis.asks_nothing:
+    if procedure.asks_nothing:
         return None
-    spec = procedure.torque_analysis.model_copy(update={"validate_": None})
-    return LiveAnalysis(spec, procedure.measurand, registry)
+    return LiveAnalysis(
+        procedure.torque_analysis.model_copy(update={"validate_": None}),
+        procedure.measurand,
+        registry,
+        analyses=procedure.named_analyses,
+        acceptance=procedure.acceptance,
+    )
 
 
 def result_so_far(
@@ -65,8 +85,8 @@ def result_so_far(
     no_load: StoredRun | None,
     recording: str = "",
     watched: Recording | None = None,
-) -> Result | None:
-    """Return the result of the recordings so far; None where there is none yet.
+) -> tuple[Result, Acceptance | None] | None:
+    """Return the result of the recordings so far, and what it may be; None where there is none yet.
 
     `recording` names the one that goes on: it takes part with its whole swings, once the analysis
     accepts as few. `watched` is analysed in the place of all of them. Raises DataError.
@@ -78,14 +98,14 @@ def result_so_far(
     other = None if no_load is None else run_data(no_load)
     finished = run_data(stored)
     if watched is not None:
-        return analysis.result(replace(finished, recordings=(watched,)), other)
+        return analysis.result(replace(finished, recordings=(watched,)), other), analysis.acceptance
     going_on = [each for each in stored.incomplete if each.name == recording][-1:]
     if going_on:
         try:
             with_it = replace(finished, recordings=(*finished.recordings, *going_on))
-            return analysis.result(with_it, other)
+            return analysis.result(with_it, other), analysis.acceptance
         except DataError:  # too short as yet
             pass
     if not (finished.recordings or finished.measurements):
         return None
-    return analysis.result(finished, other)
+    return analysis.result(finished, other), analysis.acceptance

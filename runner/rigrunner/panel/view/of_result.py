@@ -2,28 +2,48 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from math import isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rigrunner.api.checks import effect_words
+from rigrunner.api.errors import DataError
 from rigrunner.api.verdict import Verdict, worst
-from rigrunner.panel.view.sections import CheckView, Finished, LiveView, PointView, Value
+from rigrunner.panel.view.sections import (
+    CheckView,
+    Finished,
+    LiveView,
+    PointView,
+    ResultView,
+    Value,
+)
 from rigrunner.signal.coverage import expanded
+from rigrunner.signal.result_figures import over_coordinate
 from rigrunner.signal.rounding import places
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from rigrunner.api.analysis import CompensatedPoint, PeakPoint
     from rigrunner.api.data import Array, Estimate
+    from rigrunner.api.figures import Figure
+    from rigrunner.api.findings import MeasurementResult
     from rigrunner.api.results import Result
+    from rigrunner.api.verdict import Limits
+    from rigrunner.procedure import Acceptance
     from rigrunner.workflow.finish import FinishedRun
 
+MOST_RESULTS = 200
+"""Of named results, the latest are sent to the screen."""
 
-def live_view(result: Result, *, final: bool, taken_s: float = 0.0) -> LiveView:
-    """Return the result of the recordings so far, or of all."""
+
+def live_view(
+    result: Result, *, final: bool, taken_s: float = 0.0, acceptance: Acceptance | None = None
+) -> LiveView:
+    """Return the result of the recordings so far, or of all, with what it may be."""
+    limited = [(each, _limits(each, acceptance)) for each in result.other_results]
     primary = result.compensations.get(result.primary)
     found = primary.points if primary else ()
     points = [_point(each, found, index) for index, each in enumerate(result.loaded)]
@@ -49,7 +69,44 @@ def live_view(result: Result, *, final: bool, taken_s: float = 0.0) -> LiveView:
             )
             for each in checks
         ),
+        results=tuple(_named_view(each, limits) for each, limits in limited[-MOST_RESULTS:]),
+        figures=tuple(_figures(limited)),
     )
+
+
+def _limits(result: MeasurementResult, acceptance: Acceptance | None) -> Limits | None:
+    """Return what a result may be by the first limit on it, which is none of a mean."""
+    for limit in acceptance.limits_of(result.name) if acceptance else ():
+        if not limit.mean and limit.is_of(result.coordinates):
+            with suppress(DataError):  # it follows a coordinate, and has none here
+                return limit.limits_at(result.coordinates, result.of.unit)
+    return None
+
+
+def _named_view(found: MeasurementResult, limits: Limits | None) -> ResultView:
+    return ResultView(
+        name=found.name,
+        text=found.of.words,
+        symbol=found.of.symbol,
+        unit=found.of.unit,
+        place=", ".join(map(str, found.coordinates.values())),
+        value=found.estimate.value,
+        U=_known(expanded(found.estimate)),
+        readings=found.readings,
+        lower=None if limits is None else _known(limits.lower),
+        upper=None if limits is None else _known(limits.upper),
+    )
+
+
+def _figures(limited: Sequence[tuple[MeasurementResult, Limits | None]]) -> Iterator[Figure]:
+    """Yield for each result over a coordinate the figure that shows most: within its limits."""
+    for name in dict.fromkeys(each.name for each, _ in limited):
+        own = [(each, at) for each, at in limited if each.name == name]
+        yield from over_coordinate([(each, at, _is_out(each, at)) for each, at in own])[-1:]
+
+
+def _is_out(result: MeasurementResult, limits: Limits | None) -> bool:
+    return limits is not None and not limits.allow(result.estimate.value)
 
 
 def with_followed(
@@ -119,10 +176,15 @@ def _named(result: Result) -> str:
         found = list(result.other_results)
     if not found:
         return ""
-    estimate, width = found[0].estimate, expanded(found[0].estimate)
+    estimate = found[0].estimate
+    shown = with_uncertainty(estimate.value, expanded(estimate))
+    return f"{found[0].of.words}: {shown} {estimate.unit}"
+
+
+def with_uncertainty(value: float, width: float) -> str:
+    """Return a value with its expanded uncertainty, '?' where that is not known."""
     decimals = max(places(width), 0) if isfinite(width) else 6
-    u = f"{width:.{decimals}f}" if isfinite(width) else "?"
-    return f"{found[0].of.words}: {estimate.value:.{decimals}f} ± {u} {estimate.unit}"
+    return f"{value:.{decimals}f} ± {f'{width:.{decimals}f}' if isfinite(width) else '?'}"
 
 
 def _point(point: PeakPoint, found: tuple[CompensatedPoint, ...], index: int) -> PointView:

@@ -6,6 +6,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
 
+from rigrunner.api.figures import Figure
 from rigrunner.panel.view.manual import ManualView
 
 Phase = Literal[
@@ -204,6 +205,23 @@ class CheckView(Section):
     consequence: str = ""
 
 
+class ResultView(Section):
+    """One value of a named result of any quantity, and what it may be there."""
+
+    name: str
+    text: str
+    symbol: str
+    unit: str
+    place: str
+    """Where it holds, in words; '' for the only one."""
+    value: float
+    U: float | None
+    readings: int
+    lower: float | None = None
+    """What it may be, in its unit; None where there is no such limit."""
+    upper: float | None = None
+
+
 class LiveView(Section):
     """The analysis of the recordings so far."""
 
@@ -217,6 +235,9 @@ class LiveView(Section):
     raw_headline: Value | None = None
     points: tuple[PointView, ...] = ()
     checks: tuple[CheckView, ...] = ()
+    results: tuple[ResultView, ...] = ()
+    figures: tuple[Figure, ...] = ()
+    """Of each result over a coordinate the one that shows most."""
 
 
 class AnalysingView(Section):

@@ -65,7 +65,7 @@ export function joined(trend, frame) {
     maximum[at] = high[i];
   }
   const over = Math.max(0, minimum.length - WINDOW);
-  return { first: first + over, stepS: frame.step_s, minimum: minimum.slice(over), maximum: maximum.slice(over) };
+  return { first: first + over, stepS: frame.step_s, channel: frame.channel ?? "", minimum: minimum.slice(over), maximum: maximum.slice(over) };
 }
 
 export function hasControl() {

@@ -58,7 +58,7 @@ export function historyPage() {
       h("td", {}, h("a", { class: "row-link", href: `#/runs/${encodeURIComponent(item.run)}` }, localTime(item.started_utc) || item.run)),
       h("td", { class: "wrap" }, item.title || item.problem || item.run), h("td", { class: "wrap" }, item.specimen), h("td", {}, item.station),
       h("td", {}, verdict ? h("span", { class: `mark ${verdict.replaceAll(" ", "-")}` }, item.verdict ? verdictText(item.verdict) : t(`outcome.${item.outcome}`)) : ""),
-      h("td", { class: "number" }, item.headline ? withUncertainty(item.headline.value_nm, item.headline.U_nm, "N·m") : ""));
+      h("td", { class: "number" }, item.headline ? withUncertainty(item.headline.value_nm, item.headline.U_nm, "N·m") : item.result));
   }
 
   function update() {

@@ -7,6 +7,7 @@ import { newDraft } from "../draft.js";
 import { bytes, localTime, plain, withUncertainty } from "../format.js";
 import { certificateForm } from "../parts/certificate.js";
 import { endedBanners } from "../parts/ended.js";
+import { resultTables, storedResults } from "../parts/results.js";
 import { SIGNS, verdictText } from "../parts/verdict.js";
 import { tried } from "../steer.js";
 import { store } from "../store.js";
@@ -44,7 +45,7 @@ export function resultPage(run) {
     fill(body,
       head(found, again),
       h("div", { class: "result-columns" },
-        h("div", { class: "stack" }, facts(found), limits(found), points(found), checks(found), files(found), CONCLUDED.includes(found.item.outcome) ? certificateForm(run, found.inputs) : null),
+        h("div", { class: "stack" }, facts(found), results(found), limits(found), points(found), checks(found), files(found), CONCLUDED.includes(found.item.outcome) ? certificateForm(run, found.inputs) : null),
         h("section", { class: "card report-card" },
           h("div", { class: "head" }, h("h2", {}, t("result.report")), report ? h("a", { class: "button", href: report.url, target: "_blank", rel: "noopener" }, t("result.open_report")) : null), frame)));
   }
@@ -63,7 +64,7 @@ function head({ item, reason }, again) {
   return h("div", { class: "result-head" },
     h("div", {}, h("h1", {}, item.title || item.run), h("p", { class: "soft" }, [item.specimen, item.station, localTime(item.started_utc), item.operator].filter(Boolean).join(" · "))),
     h("div", { class: `verdict ${kind}` }, h("strong", { class: "verdict-word" }, word),
-      h("span", { class: "verdict-value" }, item.headline ? withUncertainty(item.headline.value_nm, item.headline.U_nm, "N·m") : "")),
+      h("span", { class: "verdict-value" }, item.headline ? withUncertainty(item.headline.value_nm, item.headline.U_nm, "N·m") : item.result)),
     button(t("result.again"), again, { kind: "primary big" }),
     item.outcome !== "completed" ? endedBanners(why, { isNow: Boolean(mine) }) : null);
 }
@@ -93,6 +94,11 @@ function limits(found) {
     h("p", { class: missed ? "" : "good-text" }, t(missed ? "limits.missed" : "limits.none_missed", { missed, judged })),
     failed.length ? list(failed) : null,
     h("details", {}, h("summary", {}, t("limits.all", { judged })), list(values), judged > MOST_LIMITS ? h("p", { class: "soft" }, t("limits.more")) : null));
+}
+
+function results(found) {
+  const rows = storedResults(found.result);
+  return rows.length ? h("section", { class: "card" }, h("h2", {}, t("results.title")), h("div", { class: "live-results" }, resultTables(rows))) : null;
 }
 
 function points(found) {

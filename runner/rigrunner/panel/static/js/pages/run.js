@@ -5,10 +5,12 @@ import { alarmStrip } from "../parts/alarms.js";
 import { askReason } from "../parts/dialogs.js";
 import { abort, pauseOrResume } from "../parts/keys.js";
 import { promptCard } from "../parts/prompt.js";
-import { readouts } from "../parts/readouts.js";
+import { hasSwing, readouts } from "../parts/readouts.js";
+import { liveResults } from "../parts/results.js";
 import { stepList, stepWords } from "../parts/steps.js";
 import { verdictLine } from "../parts/verdict.js";
 import { frequencyChart } from "../plots/frequency.js";
+import { resultCharts } from "../plots/results.js";
 import { swingChart } from "../plots/swing.js";
 import { trendChart } from "../plots/trend.js";
 import { steer } from "../steer.js";
@@ -21,6 +23,8 @@ export function runPage() {
   const swing = swingChart();
   const trend = trendChart();
   const frequency = frequencyChart();
+  const results = liveResults();
+  const curves = resultCharts();
   const steps = stepList();
   const numbers = readouts();
   const alarms = alarmStrip();
@@ -35,11 +39,13 @@ export function runPage() {
   const skip = button(t("run.skip"), () => because("run/skip", "run.skip", {}), { kind: "big" });
   const override = button(t("run.override"), () => because("run/override", "run.override", {}), { kind: "big" });
   const stopped = button(t("run.abort"), abort, { kind: "big danger" });
+  const swingHost = h("div", { class: "plot-swing" }, swing.element);
+  const plots = h("div", { class: "run-plots" }, swingHost, results.element, curves.element, trend.element, frequency.element);
   const element = h("div", { class: "page run" },
     h("aside", { class: "run-side" }, steps.element),
     h("div", { class: "run-head" }, h("div", {}, title, step), verdict.element),
     numbers.element,
-    h("div", { class: "run-plots" }, h("div", { class: "plot-swing" }, swing.element), trend.element, frequency.element),
+    plots,
     h("div", { class: "run-foot" }, alarms.element, paused, nothing, h("div", { class: "run-buttons" }, pause, repeat, skip, override, stopped)),
     prompt.element);
 
@@ -63,6 +69,7 @@ export function runPage() {
     setText(pause.firstChild, state.phase === "paused" ? t("run.resume") : t("run.pause"));
     show(paused, Boolean(state.pause));
     if (state.pause) fill(paused, h("strong", {}, t("run.paused")), h("span", {}, [state.pause.reason, ...(state.pause.moving.length ? state.pause.moving : [t("run.standing")])].filter(Boolean).map(said).join(" · ")));
+    if (changed.has("live") || changed.has("plan") || changed.has("progress")) arrange(state);
     if (changed.has("live") || changed.has("plan")) frequency.show(state.live?.points ?? [], frequencies(state.plan));
     steps.update(changed);
     numbers.update();
@@ -71,9 +78,24 @@ export function runPage() {
     verdict.update();
   }
 
+  // Where nothing swings there are results and the recorded channel; a plot of nothing is not shown.
+  function arrange(state) {
+    const swings = hasSwing(state);
+    plots.classList.toggle("of-results", !swings);
+    for (const each of [swingHost, frequency.element]) show(each, swings);
+    for (const each of [results.element, curves.element]) show(each, !swings);
+    show(trend.element, swings || store.trend.minimum.length > 0);
+    if (swings) return;
+    results.show(state.live?.results ?? []);
+    curves.show(state.live?.figures ?? []);
+  }
+
   const forget = listen((changed) => {
     if (changed.has("swing")) swing.show(store.lastSwing);
-    if (changed.has("trend")) trend.show(store.trend);
+    if (changed.has("trend")) {
+      trend.show(store.trend);
+      if (store.state) arrange(store.state);
+    }
     if (changed.size > 1 || !(changed.has("swing") || changed.has("trend"))) update(changed);
   });
   queueMicrotask(() => {
@@ -86,7 +108,7 @@ export function runPage() {
     element,
     leave() {
       forget();
-      for (const each of [swing, trend, frequency]) each.leave();
+      for (const each of [swing, trend, frequency, curves]) each.leave();
     },
   };
 }

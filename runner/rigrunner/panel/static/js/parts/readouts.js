@@ -1,6 +1,6 @@
 // The large numbers: what is set, what is measured, and what comes out.
 
-import { h, setText } from "../dom.js";
+import { fill, h, setText } from "../dom.js";
 import { fixed, plain, UNKNOWN, withUncertainty } from "../format.js";
 import { store } from "../store.js";
 import { t } from "../texts.js";
@@ -18,6 +18,21 @@ export function presentPoint(state) {
   return points.find((point) => point.recording === name) ?? points.at(-1) ?? null;
 }
 
+// Whether a cycle with a frequency is what the run is about; a plan that is not there yet may be.
+export function hasSwing(state) {
+  if (state.job?.kind === "manual" || !state.plan) return true;
+  return state.plan.steps.some((step) => Number.isFinite(step.frequency_hz)) || Boolean(state.live?.points.length);
+}
+
+const MOST_VALUES = 5;
+const ICE_K = 273.15;
+
+// The latest values by name, temperatures in °C as everywhere.
+function valueText({ value, unit }) {
+  if (unit === "K") return `${plain(Number((value - ICE_K).toPrecision(9)))} °C`;
+  return unit && unit !== "1" ? `${plain(value)} ${unit}` : plain(value);
+}
+
 export function readouts() {
   const frequency = readout("read.frequency");
   const load = readout("read.load");
@@ -25,10 +40,31 @@ export function readouts() {
   const rig = readout("read.compensation");
   const torque = readout("read.torque", "compensated");
   const rows = [frequency, load, raw, rig, torque];
+  const element = h("div", { class: "readouts" }, rows.map((row) => row.element));
+  let named = "";
+
+  function showValues(values) {
+    const latest = Object.entries(values).slice(-MOST_VALUES);
+    const newest = JSON.stringify(latest);
+    if (newest === named) return;
+    named = newest;
+    element.classList.add("of-values");
+    fill(element, latest.map(([name, value]) => h("div", { class: "readout" }, h("span", { class: "readout-name" }, name), h("span", { class: "readout-value" }, valueText(value)))));
+  }
+
   return {
-    element: h("div", { class: "readouts" }, rows.map((row) => row.element)),
+    element,
     update() {
       const { state } = store;
+      if (!hasSwing(state)) {
+        showValues(state.readings.values);
+        return;
+      }
+      if (named) {
+        named = "";
+        element.classList.remove("of-values");
+        fill(element, rows.map((row) => row.element));
+      }
       const { readings } = state;
       const point = presentPoint(state);
       const unit = (number, decimals, symbol) => (Number.isFinite(number) ? `${fixed(number, decimals)} ${symbol}` : UNKNOWN);

@@ -1,7 +1,7 @@
 // uPlot in the panel's colours. A chart is drawn once a frame at most, with the newest data alone.
 
 import uPlot from "../../vendor/uplot/uPlot.esm.js";
-import { h } from "../dom.js";
+import { h, setText } from "../dom.js";
 import { colour, onTheme } from "../theme.js";
 
 const FONT = "14px system-ui, sans-serif";
@@ -26,7 +26,9 @@ function marked(value) {
 // `options` is made anew with the colours of the theme. Returns {element, set(data), leave}; `units` says what is over what.
 export function chart(title, units, options, empty) {
   const plotHost = h("div", { class: "plot-host" });
-  const summary = h("figcaption", { class: "plot-title" }, title, h("span", { class: "plot-units" }, units));
+  const shown = h("span", {}, title);
+  const over = h("span", { class: "plot-units" }, units);
+  const summary = h("figcaption", { class: "plot-title" }, shown, over);
   const element = h("figure", { class: "plot", role: "group", "aria-label": title }, summary, plotHost);
   let data = empty;
   let plot = null;
@@ -64,6 +66,11 @@ export function chart(title, units, options, empty) {
       if (waits) return;
       waits = true;
       requestAnimationFrame(draw);
+    },
+    call(newTitle, newUnits) {
+      setText(shown, newTitle);
+      setText(over, newUnits);
+      element.setAttribute("aria-label", newTitle);
     },
     leave() {
       watcher.disconnect();

@@ -25,6 +25,8 @@ export function trendChart() {
         made.set(EMPTY);
         return;
       }
+      if (trend.channel) made.call(t("plot.channel", { channel: trend.channel }), t("plot.seconds"));
+      else made.call(t("plot.trend"), t("plot.over_time"));
       const at = trend.minimum.map((_, i) => (trend.first + i) * trend.stepS);
       made.set([at, trend.minimum.map(known), trend.maximum.map(known)]);
     },
