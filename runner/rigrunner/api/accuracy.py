@@ -14,6 +14,7 @@ from rigrunner.api.calibration import Accuracy, limit_of_error
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.api.reading_errors import ReadingError, Shape
 from rigrunner.api.settings import Difference, PlainText, Settings
+from rigrunner.api.units import with_article
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -68,6 +69,19 @@ class TemperatureLimit(ErrorLimit):
         return super().half_width(value, full_scale) * self.within.si / self.per.si
 
 
+def misread(limit: str, dimension: str) -> str:
+    """Return what is wrong with a limit of error of that quantity, after 'is'; '' if nothing."""
+    if limit.endswith(("FS", "reading")):
+        on_a_scale = dimension != "temperature"
+        return "" if on_a_scale else f"'{limit}'; of a temperature it is a difference in K"
+    found = parse_quantity(limit).dimension
+    if found == dimension:
+        return ""
+    if found == "ratio":
+        return f"'{limit}', and does not say of what: write '% FS' or '% reading'"
+    return f"'{limit}', {with_article(found)}; measured is {with_article(dimension)}"
+
+
 def _limit(value: object) -> object:
     return {"limit": value} if isinstance(value, str) else value
 
@@ -111,18 +125,13 @@ class AccuracyInParts(Settings):
         """The errors that are stated, by their names."""
         return {name: each for name, each in self if each is not None}
 
-    def objections(self, dimension: str, *, has_full_scale: bool) -> Iterator[str]:
-        """Yield what is wrong with the limits of an instrument of that quantity."""
+    def objections(self, *, has_full_scale: bool) -> Iterator[str]:
+        """Yield what is wrong with how the limits are stated."""
         if not self.limits:
             yield f"accuracy is empty: give one of {', '.join(type(self).model_fields)}"
         for name, each in self.limits.items():
-            found = "" if "%" in each.limit else parse_quantity(each.limit).dimension
             if name == "gain" and not each.limit.endswith("reading"):
                 yield f"accuracy.gain is '{each.limit}'; needed is a share, such as '0.3 %'"
-            elif dimension == "temperature" and "%" in each.limit:
-                yield f"accuracy.{name} is '{each.limit}'; of a temperature it is a difference in K"
-            elif found and found != dimension:
-                yield f"accuracy.{name} is '{each.limit}', a {found}; measured is a {dimension}"
             elif each.limit.endswith("FS") and not has_full_scale:
                 yield f"accuracy.{name} is '{each.limit}', and no 'range' says what full scale is"
 

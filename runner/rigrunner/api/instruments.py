@@ -7,10 +7,18 @@ import math
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
-from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationInfo,
+    model_validator,
+)
 
 from rigrunner.api import calibration_curve
-from rigrunner.api.accuracy import OVER_U, AccuracyInParts, AnyAccuracy
+from rigrunner.api.accuracy import OVER_U, AccuracyInParts, AnyAccuracy, misread
 from rigrunner.api.calibration import (
     CalibratedRange,
     CalibrationConditions,
@@ -35,6 +43,8 @@ from rigrunner.api.units import QuantityError, kinds
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
+STORED = "stored"
+"""The key in the context of validation that says that an entry is of a run made before."""
 LEAST_POINTS = 2
 """Of a table that readings are corrected by."""
 
@@ -125,11 +135,16 @@ class Instrument(Settings):
         return min(0.0, *applied), max(0.0, *applied)
 
     @model_validator(mode="after")
-    def _parts_fit_together(self) -> Self:
-        objections = "; ".join(self._objections())
+    def _parts_fit_together(self, info: ValidationInfo) -> Self:
+        stored = info.context is not None and info.context.get(STORED)
+        objections = [*self._objections(), *(() if stored else self._misread_limits())]
         if objections:
-            raise ValueError(objections)
+            raise ValueError("; ".join(objections))
         return self
+
+    def _misread_limits(self) -> Iterator[str]:
+        """Yield limits of error of another quantity; a run of before may have them."""
+        return iter(())
 
     def _objections(self) -> Iterator[str]:
         """Yield all that is wrong with how its parts fit together."""
@@ -312,7 +327,18 @@ class OtherInstrument(Instrument):
         yield from super()._objections()
         if isinstance(self.accuracy, AccuracyInParts):
             has_full_scale = self.calibrated_range is not None
-            yield from self.accuracy.objections(self.measures, has_full_scale=has_full_scale)
+            yield from self.accuracy.objections(has_full_scale=has_full_scale)
+
+    def _misread_limits(self) -> Iterator[str]:
+        stated: dict[str, str] = {}
+        if isinstance(self.accuracy, AccuracyInParts):
+            limits = self.accuracy.limits.items()
+            stated = {f"accuracy.{name}": each.limit for name, each in limits if name != "gain"}
+        elif self.accuracy is not None:
+            stated = {"accuracy": self.accuracy}
+        for name, limit in stated.items():
+            if wrong := misread(limit, self.measures):
+                yield f"{name} is {wrong}"
 
 
 def _torque_or_other(value: object) -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from pydantic import ValidationError
 
 from rigrunner.api.errors import InvalidFileError, Problem
-from rigrunner.api.instruments import torque_instruments
+from rigrunner.api.instruments import STORED, torque_instruments
 from rigrunner.api.member import Member
 from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import own_keys
@@ -83,16 +83,17 @@ def load_station(path: Path) -> LoadedStation:
     return parse_station(read_text(path), str(path))
 
 
-def parse_station(text: str, name: str) -> LoadedStation:
+def parse_station(text: str, name: str, *, stored: bool = False) -> LoadedStation:
     """Return the station in a text; `name` stands for the file in messages.
 
-    Raises InvalidFileError with all that is wrong.
+    The text of a `stored` run may have limits of error that were read wrongly in its day. Raises
+    InvalidFileError with all that is wrong.
     """
     document = parse(text, name)
     problems: list[Problem] = []
     model: Station | None = None
     try:
-        model = validate(Station, document)
+        model = validate(Station, document, context={STORED: stored})
     except InvalidFileError as error:
         problems = list(error.problems)
         model, more = as_if_fixed(document, problems)

@@ -101,7 +101,7 @@ class NewPlugin:
                 kind=self.stem,
                 registry_kind=self.kind,
                 kind_words=self.word.replace("-", " "),
-                article="an" if self.word[0] in "aeiou" else "a",
+                article="an" if self.word[0] in "aeio" else "a",
                 api_version=API_VERSION,
                 dependencies=", ".join(f'"{each}"' for each in self._dependencies()),
             )

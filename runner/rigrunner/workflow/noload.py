@@ -182,7 +182,7 @@ def _formal_objections(
     if REPLAYED in header.provenance and not loaded.replays:
         yield "it is the replay of a tape"
     yield from _differences(
-        parse_station(header.station_text, header.station_id).model, spec, loaded
+        parse_station(header.station_text, header.station_id, stored=True).model, spec, loaded
     )
     age, limit = loaded.started - datetime.fromisoformat(header.started_utc), _max_age(spec)
     yield from judge_age(age, limit, loaded.limit_at)

@@ -134,7 +134,7 @@ def _operator(inputs: Mapping[str, str]) -> dict[str, str]:
 def run_data(stored: StoredRun) -> RunData:
     """Return what an analysis may know of a stored run."""
     header, info = stored.header, stored.info
-    station = parse_station(header.station_text, header.station_id).model
+    station = parse_station(header.station_text, header.station_id, stored=True).model
     return RunData(
         run_id=header.run_id,
         procedure_id=header.procedure_id,

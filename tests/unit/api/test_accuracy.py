@@ -10,7 +10,7 @@ from math import inf, sqrt
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from rigrunner.api.instruments import AnyInstrument, OtherInstrument, TorqueInstrument
+from rigrunner.api.instruments import STORED, AnyInstrument, OtherInstrument, TorqueInstrument
 
 ENTRY = TypeAdapter(AnyInstrument)
 METER = {
@@ -98,6 +98,10 @@ def test_of_what_nothing_is_known_there_is_no_line():
         ({}, "accuracy is empty: give one of gain, offset, resolution"),
         ({"gain": "1 Ω"}, "accuracy.gain is '1 Ω'; needed is a share, such as '0.3 %'"),
         ({"offset": "1 V"}, "accuracy.offset is '1 V', a voltage; measured is a resistance"),
+        ({"drift": "0.1 %"}, "accuracy.drift is '0.1 %', and does not say of what"),
+        ("0.5 %", "accuracy is '0.5 %', and does not say of what: write '% FS' or '% reading'"),
+        ("300 ppm", "accuracy is '300 ppm', and does not say of what"),
+        ("0.2 N", "accuracy is '0.2 N', a force; measured is a resistance"),
     ],
 )
 def test_a_limit_of_another_kind_is_refused(accuracy, message):
@@ -151,3 +155,17 @@ def test_of_a_torque_transducer_the_errors_beyond_its_accuracy_are_lines_too():
     sensitivity = found["temperature sensitivity of tester.torque"]
     assert (sensitivity.acts, sensitivity.source) == ("gain", "DKD-1")
     assert sensitivity.u == pytest.approx(0.05e-2 * 0.3 / sqrt(3))
+
+
+def test_a_stored_run_may_have_a_limit_that_was_read_wrongly():
+    """Until 0.2 a voltmeter of 0.5 % counted as one of 5 mV; its runs must be readable still."""
+    entry = METER | {"accuracy": "0.5 %"}
+    found = ENTRY.validate_python(entry, context={STORED: True})
+    assert found.limit_of_error(100.0) == 0.005
+    with pytest.raises(ValidationError, match="does not say of what"):
+        ENTRY.validate_python(entry, context={STORED: False})
+
+
+def test_of_a_relative_humidity_a_bare_share_is_an_absolute_limit():
+    entry = {"channel": "room.humidity", "measures": "ratio", "serial": "H-1"}
+    assert ENTRY.validate_python(entry | {"accuracy": "2 %"}).limit_of_error(0.5) == 0.02
