@@ -333,7 +333,7 @@ class OtherInstrument(Instrument):
         stated: dict[str, str] = {}
         if isinstance(self.accuracy, AccuracyInParts):
             limits = self.accuracy.limits.items()
-            stated = {f"accuracy.{name}": each.limit for name, each in limits if name != "gain"}
+            stated = {f"accuracy.{name}": each.limit for name, each in limits}
         elif self.accuracy is not None:
             stated = {"accuracy": self.accuracy}
         for name, limit in stated.items():

@@ -56,6 +56,20 @@ def write_written(parent: h5py.Group, written_in: Mapping[str, str]) -> None:
                 member.attrs.update({"written": number, "written_in": symbol})
 
 
+def write_written_columns(table: h5py.Group, rows: Sequence[Measurement]) -> None:
+    """Let each column have its unit as written beside SI, and its numbers in that as `written`.
+
+    None where the rows of a column write it in several units: the events have them.
+    """
+    for member in _kept(table):
+        name = str(member.attrs["name"])
+        there = [one for one in rows if name in one.setpoints or name in one.coordinates]
+        written = {one.written_in.get(name, "") for one in there}
+        if len(written) == 1 and (symbol := written.pop()):
+            numbers = [from_si(float(each), symbol) for each in member[()]]
+            member.attrs.update({"written": np.array(numbers), "written_in": symbol})
+
+
 def read_written(parent: h5py.Group) -> dict[str, str]:
     """Read the units in which set-points and coordinates are written, by name."""
     return {

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigrunner.api.readings import reading_text
-from rigrunner.runfile.coordinates import write_coordinate_columns
+from rigrunner.runfile.coordinates import write_coordinate_columns, write_written_columns
 from rigrunner.runfile.hdf5 import free_name, new_group, write_ascii
 
 if TYPE_CHECKING:
@@ -70,6 +70,7 @@ def write_measurements(
             table["cycles"] = _bounds(one.cycles for one in rows)
         write_coordinate_columns(table, rows)
         _write_columns(table, "setpoints", [one.setpoints for one in rows], rows)
+        write_written_columns(table, rows)
         _write_columns(table, "values", [one.values for one in rows], rows)
         if any(one.readings for one in rows):
             _write_readings(table, rows)

@@ -59,6 +59,16 @@ def test_the_file_has_number_and_unit_as_written(finished):
         assert "written_in" not in recording["setpoints/tester_frequency"].attrs
 
 
+def test_the_tables_of_the_file_have_it_too(finished):
+    with h5py.File(finished.folder / "run.h5") as file:
+        table = file["entry/measurements/measured"]
+        load, dwell = table["setpoints/tester_load"], table["coordinates/dwell"]
+        assert (load[()].tolist(), load.attrs["units"]) == ([500.0], "N")
+        assert (load.attrs["written"].tolist(), load.attrs["written_in"]) == ([0.5], "kN")
+        assert (dwell.attrs["written"].tolist(), dwell.attrs["written_in"]) == ([2.0], "min")
+        assert "written_in" not in table["setpoints/tester_frequency"].attrs
+
+
 def test_show_and_report_say_what_was_written(finished):
     shown = call("show", finished.folder.name, "--runs", finished.folder.parent).out
     heads = next(line for line in shown.splitlines() if line.startswith("dwell"))
