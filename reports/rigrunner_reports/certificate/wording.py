@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rigrunner.api.certificate import (
         Certificate,
         InstrumentEntry,
+        LimitStatement,
         Method,
         NamedResult,
         PointResult,
@@ -99,9 +100,20 @@ class Wording:
         """Return the name of a decision rule that is recorded as 'name: words'."""
         return rule.partition(":")[0]
 
-    def judged(self, of: str) -> str:
-        """Return what a limit applies to."""
-        return self.texts.or_else(f"conformity.of.{of}", self.number(of))
+    def judged(self, stated: LimitStatement) -> str:
+        """Return the result that a limit applies to; without its place, see `place`."""
+        if stated.of == f"mean {stated.named}":
+            return self.texts("conformity.of.mean_of", name=stated.named)
+        if stated.of.startswith("worst ") and stated.named:
+            return self.texts("conformity.of.worst_of", name=stated.named)
+        if stated.coordinates:
+            return stated.named
+        return self.texts.or_else(f"conformity.of.{stated.of}", self.number(stated.of))
+
+    def place(self, stated: LimitStatement) -> str:
+        """Return where the result holds that a limit applies to."""
+        places = (f"{name} = {at.printed}" for name, at in stated.coordinates.items())
+        return self.number(", ".join(places))
 
     def quantity(self, name: str) -> str:
         """Return the name of a condition."""

@@ -48,6 +48,8 @@ class LimitView:
     """What one limit says of one result, as a page prints it."""
 
     found: LimitDecision
+    of: str = ""
+    """What it is a limit of, in a table of several."""
 
     @property
     def verdict(self) -> VerdictView:
@@ -134,7 +136,9 @@ class DecisionView:
     @property
     def parts(self) -> tuple[LimitView, ...]:
         """Every limit, where there are several."""
-        return tuple(map(LimitView, self.found.parts)) if len(self.found.parts) > 1 else ()
+        if len(self.found.parts) == 1:
+            return ()
+        return tuple(LimitView(each, self.found.words(each)) for each in self.found.parts)
 
 
 @dataclass(frozen=True)

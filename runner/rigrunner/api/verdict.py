@@ -265,9 +265,15 @@ class Decision:
         """That of the limit that decides, in one sentence."""
         return self.deciding.reason
 
+    def words(self, part: LimitDecision) -> str:
+        """Return what a limit is of: a torque by its name where others are limited as well."""
+        if part.uncompensated is not None and len({each.named for each in self.parts}) > 1:
+            return f"{part.named}, {part.of}"
+        return part.of
+
     def _reason(self, part: LimitDecision) -> str:
-        if part.uncompensated is None:
-            return f"{part.of[:1].upper()}{part.of[1:]}: {part.reason}"
+        if (words := self.words(part)) != part.of or part.uncompensated is None:
+            return f"{words[:1].upper()}{words[1:]}: {part.reason}"
         if len(self.parts) == 1 and part.of == MEAN:
             return part.reason
         where = "The mean" if part.of == MEAN else f"At {part.of}"

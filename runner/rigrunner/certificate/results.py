@@ -143,11 +143,15 @@ def conformity_of(
 
 def _statement(found: LimitDecision) -> LimitStatement:
     probability, band = finite(found.probability), finite(found.guard_band)
-    decimals = 0 if found.result is None else stated(found.result, found.of).decimals
+    result = None if found.result is None else stated(found.result, found.of)
+    decimals = 0 if result is None else result.decimals
     return LimitStatement(
         of=found.of,
         named=found.named,
         coordinates=_coordinates(found.coordinates),
+        printed_result=""
+        if result is None
+        else f"{result.printed} ± {result.printed_uncertainty} {result.unit}",
         unit=found.limits.unit,
         verdict=str(found.verdict),
         reason=found.reason,

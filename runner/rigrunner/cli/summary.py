@@ -121,7 +121,13 @@ def _stated(decision: Document) -> Iterator[tuple[str, str]]:
         tally = Counter(part["verdict"] for part in parts)
         each = ", ".join(f"{count} {verdict}" for verdict, count in tally.items())
         yield "limits", f"{len(parts)}: {each}"
-        yield from ((part["of"], _part(part)) for part in parts)
+        mixed = len({part.get("named") for part in parts}) > 1
+        yield from ((_of(part, mixed=mixed), _part(part)) for part in parts)
+
+
+def _of(part: Document, *, mixed: bool) -> str:
+    """Return what a limit is of: a torque by its name where others are limited as well."""
+    return f"{part['named']}, {part['of']}" if mixed and part.get("measurand") else str(part["of"])
 
 
 def _part(part: Document) -> str:

@@ -22,6 +22,8 @@ class LimitStatement(Part):
     """The name of the result; empty in documents from before the torque had one."""
     coordinates: dict[str, CoordinatePart] = Field({})
     """Where the result holds; empty of a mean, and of the only result of its name."""
+    printed_result: str = ""
+    """With its expanded uncertainty and unit; empty in older documents."""
     unit: str = "N·m"
     """Of limits and guard band."""
     verdict: Text

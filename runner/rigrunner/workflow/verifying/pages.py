@@ -253,6 +253,7 @@ def _missing(form: Form, certificate: Certificate) -> Iterator[str]:
         return
     results, measured = certificate.results, certificate.measured
     stated = (results.headline, *(each.torque for each in results.points)) if results else ()
+    stated = (*stated, *(each.found for each in certificate.named))
     for words in dict.fromkeys(
         (
             certificate.number,
