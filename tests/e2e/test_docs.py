@@ -35,6 +35,8 @@ RUN_ELSEWHERE = {
     "run by the reader alone: the test puts this entry point on the path instead",
     "run by the test of the panel, in a browser",
     "run by the test of the loopback, in real time",
+    "run by the test of the calibration, in real time",
+    "run by the test of the calibration: the run's name is another one",
     "run by the test of the figures",
     "run by the test of the digits",
     "run by the test of the architecture",

@@ -142,7 +142,6 @@ def test_it_ends_at_the_limit_and_is_judged_all_the_same(tmp_path):
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kill -9 needs a Unix")
-@pytest.mark.thorough
 def test_kill_9_loses_no_finished_block_and_the_cycles_continue(tmp_path):
     lab = Lab(tmp_path / "killed", (("block: 50 s", "block: 20 s"), ("at_most: 50", "at_most: 30"),
                                     ("keep_every: 10", "keep_every: 5")))  # fmt: skip

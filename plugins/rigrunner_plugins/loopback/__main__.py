@@ -20,10 +20,10 @@ import click
 @click.option(
     "--bench",
     "which",
-    type=click.Choice(("swing", "chamber")),
+    type=click.Choice(("swing", "chamber", "lever")),
     default="swing",
     show_default=True,
-    help="A swing tester, or a temperature chamber with an ohmmeter.",
+    help="A swing tester, a chamber with an ohmmeter, or a lever with a torque transducer.",
 )
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Names the rig.")
 @click.option("--bridge-port", type=click.IntRange(0, 65535), default=0, help="0: any free one.")
@@ -39,6 +39,8 @@ def main(station: Path, which: str, seed: int, bridge_port: int, modbus_port: in
     try:
         if which == "chamber":
             _run_chamber(station, seed, over)
+        elif which == "lever":
+            _run_lever(station, seed, over)
         else:
             _run_swing_tester(station, seed, (bridge_port, modbus_port), over)
     except OSError as error:
@@ -52,6 +54,17 @@ def _run_chamber(station: Path, seed: int, over: threading.Event) -> None:
         station.write_text(bench.station(), encoding="utf-8")
         click.echo(f"chamber        SCPI over TCP, 127.0.0.1:{bench.chamber_port}")
         click.echo(f"ohmmeter       SCPI over TCP, 127.0.0.1:{bench.ohmmeter_port}")
+        click.echo(f"station        {station}")
+        over.wait()
+
+
+def _run_lever(station: Path, seed: int, over: threading.Event) -> None:
+    from rigrunner_plugins.loopback.lever import running_lever  # noqa: PLC0415  (numpy)
+
+    with running_lever(seed) as bench:
+        station.write_text(bench.station(), encoding="utf-8")
+        click.echo(f"lever          SCPI over TCP, 127.0.0.1:{bench.lever_port}")
+        click.echo(f"amplifier      SCPI over TCP, 127.0.0.1:{bench.amplifier_port}")
         click.echo(f"station        {station}")
         over.wait()
 

@@ -49,6 +49,7 @@ COMMANDS = {
         "import": "Import recordings made by another program.",
         "fit": "Fit a curve to columns of a CSV file.",
         "support-friction": "State what the load adds to the friction of a rig's support.",
+        "register": "Make entries of the register of instruments.",
         "pack": "Pack a sealed run into one file, with the digest of every part.",
         "unpack": "Unpack a packed run into the folder of runs.",
     },

@@ -1,0 +1,16 @@
+"""`rigrunner register`: entries of the register of instruments."""
+
+from __future__ import annotations
+
+from rigrunner.cli.lazy import lazy_group
+
+SUMMARIES = {"from": "Make an entry of the laboratory's own calibration, a sealed run."}
+
+command = lazy_group(
+    "register",
+    __name__,
+    SUMMARIES,
+    """Make entries of the register of instruments.
+
+An entry is printed; it is entered in the station by hand.""",
+)

@@ -1,0 +1,61 @@
+"""`rigrunner register from`: an entry of the register, made of a calibration that was run here."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.cli.options import json_option, lab_option, run_argument, runs_option
+from rigrunner.cli.output import result, result_json
+
+if TYPE_CHECKING:
+    from datetime import datetime
+    from pathlib import Path
+
+
+@click.command(name="from")
+@run_argument
+@click.option("--channel", required=True, help="The entry's channel, such as tester.torque.")
+@click.option(
+    "--due",
+    required=True,
+    type=click.DateTime(["%Y-%m-%d"]),
+    help="When the instrument is to be calibrated again.",
+)
+@click.option("--serial", default="", help="Its serial number; by default the run's specimen.")
+@click.option("--laboratory", default="", help="Who calibrated it; by default the run's station.")
+@click.option(
+    "--full-scale", default="", help="Of a torque transducer; by default the highest torque."
+)
+@runs_option
+@lab_option
+@json_option
+def command(
+    *,
+    run: str,
+    channel: str,
+    due: datetime,
+    serial: str,
+    laboratory: str,
+    full_scale: str,
+    runs: Path,
+    station: str | None,
+    as_json: bool,
+) -> None:
+    """Make an entry of the register from a calibration.
+
+    RUN is a sealed run with a result 'deviation' (indicated less applied) at each applied value,
+    such as one of the procedure torque_transducer_calibration. It is verified first. The entry is
+    printed, to be put under 'instruments:' of a station.
+    """
+    from rigrunner.workflow.lab_plugins import lab_registry
+    from rigrunner.workflow.locate import find_run
+    from rigrunner.workflow.registering import Wanted, entry_from
+
+    wanted = Wanted(channel, due.date(), serial, laboratory, full_scale)
+    entry = entry_from(find_run(run, runs), wanted, lab_registry(station))
+    if as_json:
+        result_json(entry.document)
+    else:
+        result(entry.lines)
