@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -48,6 +49,11 @@ class Changes:
 
     def describe(self) -> str:
         """Return the changes as a text that is the same for the same changes."""
-        given = "" if self.analysis is None else self.analysis.model_dump_json(exclude_unset=True)
-        named = ", ".join(repr(each.plugin) for each in self.named)
-        return f"{given} {self.primary} {named}".strip() or "none"
+        named = ({each.name: dict(each.plugin.settings)} for each in self.named if each.plugin)
+        told = [
+            self.primary,
+            *(json.dumps(each, default=str, ensure_ascii=False) for each in named),
+        ]
+        if self.analysis is not None and self.analysis.model_fields_set:
+            told.insert(0, self.analysis.model_dump_json(exclude_unset=True))
+        return " ".join(filter(None, told)) or "none"
