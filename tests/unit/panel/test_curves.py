@@ -166,3 +166,14 @@ def test_the_trend_tells_only_what_is_new_and_a_new_screen_everything():
     assert (header["first"], header["reset"], len(arrays["min_nm"])) == (20, False, 20)
     header, arrays = parse_frame(curves.whole()[0])
     assert (header["first"], header["reset"], len(arrays["min_nm"])) == (0, True, 40)
+
+
+def test_without_a_torque_the_first_channel_is_over_time_and_is_named():
+    curves = Curves()
+    air = np.linspace(290, 300, 200, dtype=np.float32)
+    curves.begin("001", None)
+    curves.take(Curve("001", RATE_HZ, 0, 0.1, {"chamber.air": air, "meter.resistance": 2 * air}), 0)
+    header, arrays = parse_frame(curves.next_trend())
+    assert header["channel"] == "chamber.air"
+    assert (arrays["min_nm"].min(), arrays["max_nm"].max()) == (290, 300)
+    assert curves.next_swing() is None
