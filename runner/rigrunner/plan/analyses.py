@@ -3,28 +3,46 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
+from pydantic import TypeAdapter, ValidationError
+
+from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.errors import PluginError
 from rigrunner.api.member import Member, channel_of
+from rigrunner.api.places import PlaceValue, is_at
 from rigrunner.plan.actions import Phase
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Iterator
 
     from rigrunner.api.findings import NeededChannel, Objection, ResultDefinition
+    from rigrunner.api.quantity import Quantity
     from rigrunner.plan.actions import Plan
     from rigrunner.procedure import LoadedProcedure, NamedAnalysisRef
     from rigrunner.station import LoadedStation
     from rigrunner.yamlfile.document import Path
 
-Measured = tuple["Mapping[str, str]", "Mapping[str, str]"]
-"""The SI units of the channels of a recording or row, and those of its set-points and coordinates.
+_PLACE = TypeAdapter[Mapping[str, PlaceValue]](Mapping[str, PlaceValue])
 
-'' of a coordinate that has none.
-"""
+
+class Measured(NamedTuple):
+    """A recording or row that the run will make."""
+
+    units: Mapping[str, str]
+    """Of its channels, in SI."""
+    coordinate_units: Mapping[str, str]
+    """Of its set-points and coordinates; '' of one that has none."""
+    place: Mapping[str, CoordinateValue]
+    """The values of these, as far as they are known beforehand."""
+
+    def may_be_at(self, where: Mapping[str, Quantity | str]) -> bool:
+        """Say whether it is at a place, as far as that is known."""
+        unknown = self.coordinate_units.keys() - self.place.keys()
+        return is_at({k: each for k, each in where.items() if k not in unknown}, self.place)
 
 
 class AnalysisLookup(Protocol):
@@ -79,8 +97,8 @@ class _Use:
 
     def is_measured(self) -> bool:
         """Add a problem for each channel that no step measures; say whether there is none."""
-        names = sorted({name for units, _ in self.measured for name in units})
-        coordinates = sorted({name for _, units in self.measured for name in units})
+        names = sorted({name for each in self.measured for name in each.units})
+        coordinates = sorted({name for each in self.measured for name in each.coordinate_units})
         missing = [
             each
             for each in self.needed
@@ -102,8 +120,9 @@ class _Use:
 
     def check_units(self, lookup: AnalysisLookup) -> None:
         """Add what does not fit the units of the channels."""
-        known = {name: unit for _, units in self.measured for name, unit in units.items()}
-        known |= {name: unit for units, _ in self.measured for name, unit in units.items()}
+        known: dict[str, str] = {}
+        for measured in self.measured:
+            known = {**measured.coordinate_units, **known, **measured.units}
         units = {each.name: known[each.name] for each in self.needed}
         told = self.plugin.settings
         for key, message, hint, *column in lookup.objections(self.plugin.name, told, units):
@@ -111,7 +130,16 @@ class _Use:
 
     def check_coordinates(self, lookup: AnalysisLookup) -> None:
         """Add a problem for each coordinate by which results cannot be told apart."""
-        everywhere = frozenset.intersection(*self.places)
+        where = _where(self.plugin.settings)
+        chosen = [each for each in self.places if each.may_be_at(where)]
+        if not chosen:
+            known = {
+                f"{name} {each.place.get(name, '-')}" for each in self.places for name in where
+            }
+            message = f"{self.together} is not measured there"
+            self.complain(("where",), message, f"there are: {', '.join(sorted(known))}")
+            return
+        everywhere = frozenset.intersection(*(frozenset(each.coordinate_units) for each in chosen))
         named = lookup.definitions(self.plugin.name, self.plugin.settings)
         for name in sorted({name for each in named for name in each.per} - everywhere):
             near = difflib.get_close_matches(name, everywhere, n=1)
@@ -120,13 +148,14 @@ class _Use:
             self.complain(("per",), message, f"did you mean '{near[0]}'?" if near else listed)
 
     @property
-    def places(self) -> list[frozenset[str]]:
-        """What was set wherever all needed channels are measured."""
+    def places(self) -> list[Measured]:
+        """What has all needed channels."""
         return [
-            frozenset(coordinates)
-            for units, coordinates in self.measured
+            found
+            for found in self.measured
             if all(
-                each.name in units or (each.or_coordinate and each.name in coordinates)
+                each.name in found.units
+                or (each.or_coordinate and each.name in found.coordinate_units)
                 for each in self.needed
             )
         ]
@@ -154,17 +183,29 @@ def _measured(plan: Plan) -> Iterator[Measured]:
             cyclic = "Hz" in map(symbols.get, setpoints)
             here |= {"elapsed": "s", "cycles": ""} if cyclic else {"elapsed": "s"}
         here |= {name: symbols.get(name, "") for name in setpoints}
+        values = {**step.coordinates, **setpoints}
+        place = {name: CoordinateValue.of_si(values[name], here[name]) for name in values}
         if record := recordings.get(action.recording):
             members = [Member(record.role, name) for name in record.channels]
             known: dict[str, str] = {member: record.units[member] for member in members}
-            yield known, here
+            yield Measured(known, here, place)
         if found := action.statistics:
             units: dict[str, str] = {name: symbols[channel_of(name)] for name in found}
-            yield units, here
+            yield Measured(units, here, place)
         if rows := action.rows:
             read: dict[str, str] = {name: rows.units[name] for name in rows.channels}
             for each in rows.setpoints[:1]:
-                yield read, {**here, **{name: rows.units.get(name, "") for name in each}}
+                names = {name: rows.units.get(name, "") for name in each}
+                fixed = {name: at for name, at in place.items() if name != action.led}
+                yield Measured(read, {**here, **names}, fixed)
+
+
+def _where(settings: Mapping[str, Any]) -> Mapping[str, Quantity | str]:
+    """Return where an analysis looks, as its key `where` says; anywhere if that is no place."""
+    try:
+        return _PLACE.validate_python(settings.get("where", {}))
+    except ValidationError:
+        return {}
 
 
 def _check_register(
