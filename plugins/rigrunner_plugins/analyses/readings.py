@@ -157,7 +157,7 @@ class Readings:
                 sensitivity=1.0,
             )
         for channel, values in group.values.items():
-            for error in run.reading_errors(channel_of(channel), float(np.abs(values).max())):
+            for error in run.reading_errors(channel, float(np.abs(values).max())):
                 name = f"{error.name} ({error.source})" if error.source else error.name
                 if error.acts == "each" and self.settings.statistic == "range":
                     # two errors, not a larger one: their sum has another shape, and another k

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from rigrunner.api.member import channel_of
 from rigrunner.api.quantity import Estimate as Estimate  # noqa: PLC0414  (part of the data, without numpy)
 from rigrunner.api.reading_errors import ReadingError
 
@@ -199,10 +200,12 @@ class RunData:
     def reading_errors(self, channel: str, value: float) -> tuple[ReadingError, ...]:
         """Return what readings of a channel up to a value, in the SI unit, may be off by.
 
-        One of which the register says nothing has one line, with an uncertainty of nan.
+        One of which the register says nothing has one line, with an uncertainty of nan. Of a root
+        mean square that was kept of a channel, 'role.name.rms', no zero reading is taken off.
         """
-        known = self.instrument(channel)
-        found = known.reading_errors(value, zeroed=channel in self.zeros) if known else ()
+        of = channel_of(channel)
+        known, zeroed = self.instrument(of), of in self.zeros and not channel.endswith(".rms")
+        found = known.reading_errors(value, zeroed=zeroed) if known else ()
         return found or (ReadingError(f"reading of {channel}", "each", nan),)
 
     def zero(self, recording: str, channel: str) -> float:

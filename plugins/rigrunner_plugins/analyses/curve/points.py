@@ -9,7 +9,6 @@ import numpy as np
 
 from rigrunner.api.data import Points
 from rigrunner.api.errors import DataError
-from rigrunner.api.member import channel_of
 from rigrunner.api.places import is_at
 from rigrunner.api.units import si_symbol, unit
 from rigrunner_plugins.analyses.sources import parts
@@ -181,7 +180,7 @@ def _source(
         values=values,
         places=tuple(part.place for part in found),
         counts=counts,
-        errors={name: run.reading_errors(channel_of(name), most) for name, most in largest.items()},
+        errors={name: run.reading_errors(name, most) for name, most in largest.items()},
         exact=tuple(n for n in settings.over.values() if n not in largest and "." in n),
     )
 
