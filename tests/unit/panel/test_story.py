@@ -11,6 +11,7 @@ from rigrunner.api.events import (
     InterlockCleared,
     InterlockTripped,
     Intervention,
+    MadeSafe,
     Outcome,
     RunEnded,
     RunStarted,
@@ -148,6 +149,25 @@ def test_what_was_set_and_read_is_known_in_its_units(board, story):
     assert (found.set_frequency_hz, found.set_load_n, found.load_n) == (5.0, 1000.0, 998.0)
     assert found.temperature_c == pytest.approx(23.0)
     assert found.values["t.temperature"].unit == "K"
+
+
+def test_a_load_that_was_set_is_what_was_read_back_and_not_what_was_read_before(board, story):
+    story.take(ended(0, values={"t.load": 0.4}, units={"t.load": "N"}))
+    story.take(ended(1, action="set", values={"t.load": 998.0}, units={"t.load": "N"}))
+    found = board.get("readings")
+    assert (found.set_load_n, found.load_n, found.load_utc) == (998.0, 998.0, "2026")
+
+
+def test_what_was_made_safe_stands_where_it_was_read_back(board, story):
+    units = {"t.load": "N", "t.frequency": "Hz"}
+    story.take(ended(0, action="set", values={"t.frequency": 5.0}, units=units))
+    story.take(ended(1, values={"t.load": 999.0, "t.frequency": 5.0}, units=units))
+    read_back = {"t.load": 1.5, "t.frequency": 0.0}
+    story.take(event(MadeSafe, what="t", read_back=read_back))
+    found = board.get("readings")
+    assert (found.set_load_n, found.load_n, found.load_utc) == (1.5, 1.5, "2026")
+    assert (found.set_frequency_hz, found.frequency_hz) == (0.0, 0.0)
+    assert found.values["t.load"].unit == "N"
 
 
 def scan_begun(index):

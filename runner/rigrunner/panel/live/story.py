@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.events import (
     Event,
     Intervention,
+    MadeSafe,
     RunEnded,
     RunStarted,
     Scanned,
@@ -20,7 +21,7 @@ from rigrunner.panel.live.of_news import failed_item, failed_run, pause_view, pr
 from rigrunner.panel.live.rigs import alarms_of_rigs
 from rigrunner.panel.process import news
 from rigrunner.panel.view.journal import JournalView
-from rigrunner.panel.view.reading import readings_after, readings_at
+from rigrunner.panel.view.reading import readings_after, readings_at, readings_safe
 from rigrunner.panel.view.sections import (
     AnalysingView,
     JobView,
@@ -165,7 +166,7 @@ class Story:
         self.curves.take(curve, max(start_s, 0.0))
         readings = self._board.get("readings")
         if self.curves.frequency_hz is not None:
-            known = {"frequency_hz": self.curves.frequency_hz}
+            known = {"frequency_hz": self.curves.frequency_hz, "frequency_utc": ""}
             self._board.put(readings=readings.model_copy(update=known))
         if self._track is not None:
             self._track.recorded((curve.first_sample + samples) / curve.rate_hz)
@@ -188,6 +189,8 @@ class Story:
                 return
             case StepEnded():
                 self._finish(event)
+            case MadeSafe():
+                self._board.put(readings=readings_safe(self._board.get("readings"), event))
             case Intervention(action="skip") if self._track is not None:
                 self._track.skip()
             case Intervention(action="abort") if not self._board.get("asked"):

@@ -1,4 +1,4 @@
-"""What is known of the rig, after each step that found something."""
+"""What is known of the rig, after each event that says where something stands."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rigrunner.panel.view.sections import Reading
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rigrunner.api.events import Scanned, StepEnded, StepStarted
+    from rigrunner.api.events import MadeSafe, Scanned, StepEnded, StepStarted
     from rigrunner.panel.view.sections import Readings
 
 ICE_K = 273.15
@@ -18,28 +18,61 @@ ICE_K = 273.15
 
 def readings_after(known: Readings, event: StepEnded) -> Readings:
     """Return the readings with what a step set, read or measured."""
-    return _with(known, event.values, event.units, is_set=event.action in ("set", "ramp"))
+    found = _set if event.action in ("set", "ramp") else _read
+    return found(known, event.values, event.units, event.utc)
 
 
 def readings_at(known: Readings, event: Scanned, scan: StepStarted) -> Readings:
-    """Return the readings at a point of a scan: where its drive was set, and what was read."""
+    """Return the readings at a point of a scan: where its drive was set, and what was read.
+
+    What the drive stands at is not known until it is read: a scan does not tell its read-backs.
+    """
     own = {each: value for each, value in event.setpoints.items() if each not in scan.setpoints}
-    return _with(_with(known, own, scan.units, is_set=True), event.values, scan.units)
+    update: dict[str, object] = {}
+    for name, value in own.items():
+        match Member.parse(name).name:
+            case "frequency":
+                update |= {"set_frequency_hz": value, "frequency_hz": None, "frequency_utc": ""}
+            case "load":
+                update |= {"set_load_n": value, "load_n": None, "load_utc": ""}
+    at_set = _with(known.model_copy(update=update), own, scan.units)
+    return _read(at_set, event.values, scan.units, event.utc)
 
 
-def _with(
-    known: Readings, values: Mapping[str, float], units: Mapping[str, str], *, is_set: bool = False
+def readings_safe(known: Readings, event: MadeSafe) -> Readings:
+    """Return the readings with what was read back when a device was made safe."""
+    units = {name: each.unit for name, each in known.values.items()}
+    return _set(known, event.read_back, units, event.utc)
+
+
+def _set(
+    known: Readings, read_back: Mapping[str, float], units: Mapping[str, str], utc: str
 ) -> Readings:
-    found = {name: Reading(value=value, unit=units.get(name, "")) for name, value in values.items()}
-    update: dict[str, object] = {"values": {**known.values, **found}}
-    for name, value in values.items():
-        match Member.parse(name).name, is_set:
-            case "frequency", True:
-                update |= {"set_frequency_hz": value, "frequency_hz": None}
-            case "load", True:
+    update: dict[str, object] = {}
+    for name, value in read_back.items():
+        match Member.parse(name).name:
+            case "frequency":
+                update["set_frequency_hz"] = value
+            case "load":
                 update["set_load_n"] = value
-            case "load", False:
-                update["load_n"] = value
-            case "temperature", False:
+    return _read(known.model_copy(update=update), read_back, units, utc)
+
+
+def _read(
+    known: Readings, values: Mapping[str, float], units: Mapping[str, str], utc: str
+) -> Readings:
+    update: dict[str, object] = {}
+    for name, value in values.items():
+        match Member.parse(name).name:
+            case "frequency":
+                update |= {"frequency_hz": value, "frequency_utc": utc}
+            case "load":
+                update |= {"load_n": value, "load_utc": utc}
+            case "temperature":
                 update["temperature_c"] = value - ICE_K
-    return known.model_copy(update=update)
+    return _with(known.model_copy(update=update), values, units)
+
+
+def _with(known: Readings, values: Mapping[str, float], units: Mapping[str, str]) -> Readings:
+    found = {name: Reading(value=value, unit=units.get(name, "")) for name, value in values.items()}
+    return known.model_copy(update={"values": {**known.values, **found}})

@@ -128,12 +128,14 @@ class Reading(Section):
 
 
 class Readings(Section):
-    """What is known of the rig."""
+    """What is known of the rig, and since when: a drive that was set is read back."""
 
     set_frequency_hz: float | None = None
     frequency_hz: float | None = None
+    frequency_utc: str = ""
     set_load_n: float | None = None
     load_n: float | None = None
+    load_utc: str = ""
     temperature_c: float | None = None
     values: dict[str, Reading] = {}
 
