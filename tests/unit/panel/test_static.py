@@ -173,3 +173,14 @@ def test_no_script_imports_itself_by_way_of_others():
         for path in free:
             del left[path]
     assert [path.name for path in left] == []
+
+
+@pytest.mark.parametrize(("job", "kept"), [("{run: 'A', title: 'x'}", True), ("{run: ''}", False)])
+def test_a_curve_of_an_earlier_job_does_not_stay(scripts, job, kept):
+    done = (
+        "m.takeState({job: {run: 'A'}})",
+        "m.takeFrame({kind: 'swing', recording: '001'})",
+        f"m.takeChanges(2, {{job: {job}}})",
+        "m.store.lastSwing !== null",
+    )
+    assert evaluated(scripts, "store", f"({', '.join(done)})") is kept

@@ -48,6 +48,13 @@ export function bytes(count) {
   return `${fixed(value, value >= 100 || step === 0 ? 0 : 1)} ${units[step]}`;
 }
 
+// The time of day, to the second.
+export function clock(utc) {
+  const moment = new Date(utc);
+  const two = (number) => String(number).padStart(2, "0");
+  return Number.isNaN(moment.getTime()) ? utc : `${two(moment.getHours())}:${two(moment.getMinutes())}:${two(moment.getSeconds())}`;
+}
+
 export function localTime(utc) {
   if (!utc) return UNKNOWN;
   const moment = new Date(utc);

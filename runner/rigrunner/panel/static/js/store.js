@@ -24,13 +24,23 @@ export function takeConnected(connected) {
   tell(new Set(["connected"]));
 }
 
+// Curves of an earlier job are not those of the rig that is now in front of somebody.
+function forgetCurves(before, job) {
+  if (!before?.run || job?.run === before.run) return;
+  store.lastSwing = null;
+  store.trend = newTrend();
+  tell(new Set(["swing", "trend"]));
+}
+
 export function takeState(state) {
+  forgetCurves(store.state?.job, state.job);
   store.state = state;
   tell(new Set([...Object.keys(state), "connected"]));
 }
 
 export function takeChanges(seq, changes) {
   if (!store.state) return;
+  if ("job" in changes) forgetCurves(store.state.job, changes.job);
   Object.assign(store.state, changes);
   store.state.seq = seq;
   tell(new Set(Object.keys(changes)));

@@ -62,13 +62,18 @@ export function manualPage() {
     fill(points, (state.live?.points ?? []).filter((point) => point.recording !== WATCHED).map(pointRow));
   }
 
+  // The manual mode watches all the time: its latest swing is always one of now.
+  function showSwing() {
+    swing.show(store.lastSwing, store.lastSwing?.recording);
+  }
+
   const forget = listen((changed) => {
-    if (changed.has("swing")) swing.show(store.lastSwing);
+    if (changed.has("swing")) showSwing();
     if (changed.size > 1 || !(changed.has("swing") || changed.has("trend"))) update(changed);
   });
   queueMicrotask(() => {
     update(new Set(["live", "manual"]));
-    swing.show(store.lastSwing);
+    showSwing();
   });
   return {
     title: t("manual.title"),

@@ -91,7 +91,7 @@ export function runPage() {
   }
 
   const forget = listen((changed) => {
-    if (changed.has("swing")) swing.show(store.lastSwing);
+    if (changed.has("swing") || changed.has("progress")) swing.show(store.lastSwing, store.state?.progress?.recording);
     if (changed.has("trend")) {
       trend.show(store.trend);
       if (store.state) arrange(store.state);
@@ -100,7 +100,7 @@ export function runPage() {
   });
   queueMicrotask(() => {
     update(new Set(["live", "plan", "progress"]));
-    swing.show(store.lastSwing);
+    swing.show(store.lastSwing, store.state?.progress?.recording);
     trend.show(store.trend);
   });
   return {

@@ -1,7 +1,7 @@
 // The large numbers: what is set, what is measured, and what comes out.
 
 import { fill, h, setText } from "../dom.js";
-import { fixed, plain, UNKNOWN, withUncertainty } from "../format.js";
+import { clock, fixed, plain, UNKNOWN, withUncertainty } from "../format.js";
 import { store } from "../store.js";
 import { t } from "../texts.js";
 
@@ -9,6 +9,10 @@ function readout(key, kind = "") {
   const value = h("span", { class: "readout-value" }, UNKNOWN);
   const small = h("span", { class: "readout-small" });
   return { element: h("div", { class: `readout ${kind}` }, h("span", { class: "readout-name" }, t(key)), value, small), value, small };
+}
+
+function since(text, utc) {
+  return utc ? `${text} · ${t("read.since", { time: clock(utc) })}` : text;
 }
 
 // The point that is being recorded, or the last one that was analysed.
@@ -68,12 +72,13 @@ export function readouts() {
       const { readings } = state;
       const point = presentPoint(state);
       const unit = (number, decimals, symbol) => (Number.isFinite(number) ? `${fixed(number, decimals)} ${symbol}` : UNKNOWN);
-      const here = point && point.set_frequency_hz === readings.set_frequency_hz ? point : null;
+      const isNow = point && (state.job?.kind === "manual" || point.recording === state.progress?.recording);
+      const here = isNow ? point : null; // what was recorded before may no longer be so
       const turning = state.pause ? null : readings.frequency_hz ?? here?.frequency_hz; // what is paused was measured before
       setText(frequency.value, unit(turning, 2, "Hz"));
-      setText(frequency.small, t("read.set", { value: unit(readings.set_frequency_hz, 2, "Hz") }));
+      setText(frequency.small, since(t("read.set", { value: unit(readings.set_frequency_hz, 2, "Hz") }), state.pause ? "" : readings.frequency_utc));
       setText(load.value, unit(readings.load_n ?? here?.load_n, 0, "N"));
-      setText(load.small, t("read.set", { value: unit(readings.set_load_n, 0, "N") }));
+      setText(load.small, since(t("read.set", { value: unit(readings.set_load_n, 0, "N") }), readings.load_utc));
       setText(raw.value, unit(point?.raw_nm, 3, "N·m"));
       setText(raw.small, point ? t("read.cycles", { cycles: point.cycles, value: `${plain(point.set_frequency_hz)} Hz` }) : "");
       setText(rig.value, unit(point?.rig_nm, 3, "N·m"));

@@ -1,5 +1,7 @@
 // Raw and compensated torque over one swing, from 0 to 360 degrees of the crank.
 
+import { h, setText } from "../dom.js";
+import { fixed } from "../format.js";
 import { colour } from "../theme.js";
 import { t } from "../texts.js";
 import { axis, chart, legend } from "./chart.js";
@@ -18,11 +20,18 @@ export function swingChart() {
     ],
   });
   const made = chart(t("plot.swing"), t("plot.over_crank"), options, EMPTY);
-  made.element.append(legend([["raw", t("plot.raw")], ["compensated", t("plot.compensated")]]));
+  const of = h("span", { class: "plot-of" });
+  const key = legend([["raw", t("plot.raw")], ["compensated", t("plot.compensated")]]);
+  key.append(of);
+  made.element.append(key);
   return {
     ...made,
-    show(frame) {
+    // `recording` is what is being recorded now; a swing of another one is a past one, and looks so.
+    show(frame, recording) {
+      const isPast = Boolean(frame) && frame.recording !== recording;
       made.set(frame ? curves(frame) : EMPTY);
+      made.element.classList.toggle("past", isPast);
+      setText(of, frame ? t(isPast ? "plot.past" : "plot.of", { name: frame.recording, value: `${fixed(frame.frequency_hz, 2)} Hz` }) : "");
     },
   };
 }
