@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import (
     AfterValidator,
@@ -48,13 +48,20 @@ STORED = "stored"
 LEAST_POINTS = 2
 """Of a table that readings are corrected by."""
 
-_OTHER_QUANTITIES = tuple(kind for kind in kinds() if kind != "torque")
+
+def _other_quantities() -> list[str]:
+    """Return the kinds of quantities but torque, with those that plugins have added by now."""
+    return [kind for kind in kinds() if kind != "torque"]
+
+
+def _name_quantities(schema: dict[str, Any]) -> None:
+    schema["enum"] = _other_quantities()
 
 
 def _dimension(text: str) -> str:
-    if text not in _OTHER_QUANTITIES:
-        near = difflib.get_close_matches(text, ("torque", *_OTHER_QUANTITIES), n=1)
-        known = f"expected torque or one of: {', '.join(_OTHER_QUANTITIES)}"
+    if text not in _other_quantities():
+        near = difflib.get_close_matches(text, kinds(), n=1)
+        known = f"expected torque or one of: {', '.join(_other_quantities())}"
         hint = f"did you mean '{near[0]}'?" if near else known
         raise QuantityError(f"'{text[:40]}' is no quantity", hint=hint)
     return text
@@ -283,9 +290,7 @@ class TorqueInstrument(Instrument):
 class OtherInstrument(Instrument):
     """An instrument of any other channel: load cell, angle encoder, thermometer, ..."""
 
-    measures: Annotated[
-        str, AfterValidator(_dimension), Field(json_schema_extra={"enum": list(_OTHER_QUANTITIES)})
-    ]
+    measures: Annotated[str, AfterValidator(_dimension), Field(json_schema_extra=_name_quantities)]
     """The quantity, such as force, angle or temperature."""
     accuracy: AnyAccuracy | None = None
     """Its limits of error, such as '0.5 % FS', '1 % reading' or '0.2 K', or error by error."""

@@ -101,7 +101,8 @@ def define(added: Iterable[UnitDefinition], by: str) -> None:
             claims = _ADDED.setdefault(spelling, {})
             if new not in claims.values():
                 claims[by] = new
-    _composed.cache_clear()
+    if news:
+        _composed.cache_clear()
 
 
 def kinds() -> tuple[str, ...]:

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from pydantic import TypeAdapter, ValidationError
 
 from rigrunner.api.errors import DataError
+from rigrunner.api.instruments import AnyInstrument
 from rigrunner.api.quantity import parse_quantity, quantity_pattern
 from rigrunner.api.unit_tables import UnitDefinition
 from rigrunner.api.units import QuantityError, define, kinds, rate_of, si_symbol, units_of
@@ -135,3 +137,12 @@ def test_a_damaged_unit_of_a_run_is_told():
         define_units_of({"unit tstX": "power; 1"}, "run-2")
     with pytest.raises(DataError, match="run-2"):
         define_units_of({"unit tstX": "power; kg; 1.0; 0.0; linear; tstX"}, "run-2")
+
+
+def test_the_register_takes_an_instrument_of_a_new_kind():
+    define([GRADE, HALF], "one")
+    entry = {"channel": "tester.grade", "measures": "test grade", "serial": "G-1"}
+    found = TypeAdapter(AnyInstrument).validate_python(entry | {"accuracy": "3 tstH"})
+    assert found.limit_of_error(10.0) == 1.5
+    with pytest.raises(ValidationError, match="'test grad' is no quantity"):
+        TypeAdapter(AnyInstrument).validate_python(entry | {"measures": "test grad"})
