@@ -48,9 +48,9 @@ def test_the_readme_of_reports_leads_to_a_certificate_and_a_report_of_ones_own(p
     assert (run / "report.csv").read_text(encoding="utf-8").startswith("method,frequency in Hz")
 
 
-def test_making_it_twice_changes_nothing(printed):
-    folder, _ = printed
-    called = call("init", folder / "bench 1")
+def test_making_it_twice_changes_nothing(tmp_path):
+    assert call("init", tmp_path / "bench 1").code == ExitCode.PASS
+    called = call("init", tmp_path / "bench 1")
     assert called.code == ExitCode.USAGE
     assert "nothing is ever overwritten" in called.err
     assert called.out == ""
