@@ -9,6 +9,7 @@
 --bracketed    with a second no-load run, after the loaded one (no)
 --measured     the station states what the load adds to the support, as a bearing of known friction
                showed it (no)
+--load-read    a load cell tells what load was there in the no-load run (no)
 --gains-known  the gain of every recording is taken out of it: a bound of what methods can do (no)
 --half 0|1     even seeds, on which methods are chosen (0), or odd ones, to judge them on (1)
 --cache DIR    keep the recordings there (no): to record takes five times as long as to analyse
@@ -51,6 +52,7 @@ def main() -> None:
     parser.add_argument("--group", action="append", choices=[each.name for each in FAULTS])
     parser.add_argument("--bracketed", action="store_true")
     parser.add_argument("--measured", action="store_true")
+    parser.add_argument("--load-read", action="store_true")
     parser.add_argument("--gains-known", action="store_true")
     parser.add_argument("--half", type=int, choices=(0, 1), default=0)
     parser.add_argument("--stated", type=float)
@@ -60,6 +62,7 @@ def main() -> None:
         "bracketed": asked.bracketed,
         "measured": asked.measured,
         "gains_known": asked.gains_known,
+        "load_read": asked.load_read,
     }
     judge = partial(judged, cache=asked.cache, **how)
     rigs = [healthy(seed, asked.scatter) for seed in range(asked.half, 2 * asked.rigs, 2)]

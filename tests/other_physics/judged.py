@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from other_physics.recorded import recorded, recorded_known, without_scatter
+from other_physics.recorded import LOAD, recorded, recorded_known, without_scatter
 from rigrunner.analysis.headline import compensated_mean
 from rigrunner.api.analysis import Consequence
 from rigrunner.api.errors import DataError
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from other_physics.rigs import Pair
+    from rigrunner.api.data import RunData
     from rigrunner.study.recording import RecordedBench
 
 
@@ -51,6 +52,7 @@ def judged(
     bracketed: bool = False,
     measured: bool = False,
     gains_known: bool = False,
+    load_read: bool = False,
 ) -> Judged:
     """Record and analyse a pair; recordings are kept in the folder `cache`.
 
@@ -58,10 +60,13 @@ def judged(
     With `bracketed` there is a second no-load run, after the loaded one. With `measured` its
     station states what the load adds to the support, as a bearing of known friction showed. With
     `gains_known` the gain of every recording is taken out of it, which bounds what a method can do.
+    With `load_read` a load cell tells what load was there in the no-load run.
     """
     bench = recorded(pair, cache, bracketed=bracketed)
     if gains_known:
         bench = without_scatter(pair, bench)
+    if load_read:
+        bench = replace(bench, no_load=_with_load(bench.no_load, pair.no_load.load_n))
     if stated is not None:
         rig = bench.loaded.rig.model_copy(update=_growth(pair, stated))
         bench = replace(bench, loaded=replace(bench.loaded, rig=rig))
@@ -96,6 +101,11 @@ def judged_by(pair: Pair, bench: RecordedBench) -> Judged:
         failed=tuple(each.name for each in failed),
         is_conclusive=not any(each.consequence is Consequence.INCONCLUSIVE for each in failed),
     )
+
+
+def _with_load(run: RunData, load_n: float) -> RunData:
+    read = (replace(each, conditions={LOAD: load_n}) for each in run.recordings)
+    return replace(run, recordings=tuple(read))
 
 
 def _measured(pair: Pair, cache: Path | None) -> SupportUnderLoad:
