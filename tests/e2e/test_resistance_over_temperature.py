@@ -43,14 +43,21 @@ def test_the_loopback_sensor_is_the_standard_s(celsius):
 
 
 def test_the_limits_are_class_b(tested):
-    """Tolerance of the standard, ±(0.30 + 0.005 |t|) °C, by its slope dR/dt, at each point."""
+    """Tolerance of the standard, ±(0.30 + 0.005 |t|) °C, at each point."""
     parts = {each["of"]: each for each in tested[1]["decision"]["parts"]}
     for t in TEMPERATURES_C:
-        slope = 100 * (3.9083e-3 - 2 * 5.775e-7 * t)  # the term of t³ moves it by 1e-4 at -20 °C
-        tolerance = (0.30 + 0.005 * abs(t)) * slope
-        part = parts[f"resistance at chamber.temperature = {t:g} °C"]
-        assert part["lower_limit"]["value"] == pytest.approx(platinum(t) - tolerance, abs=2e-3)
-        assert part["upper_limit"]["value"] == pytest.approx(platinum(t) + tolerance, abs=2e-3)
+        part = parts[f"deviation at chamber.temperature = {t:g} °C"]
+        assert part["lower_limit"] == {"value": pytest.approx(-0.30 - 0.005 * abs(t)), "unit": "K"}
+        assert part["upper_limit"] == {"value": pytest.approx(0.30 + 0.005 * abs(t)), "unit": "K"}
+
+
+def test_each_deviation_is_the_one_that_the_sensor_has(tested):
+    found = [each for each in tested[1]["results"] if each["name"] == "deviation"]
+    assert len(found) == len(TEMPERATURES_C)
+    for each in found:
+        assert each["estimate"]["unit"] == "K"
+        error = each["estimate"]["value"] - DEVIATION_K
+        assert abs(error) < each["estimate"]["expanded_uncertainty_95"] < 0.1
 
 
 def within(part):
@@ -64,7 +71,7 @@ def test_one_verdict_over_all_points_names_the_worst(tested):
     decision = tested[1]["decision"]
     worst, *each = decision["parts"]
     assert len(each) == len(TEMPERATURES_C)
-    assert {part["probability_of_conformity"] > 0.999999 for part in each} == {True}
+    assert {part["probability_of_conformity"] > 0.999 for part in each} == {True}
     least = min(each, key=within)
     assert worst["of"] == f"worst {least['of']}" == decision["of"]
     assert worst["coordinates"] == least["coordinates"]
@@ -90,7 +97,7 @@ def test_it_passes_and_the_report_shows_each_point_with_its_limit(tested):
     assert document["verdict"]["verdict"] == "pass"
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "resistance of the sensor" in page
-    assert len(re.findall(r"119\.186\sΩ to 119\.608\sΩ", page)) >= 1
+    assert len(re.findall(r"-0\.55\sK to 0\.55\sK", page)) >= 1
     assert call("verify", folder).code == 0
 
 
@@ -108,10 +115,10 @@ named:
 def test_the_archive_finds_it_by_its_temperature(tested, tmp_path):
     database = ("--database", tmp_path / "archive.sqlite")
     assert call("archive", "index", tested[0].parent, *database).code == 0
-    wanted = ("--result", "resistance=138..139 Ω", "--where", "temperature=100 °C")
+    wanted = ("--result", "deviation=0.05..0.15 K", "--where", "temperature=100 °C")
     found = call("archive", "search", *wanted, *database)
     assert re.search(
-        r"resistance +chamber\.temperature = 100 °C +138\.\d+ ± 0\.\d+ Ω +pass", found.out
+        r"deviation +chamber\.temperature = 100 °C +0\.\d+ ± 0\.\d+ K +pass", found.out
     )
     assert found.err == "1 result\n"
 
@@ -125,10 +132,12 @@ def test_a_notebook_has_the_results(tested):
 
 
 def test_a_notebook_draws_the_figures_of_the_report(tested):
-    values, within = open_run(tested[0]).plot_results("resistance").figure.axes
-    stated = [each["estimate"]["value"] for each in tested[1]["results"]][:4]
+    (values,) = open_run(tested[0]).plot_results("deviation").figure.axes
+    stated = [
+        each["estimate"]["value"] for each in tested[1]["results"] if each["name"] == "deviation"
+    ]
     assert list(values.lines[0].get_ydata()) == pytest.approx(stated)
-    assert within.get_ylabel() == "R \N{MINUS SIGN} middle of limits / Ω"
+    assert values.get_ylabel() == "d / K"
     with pytest.raises(UsageError, match="no result 'resistanse'"):
         open_run(tested[0]).plot_results("resistanse")
 
@@ -159,7 +168,7 @@ def test_reanalyse_has_a_line_for_each_result(tested, tmp_path):
     assert done.code == 0, done.err
     rows = list(csv.DictReader((out / "results.csv").read_text(encoding="utf-8").splitlines()))
     by_name = {row["result"]: row for row in rows}
-    assert len(by_name) == 8
+    assert len(by_name) == 12
     first = by_name["resistance at chamber.temperature = -20 °C"]
     assert float(first["value"]) > float(first["value_before"])
     assert (first["unit"], by_name["air at chamber.temperature = 0 °C"]["value"]) == ("Ω", "")

@@ -24,8 +24,8 @@ Limited = tuple["MeasurementResult", "Limits | None", bool]
 def over_coordinate(found: Sequence[Limited]) -> tuple[Figure, ...]:
     """Return the figures of the results of one name; none where no coordinate is a number.
 
-    The first has the values. Where each has two limits, and these differ, a second has how far the
-    values are from the middle between them: on the scale of the values no limit would be seen.
+    The first has the values. Where each has two limits, and these have other middles, a second has
+    how far the values are from the middle: on the scale of the values no limit would be seen.
     """
     axis = _axis([result for result, _, _ in found])
     if axis is None:
@@ -49,7 +49,8 @@ def over_coordinate(found: Sequence[Limited]) -> tuple[Figure, ...]:
 def _within_limits(values: Figure, symbol: str, unit: str) -> Figure | None:
     points = [point for series in values.series for point in series.points]
     ends = {(point.lower, point.upper) for point in points}
-    if len(ends) < LEAST or any(low is None or high is None for low, high in ends):
+    middles = {low + high for low, high in ends if low is not None and high is not None}
+    if len(middles) < LEAST or any(low is None or high is None for low, high in ends):
         return None
     series = tuple(
         replace(each, points=tuple(map(_from_middle, each.points))) for each in values.series

@@ -50,6 +50,12 @@ def test_the_same_limits_everywhere_need_no_second_figure():
     assert len(over_coordinate([(at(t, 100.0), limits, False) for t in (0.0, 50.0)])) == 1
 
 
+def test_limits_around_one_middle_need_no_second_figure():
+    """Such as a tolerance that grows with the temperature: the values show it."""
+    found = [(at(t, 0.1), Limits(-w, w, "Ω"), False) for t, w in ((0.0, 0.3), (100.0, 0.8))]
+    assert len(over_coordinate(found)) == 1
+
+
 def test_labels_tell_series_apart_and_alone_make_no_figure():
     rows = [(at(t, 100.0, phase=p), None, False) for p in ("new", "worn") for t in (0.0, 50.0)]
     assert [series.name for series in over_coordinate(rows)[0].series] == ["new", "worn"]
