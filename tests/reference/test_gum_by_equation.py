@@ -117,12 +117,27 @@ def test_h_2_correlation_of_the_results(ran):
     assert [as_printed(each[-1], 3) for each in rows] == [-0.588, -0.485, 0.993]
 
 
+def test_h_3_the_line(ran):
+    """H.3.3: y1 = -0.1712, u 0.0029; y2 = 0.002 18, u 0.000 67; r = -0.930; nu = 9."""
+    document = ran("h3")[1]
+    found = estimates(document)
+    assert found["intercept"]["value"] == pytest.approx(-0.1712037901313500, rel=1e-12)
+    assert found["intercept"]["standard_uncertainty"] == pytest.approx(0.0028775978351600, rel=1e-9)
+    assert found["slope"]["value"] == pytest.approx(0.0021826977398873, rel=1e-11)
+    assert found["slope"]["standard_uncertainty"] == pytest.approx(0.0006679387732278, rel=1e-9)
+    assert found["intercept"]["degrees_of_freedom"] == pytest.approx(9, rel=1e-6)
+    assert "Correlation of intercept and slope: -0.930430." in document["notes"]
+
+
 def test_h_3_correction_at_30_degrees(ran):
-    """H.3.4 from the line as published with the guide's r: -0.1494 °C, u 0.0041 °C, nu = 9."""
-    found = estimates(ran("h3")[1])["correction"]
-    assert found["value"] == pytest.approx(-0.1493768127, abs=5e-11)
-    assert found["standard_uncertainty"] == pytest.approx(0.0041385958, abs=5e-11)
-    assert found["degrees_of_freedom"] == pytest.approx(9, rel=1e-9)
+    """H.3.4: -0.1494 °C, u 0.0041 °C, nu = 9; by the curve, and by the line as it is printed."""
+    found = estimates(ran("h3")[1])
+    assert found["predicted"]["value"] == pytest.approx(-0.1493768127, abs=5e-11)
+    assert found["predicted"]["standard_uncertainty"] == pytest.approx(0.0041385958, abs=5e-11)
+    for name in ("predicted", "correction"):
+        assert as_printed(found[name]["value"], 4) == -0.1494
+        assert as_printed(found[name]["standard_uncertainty"], 4) == 0.0041
+        assert found[name]["degrees_of_freedom"] == pytest.approx(9, rel=1e-6)
 
 
 def test_both_methods_stand_side_by_side(ran):

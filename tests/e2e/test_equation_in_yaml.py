@@ -1,0 +1,91 @@
+"""What `rigrunner check` says of a model in a procedure: line and column, within a second."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from helpers_any_quantity import STATION, written
+from helpers_cli import call
+
+PROCEDURE = """\
+rigrunner: procedure/2
+id: PSU-EQ
+revision: "A"
+title: Noise of a power supply
+inputs: {specimen: {ask: Serial number, unattended: PSU-1}}
+uses: {bench: supply_bench}
+main:
+  - sweep:
+      set: bench.current
+      over: [1 A, 2 A]
+      steps: [{measure: {channels: [bench.voltage, bench.ripple]}}]
+analysis:
+  - equation:
+      result: {name: noise, symbol: n, unit: "%"}
+      per: bench.current
+      inputs: {U: bench.voltage, r: bench.ripple}
+      model: MODEL
+"""
+AT = 17, 14
+"""Line and column where MODEL begins."""
+
+
+def checked(folder, model):
+    procedure, station = written(folder, procedure=PROCEDURE.replace("MODEL", model))
+    began = time.perf_counter()
+    called = call("check", procedure, "--station", station)
+    return called, time.perf_counter() - began
+
+
+def test_a_model_that_fits(tmp_path):
+    called, _ = checked(tmp_path, "n = r / U")
+    assert called.code == 0, called.err
+    station = tmp_path / "station.yaml"
+    assert station.read_text(encoding="utf-8") == STATION
+
+
+@pytest.mark.parametrize(
+    ("model", "line", "column", "message"),
+    [
+        ("n = r / U + U", 17, 26, "'U', a voltage, is added to 'r / U', a number"),
+        ("r / W", 17, 18, "'W' is not known"),
+        ("r.real / U", 17, 15, "FULL STOP"),
+        ('"r / U ** 9 ** 9 ** 9"', 17, 29, "is a power of numbers within a power"),
+        (
+            "|\n        n = r / U\n          + exp(U)",
+            19,
+            17,
+            "'U' is a voltage; exp takes a number",
+        ),
+        (f"{'+'.join(['r'] * 10**5)}", 17, 2014, "the model has 199999 characters"),
+        (f"{'(' * 700}r{')' * 700}", 17, 14, "nested too deeply"),
+        ("r / \u0405", 17, 18, "CYRILLIC CAPITAL LETTER DZE"),
+        ("__import__('os')", 17, 14, "LOW LINE"),
+    ],
+    ids=range(9),
+)
+def test_a_model_that_is_refused(tmp_path, model, line, column, message):
+    called, seconds = checked(tmp_path, model)
+    assert called.code == 3
+    assert f"supply.yaml:{line}:{column}: error: analysis[0].equation.model: " in called.err
+    assert message in called.err
+    assert seconds < 10  # a second on a machine that does nothing else
+
+
+def test_a_channel_that_no_step_measures_and_one_without_a_register_entry(tmp_path):
+    procedure = PROCEDURE.replace("MODEL", "r / U")
+    wrong = procedure.replace("bench.ripple}", "bench.rippel}")
+    called = call("check", *_with_station(tmp_path, wrong))
+    assert "bench.rippel is measured in no step" in called.err
+    limited = procedure + (
+        "acceptance: {rule: simple, limits: [{of: noise, worst: yes, max: 1 %, source: a}]}\n"
+    )
+    called = call("check", *_with_station(tmp_path, limited))
+    assert "bench.ripple enters the result 'noise', which has a limit" in called.err
+
+
+def _with_station(folder, procedure):
+    file, station = written(folder, procedure=procedure)
+    return file, "--station", station
