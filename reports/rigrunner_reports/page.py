@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner_reports.plots.cycles import cycle_values
+from rigrunner_reports.plots.figures import drawn
 from rigrunner_reports.plots.fits import fitted_peaks
 from rigrunner_reports.plots.frequency import over_frequency
 from rigrunner_reports.plots.kinematics import motion
@@ -177,5 +178,8 @@ def _named(result: Result) -> dict[str, tuple[Plot, ...]]:
     plots = {}
     for name in dict.fromkeys(each.name for each in result.other_results):
         found = [each for each in result.other_results if each.name == name]
-        plots[name] = over_coordinate(found, [part for part in parts if part.named == name])
+        plots[name] = (
+            *over_coordinate(found, [part for part in parts if part.named == name]),
+            *(drawn(each) for each in result.figures if each.of == name),
+        )
     return plots

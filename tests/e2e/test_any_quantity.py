@@ -334,3 +334,14 @@ def test_a_curve_over_a_set_point_is_a_result_with_its_fit_on_record(tmp_path):
     assert found["estimate"]["value"] == pytest.approx(1000 * products / 14, rel=1e-9)
     assert document["revisions"]["fit polynomial"] == 1
     assert call("verify", run).code == 0
+
+
+def test_the_figure_of_a_curve_is_in_the_report_and_as_data_in_the_result(tmp_path):
+    files = written(tmp_path, ("acceptance:\n", f"{CURVE}acceptance:\n"))
+    called = call("run", files[0], "--station", files[1], "--unattended", "--runs", tmp_path / "r")
+    assert called.code == 0, called.err
+    (run,) = (tmp_path / "r").iterdir()
+    (figure,) = json.loads((run / "result.json").read_text(encoding="utf-8"))["figures"]
+    assert figure["panels"][0]["series"][1]["x"] == [0, 1, 2, 5]
+    page = (run / "report.html").read_text(encoding="utf-8")
+    assert "bench.voltage over bench.current: points, curve with its 95 % band" in page

@@ -152,6 +152,7 @@ class _Analysis:
             notes=tuple(note for each in found for note in each.notes),
             formulas=tuple(formula for each in found for formula in each.formulas),
             tables=tuple(table for each in found for table in each.tables),
+            figures=tuple(figure for each in found for figure in each.figures),
         )
         decision = None
         if self.acceptance is not None:
@@ -195,6 +196,7 @@ class _Analysis:
             means=named.means,
             formulas=named.formulas,
             tables=named.tables,
+            figures=named.figures,
             checks=(*checks, *named.checks),
             notes=((problem,) if problem else ()) + named.notes,
             settings=settings_as_asked(self.spec, self.lookup, self.analyses),

@@ -7,6 +7,7 @@ freedom are the text "infinite".
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from math import nan
 from typing import TYPE_CHECKING
 
@@ -59,6 +60,7 @@ def document(result: Result) -> Json:
         "headline": _headline(result),
         **({"results": named} if named else {}),
         **({"tables": [_table(each) for each in result.tables]} if result.tables else {}),
+        **({"figures": [plain(asdict(each)) for each in result.figures]} if result.figures else {}),
         "verdict": verdict(result),
         "limits": limits(result.limits),
         "decision": None if result.decision is None else decision(result.decision),

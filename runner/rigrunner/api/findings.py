@@ -93,6 +93,40 @@ class Table:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Series:
+    """Values over x, of one length."""
+
+    name: str
+    x: tuple[float, ...]
+    y: tuple[float, ...]
+    U: tuple[float, ...] = ()
+    """Expanded, for 95 %: bars of points, the band of a line; () for none."""
+    line: bool = False
+    """Whether it is a line; else its points are shown each by itself."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Panel:
+    """A part of a figure, with its own y."""
+
+    y: str
+    """What it is, with its unit: 'U / V'."""
+    series: tuple[Series, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Figure:
+    """A figure as data: panels over one x, drawn by the report and by whoever reads it."""
+
+    of: str
+    """The name of the result with which it stands."""
+    caption: str
+    x: str
+    """What it is, with its unit: 'I / A'."""
+    panels: tuple[Panel, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Findings:
     """What an analysis found in a run."""
 
@@ -111,6 +145,8 @@ class Findings:
     """By which results were computed; the report shows them with the results."""
     tables: tuple[Table, ...] = ()
     """What belongs to results besides; in the report, and in `result.json`."""
+    figures: tuple[Figure, ...] = ()
+    """Likewise, drawn in the report."""
 
 
 class Analysis(Protocol):

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import Check, Compensation, Component, Curve, PeakPoint
     from rigrunner.api.data import Estimate, Measurement, Points, RunData
-    from rigrunner.api.findings import Formula, MeasurementResult, Table
+    from rigrunner.api.findings import Figure, Formula, MeasurementResult, Table
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.validation import Validation
     from rigrunner.api.verdict import Decision, LaterDecision, LimitDecision, Verdict
@@ -140,6 +140,7 @@ class Result:
     """The means that analyses give of their results by themselves: of the torque, the headline."""
     formulas: tuple[Formula, ...] = ()
     tables: tuple[Table, ...] = ()
+    figures: tuple[Figure, ...] = ()
     """What belongs to results besides."""
     decision: Decision | None = None
     validation: Validation | None = None

@@ -349,3 +349,21 @@ def test_temperatures_count_from_zero_celsius_unless_told():
 def test_the_analysis_names_the_fit_that_it_took_and_refuses_an_unknown_one():
     with pytest.raises(PluginError, match="there is no fit 'polynom'"):
         found(run_of(rows(X, Y), EXACT), {"slope": {"name": "s", "unit": "V/(N·m)"}}, "polynom")
+
+
+def test_the_figure_has_points_curve_band_and_residuals():
+    celsius = np.array([0, 25, 50, 75, 100.0])
+    y = 1 + 0.01 * celsius + np.array([1, -1, 0, -1, 1]) * 1e-3
+    told = {"slope": {"name": "slope", "unit": "V/K"}}
+    run = run_of(rows(celsius + 273.15, y, over="room.air"), EXACT)
+    (figure,) = findings(run, told, over="room.air").figures
+    assert (figure.of, figure.x) == ("slope", "room.air / °C")
+    upper, lower = figure.panels
+    curve, points = upper.series
+    assert points.x == pytest.approx(celsius)
+    assert points.y == pytest.approx(y)
+    residuals = y - np.polyval(np.polyfit(celsius, y, 1), celsius)
+    assert lower.series[1].y == pytest.approx(residuals, abs=1e-12)
+    s = sqrt(residuals @ residuals / 3)
+    at_end = s * sqrt(1 / 5 + 50**2 / 6250)  # of the mean, and of the slope 50 K from it
+    assert curve.U[0] == pytest.approx(3.182446 * at_end, rel=1e-6)  # Student's t for 3, 95 %

@@ -24,6 +24,7 @@ from rigrunner.signal.coverage import excess_kurtosis
 from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.analyses.curve import derived
 from rigrunner_plugins.analyses.curve.derived import Derived, Fitted, OutOfRangeError
+from rigrunner_plugins.analyses.curve.figure import figure_of
 from rigrunner_plugins.analyses.curve.points import sources
 from rigrunner_plugins.analyses.curve.settings import (
     BothWays,
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import Fit
     from rigrunner.api.data import RunData
-    from rigrunner.api.findings import ResultDefinition
+    from rigrunner.api.findings import Figure, ResultDefinition
     from rigrunner.api.reading_errors import ReadingError
     from rigrunner_plugins.analyses.curve.points import Source, Values
     from rigrunner_plugins.analyses.curve.settings import CurveSettings
@@ -62,12 +63,21 @@ class CurveAnalysis:
         results: list[MeasurementResult] = []
         checks: list[Check] = []
         notes: dict[str, None] = {}
+        figures: list[Figure] = []
         for source in sources(run, self.settings):
             one = _OneCurve(self.settings, self.fit, source)
-            results += one.results(checks, notes)
+            found = tuple(one.results(checks, notes))
+            results += found
+            if found and len(self.settings.over) == 1:
+                figures.append(one.figure(found[0].name))
         order = {each.name: place for place, each in enumerate(self.settings.yields())}
         results.sort(key=lambda each: order[each.name])
-        return Findings(results=tuple(results), checks=tuple(checks), notes=tuple(notes))
+        return Findings(
+            results=tuple(results),
+            checks=tuple(checks),
+            notes=tuple(notes),
+            figures=tuple(figures),
+        )
 
 
 @dataclass(frozen=True)
@@ -106,6 +116,12 @@ class _OneCurve:
         for place, (definition, told, value) in enumerate(found):
             lines = [(each, *effects[place]) for each, effects in errors]
             yield self._result(definition, told, value, lines)
+
+    def figure(self, of: str) -> Figure:
+        """Return the figure of the curve, which stands with a result."""
+        fitted = self._fitted(self.source.values)
+        over = next(iter(self.settings.over.values()))
+        return figure_of(fitted, of, over, self.settings.of, self._place)
 
     def _correlations(self, fitted: Fitted) -> Iterator[str]:
         """Yield the correlation of each two parameters that are stated (GUM H.3.3)."""
