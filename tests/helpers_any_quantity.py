@@ -43,7 +43,7 @@ analysis:
   - readings:
       of: bench.voltage
       statistic: range
-      result: {name: regulation, text: load regulation, unit: mV}
+      result: {name: regulation, text: load regulation, unit: mV, id: voltage.regulation}
 acceptance:
   rule: guard_band_u
   limits:

@@ -56,6 +56,8 @@ def test_results_have_name_unit_place_and_uncertainty(passed):
         1e3 * sqrt(2) * U_READING
     )
     assert regulation["budget"][0]["contribution"]["unit"] == "mV"
+    assert regulation["measurand"] == {"id": "voltage.regulation", "text": "load regulation"}
+    assert "measurand" not in voltages[0], "it was told none"
 
 
 def test_each_limit_is_decided_in_the_unit_of_its_result(passed):

@@ -68,6 +68,19 @@ class ResultSettings(Settings):
     """The measurand in words, such as 'load regulation'."""
     unit: Annotated[str, AfterValidator(_symbol)]
     """Such as mV."""
+    id: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]*$")] | None = None
+    """The measurand for programs, by a list that they share, such as voltage.dc.regulation."""
+
+    def definition(self, per: tuple[str, ...]) -> ResultDefinition:
+        """Return what an analysis yields by it, a result for each value of some coordinates."""
+        return ResultDefinition(
+            name=self.name,
+            symbol=self.symbol,
+            text=self.text,
+            unit=self.unit,
+            per=per,
+            id=self.id or "",
+        )
 
 
 class ReadingsSettings(Settings):
@@ -113,16 +126,7 @@ class ReadingsSettings(Settings):
 
     def yields(self) -> tuple[ResultDefinition, ...]:
         """Return the one result."""
-        told = self.result
-        return (
-            ResultDefinition(
-                name=told.name,
-                symbol=told.symbol,
-                text=told.text,
-                unit=told.unit,
-                per=self.per,
-            ),
-        )
+        return (self.result.definition(self.per),)
 
     def requires(self) -> tuple[NeededChannel, ...]:
         """Return the channels that it reads."""

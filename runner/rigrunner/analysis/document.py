@@ -89,9 +89,9 @@ def _named(result: MeasurementResult) -> Json:
 
 def _identity(definition: ResultDefinition) -> Json:
     """Return which measurand it is, for programs and in words, where that is known."""
-    if definition.measurand is None:
-        return {}
-    return {"measurand": {"id": definition.measurand.id, "text": str(definition.measurand)}}
+    if definition.measurand is not None:
+        return {"measurand": {"id": definition.measurand.id, "text": str(definition.measurand)}}
+    return {"measurand": {"id": definition.id, "text": definition.words}} if definition.id else {}
 
 
 def _table(table: Table) -> Json:

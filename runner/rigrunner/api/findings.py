@@ -30,6 +30,8 @@ class ResultDefinition:
     """In which it is stated."""
     per: tuple[str, ...] = ()
     """The coordinates that tell its results apart; none: there is one result."""
+    id: str = ""
+    """The measurand for programs; '' where the analysis is not told one."""
     measurand: MeasurandKind | None = None
     """Which torque it is, of a torque whose method says so; a limit of another one is refused."""
 

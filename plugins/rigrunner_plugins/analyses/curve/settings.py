@@ -221,12 +221,7 @@ class CurveSettings(Settings):
 
     def yields(self) -> tuple[ResultDefinition, ...]:
         """Return the results, in the order of the settings."""
-        return tuple(
-            ResultDefinition(
-                name=each.name, symbol=each.symbol, text=each.text, unit=each.unit, per=self.per
-            )
-            for _, each in self.results.all_of()
-        )
+        return tuple(each.definition(self.per) for _, each in self.results.all_of())
 
     def requires(self) -> tuple[NeededChannel, ...]:
         """Return the channels and coordinates that it reads."""

@@ -298,12 +298,7 @@ class EquationSettings(Settings):
 
     def yields(self) -> tuple[ResultDefinition, ...]:
         """Return the results."""
-        return tuple(
-            ResultDefinition(
-                name=each.name, symbol=each.symbol, text=each.text, unit=each.unit, per=self.per
-            )
-            for each in self.all_results
-        )
+        return tuple(each.definition(self.per) for each in self.all_results)
 
     def requires(self) -> tuple[NeededChannel, ...]:
         """Return the channels that it reads."""
