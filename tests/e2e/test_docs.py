@@ -41,6 +41,7 @@ RUN_ELSEWHERE = {
     "run by the test of the digits",
     "run by the test of the architecture",
     "run by the test of mistakes in a plugin",
+    "run by tests/e2e/test_friction_endurance.py",
     "run by the reader alone: it measures for minutes or hours",
     "run by the reader alone: it writes into the sources",
     "run by the reader alone: it lists functions of the sources",
@@ -52,6 +53,7 @@ RUN_ELSEWHERE = {
     "run by the reader alone: the rule is in a lab's own folder",
     "run by the reader alone: it is a part of the module that the command makes",
     "run by the reader alone: it needs more runs than there are where this page is tested",
+    "run by the reader alone: it needs the runs of three procedures, one after the other",
     "run by the reader alone: there is no such rig where this page is tested",
     "run by the reader alone: the extras are there where this page is tested",
 }
@@ -347,7 +349,11 @@ def test_every_path_of_the_run_file_page_is_in_a_run_file(demo):
         there = {"/", *(f"/{name}" for name in names_of(file))}
         assert file.attrs["rigrunner_format"] == 4
     tops = {path for path in there if path.count("/") == 2} | {"/", "/entry"}
-    of_some_runs = {"/entry/imported", "/entry/superseded_measurements"}
+    of_some_runs = {
+        "/entry/imported",
+        "/entry/no_load_after",
+        "/entry/superseded_measurements",
+    }
     assert {path.removesuffix("/*") for path in paths} - of_some_runs == tops
 
 

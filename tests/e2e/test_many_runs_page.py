@@ -26,6 +26,7 @@ def test_the_program_does_each_item_once(tmp_path):
 
 
 def test_the_file_is_an_analysis():
-    (code,) = (block.code for block in BLOCKS if block.language == "yaml")
-    given = validate(AnalysisFile, parse(code, "energy.yaml")).analysis
-    assert given.primary == "energy"
+    by_energy, largest = (block.code for block in BLOCKS if block.language == "yaml")
+    assert validate(AnalysisFile, parse(by_energy, "energy.yaml")).analysis.primary == "energy"
+    (named,) = validate(AnalysisFile, parse(largest, "largest.yaml")).named
+    assert named.name == "readings"

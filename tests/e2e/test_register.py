@@ -135,7 +135,7 @@ def test_a_difference_is_told_and_ends_with_one(tmp_path):
     assert called.code == ExitCode.FAIL
     assert called.out.splitlines()[3:] == [
         "acceptance",
-        "  limit > max was lowered from 0.95 N·m to 0.9 N·m",
+        "  limits 1 > max was lowered from 0.95 N·m to 0.9 N·m",
         "",
         "1 difference",
     ]

@@ -94,6 +94,11 @@ def _shipped(pattern: str) -> list[bytes]:
     return [path.read_bytes() for path in sorted(shipped_folder().glob(pattern))]
 
 
+def _procedure_seeds(_: Path) -> list[bytes]:
+    """Return those that call no other one, which would not lie beside it."""
+    return [each for each in _shipped("*.yaml") if b"call:" not in each]
+
+
 @cache
 def _starting_torque() -> Procedure:
     return load_procedure(shipped_folder() / "starting_torque_1000n.yaml").model
@@ -422,7 +427,7 @@ def _matlab_seeds(folder: Path) -> list[bytes]:
 
 
 TARGETS = (
-    Target("procedure", ".yaml", lambda _: _shipped("*.yaml"), load_procedure),
+    Target("procedure", ".yaml", _procedure_seeds, load_procedure),
     Target("station", ".yaml", lambda _: _shipped("stations/*.yaml"), load_station),
     Target("answers", ".yaml", lambda _: [ANSWERS.encode()], _answers),
     Target("replay manifest", ".yaml", lambda _: [MANIFEST.encode()], _manifest),
