@@ -148,7 +148,8 @@ def test_another_statistic_moves_the_results_and_golden_runs_tell(tested, tmp_pa
     one = ("--jobs", "1")
     assert call("golden", "record", tested[0].parent, "--out", golden, *one).code == 0
     assert "Nothing moved in 1 golden run" in call("golden", "check", golden, *one).out
-    found = call("golden", "check", golden, *one, "--analysis", changed, "--json")
+    page = tmp_path / "golden.html"
+    found = call("golden", "check", golden, *one, "--analysis", changed, "--json", "--html", page)
     assert found.code == 1, found.err
     (run,) = json.loads(found.out)["runs"]
     moves = {each["figure"]: each for each in run["moves"]}
@@ -159,6 +160,9 @@ def test_another_statistic_moves_the_results_and_golden_runs_tell(tested, tmp_pa
     assert at_100["now"] == pytest.approx(max(values))
     assert at_100["reference"] == pytest.approx(sum(values) / 5)
     assert moves["air at chamber.temperature = 0 °C"]["now"] is None, "it is not asked for"
+    html = page.read_text(encoding="utf-8")
+    assert "How many results moved by how much" in html
+    assert "Set-point" not in html, "there is none of a torque"
 
 
 def test_reanalyse_has_a_line_for_each_result(tested, tmp_path):

@@ -19,10 +19,8 @@ if TYPE_CHECKING:
 MOST_RUNS = 300
 """Runs that are listed one by one."""
 _EDGES = 41
-_CAPTION = (
-    "Left, how many results moved by how much, in U of the reference. Right, the mean over the runs"
-    " and the largest of any run, at each set-point. Shaded: within U."
-)
+_CAPTION = "{}ow many results moved by how much, in U of the reference.{} Shaded: within U."
+_RIGHT = " Right, the mean over the runs and the largest of any run, at each set-point."
 
 
 def in_u(value: float | None) -> str:
@@ -36,13 +34,15 @@ def shifts(study: GoldenStudy) -> Plot:
     """Return the figure of the shifts."""
 
     def paint(figure: Figure) -> None:
-        left, right = figure.subplots(1, 2)
-        _distribution(left, study)
-        _set_points(right, study)
+        axes = figure.subplots(1, 2 if study.set_points else 1, squeeze=False)[0]
+        _distribution(axes[0], study)
+        if study.set_points:
+            _set_points(axes[1], study)
 
     values = np.array(study.shifts_in_u)
     alt = f"{len(values)} results moved by {in_u(values.min())} to {in_u(values.max())}"
-    return Plot(caption=_CAPTION, alt=alt, svg=draw(paint, 3.3))
+    caption = _CAPTION.format(*(("Left, h", _RIGHT) if study.set_points else ("H", "")))
+    return Plot(caption=caption, alt=alt, svg=draw(paint, 3.3))
 
 
 def _distribution(axes: Axes, study: GoldenStudy) -> None:
@@ -50,7 +50,9 @@ def _distribution(axes: Axes, study: GoldenStudy) -> None:
     reach = max(float(np.abs(values).max()) * 1.1, 1.05)
     axes.hist(values, bins=np.linspace(-reach, reach, _EDGES).tolist(), color=BLUE)
     axes.axvspan(-1, 1, color=INK, alpha=0.06, linewidth=0)
-    axes.set(title="Shift of each result", xlabel="shift / U", ylabel="runs", xlim=(-reach, reach))
+    axes.set(
+        title="Shift of each result", xlabel="shift / U", ylabel="results", xlim=(-reach, reach)
+    )
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
 
 
