@@ -347,3 +347,12 @@ def test_the_figure_of_a_curve_is_in_the_report_and_as_data_in_the_result(tmp_pa
     assert figure["panels"][0]["series"][1]["x"] == [0, 1, 2, 5]
     page = (run / "report.html").read_text(encoding="utf-8")
     assert "bench.voltage over bench.current: points, curve with its" in page
+
+
+def test_a_slope_in_volts_per_ampere_is_no_statistic_of_readings_and_check_says_what_is(tmp_path):
+    file, station = written(
+        tmp_path, ("statistic: range", "statistic: slope"), ("unit: mV", "unit: V/A")
+    )
+    called = call("check", file, "--station", station)
+    assert called.code == 3
+    assert "a slope over a channel or set-point is a result of the analysis 'curve'" in called.err

@@ -168,7 +168,10 @@ class ReadingsSettings(Settings):
         if result.dimension != unit(si).dimension:
             is_a = f"the {self.statistic} is a {unit(si).dimension}"
             message = f"got '{self.result.unit}', a {result.dimension}; {is_a}"
-            yield ("result", "unit"), message, f"write a unit such as {unit(si).symbol}"
+            hint = f"write a unit such as {unit(si).symbol}"
+            if self.statistic == "slope":
+                hint += "; a slope over a channel or set-point is a result of the analysis 'curve'"
+            yield ("result", "unit"), message, hint
         elif result.offset and self.statistic in DIFFERENCES | (
             {self.statistic} if self.minus else set()
         ):
