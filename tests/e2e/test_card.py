@@ -1,0 +1,66 @@
+"""What the two procedures on the card of the project give: run file, and raw beside compensated."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import h5py
+import numpy as np
+import pytest
+
+from helpers_cli import call
+
+NAMES = ("no_load_inertia_sweep", "starting_torque_1000n")
+TRUTH_NM = 0.7262
+"""The load-induced starting torque of the simulated bearing (Wang et al. 2025)."""
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """Both as they ship, with the commands of the README."""
+    folder = tmp_path_factory.mktemp("card") / "runs"
+    found = {}
+    for name in NAMES:
+        before = set(folder.iterdir()) if folder.exists() else set()
+        called = call("run", name, "--station", "simulated", "--unattended", "--runs", folder)
+        assert called.code == 0, called.err
+        (found[name],) = set(folder.iterdir()) - before
+    return found
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_run_file_has_the_raw_torque_and_angle_of_each_frequency(runs, name):
+    with h5py.File(runs[name] / "run.h5") as file:
+        recordings = file["entry/recordings"]
+        assert len(recordings) == 12
+        for group in recordings.values():
+            channels = {each.attrs.get("name") for each in group.values()}
+            assert {"tester.torque", "tester.angle"} <= channels
+            assert group["time"].shape == (group.attrs["samples"],)
+        slow = recordings["001_1Hz"]
+        (torque,) = (each for each in slow.values() if each.attrs.get("name") == "tester.torque")
+        assert 0.5 < np.abs(torque[()]).max() < 8
+        assert torque.attrs["units"] == "N·m"
+
+
+def test_the_report_compares_raw_and_compensated_torque(runs):
+    document = json.loads((runs[NAMES[1]] / "result.json").read_text(encoding="utf-8"))
+    points = document["points"]
+    raw = [each["raw_peak"]["mean"]["value"] for each in points]
+    assert raw[-1] > 2 * raw[0]  # inertia grows with the square of the frequency
+    compensated = document["decision"]["result"]
+    assert compensated["value"] == pytest.approx(
+        TRUTH_NM, abs=compensated["expanded_uncertainty_95"]
+    )
+    page = (runs[NAMES[1]] / "report.html").read_text(encoding="utf-8")
+    assert "mean raw peak of a swing, and what is left of it" in page  # the figure's caption
+    text = re.sub(r"<[^>]+>", " ", page)
+    for each in (raw[0], raw[-1]):
+        assert f"{each:.3f}" in text
+    assert f"{compensated['value']:.3f}" in text
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_verifies(runs, name):
+    assert call("verify", runs[name]).code == 0
