@@ -63,6 +63,8 @@ _RULE_EXAMPLES = {"published_rejections_hold"}
 _AT_ONCE_DONE = {"stops_when_asked", "is_resumed_or_refuses"}  # it takes no time to be stopped in
 
 NOT_APPLICABLE: dict[tuple[str, str], set[str]] = {
+    ("analysis", "curve"): _UNITS,
+    ("analysis", "equation"): _UNITS,
     ("certificate_format", "html"): _SETTINGS,
     ("certificate_format", "pdf"): {*_SETTINGS, "names_are_escaped"},
     ("report_format", "html"): _SETTINGS,

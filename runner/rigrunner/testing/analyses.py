@@ -164,7 +164,7 @@ def _run(subject: Subject, *, without: str = "", seed: int = 1, widen: float = 1
                 "measures": unit(units[name]).dimension,
                 "serial": "made up",
                 "range": {"max": f"100 {units[name]}"},
-                "accuracy": f"{0.1 * widen:g} % FS",
+                "accuracy": f"{0.1 * widen:g} {'K' if units[name] == 'K' else '% FS'}",
             }
         )
         for name in names
