@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
+from pydantic import Field
+
 from rigrunner.api.settings import ListOf, Settings
 from rigrunner.procedure.analyses import AnalysisRef
 from rigrunner.procedure.analysis_spec import AnalysisSpec
@@ -14,7 +16,7 @@ class AnalysisFile(Settings):
 
     rigrunner: Literal["analysis/1"]
     """What this file is, and its version of the language."""
-    analysis: AnalysisSpec = AnalysisSpec()
+    analysis: AnalysisSpec = Field(default_factory=AnalysisSpec)
     """Of torque."""
     named: ListOf[AnalysisRef] = ()
     """In place of all analyses that name their results; none: they stay."""

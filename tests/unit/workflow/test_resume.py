@@ -250,9 +250,9 @@ def test_a_file_that_was_moved_is_asked_for(killed, tmp_path):
 def test_a_run_that_is_going_on_is_neither_resumed_nor_recovered(killed):
     with run_lock(killed):
         assert is_going_on(killed)
-        with pytest.raises(DataError, match="still going on"):
+        with pytest.raises(DataError, match="still running"):
             take_up(killed)
-        with pytest.raises(DataError, match="still going on"):
+        with pytest.raises(DataError, match="still running"):
             recover(killed, resumable(killed).planned.clock, "A. Jones")
     assert not is_going_on(killed)
     assert not read(killed).info.sealed

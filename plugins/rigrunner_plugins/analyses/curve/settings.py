@@ -149,11 +149,17 @@ class CurveResults(Settings):
         Field(description="of the fit, by its names of them, such as c0 and c1 of a polynomial"),
     ] = Field(default_factory=dict)
     value: OneOrSeveral[ValueAt] = ()
+    """The curve at one x."""
     x_at: OneOrSeveral[XAt] = ()
+    """The x at which the curve takes a y: a calibration used backwards."""
     slope: OneOrSeveral[Slope] = ()
+    """By how much y changes with x."""
     nonlinearity: OneOrSeveral[Nonlinearity] = ()
+    """The greatest deviation from the best straight line."""
     hysteresis: OneOrSeveral[Hysteresis] = ()
+    """The greatest difference of y at one x, falling against rising."""
     zero_return: OneOrSeveral[ZeroReturn] = ()
+    """The y after x came back, less the one before."""
 
     @model_validator(mode="after")
     def _not_empty(self) -> Self:

@@ -139,9 +139,16 @@ def inputs_of(run: RunData, settings: EquationSettings, group: Group) -> Inputs:
     for name, told in settings.constants.items():
         if told.standard_uncertainty:
             found.inputs.append(
-                Input(name, told.value.si, told.standard_uncertainty, told.dof, told.shape,
-                      si_symbol(told.value.dimension), common=True)
-            )  # fmt: skip
+                Input(
+                    name,
+                    told.value.si,
+                    told.standard_uncertainty,
+                    told.dof,
+                    Distribution(told.shape),
+                    si_symbol(told.value.dimension),
+                    common=True,
+                )
+            )
         else:
             found.fixed[name] = told.value.si
     for each in settings.correlations:

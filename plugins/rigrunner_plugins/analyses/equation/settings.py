@@ -22,7 +22,6 @@ from rigrunner.api.member import NAME, Member
 from rigrunner.api.places import Place
 from rigrunner.api.quantity import Quantity
 from rigrunner.api.settings import AnyQuantity, ListOf, Settings, YesNo
-from rigrunner.api.uncertainty import Distribution
 from rigrunner.api.units import QuantityError, unit, with_article
 from rigrunner_plugins.analyses.equation.kinds import TURNS, Kind, KindError, kind_of_node
 from rigrunner_plugins.analyses.equation.text import RESERVED, read
@@ -119,11 +118,9 @@ class ConstantSettings(Settings):
         return self
 
     @property
-    def shape(self) -> Distribution:
-        """How it is distributed."""
-        return Distribution(
-            self.distribution or ("normal" if self.limits is None else "rectangular")
-        )
+    def shape(self) -> str:
+        """How it is distributed: the name of a `Distribution`."""
+        return self.distribution or ("normal" if self.limits is None else "rectangular")
 
     @property
     def standard_uncertainty(self) -> float:
