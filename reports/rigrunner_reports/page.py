@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner_reports.plots.cycles import cycle_values
-from rigrunner_reports.plots.figures import drawn
 from rigrunner_reports.plots.fits import fitted_peaks
 from rigrunner_reports.plots.frequency import over_frequency
 from rigrunner_reports.plots.kinematics import motion
 from rigrunner_reports.plots.recordings import recorded_curves, table_curves
-from rigrunner_reports.plots.results import over_coordinate
+from rigrunner_reports.plots.results import given, over_coordinate
 from rigrunner_reports.plots.swing import compensated_swings, loops, over_phase, recorded_swings
 from rigrunner_reports.view import decision as decided
 from rigrunner_reports.view import headline as head
@@ -180,6 +179,6 @@ def _named(result: Result) -> dict[str, tuple[Plot, ...]]:
         found = [each for each in result.other_results if each.name == name]
         plots[name] = (
             *over_coordinate(found, [part for part in parts if part.named == name]),
-            *(drawn(each) for each in result.figures if each.of == name),
+            *(given(each) for each in result.figures if each.of == name),
         )
     return plots

@@ -38,20 +38,33 @@ def over_coordinate(
     return tuple(_plot(figure, alt) for figure in figures_over(found))
 
 
+def given(figure: Figure) -> Plot:
+    """Return a figure that an analysis gave, drawn."""
+    alt = "; ".join(
+        f"{each.name}: {figure.y} from {min(y):.4g} to {max(y):.4g}"
+        for each in figure.series
+        for y in [[point.y for point in each.points]]
+    )
+    return _drawn(figure, figure.caption or figure.title, alt)
+
+
 def _plot(figure: Figure, alt: str) -> Plot:
     shown = replace(figure, series=tuple(map(_thinned, figure.series)))
+    limits = " The dashed lines are the limits." if figure.has_limits else ""
+    caption = f"{figure.title} over {figure.x.name}. The bars are U for 95 %.{limits}"
+    thinned = THINNED if shown != figure else ""
+    return _drawn(shown, f"{caption}{thinned}", alt)
 
+
+def _drawn(figure: Figure, caption: str, alt: str) -> Plot:
     def paint_with_legend(canvas: Canvas) -> None:
         axes = canvas.subplots()
-        paint(axes, shown)
+        paint(axes, figure)
         handles, labels = axes.get_legend_handles_labels()
         if len(labels) > 1:
             canvas.legend(handles, labels, loc="outside upper center", ncols=min(len(labels), 4))
 
-    limits = " The dashed lines are the limits." if figure.has_limits else ""
-    caption = f"{figure.title} over {figure.x.name}. The bars are U for 95 %.{limits}"
-    thinned = THINNED if shown != figure else ""
-    return Plot(f"{caption}{thinned}", alt, draw(paint_with_legend, 3.0))
+    return Plot(caption, alt, draw(paint_with_legend, 3.0))
 
 
 def _thinned(series: Series) -> Series:

@@ -39,16 +39,22 @@ class Series:
     name: str
     """'' for the only one."""
     points: tuple[Point, ...]
+    is_line: bool = False
+    """Whether it is a curve, with U as a band; else its points are measured, with U as bars."""
 
 
 @dataclass(frozen=True)
 class Figure:
-    """Series over one coordinate."""
+    """Series over one coordinate, drawn alike by report, panel and notebook."""
 
     title: str
     x: Axis
     y: Axis
     series: tuple[Series, ...]
+    of: str = ""
+    """The name of the result with which an analysis gives it."""
+    caption: str = ""
+    """What it shows, in a sentence; '' where its title says it."""
 
     @property
     def has_limits(self) -> bool:

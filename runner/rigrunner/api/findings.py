@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import Check, Component
     from rigrunner.api.coordinates import CoordinateValue
     from rigrunner.api.data import Estimate, RunData
+    from rigrunner.api.figures import Figure
     from rigrunner.api.measurand import MeasurandKind
 
 
@@ -92,40 +93,6 @@ class Table:
     columns: tuple[str, ...]
     """What each holds, with its unit where it has one: 'u / mm'."""
     rows: tuple[tuple[float | str, ...], ...]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Series:
-    """Values over x, of one length."""
-
-    name: str
-    x: tuple[float, ...]
-    y: tuple[float, ...]
-    U: tuple[float, ...] = ()
-    """Expanded, for 95 %: bars of points, the band of a line; () for none."""
-    line: bool = False
-    """Whether it is a line; else its points are shown each by itself."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Panel:
-    """A part of a figure, with its own y."""
-
-    y: str
-    """What it is, with its unit: 'U / V'."""
-    series: tuple[Series, ...]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Figure:
-    """A figure as data: panels over one x, drawn by the report and by whoever reads it."""
-
-    of: str
-    """The name of the result with which it stands."""
-    caption: str
-    x: str
-    """What it is, with its unit: 'I / A'."""
-    panels: tuple[Panel, ...]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import Check, Compensation, Component, Curve, PeakPoint
     from rigrunner.api.data import Estimate, Measurement, Points, RunData
-    from rigrunner.api.findings import Figure, Formula, MeasurementResult, Table
+    from rigrunner.api.figures import Figure
+    from rigrunner.api.findings import Formula, MeasurementResult, Table
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.validation import Validation
     from rigrunner.api.verdict import Decision, LaterDecision, LimitDecision, Verdict

@@ -39,9 +39,13 @@ def results(figures: Sequence[Figure]) -> Plot:
 
 
 def paint(axes: Axes, figure: Figure) -> None:
-    """Draw a figure: points with U as bars, limits as dashed lines; what misses them is crossed."""
+    """Draw a figure: points with U as bars, curves with U as a band, limits as dashed lines.
+
+    What misses its limits is crossed.
+    """
+    has_curve = any(each.is_line for each in figure.series)
     for each in figure.series[:MOST_LINES]:
-        _paint(axes, each)
+        _paint(axes, each, joined=not has_curve)
     points = [point for series in figure.series for point in series.points]
     for x, limits in limit_lines((each.x, each.lower, each.upper) for each in points):
         if x:
@@ -73,11 +77,17 @@ def limit_lines(
             yield from (([], [value]) for value in values)
 
 
-def _paint(axes: Axes, series: Series) -> None:
+def _paint(axes: Axes, series: Series, *, joined: bool) -> None:
     points = series.points
     x, y = _column(points, "x"), _column(points, "y")
     color = BLUE if not axes.lines else None
-    (line,) = axes.plot(x, y, "-", color=color, linewidth=1.0, alpha=0.6)
+    if series.is_line:
+        (line,) = axes.plot(x, y, color=color, label=series.name)
+        half = np.nan_to_num(_column(points, "U"))
+        axes.fill_between(x, y - half, y + half, color=line.get_color(), alpha=0.15, linewidth=0)
+        return
+    style = "-" if joined else "none"
+    (line,) = axes.plot(x, y, linestyle=style, color=color, linewidth=1.0, alpha=0.6)
     bars = np.nan_to_num(_column(points, "U"))
     label = series.name or "result"
     axes.errorbar(x, y, yerr=bars, fmt="o", color=line.get_color(), ecolor=GREY, label=label)

@@ -356,14 +356,21 @@ def test_the_figure_has_points_curve_band_and_residuals():
     y = 1 + 0.01 * celsius + np.array([1, -1, 0, -1, 1]) * 1e-3
     told = {"slope": {"name": "slope", "unit": "V/K"}}
     run = run_of(rows(celsius + 273.15, y, over="room.air"), EXACT)
-    (figure,) = findings(run, told, over="room.air").figures
-    assert (figure.of, figure.x) == ("slope", "room.air / °C")
-    upper, lower = figure.panels
+    upper, lower = findings(run, told, over="room.air").figures
+    assert (upper.of, str(upper.x), lower.of, lower.x) == (
+        "slope",
+        "room.air / °C",
+        "slope",
+        upper.x,
+    )
     curve, points = upper.series
-    assert points.x == pytest.approx(celsius)
-    assert points.y == pytest.approx(y)
+    assert (curve.is_line, points.is_line) == (True, False)
+    assert [each.x for each in points.points] == pytest.approx(celsius)
+    assert [each.y for each in points.points] == pytest.approx(y)
     residuals = y - np.polyval(np.polyfit(celsius, y, 1), celsius)
-    assert lower.series[1].y == pytest.approx(residuals, abs=1e-12)
+    left = [each.y for each in lower.series[1].points]
+    assert left == pytest.approx(residuals, abs=1e-12)
     s = sqrt(residuals @ residuals / 3)
     at_end = s * sqrt(1 / 5 + 50**2 / 6250)  # of the mean, and of the slope 50 K from it
-    assert curve.U[0] == pytest.approx(3.182446 * at_end, rel=1e-6)  # Student's t for 3, 95 %
+    width = curve.points[0].U
+    assert width == pytest.approx(3.182446 * at_end, rel=1e-6)  # Student's t for 3, 95 %

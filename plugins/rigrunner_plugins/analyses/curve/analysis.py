@@ -24,7 +24,7 @@ from rigrunner.signal.coverage import excess_kurtosis
 from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.analyses.curve import derived
 from rigrunner_plugins.analyses.curve.derived import Derived, Fitted, OutOfRangeError
-from rigrunner_plugins.analyses.curve.figure import figure_of
+from rigrunner_plugins.analyses.curve.figure import figures_of
 from rigrunner_plugins.analyses.curve.points import sources
 from rigrunner_plugins.analyses.curve.settings import (
     BothWays,
@@ -40,7 +40,8 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import Fit
     from rigrunner.api.data import RunData
-    from rigrunner.api.findings import Figure, ResultDefinition
+    from rigrunner.api.figures import Figure
+    from rigrunner.api.findings import ResultDefinition
     from rigrunner.api.reading_errors import ReadingError
     from rigrunner_plugins.analyses.curve.points import Source, Values
     from rigrunner_plugins.analyses.curve.settings import CurveSettings
@@ -69,7 +70,7 @@ class CurveAnalysis:
             found = tuple(one.results(checks, notes))
             results += found
             if found and len(self.settings.over) == 1:
-                figures.append(one.figure(found[0].name))
+                figures.extend(one.figures(found[0].name))
         order = {each.name: place for place, each in enumerate(self.settings.yields())}
         results.sort(key=lambda each: order[each.name])
         return Findings(
@@ -117,11 +118,11 @@ class _OneCurve:
             lines = [(each, *effects[place]) for each, effects in errors]
             yield self._result(definition, told, value, lines)
 
-    def figure(self, of: str) -> Figure:
-        """Return the figure of the curve, which stands with a result."""
+    def figures(self, of: str) -> tuple[Figure, ...]:
+        """Return the figures of the curve, which stand with a result."""
         fitted = self._fitted(self.source.values)
         over = next(iter(self.settings.over.values()))
-        return figure_of(fitted, of, over, self.settings.of, self._place)
+        return figures_of(fitted, of, over, self.settings.of, self._place)
 
     def _correlations(self, fitted: Fitted) -> Iterator[str]:
         """Yield the correlation of each two parameters that are stated (GUM H.3.3)."""

@@ -1,4 +1,4 @@
-"""The figure of a curve: its points, the curve with its band, and what is left over."""
+"""The figures of a curve: its points with the curve and its band, and the residuals."""
 
 from __future__ import annotations
 
@@ -7,19 +7,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.data import Estimate
-from rigrunner.api.findings import Figure, Panel, Series
+from rigrunner.api.figures import Axis, Figure, Point, Series
 from rigrunner.api.units import unit
 from rigrunner.signal.coverage import factor
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rigrunner.api.data import Array
     from rigrunner_plugins.analyses.curve.derived import Fitted
 
 SAMPLES = 100
 
 
-def figure_of(fitted: Fitted, of: str, x: str, y: str, place: str) -> Figure:
-    """Return the figure of a curve over one regressor; it stands with the result `of`.
+def figures_of(fitted: Fitted, of: str, x: str, y: str, place: str) -> tuple[Figure, Figure]:
+    """Return the curve over one regressor, and its residuals; they stand with the result `of`.
 
     The band is the coverage interval of the curve for 95 %, by the scatter about it.
     """
@@ -31,39 +33,46 @@ def figure_of(fitted: Fitted, of: str, x: str, y: str, place: str) -> Figure:
     k = factor(Estimate(0.0, 1.0, dof if dof > 0 else float("inf")))
     at = _numbers(values.x[:, 0] + values.origin, x_unit)
     over = _numbers(grid + values.origin, x_unit)
-    band = tuple((k * u / unit(y_unit).factor).tolist())
+    band = (k * u / unit(y_unit).factor).tolist()
     left = values.y - fitted.at(values.x[:, 0])[0]
-    return Figure(
-        of=of,
-        caption=f"{y} over {x}{place}: points, curve with its 95 % band, and residuals.",
-        x=_axis(x, x_unit),
-        panels=(
-            Panel(
-                y=_axis(y, y_unit),
-                series=(
-                    Series(name="curve", x=over, y=_numbers(line, y_unit), U=band, line=True),
-                    Series(name="points", x=at, y=_numbers(values.y, y_unit)),
-                ),
-            ),
-            Panel(
-                y=_axis("residual", "K" if y_unit == "°C" else y_unit),
-                series=(
-                    Series(name="curve", x=over, y=(0.0,) * SAMPLES, U=band, line=True),
-                    Series(name="residuals", x=at, y=tuple(left.tolist())),
-                ),
-            ),
+    along = Axis(x, x_unit)
+    curve = Figure(
+        title=f"{y} over {x}{place}",
+        x=along,
+        y=Axis(y, y_unit),
+        series=(
+            Series("curve", _points(over, _numbers(line, y_unit), band), is_line=True),
+            Series("points", _points(at, _numbers(values.y, y_unit))),
         ),
+        of=of,
+        caption=f"{y} over {x}{place}: points, and the curve with its 95 % band.",
     )
+    residuals = Figure(
+        title=f"residuals of {y}{place}",
+        x=along,
+        y=Axis("residual", "K" if y_unit == "°C" else y_unit),
+        series=(
+            Series("curve", _points(over, [0.0] * SAMPLES, band), is_line=True),
+            Series("residuals", _points(at, left.tolist())),
+        ),
+        of=of,
+        caption=f"Residuals of {y} over {x}{place}, within the curve's 95 % band.",
+    )
+    return curve, residuals
+
+
+def _points(
+    x: Sequence[float], y: Sequence[float], band: Sequence[float] | None = None
+) -> tuple[Point, ...]:
+    if band is None:
+        return tuple(map(Point, x, y))
+    return tuple(map(Point, x, y, band))
 
 
 def _shown(si: str) -> str:
     return "°C" if unit(si).dimension == "temperature" else si
 
 
-def _numbers(si: Array, symbol: str) -> tuple[float, ...]:
+def _numbers(si: Array, symbol: str) -> list[float]:
     shown = unit(symbol)
-    return tuple(((si - shown.offset) / shown.factor).tolist())
-
-
-def _axis(name: str, symbol: str) -> str:
-    return name if symbol == "1" else f"{name} / {symbol}"
+    return list(((si - shown.offset) / shown.factor).tolist())
