@@ -86,6 +86,15 @@ def test_a_channel_that_no_step_measures_and_one_without_a_register_entry(tmp_pa
     assert "bench.ripple enters the result 'noise', which has a limit" in called.err
 
 
+def test_a_limit_of_a_refused_analysis_is_no_second_mistake(tmp_path):
+    limited = PROCEDURE.replace("MODEL", "r / U").replace("bench.ripple}", "of.bench.ripple}") + (
+        "acceptance: {rule: simple, limits: [{of: noise, worst: yes, max: 1 %, source: a}]}\n"
+    )
+    called = call("check", *_with_station(tmp_path, limited))
+    assert "'of.bench.ripple' is not of the form role.name" in called.err
+    assert "there is no result" not in called.err
+
+
 def _with_station(folder, procedure):
     file, station = written(folder, procedure=procedure)
     return file, "--station", station
