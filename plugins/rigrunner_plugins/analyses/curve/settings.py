@@ -18,6 +18,10 @@ from rigrunner_plugins.analyses.settings import Per, ResultSettings, ValueName, 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from pydantic import GetJsonSchemaHandler
+    from pydantic.json_schema import JsonSchemaValue
+    from pydantic_core import CoreSchema
+
     from rigrunner.api.findings import Objection
     from rigrunner.api.quantity import Quantity
 
@@ -31,7 +35,19 @@ def _several(value: object) -> object:
     return value if isinstance(value, list | tuple) else [value]
 
 
-OneOrSeveral = Annotated[tuple[Item, ...], BeforeValidator(_several), Field(strict=False)]
+class _OneToo:
+    """In the schema of a list: one of its items may stand alone."""
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        listed = handler(core)
+        return {"anyOf": [listed["items"], listed]}
+
+
+OneOrSeveral = Annotated[
+    tuple[Item, ...], BeforeValidator(_several), Field(strict=False), _OneToo()
+]
 """One, or a list of them."""
 
 
