@@ -343,10 +343,12 @@ def test_the_figure_of_a_curve_is_in_the_report_and_as_data_in_the_result(tmp_pa
     called = call("run", files[0], "--station", files[1], "--unattended", "--runs", tmp_path / "r")
     assert called.code == 0, called.err
     (run,) = (tmp_path / "r").iterdir()
-    (figure,) = json.loads((run / "result.json").read_text(encoding="utf-8"))["figures"]
-    assert figure["panels"][0]["series"][1]["x"] == [0, 1, 2, 5]
+    curve, residuals = json.loads((run / "result.json").read_text(encoding="utf-8"))["figures"]
+    for figure in (curve, residuals):
+        assert [point["x"] for point in figure["series"][1]["points"]] == [0, 1, 2, 5]
     page = (run / "report.html").read_text(encoding="utf-8")
-    assert "bench.voltage over bench.current: points, curve with its" in page
+    assert "bench.voltage over bench.current: points, and the curve with its" in page
+    assert "Residuals of bench.voltage over bench.current" in page
 
 
 def test_a_slope_in_volts_per_ampere_is_no_statistic_of_readings_and_check_says_what_is(tmp_path):
