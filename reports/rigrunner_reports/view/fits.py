@@ -91,7 +91,7 @@ def _candidates(candidates: Sequence[Candidate]) -> tuple[CandidateView, ...]:
     )
 
 
-RIG = "The rig\N{RIGHT SINGLE QUOTATION MARK}s part"
+RIG = "No-load torque"
 SECTIONS = (
     Section("rig", RIG, 20, lambda _, page: page.fits and not page.methods),
     Section("rig", RIG, 60, lambda _, page: page.fits and page.methods),
