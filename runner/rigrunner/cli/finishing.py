@@ -49,7 +49,7 @@ def _tell_error(finished: FinishedRun) -> None:
     elif not finished.sealed:
         name = _called(finished.folder)
         message(
-            f"It is not sealed: once that is fixed, 'rigrunner resume {name}' goes on with it,"
+            f"It is not sealed. Fix the cause; then 'rigrunner resume {name}' resumes the run,"
             f" and 'rigrunner recover {name}' closes it as it is."
         )
     for text in finished.passed_over:

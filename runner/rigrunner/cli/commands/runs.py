@@ -40,9 +40,7 @@ def command(runs: Path, *, as_json: bool) -> None:
 def _tell_interrupted(names: list[str]) -> None:
     if names:
         message(f"Interrupted: {', '.join(names)}.")
-        message(
-            "  'rigrunner resume RUN' goes on with it, 'rigrunner recover RUN' closes it as it is."
-        )
+        message("  'rigrunner resume RUN' resumes it, 'rigrunner recover RUN' closes it as it is.")
 
 
 def _row(run: ListedRun) -> list[str]:

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 
 AFTER_LOSS = (
-    "look at the rig first; then 'rigrunner resume' goes on with the run,"
+    "look at the rig first; then 'rigrunner resume' resumes the run,"
     " or 'rigrunner recover' closes it as it is"
 )
 AFTER_EARLY_LOSS = (
