@@ -31,7 +31,7 @@ from rigrunner.clock import SimulatedClock
 settings.register_profile("busy", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("busy")
 
-pytest_plugins = ["rigrunner.testing.pytest_plugin"]
+pytest_plugins = ["rigrunner_testing.pytest_plugin"]
 
 
 @pytest.fixture(autouse=True)

@@ -6,7 +6,7 @@ A check that quietly stops to apply would prove nothing any more, and nobody wou
 from __future__ import annotations
 
 from rigrunner.registry import load_registry
-from rigrunner.testing import checks, conform
+from rigrunner_testing import checks, conform
 
 REGISTRY = load_registry()
 _UNITS = {"wrong_unit_refused"}  # it has no settings with units

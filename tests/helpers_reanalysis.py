@@ -7,9 +7,9 @@ import threading
 from dataclasses import replace
 
 from rigrunner.jobs import InProcess
-from rigrunner.workflow.reanalysis.batch import Batch
-from rigrunner.workflow.reanalysis.changes import Changes
-from rigrunner.workflow.reanalysis.selection import choose
+from rigrunner_fleet.reanalysis.batch import Batch
+from rigrunner_fleet.reanalysis.changes import Changes
+from rigrunner_fleet.reanalysis.selection import choose
 
 
 def lab_of(folder, finished, copies=3):

@@ -6,7 +6,7 @@ from contextlib import closing
 from datetime import UTC, datetime, timedelta
 
 from helpers_archive import estimate, result_document, store_run
-from rigrunner.archive import index, open_archive
+from rigrunner_fleet.archive import index, open_archive
 
 FIRST_DAY = datetime(2026, 1, 1, 12, tzinfo=UTC)
 

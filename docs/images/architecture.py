@@ -10,6 +10,7 @@ writes `images/architecture.svg`, and the tables of `architecture.md` below its 
 from __future__ import annotations
 
 import ast
+import re
 import sys
 import tomllib
 from dataclasses import dataclass
@@ -23,14 +24,14 @@ GUESTS = {
     "rigrunner_plugins": ROOT / "plugins/rigrunner_plugins",
     "rigrunner_reports": ROOT / "reports/rigrunner_reports",
 }
+ABOVE = "rigrunner_"
+"""How the packages of the runner begin that stand on its core."""
 MARK = "<!-- below: made by docs/images/architecture.py -->\n"
 ROOMS = "## Rooms inside the packages\n"
 WIDTH, BAND, BOX, LEFT = 1180, 78, 34, 16
 GUESTS_X = 1000  # where the column of plugins and reports begins
 INSIDE = GUESTS_X - 40 - LEFT
 ASIDE = {
-    "panel": 0.16, "testing": 0.36, "notebook": 0.91, "study": 0.405, "golden": 0.585,
-    "monitoring": 0.765, "archive": 0.74,
     "tape": 0.19, "engine": 0.24, "procedure": 0.3, "station": 0.13, "interlock": 0.13,
     "spreadsheet": 0.1, "signal": 0.31, "ending": 0.52, "blas": 0.72, "printable": 0.917,
 }  # fmt: skip
@@ -67,16 +68,20 @@ class Package:
 
 
 def floors() -> list[list[str]]:
-    """Return the layers of the contract, the top first."""
+    """Return the layers of the contracts, the top first: packages on the core, and the core's."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     contracts = project["tool"]["importlinter"]["contracts"]
-    (layers,) = (each["layers"] for each in contracts if each["type"] == "layers")
-    return [layer.split(" : ") for layer in layers]
+    layers = (each["layers"] for each in contracts if each["type"] == "layers")
+    return [re.split(r" [:|] ", layer) for each in layers for layer in each if layer != "rigrunner"]
 
 
 def packages() -> dict[str, Package]:
     """Return all parts of rigrunner by name, and the plugins and reports that ship."""
-    own = {name: Package(name, OURS / name) for floor in floors() for name in floor}
+    own = {
+        name: Package(name, (OURS.parent if name.startswith(ABOVE) else OURS) / name)
+        for floor in floors()
+        for name in floor
+    }
     return own | {name: Package(name, path) for name, path in GUESTS.items()}
 
 
@@ -159,7 +164,11 @@ def _dotted(room: Path, part: Package) -> str:
 
 def _beside(room: Path) -> list[str]:
     """Return the names of the rooms with the same parent that a room imports."""
-    root = next(each for each in (OURS, *GUESTS.values()) if room.is_relative_to(each)).parent
+    root = next(
+        each
+        for each in (OURS.parent, ROOT / "plugins", ROOT / "reports")
+        if room.is_relative_to(each)
+    )
     parent = ".".join(room.parent.relative_to(root).parts) + "."
     beside = {each.parent.name for each in room.parent.glob("*/__init__.py")} - {room.name}
     used = {
@@ -177,7 +186,8 @@ def _tree(path: Path) -> ast.Module:
 
 
 def _imported(tree: ast.Module) -> set[str]:
-    parts = {name.split(".")[1] for name in _names(tree) if name.startswith("rigrunner.")}
+    names = [name.split(".") for name in _names(tree) if name.startswith("rigrunner")]
+    parts = {name[0] if name[0].startswith(ABOVE) else name[1] for name in names if len(name) > 1}
     return {part for part in parts if not part.startswith("__v")}  # __version__ is a text
 
 

@@ -94,8 +94,8 @@ def public_modules() -> list[Module]:
 
 
 def kit() -> tuple[Module, list[Name]]:
-    """Return `rigrunner.testing`, and what it exports from wherever it is defined."""
-    package = Module(SOURCE / "rigrunner/testing/__init__.py")
+    """Return `rigrunner_testing`, and what it exports from wherever it is defined."""
+    package = Module(SOURCE / "rigrunner_testing/__init__.py")
     return package, package.names
 
 

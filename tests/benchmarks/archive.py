@@ -42,14 +42,14 @@ from benchmarks.frame import (
 from helpers_archive import has_postgresql, postgresql_server, result_document
 from helpers_cli import call
 from helpers_many_runs import make_many, template
-from rigrunner.archive import index, open_archive, query
+from rigrunner_fleet.archive import index, open_archive, query
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from contextlib import AbstractContextManager
 
     from benchmarks.frame import Scale
-    from rigrunner.archive.database import Database
+    from rigrunner_fleet.archive.database import Database
 
     Raw = Callable[[Database], AbstractContextManager[Callable[[str], object]]]
 

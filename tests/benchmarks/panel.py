@@ -26,10 +26,10 @@ from helpers_panel import INPUTS, Screen, ready, rig_process, served
 from helpers_workflow import quick_procedure, run, station_file
 from rigrunner.api.events import RunStarted, StepEnded, StepStarted
 from rigrunner.clock import SimulatedClock
-from rigrunner.panel.live.story import Story
-from rigrunner.panel.process.news import Curve, Happened, Planned
-from rigrunner.panel.view.board import Board
-from rigrunner.panel.view.sections import JobView, PlanView, StepView
+from rigrunner_panel.live.story import Story
+from rigrunner_panel.process.news import Curve, Happened, Planned
+from rigrunner_panel.view.board import Board
+from rigrunner_panel.view.sections import JobView, PlanView, StepView
 
 LOADED = "starting_torque_1000n.yaml"
 

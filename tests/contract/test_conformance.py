@@ -16,7 +16,7 @@ from helpers_conformance import (
 from helpers_lacking import require_pdf
 from rigrunner.api.errors import PluginError
 from rigrunner.registry import load_registry
-from rigrunner.testing import checks, subject
+from rigrunner_testing import checks, subject
 
 pytestmark = pytest.mark.figures
 

@@ -14,8 +14,8 @@ import pytest
 
 from helpers_cli import call
 from rigrunner.registry import load_registry, with_drop_ins
-from rigrunner.testing import State, checks, examine, subject
 from rigrunner.workflow.new_plugin import NewPlugin
+from rigrunner_testing import State, checks, examine, subject
 
 SIMULATOR = "    simulator = SimulatedSpring\n"
 GET = '        return float(self.ask(f"{channel.upper()}?"))\n'
@@ -460,7 +460,7 @@ def test_one_mistake_in_any_other_plugin_is_one_failure(word, mistake, tmp_path)
 
 
 def test_a_call_that_never_comes_back_is_one_failure_with_its_line(tmp_path, monkeypatch):
-    monkeypatch.setattr(import_module("rigrunner.testing.examine"), "RELEASE_S", 0.3)
+    monkeypatch.setattr(import_module("rigrunner_testing.examination"), "RELEASE_S", 0.3)
     waits = [
         ("from rigrunner.api.devices", "import time\n\nfrom rigrunner.api.devices"),
         (GET, "        while True:\n            time.sleep(0.01)\n"),

@@ -13,10 +13,10 @@ from helpers_any_quantity import PROCEDURE, STATION, written
 from helpers_certificate import make_letterhead
 from helpers_cli import call
 from rigrunner.api.events import Outcome
-from rigrunner.panel.view.of_result import finished_view
 from rigrunner.registry import load_registry
 from rigrunner.workflow.finish import FinishedRun
 from rigrunner.workflow.stored import analyse_run
+from rigrunner_panel.view.of_result import finished_view
 
 U_READING = 0.002 / sqrt(3)
 K_RECTANGLE = 0.95 * sqrt(3)

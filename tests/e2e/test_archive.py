@@ -13,7 +13,7 @@ import pytest
 
 from helpers_archive import result_document, store_run
 from helpers_cli import call
-from rigrunner.archive import index, open_archive
+from rigrunner_fleet.archive import index, open_archive
 
 
 @pytest.fixture(scope="module")

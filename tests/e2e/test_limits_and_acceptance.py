@@ -10,9 +10,9 @@ import pytest
 from helpers_cli import call
 from helpers_workflow import START, quick_procedure, run
 from rigrunner.api.errors import ExitCode
-from rigrunner.archive.run_facts import read_facts
 from rigrunner.clock import SimulatedClock
 from rigrunner.runfile.scan import run_folders
+from rigrunner_fleet.archive.run_facts import read_facts
 
 pytestmark = pytest.mark.thorough
 

@@ -24,7 +24,7 @@ from helpers_docs import ROOT
 
 VERSION = "9.8.7"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-PACKAGES = ("runner/rigrunner", "plugins/rigrunner_plugins", "reports/rigrunner_reports")
+PACKAGES = ("runner", "plugins", "reports")
 OF_THIS_MACHINE = (
     ".git", ".venv", "__pycache__", "*.pyc", ".*_cache", ".hypothesis", "*.egg-info",
     "runs", "rigrunner-demo", "dist", "build", "artefacts",

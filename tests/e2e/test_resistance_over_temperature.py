@@ -11,8 +11,8 @@ import pytest
 
 from helpers_cli import call
 from rigrunner.api.errors import UsageError
-from rigrunner.notebook import analyse, open_run
 from rigrunner.workflow.locate import find_procedure
+from rigrunner_fleet.notebook import analyse, open_run
 from rigrunner_plugins.loopback.chamber import DEVIATION_K, platinum, running_chamber
 
 pytestmark = pytest.mark.in_real_time

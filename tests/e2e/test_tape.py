@@ -16,8 +16,8 @@ from helpers_workflow import quick_procedure
 from rigrunner.api.errors import DeviceRejectedError, ExitCode
 from rigrunner.runfile import read
 from rigrunner.tape import RecordedTape
-from rigrunner.testing import replayed
 from rigrunner_plugins.loopback.bench import running_bench
+from rigrunner_testing import replayed
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the load cell needs a pty")
 TWO = ("[8 Hz, 15 Hz, 20 Hz, 25 Hz, 35 Hz]", "[20 Hz, 25 Hz]")

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from rigrunner.api.errors import DataError
-from rigrunner.trends.capability import capability, one_sided, smaller, two_sided
+from rigrunner_fleet.trends.capability import capability, one_sided, smaller, two_sided
 
 
 def test_the_interval_of_cp():

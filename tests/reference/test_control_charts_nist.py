@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rigrunner.trends.charts import ewma, individuals
+from rigrunner_fleet.trends.charts import ewma, individuals
 
 FLOW_RATES = (49.6, 47.6, 49.9, 51.3, 47.8, 51.2, 52.6, 52.4, 53.6, 52.1)
 EWMA_VALUES = (

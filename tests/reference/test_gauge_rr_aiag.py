@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from rigrunner.api.errors import DataError
-from rigrunner.trends.gauge_rr import gauge_rr
+from rigrunner_fleet.trends.gauge_rr import gauge_rr
 
 APPRAISERS = (
     (

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rigrunner.trends.gauge_rr import gauge_rr
+from rigrunner_fleet.trends.gauge_rr import gauge_rr
 
 READINGS = np.array([
     [[37, 38, 37], [41, 41, 40], [41, 42, 41]],

@@ -46,6 +46,7 @@ def test_every_package_has_its_box_and_no_arrow_goes_up():
     there = {path.stem for path in (ROOT / "runner/rigrunner").glob("*.py")} | {
         path.parent.name for path in (ROOT / "runner/rigrunner").glob("*/__init__.py")
     }
+    there |= {path.parent.name for path in (ROOT / "runner").glob("rigrunner_*/__init__.py")}
     assert set(floor_of) == there - {"__init__"}
     arrows = made["arrows"](made["packages"]())
     for start, end in arrows:
@@ -60,7 +61,11 @@ def test_plugins_and_reports_may_import_api_and_signal_alone():
         for contract in rules["importlinter"]["contracts"]
         if contract["name"].endswith("only rigrunner.api, rigrunner.signal and rigrunner.plots")
     )
-    floors = {f"rigrunner.{name}" for row in made["floors"]() for name in row}
+    floors = {
+        name if name.startswith("rigrunner_") else f"rigrunner.{name}"
+        for row in made["floors"]()
+        for name in row
+    }
     assert kept_out == floors - {"rigrunner.api", "rigrunner.signal", "rigrunner.plots"}
 
 
@@ -88,15 +93,15 @@ def test_imports_are_read_as_python_reads_them(tmp_path):
     (tmp_path / "part.py").write_text(
         "import rigrunner.engine\nfrom rigrunner.plan import a\nfrom rigrunner import rig\n"
         "from rigrunner import __version__\nimport numpy\n"
-        "def late():\n    from rigrunner.panel.web import b\n"
+        "def late():\n    from rigrunner_panel.web import b\n"
     )
     part = made["Package"]("part", tmp_path / "part")
-    assert part.imports == {"engine", "plan", "rig", "panel"}
+    assert part.imports == {"engine", "plan", "rig", "rigrunner_panel"}
 
 
 def test_a_room_hands_out_what_others_use_and_no_more():
-    """Of `api`, `testing` and `notebook` the users are plugins and notebooks of others."""
-    public = ("rigrunner.api", "rigrunner.testing", "rigrunner.notebook")
+    """Of `api`, the kit and notebooks the users are plugins and notebooks of others."""
+    public = ("rigrunner.api", "rigrunner_testing", "rigrunner_fleet.notebook")
     used, handed_out = set(), {}
     for folder in ("runner", "plugins", "reports", "tests"):
         for path in (ROOT / folder).rglob("*.py"):
@@ -136,7 +141,7 @@ def test_what_silences_a_check_says_why():
 
 def test_a_room_is_listed_with_the_rooms_that_it_uses():
     rows = made["rooms_table"]().splitlines()
-    jobs = next(row for row in rows if row.startswith("| `panel.jobs` |"))
+    jobs = next(row for row in rows if row.startswith("| `rigrunner_panel.jobs` |"))
     assert jobs.endswith("| `live`, `process`, `view` |")
     assert any(row.startswith("| `rigrunner_plugins.devices.visa` |") for row in rows)
 

@@ -3,33 +3,61 @@
 from __future__ import annotations
 
 import difflib
+from functools import cached_property
 from importlib import import_module
 from keyword import iskeyword
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from rigrunner.cli.brought import Commands
 from rigrunner.cli.output import result
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
 
 class LazyGroup(click.Group):
     """Commands in groups, with their line of help; each lives in `<package>.<name>` as `command`.
 
-    The lines of help stand here, not in the modules, so that `--help` imports none of them. The
-    module of a name with a hyphen has an underscore there; that of a name which Python keeps for
-    itself, such as `import`, one at its end.
+    The lines of help stand beside the modules, not in them, so that `--help` imports none of them.
+    The module of a name with a hyphen has an underscore there; that of a name which Python keeps
+    for itself, such as `import`, one at its end. What others bring is looked up only for other
+    commands: a name that is taken stays with who has it.
     """
 
     def __init__(
-        self, *, package: str, groups: Mapping[str, Mapping[str, str]], **settings: Any
+        self,
+        *,
+        own: Commands,
+        brought: Callable[[], Iterable[Commands]] = tuple,
+        **settings: Any,
     ) -> None:
         super().__init__(**settings)
-        self.package = package
-        self.groups = groups
-        self.summaries = {name: line for group in groups.values() for name, line in group.items()}
+        self.own = own
+        self._brought = brought
+
+    @cached_property
+    def sources(self) -> tuple[Commands, ...]:
+        """Its own commands, and those that others bring."""
+        return (self.own, *self._brought())
+
+    @cached_property
+    def groups(self) -> dict[str, dict[str, str]]:
+        """The line of help of each command by its name, by the title of its group."""
+        groups: dict[str, dict[str, str]] = {}
+        taken: set[str] = set()
+        for source in self.sources:
+            for title, commands in source.groups.items():
+                new = {name: line for name, line in commands.items() if name not in taken}
+                groups.setdefault(title, {}).update(new)
+            taken |= source.names
+        return {title: group for title, group in groups.items() if group}
+
+    @property
+    def summaries(self) -> dict[str, str]:
+        """The line of help of each command by its name, in the order in which help has them."""
+        return {name: line for group in self.groups.values() for name, line in group.items()}
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002  (click's signature)
         """Return the names in the order in which a newcomer needs them."""
@@ -37,10 +65,14 @@ class LazyGroup(click.Group):
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002  (click's signature)
         """Import and return one command; None if there is none of that name."""
-        if cmd_name not in self.summaries:
+        if cmd_name in self.own.names:
+            source = self.own
+        else:
+            source = next((each for each in self.sources if cmd_name in each.names), self.own)
+        if cmd_name not in source.names:
             return None
         module = cmd_name.replace("-", "_") + ("_" if iskeyword(cmd_name) else "")
-        command = import_module(f"{self.package}.{module}").command
+        command = import_module(f"{source.package}.{module}").command
         assert isinstance(command, click.Command)  # noqa: S101  (narrows what import_module gives)
         return command
 
@@ -48,7 +80,7 @@ class LazyGroup(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command that is meant; an unknown one is a UsageError with a suggestion."""
-        if args[0] in self.summaries:
+        if args[0] in self.own.names or args[0] in self.summaries:
             return super().resolve_command(ctx, args)
         near = difflib.get_close_matches(args[0], self.summaries, n=1, cutoff=0.5)
         hint = f" Did you mean '{near[0]}'?" if near else ""
@@ -80,8 +112,7 @@ def lazy_group(name: str, package: str, summaries: Mapping[str, str], text: str)
         name=name,
         cls=LazyGroup,
         invoke_without_command=True,
-        package=package,
-        groups={"Commands": summaries},
+        own=Commands(package, {"Commands": summaries}),
         help=text,
     )
     @click.pass_context

@@ -10,6 +10,7 @@ import click
 from rigrunner import __version__
 from rigrunner.blas import ONE_THREAD
 from rigrunner.cli.boundary import run_command
+from rigrunner.cli.brought import Commands, brought
 from rigrunner.cli.completing import VARIABLE, complete
 from rigrunner.cli.lazy import LazyGroup
 from rigrunner.cli.output import result
@@ -27,7 +28,6 @@ COMMANDS = {
         "run": "Run a procedure on a station.",
         "resume": "Resume an interrupted run.",
         "recover": "Close an interrupted run as it is, or salvage a damaged one.",
-        "panel": "Open the operator panel in a browser.",
         "demo": "Run both procedures on the simulated rig and write the report.",
     },
     "Prepare": {
@@ -60,31 +60,23 @@ COMMANDS = {
         "sign": "Sign a certificate with the laboratory's key, or create a key.",
         "decide": "Decide a stored run again, by another rule or other limits.",
     },
-    "Fleet": {
-        "archive": "Index many run folders, search them and export their results.",
-        "trend": "Make control charts of the results of many runs.",
-        "capability": "Compare the results of many runs with limits.",
-        "gauge-rr": "Estimate repeatability and reproducibility of a gauge.",
-        "reanalyse": "Analyse many stored runs again, on all cores or a cluster.",
-        "golden": "Regression-test new software against reference runs.",
-    },
+    "Fleet": {},
     "Develop": {
         "new": "Create a plugin that works at once.",
-        "check-plugin": "Run the conformance checks on a plugin.",
         "plugins": "List the plugins and their settings.",
         "schema": "Print the JSON Schema of procedures, stations and other files.",
         "study": "Validate uncertainty coverage and fault detection by simulation.",
         "completion": "Print a script for shell completion.",
     },
 }
-"""The commands with their line of help, in groups by what somebody wants to do."""
+"""The core's commands with their line of help, in groups by what somebody wants to do."""
 
 
 @click.group(
     cls=LazyGroup,
     invoke_without_command=True,
-    package="rigrunner.cli.commands",
-    groups=COMMANDS,
+    own=Commands("rigrunner.cli.commands", COMMANDS),
+    brought=brought,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="'rigrunner demo' needs no rig, and takes less than a minute.",
 )

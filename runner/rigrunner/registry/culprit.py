@@ -13,7 +13,13 @@ if TYPE_CHECKING:
 
 DROP_IN = "rigrunner_drop_in_"
 """How the module of a file in a lab's folder is called, before its own name."""
-_OURS = {"rigrunner", "rigrunner_plugins", "rigrunner_reports"}
+_OURS = {
+    "rigrunner",
+    "rigrunner_fleet",
+    "rigrunner_panel",
+    "rigrunner_plugins",
+    "rigrunner_reports",
+}
 
 
 def culprit(error: BaseException) -> str:

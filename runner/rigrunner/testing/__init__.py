@@ -1,34 +1,12 @@
-"""The conformance kit: what every plugin must keep to, as checks that a test can call.
+"""Deprecated: the conformance kit is `rigrunner_testing`; this name goes with the next release."""
 
-For a package's own tests there is a pytest plugin, `rigrunner.testing.pytest_plugin`; on the
-command line it is `rigrunner check-plugin NAME`.
-"""
+import warnings
+from importlib import import_module
+from typing import Any
 
-from rigrunner.testing.check import (
-    AnyCheck,
-    Check,
-    Finding,
-    Nonconformity,
-    NotApplicable,
-    State,
-)
-from rigrunner.testing.examine import conform, examine, examine_one
-from rigrunner.testing.kinds import checks, subject
-from rigrunner.testing.replayed import replayed
-from rigrunner.testing.subject import Subject
+warnings.warn("import rigrunner_testing in place of it", DeprecationWarning, stacklevel=2)
 
-__all__ = [
-    "AnyCheck",
-    "Check",
-    "Finding",
-    "Nonconformity",
-    "NotApplicable",
-    "State",
-    "Subject",
-    "checks",
-    "conform",
-    "examine",
-    "examine_one",
-    "replayed",
-    "subject",
-]
+
+def __getattr__(name: str) -> Any:
+    """Return a name of the kit; AttributeError if it has none of that name."""
+    return getattr(import_module("rigrunner_testing"), name)

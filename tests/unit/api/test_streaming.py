@@ -13,7 +13,7 @@ from rigrunner.api.hooks import DeviceRecord
 from rigrunner.api.streaming import StreamingDriver
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import Plugin, Provider, Registry
-from rigrunner.testing import State, Subject, checks, examine, subject
+from rigrunner_testing import State, Subject, checks, examine, subject
 
 RATE_HZ = 1000.0
 

@@ -11,10 +11,10 @@ from helpers_cli import call
 from helpers_language import PROCEDURE, STATION, edited, only_problem, place_of, problems_of
 from rigrunner.api.texts import plain, refused_character
 from rigrunner.certificate.order import read_order
-from rigrunner.panel.web.requests import BecauseOf, CheckInput, StartRun, TakeControl
 from rigrunner.procedure import parse_procedure
 from rigrunner.procedure.answers import AnswerError, Expected
 from rigrunner.station import parse_station
+from rigrunner_panel.web.requests import BecauseOf, CheckInput, StartRun, TakeControl
 
 TURNING = [*range(0x202A, 0x202F), *range(0x2066, 0x206A), 0x200E, 0x200F, 0x061C]
 CONTROLS = [*range(0x09), 0x0B, 0x0C, *range(0x0E, 0x20), *range(0x7F, 0xA0), 0x2028, 0x2029]

@@ -13,6 +13,7 @@ PROCEDURE = "starting_torque_1000n"
 EVENTS = {"msgspec", "typing_extensions"}
 MODELS = {"annotated_types", "pydantic", "pydantic_core", "typing_inspection"} | EVENTS
 PLUGINS = {"pluggy", "rigrunner_plugins", "rigrunner_reports"}
+OURS = {"rigrunner", "rigrunner_fleet", "rigrunner_panel", "rigrunner_testing"}
 FLOORS = {"api", "blas", "cli", "printable", "workflow"}
 
 HELP = ({"click"}, FLOORS)
@@ -64,7 +65,7 @@ def packages_and_floors(modules):
     tops = {name.partition(".")[0] for name in modules} - set(sys.stdlib_module_names)
     others = {name for name in tops if not name.startswith(OF_COMPILERS)} - {"__main__"}
     floors = {name.split(".")[1] for name in modules if name.startswith("rigrunner.")}
-    return others - {"rigrunner"}, floors
+    return others - OURS, floors
 
 
 @pytest.mark.parametrize("arguments", COMMANDS, ids=" ".join)
@@ -140,9 +141,12 @@ def test_a_report_needs_no_model_of_a_certificate_and_looks_for_no_plugins_of_py
     assert "rigrunner.api.certificate" not in loaded
 
 
-@pytest.mark.parametrize("module", ["workflow.record", "panel.web.app", "panel.live.analyst"])
+@pytest.mark.parametrize(
+    "module",
+    ["rigrunner.workflow.record", "rigrunner_panel.web.app", "rigrunner_panel.live.analyst"],
+)
 def test_what_records_and_analyses_begins_without_the_slow_packages_of_scipy(module):
     """They take as long as all the rest: `scipy.special` has the distributions, too."""
-    modules = modules_after(f"import rigrunner.{module}")
+    modules = modules_after(f"import {module}")
     assert "scipy.special" in modules
     assert not {"scipy.stats", "scipy.optimize", "scipy.interpolate"} & modules

@@ -10,10 +10,10 @@ import pytest
 
 from helpers_html import read_html
 from rigrunner.api.studies import Observed, Trend
-from rigrunner.testing.formats.studies import study_inputs
-from rigrunner.trends.charting import Charting, charted
+from rigrunner_fleet.trends.charting import Charting, charted
 from rigrunner_reports.studies.other_plots import letter
 from rigrunner_reports.studies.render import html
+from rigrunner_testing.formats.studies import study_inputs
 
 pytestmark = pytest.mark.figures
 

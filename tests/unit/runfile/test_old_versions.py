@@ -17,13 +17,13 @@ import h5py
 import pytest
 
 from helpers_cli import call
-from rigrunner import open_run
-from rigrunner.archive import index, open_archive, query
-from rigrunner.archive.checking import Look, Pace, check
 from rigrunner.jobs import InProcess
 from rigrunner.runfile import file_differences, read, read_info, read_summary
 from rigrunner.workflow.packing.pack import pack
 from rigrunner.workflow.packing.unpack import unpack
+from rigrunner_fleet import open_run
+from rigrunner_fleet.archive import index, open_archive, query
+from rigrunner_fleet.archive.checking import Look, Pace, check
 
 OLD = Path(__file__).parents[2] / "data" / "format-1" / "run.h5"
 FILE_SHA256 = "faddef58f4edbbecb3a32353a5f4e0d716b5b81207c06e4a4ff6466da8289cd9"

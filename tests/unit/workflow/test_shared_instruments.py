@@ -13,9 +13,9 @@ from rigrunner.api.lines import LineSettings
 from rigrunner.registry import load_registry
 from rigrunner.rig_state import DriveMark, Owner, RigMarks, read_marker, record_made_safe
 from rigrunner.station import load_station, parse_station
-from rigrunner.testing.station import bound_subject
 from rigrunner.workflow.lab_plugins import with_lab_plugins
 from rigrunner.workflow.rig_lock import station_lock
+from rigrunner_testing.station import bound_subject
 
 HEAD = """\
 rigrunner: station/1

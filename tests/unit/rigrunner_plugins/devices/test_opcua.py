@@ -26,10 +26,10 @@ from rigrunner.api.events import Outcome
 from rigrunner.clock import WallClock
 from rigrunner.registry import load_registry
 from rigrunner.steps.set_drives import SetDrive
-from rigrunner.testing import subject
 from rigrunner_plugins.devices.opcua.settings import OpcUaSettings
 from rigrunner_plugins.devices.opcua.types import TYPES, encode
 from rigrunner_plugins.devices.opcua.units import UNECE, symbol_of, unit_id
+from rigrunner_testing import subject
 
 TORQUE = {"node": "ns=2;s=Torque", "unit": "N·m"}
 

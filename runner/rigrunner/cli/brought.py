@@ -1,0 +1,42 @@
+"""Commands that other packages bring: by entry points of the group `rigrunner.commands`.
+
+An entry point names a package with a module for each command. Its `COMMANDS` has their lines of
+help by group, as `rigrunner.cli.main` has them, so that help and completion import none of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib.metadata import entry_points
+from typing import TYPE_CHECKING
+
+from rigrunner.cli.output import message
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+GROUP = "rigrunner.commands"
+
+
+@dataclass(frozen=True)
+class Commands:
+    """Commands whose modules stand in one package."""
+
+    package: str
+    groups: Mapping[str, Mapping[str, str]]
+    """The line of help of each command by its name, by the title of its group."""
+
+    @property
+    def names(self) -> set[str]:
+        """The names of all of them."""
+        return {name for group in self.groups.values() for name in group}
+
+
+def brought() -> Iterator[Commands]:
+    """Yield what each installed package brings; one that cannot be imported is reported."""
+    for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name):
+        try:
+            groups = entry.load().COMMANDS
+            yield Commands(entry.value, {title: dict(group) for title, group in groups.items()})
+        except Exception as error:  # noqa: BLE001  (a stranger's may raise anything)
+            message(f"the commands of '{entry.name}' cannot be loaded: {error}")

@@ -1,0 +1,10 @@
+"""The archive: an index of many run files, to search and to export; the files stay the truth.
+
+From Python: `rigrunner_fleet.archive.query("points", specimen="SN-*").to_pandas()`.
+"""
+
+from rigrunner_fleet.archive.indexing import Indexed, index, rebuild
+from rigrunner_fleet.archive.querying import open_archive, query
+from rigrunner_fleet.archive.rows import Rows
+
+__all__ = ["Indexed", "Rows", "index", "open_archive", "query", "rebuild"]

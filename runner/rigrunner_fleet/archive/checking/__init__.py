@@ -1,0 +1,7 @@
+"""Whether the files of an archive are what they were: read in order of age, at a bounded rate."""
+
+from rigrunner_fleet.archive.checking.check import Checked, check
+from rigrunner_fleet.archive.checking.pace import Pace
+from rigrunner_fleet.archive.checking.task import Look
+
+__all__ = ["Checked", "Look", "Pace", "check"]

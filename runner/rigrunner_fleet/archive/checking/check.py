@@ -1,0 +1,98 @@
+"""A check of an archive's files, which can be stopped at any time and goes on the next."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from sqlalchemy import select
+
+from rigrunner.runfile.scan import run_folders
+from rigrunner_fleet.archive.checking.memory import found_before, prepare, remember, runs_to_check
+from rigrunner_fleet.archive.checking.task import Finding, Kind, Look, RunLook
+from rigrunner_fleet.archive.indexing import known_folders, unseen
+from rigrunner_fleet.archive.schema import ROOTS, RUNS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from datetime import datetime
+
+    from rigrunner.api.devices import StopToken
+    from rigrunner.jobs import Done, Workers
+    from rigrunner_fleet.archive.checking.task import RunCheck
+    from rigrunner_fleet.archive.database import Database
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What a check found, with what earlier ones found of runs that it did not come to."""
+
+    findings: tuple[Finding, ...]
+    looked: int
+    """Runs that it looked at."""
+    due: int
+    """Runs that there were to look at."""
+    read_bytes: int
+    seconds: float
+
+    @property
+    def grave(self) -> tuple[Finding, ...]:
+        """What is lost or altered: all but unknown files."""
+        return tuple(each for each in self.findings if each.kind is not Kind.UNKNOWN)
+
+
+def check(
+    database: Database,
+    look: Look,
+    workers: Workers,
+    stop: StopToken,
+    *,
+    now: Callable[[], datetime],
+    before: datetime | None = None,
+    progress: Callable[[int, int], None] = unseen,
+) -> Checked:
+    """Look at the runs of an archive, those first that nobody has looked at for the longest time.
+
+    Each look is on record once it is done. `before` leaves out runs that were looked at since.
+    Raises UsageError where there is no archive, and DataError where the database fails.
+    """
+    prepare(database)
+    runs = runs_to_check(database, before)
+    began_s, looked, read_bytes = time.monotonic(), 0, 0
+    progress(0, len(runs))
+    for done in workers.outcomes(look, runs, stop):
+        found = _answer(done)
+        remember(database, done.item, found, now())
+        looked, read_bytes = looked + 1, read_bytes + found.read_bytes
+        progress(looked, len(runs))
+    seconds = time.monotonic() - began_s
+    findings = sorted([*_on_record(database), *_unknown_runs(database)])
+    return Checked(tuple(findings), looked, len(runs), read_bytes, seconds)
+
+
+def _answer(done: Done[RunCheck, RunLook]) -> RunLook:
+    """Return what a look found; one that ended its process found a damaged run."""
+    if done.answer.value is not None:
+        return done.answer.value
+    found = Finding(done.item.path, Kind.DAMAGED, done.problem)
+    return RunLook((found,), done.item.sha256, 0)
+
+
+def _on_record(database: Database) -> Iterator[Finding]:
+    """Yield what is on record of the runs that the archive still knows."""
+    known = {(run.root, run.path) for run in runs_to_check(database, None)}
+    for place, findings in found_before(database).items():
+        if place in known:
+            yield from findings
+
+
+def _unknown_runs(database: Database) -> Iterator[Finding]:
+    with database.reading() as connection:
+        statement = select(ROOTS.c.path, RUNS.c.path).join(ROOTS, RUNS.c.root == ROOTS.c.id)
+        known = {(str(root), path) for root, path in connection.execute(statement)}
+        roots = list(connection.scalars(select(ROOTS.c.path).order_by(ROOTS.c.id)))
+    for name, folder in zip(roots, known_folders(database), strict=True):
+        for run in run_folders(folder):
+            if (name, run.path) not in known:
+                yield Finding(run.path, Kind.UNKNOWN, "the archive does not know this run")

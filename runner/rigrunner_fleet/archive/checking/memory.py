@@ -1,0 +1,125 @@
+"""When each run of an archive was last looked at, and what was found: in the archive's database.
+
+The table is none of the index: making that anew from the run files keeps it.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+from sqlalchemy import BigInteger, Column, MetaData, Table, delete, insert, select
+
+from rigrunner_fleet.archive.checking.task import Finding, Kind, RunCheck
+from rigrunner_fleet.archive.schema import FILES, ROOTS, RUNS, TEXT, UtcTime
+from rigrunner_fleet.archive.storing import root_folder
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+    from datetime import datetime
+
+    from sqlalchemy import Connection
+
+    from rigrunner_fleet.archive.checking.task import RunLook
+    from rigrunner_fleet.archive.database import Database
+
+_METADATA = MetaData()
+CHECKS = Table(
+    "checks",
+    _METADATA,
+    Column("root", TEXT, primary_key=True),
+    Column("path", TEXT, primary_key=True),
+    Column("checked_utc", UtcTime, nullable=False),
+    Column("manifest_sha256", TEXT, nullable=False),
+    Column("sha256", TEXT, nullable=False),
+    Column("bytes", BigInteger, nullable=False),
+    Column("findings", TEXT, nullable=False),
+)
+
+
+def prepare(database: Database) -> None:
+    """Make the table where there is none; raise UsageError without an archive."""
+    with database.reading():
+        pass
+    with database.writing() as connection:
+        _METADATA.create_all(connection)
+
+
+def runs_to_check(database: Database, before: datetime | None) -> list[RunCheck]:
+    """Return the runs in the order in which they are looked at: never, then the oldest look.
+
+    With `before`, those alone that were last looked at before then.
+    """
+    with database.reading() as connection:
+        looked = {
+            (row.root, row.path): (row.checked_utc, row.manifest_sha256, row.sha256)
+            for row in connection.execute(select(CHECKS))
+        }
+        files: dict[int, dict[str, str]] = {}
+        for row in connection.execute(select(FILES.c.run, FILES.c.name, FILES.c.sha256)):
+            files.setdefault(row.run, {})[row.name] = row.sha256
+        runs = list(_runs(database, connection, files, looked))
+    at = {(each.root, each.path): looked.get((each.root, each.path)) for each in runs}
+
+    def last(run: RunCheck) -> datetime | None:
+        found = at[run.root, run.path]
+        return None if found is None else found[0]
+
+    due = [run for run in runs if before is None or (last(run) or before) <= before]
+    never = [run for run in due if last(run) is None]
+    seen = sorted((moment, run.root, run.path) for run in due if (moment := last(run)))
+    named = {(run.root, run.path): run for run in due}
+    return [*never, *(named[root, path] for _, root, path in seen)]
+
+
+def remember(database: Database, run: RunCheck, look: RunLook, now: datetime) -> None:
+    """Put a look on record, in place of the one before."""
+    row = {
+        "root": run.root,
+        "path": run.path,
+        "checked_utc": now,
+        "manifest_sha256": run.manifest_sha256,
+        "sha256": look.sha256,
+        "bytes": look.read_bytes,
+        "findings": json.dumps([asdict(each) for each in look.findings]),
+    }
+    with database.writing() as connection:
+        here = (CHECKS.c.root == run.root) & (CHECKS.c.path == run.path)
+        connection.execute(delete(CHECKS).where(here))
+        connection.execute(insert(CHECKS), row)
+
+
+def found_before(database: Database) -> dict[tuple[str, str], tuple[Finding, ...]]:
+    """Return what the last look at each run found, by root and path."""
+    with database.reading() as connection:
+        rows = connection.execute(select(CHECKS.c.root, CHECKS.c.path, CHECKS.c.findings)).all()
+    return {(root, path): tuple(_findings(text)) for root, path, text in rows}
+
+
+def _findings(text: str) -> Iterable[Finding]:
+    return (Finding(each["path"], Kind(each["kind"]), each["what"]) for each in json.loads(text))
+
+
+def _runs(
+    database: Database,
+    connection: Connection,
+    files: dict[int, dict[str, str]],
+    looked: dict[tuple[str, str], tuple[datetime, str, str]],
+) -> Iterator[RunCheck]:
+    columns = (RUNS.c.id, RUNS.c.path, RUNS.c.sealed, RUNS.c.manifest_sha256, RUNS.c.problem)
+    statement = select(*columns, ROOTS.c.name, ROOTS.c.path.label("place")).join(
+        ROOTS, RUNS.c.root == ROOTS.c.id
+    )
+    for row in connection.execute(statement.order_by(ROOTS.c.name, RUNS.c.path)):
+        _, manifest, sha256 = looked.get((row.name, row.path), (None, "", ""))
+        yield RunCheck(
+            root=row.name,
+            path=row.path,
+            folder=root_folder(database, row.place) / row.path,
+            sealed=row.sealed is not False,
+            manifest_sha256=row.manifest_sha256 or "",
+            files=files.get(row.id, {}),
+            sha256=sha256 if manifest == (row.manifest_sha256 or "") else "",  # else another run's
+            problem=row.problem,
+        )

@@ -1,0 +1,177 @@
+"""The look at one run folder: whether every file is there, and what it was."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError
+from rigrunner.runfile import file_differences, read, read_info
+from rigrunner.runfile.scan import storable
+from rigrunner_fleet.archive.checking.pace import BLOCK
+from rigrunner_fleet.archive.run_facts import RUN_FILE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from pathlib import Path
+
+    from rigrunner_fleet.archive.checking.pace import Pace
+
+_NICE = 10
+_NO_CONTENT = ("run.lock",)
+"""Files that come and go."""
+
+
+class Kind(StrEnum):
+    """What is wrong with a file."""
+
+    DAMAGED = "damaged"
+    """It does not match what it says of itself, or cannot be read."""
+    MISSING = "missing"
+    CHANGED = "changed"
+    """It is whole, but not what it was when it was indexed."""
+    UNKNOWN = "unknown"
+    """It was not there when its run was indexed."""
+
+
+@dataclass(frozen=True, order=True)
+class Finding:
+    """A file that is not as it was."""
+
+    path: str
+    kind: Kind
+    what: str = ""
+    """More of it, in words."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunCheck:
+    """A run folder that is to be looked at, and what is known of it."""
+
+    root: str
+    """The name of its root in the archive."""
+    path: str
+    """From the root."""
+    folder: Path
+    sealed: bool
+    manifest_sha256: str
+    """As it was indexed."""
+    files: Mapping[str, str]
+    """The SHA-256 of each file when it was indexed; '' of the run file."""
+    sha256: str = ""
+    """Of the run file's bytes, when it was last found to be whole; '' if it never was."""
+    problem: str = ""
+    """Why the run could not be read when it was indexed, where that was so."""
+
+
+@dataclass(frozen=True)
+class RunLook:
+    """What a look at a run folder found."""
+
+    findings: tuple[Finding, ...]
+    sha256: str
+    """Of the run file's bytes, when it was last found to be whole; '' if it never was."""
+    read_bytes: int
+
+
+@dataclass
+class Look:
+    """Looks at run folders, one after the other, at a pace; it yields to all other programs."""
+
+    pace: Pace
+    yielding: bool = True
+    _yields: bool = field(default=False, repr=False)
+
+    def __call__(self, run: RunCheck) -> RunLook:
+        """Return what is wrong in a run folder."""
+        if self.yielding and not self._yields and hasattr(os, "nice"):
+            os.nice(_NICE)
+            self._yields = True
+        if not run.folder.is_dir():
+            gone = Finding(run.path, Kind.MISSING, "the run folder is gone")
+            return RunLook((gone,), run.sha256, 0)
+        if run.problem:  # there is nothing that it could be held against
+            unreadable = Finding(run.path, Kind.DAMAGED, run.problem)
+            return RunLook((unreadable,), run.sha256, 0)
+        there = {storable(each.name): each for each in run.folder.iterdir() if each.is_file()}
+        found = list(_not_the_same(run, set(there)))
+        if not run.sealed:  # a run that goes on changes all the time
+            return RunLook(tuple(found), run.sha256, 0)
+        count = _Count(self.pace)
+        sha256 = run.sha256
+        for name in sorted(there.keys() & run.files.keys()):
+            if name == RUN_FILE:
+                what, sha256 = _run_file(run, there[name], count)
+                found += what
+            elif name not in _NO_CONTENT:
+                found += _other_file(run, there[name], name, count)
+        return RunLook(tuple(sorted(found)), sha256, count.bytes)
+
+
+@dataclass
+class _Count:
+    pace: Pace
+    bytes: int = 0
+
+    def sha256_of(self, path: Path) -> str:
+        """Return the digest of a file's bytes, read at the pace; raise OSError."""
+        digest = hashlib.sha256()
+        with path.open("rb", buffering=0) as file:
+            while block := file.read(BLOCK):
+                digest.update(block)
+                self.bytes += len(block)
+                self.pace.take(len(block))
+        return digest.hexdigest()
+
+
+def _not_the_same(run: RunCheck, names: set[str]) -> Iterator[Finding]:
+    for name in sorted(run.files.keys() - names - set(_NO_CONTENT)):
+        yield Finding(f"{run.path}/{name}", Kind.MISSING)
+    if run.sealed:
+        for name in sorted(names - run.files.keys() - set(_NO_CONTENT)):
+            yield Finding(f"{run.path}/{name}", Kind.UNKNOWN, "it was not there when indexed")
+
+
+def _other_file(run: RunCheck, path: Path, name: str, count: _Count) -> Iterator[Finding]:
+    place = f"{run.path}/{name}"
+    try:
+        sha256 = count.sha256_of(path)
+    except OSError as error:
+        yield Finding(place, Kind.DAMAGED, f"it cannot be read: {error.strerror}")
+        return
+    if sha256 != run.files[name]:
+        yield Finding(place, Kind.CHANGED, "its SHA-256 is another one than when indexed")
+
+
+def _run_file(run: RunCheck, path: Path, count: _Count) -> tuple[list[Finding], str]:
+    """Return what is wrong with a run file, and the digest by which it was last found to be whole.
+
+    Its own manifest is checked when its bytes are not those that were found to be whole before.
+    """
+    place = f"{run.path}/{RUN_FILE}"
+    try:
+        sha256 = count.sha256_of(path)
+        found = None if sha256 == run.sha256 else _inside(run, path)
+    except OSError as error:
+        found = Kind.DAMAGED, f"it cannot be read: {error.strerror}"
+    except DataError as error:
+        found = Kind.DAMAGED, error.message
+    return ([], sha256) if found is None else ([Finding(place, *found)], run.sha256)
+
+
+def _inside(run: RunCheck, path: Path) -> tuple[Kind, str] | None:
+    """Return what is wrong with a run file by what it says of itself; raise DataError."""
+    differences = file_differences(path)
+    if differences is None:
+        read(path)  # it has no manifest: its recordings have digests of their own
+    if differences:
+        more = f" and {len(differences) - 1} more" if len(differences) > 1 else ""
+        return Kind.DAMAGED, f"{differences[0]}{more}"
+    if read_info(path).manifest_sha256 != run.manifest_sha256:
+        return Kind.CHANGED, "it is whole, but another file than was indexed"
+    if run.sha256:
+        return Kind.CHANGED, "its bytes are others than at the last look, though it is whole"
+    return None

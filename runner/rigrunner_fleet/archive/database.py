@@ -1,0 +1,193 @@
+"""The connection to an archive's database: the same tables on SQLite and on PostgreSQL."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from sqlalchemy import Connection, Engine, create_engine, event, insert, inspect, select, update
+from sqlalchemy.exc import DBAPIError, OperationalError, SQLAlchemyError
+
+from rigrunner.api.errors import DataError, MissingPackageError, UsageError
+from rigrunner_fleet.archive.location import file_of
+from rigrunner_fleet.archive.schema import ABOUT, METADATA, RUNS, VERSION
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from sqlalchemy import URL
+
+_PATIENCE_S = 60
+"""How long SQLite waits for another process that writes."""
+_WRITES = "rigrunner_writes"
+_DAMAGED = ("SQLITE_CORRUPT", "SQLITE_NOTADB")
+_OLDER = tuple(str(each) for each in range(1, VERSION))
+_NO_SERVER = "is the server running, and may this machine reach it? A file needs no server"
+_MAKES_ANEW = "'rigrunner archive index FOLDER' makes it anew from the run files"
+
+
+class Database:
+    """An archive's database; every error of it is told as a DataError without its password."""
+
+    def __init__(self, location: URL) -> None:
+        self.location = location
+        self.file = file_of(location)
+        self._engine = _engine(location)
+
+    @property
+    def shown(self) -> str:
+        """Where it is, in words, without its password."""
+        if self.file is not None:
+            return str(self.file)
+        return self.location.set(drivername="postgresql").render_as_string(hide_password=True)
+
+    @contextmanager
+    def reading(self) -> Iterator[Connection]:
+        """Give a connection on one state of the archive; raise UsageError where there is none."""
+        if self.file is not None and not self.file.is_file():
+            raise self._none()
+        with self._told(), self._engine.connect() as connection:
+            self._check(connection)
+            yield connection
+
+    @contextmanager
+    def writing(self) -> Iterator[Connection]:
+        """Give a connection in a transaction, which is committed if nothing is raised."""
+        options = {_WRITES: True}
+        with (
+            self._told(),
+            self._engine.connect().execution_options(**options) as connection,
+            connection.begin(),
+        ):
+            yield connection
+
+    def make(self) -> None:
+        """Make the tables where there are none, and bring those of an older version up to date.
+
+        Raises DataError for tables of a newer version.
+        """
+        if self.file is not None and not self.file.parent.is_dir():
+            raise UsageError(f"there is no folder {self.file.parent}")
+        if self.file is not None:
+            self._write_ahead()
+        try:
+            with self.writing() as connection:
+                self._make(connection)
+        except DataError:
+            if not self._is_made():  # by another process, at the same moment
+                raise
+
+    def empty(self) -> None:
+        """Drop all tables and make them anew."""
+        with self.writing() as connection:
+            METADATA.drop_all(connection)
+            self._make(connection)
+
+    def close(self) -> None:
+        """Let go of the database."""
+        self._engine.dispose()
+
+    def _is_made(self) -> bool:
+        try:
+            with self.reading():
+                return True
+        except UsageError:
+            return False
+
+    def _make(self, connection: Connection) -> None:
+        if inspect(connection).has_table(ABOUT.name):
+            if self._version(connection) in _OLDER:
+                _upgrade(connection)
+            self._check(connection)
+            return
+        METADATA.create_all(connection)
+        connection.execute(insert(ABOUT).values(name="version", value=str(VERSION)))
+
+    def _check(self, connection: Connection) -> None:
+        if not inspect(connection).has_table(ABOUT.name):
+            raise self._none()
+        version = self._version(connection)
+        if version != str(VERSION):
+            older = "'rigrunner archive index FOLDER' brings it up to date"
+            newer = "'rigrunner archive rebuild FOLDER' makes it anew from the run files"
+            raise DataError(
+                f"the archive {self.shown} is of version {version}, this program's is {VERSION}",
+                hint=older if version in _OLDER else newer,
+            )
+
+    def _version(self, connection: Connection) -> str | None:
+        found: str | None = connection.scalar(
+            select(ABOUT.c.value).where(ABOUT.c.name == "version")
+        )
+        return found
+
+    def _none(self) -> UsageError:
+        return UsageError(
+            f"there is no archive {self.shown}", hint="'rigrunner archive index FOLDER' makes it"
+        )
+
+    def _write_ahead(self) -> None:
+        """Let readers read while somebody writes; the file remembers it."""
+        with self._told(), self._engine.connect() as connection:
+            connection.connection.driver_connection.execute("PRAGMA journal_mode=WAL")  # type: ignore[union-attr]  # it is open
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        try:
+            yield
+        except SQLAlchemyError as error:
+            if _is_out_of_reach(error):
+                message = f"the database {self.shown} cannot be reached: {_words(error)}"
+                raise DataError(message, hint=_NO_SERVER) from error
+            raise DataError(
+                f"the database {self.shown} did not do what it was asked", hint=_words(error)
+            ) from error
+
+
+def _upgrade(connection: Connection) -> None:
+    """Add the tables that an older version lacks; every run is read again when it is indexed."""
+    METADATA.create_all(connection)
+    connection.execute(update(RUNS).values(stamp=""))
+    connection.execute(update(ABOUT).where(ABOUT.c.name == "version").values(value=str(VERSION)))
+
+
+def _is_out_of_reach(error: SQLAlchemyError) -> bool:
+    """Say whether no connection came about: PostgreSQL gives such a failure no SQLSTATE."""
+    sqlstate = getattr(getattr(error, "orig", None), "sqlstate", "")
+    return isinstance(error, OperationalError) and sqlstate is None
+
+
+def _words(error: SQLAlchemyError) -> str:
+    """Return what the database itself said, on one line."""
+    said = str(error.orig) if isinstance(error, DBAPIError) else str(error)
+    whole = " ".join(said.split())
+    if str(getattr(getattr(error, "orig", None), "sqlite_errorname", "")).startswith(_DAMAGED):
+        return f"{whole}: if it is an archive, remove the file; {_MAKES_ANEW}"
+    return whole
+
+
+def _engine(location: URL) -> Engine:
+    try:
+        if location.drivername != "sqlite":
+            return create_engine(location, connect_args={"application_name": "rigrunner archive"})
+    except ModuleNotFoundError as error:
+        raise MissingPackageError(
+            f"an archive on PostgreSQL needs {error.name}",
+            hint="pip install 'rigrunner[postgresql]'",
+        ) from error
+    engine = create_engine(location, connect_args={"timeout": _PATIENCE_S})
+    event.listen(engine, "connect", _set_up_sqlite)
+    event.listen(engine, "begin", _begin_sqlite)
+    return engine
+
+
+def _set_up_sqlite(connection: Any, _: object) -> None:
+    connection.isolation_level = None  # transactions begin where we say: see _begin_sqlite
+    connection.execute("PRAGMA foreign_keys=ON")
+    connection.execute("PRAGMA synchronous=NORMAL")  # after a power cut it is whole, maybe older
+
+
+def _begin_sqlite(connection: Connection) -> None:
+    """Begin; whoever will write says so at once, and so waits for others instead of failing."""
+    writes = connection.get_execution_options().get(_WRITES)
+    connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")

@@ -1,0 +1,126 @@
+"""What is looked for in an archive, read from the words of a person once, at the edge."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from rigrunner.api.errors import UsageError
+from rigrunner.api.events import Outcome
+from rigrunner.api.verdict import Verdict
+from rigrunner_fleet.archive.ranges import place_of, range_of, since, until
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from datetime import datetime
+
+    from rigrunner.api.quantity import Quantity
+    from rigrunner_fleet.archive.ranges import Range
+
+NONE = "none"
+"""As a verdict: nothing was decided."""
+TEXTS = ("specimen", "type", "lot", "rig", "procedure", "revision", "operator")
+"""Texts of a run; '*' in a pattern stands for any characters, '?' for one."""
+CHOICES: Mapping[str, tuple[str, ...]] = {
+    "verdict": (*Verdict, NONE),
+    "outcome": tuple(Outcome),
+}
+RANGES: Mapping[str, str] = {
+    "torque": "torque",
+    "uncertainty": "torque",
+    "raw_peak": "torque",
+    "frequency": "frequency",
+    "load": "force",
+}
+"""Ranges of values, with their dimension. Where a frequency or a load is asked for, torque,
+uncertainty and raw peak are those of such a set-point, else those of the run's result."""
+NOMINAL = "frequency"
+"""The one of them that is set, not measured, so that one value can be asked for."""
+NAMED = ("inputs", "figures", "where")
+Words = str | Sequence[str]
+_Read = TypeVar("_Read")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Filters:
+    """What runs must have; several texts of one kind are alternatives."""
+
+    texts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """Patterns, by the column of the run."""
+    inputs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """Patterns, by the name of the procedure's input."""
+    ranges: Mapping[str, Range] = field(default_factory=dict)
+    """In SI units, by the names in RANGES."""
+    figures: Mapping[str, Range] = field(default_factory=dict)
+    """In SI units, by the name of the rig's figure."""
+    results: Mapping[str, Range | None] = field(default_factory=dict)
+    """In SI units, by the name of the result; None: whatever it is."""
+    where: Mapping[str, Quantity | str] = field(default_factory=dict)
+    """Where results hold, by coordinate, which may be named without its role."""
+    since: datetime | None = None
+    until: datetime | None = None
+    """The start of a run is before it."""
+    real: bool = False
+    """Whether runs on simulated instruments, and those that only played a tape, are left out."""
+    copies: bool = False
+    """Whether a run of which there are several copies counts several times."""
+
+
+def filters_of(**words: Any) -> Filters:
+    """Return the filters that were given in words; raise UsageError for what is none.
+
+    Texts and choices are a text or several, `inputs` and `figures` mappings of names to them,
+    ranges as '0.5..0.8 N·m', `result` names or a mapping of them to ranges, `where` a mapping of
+    coordinates to what they are, such as {"chamber.temperature": "100 °C"}, `since` and `until` as
+    2026-01-31 or with a time. None is no filter.
+    """
+    given = {name: value for name, value in words.items() if value not in (None, (), [], {}, "")}
+    unknown = sorted(set(given) - set(KNOWN))
+    if unknown:
+        near = difflib.get_close_matches(unknown[0], KNOWN, n=1, cutoff=0.5)
+        hint = f"did you mean '{near[0]}'?" if near else f"there are: {', '.join(KNOWN)}"
+        raise UsageError(f"there is no filter '{unknown[0]}'", hint=hint)
+    _check_choices(given)
+    return Filters(
+        texts={name: _several(given[name]) for name in (*TEXTS, *CHOICES) if name in given},
+        inputs={name: _several(each) for name, each in given.get("inputs", {}).items()},
+        ranges={
+            name: range_of(given[name], dimension, nominal=name == NOMINAL)
+            for name, dimension in RANGES.items()
+            if name in given
+        },
+        figures={name: range_of(each) for name, each in given.get("figures", {}).items()},
+        results={name: _if_given(range_of, each) for name, each in _results(given).items()},
+        where={name: place_of(str(each)) for name, each in given.get("where", {}).items()},
+        since=_if_given(since, given.get("since")),
+        until=_if_given(until, given.get("until")),
+        real=bool(given.get("real")),
+        copies=bool(given.get("copies")),
+    )
+
+
+KNOWN = (*TEXTS, *CHOICES, *RANGES, *NAMED, "result", "since", "until", "real", "copies")
+
+
+def _results(given: Mapping[str, Any]) -> Mapping[str, str | None]:
+    """Return the ranges by name; of names alone, without one."""
+    found = given.get("result", {})
+    return found if isinstance(found, Mapping) else dict.fromkeys(_several(found))
+
+
+def _check_choices(given: Mapping[str, Any]) -> None:
+    for name, allowed in CHOICES.items():
+        for each in _several(given.get(name, ())):
+            if each not in allowed:
+                hint = f"it is one of: {', '.join(allowed)}"
+                raise UsageError(f"there is no {name} '{each}'", hint=hint)
+
+
+def _several(words: Words) -> tuple[str, ...]:
+    return (words,) if isinstance(words, str) else tuple(words)
+
+
+def _if_given(read: Callable[[str], _Read], text: str | None) -> _Read | None:
+    return None if text is None else read(text)

@@ -1,0 +1,96 @@
+"""What an archive keeps of the named results of a run: values, where each holds, its verdict."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.coordinates import place_text
+from rigrunner.api.units import QuantityError, si_symbol, unit
+from rigrunner.api.verdict import WORST_FIRST
+from rigrunner.workflow.set_points import coordinates_in, named_place
+from rigrunner_fleet.archive.documents import at, degrees_of_freedom, key, number, rows, text, whole
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.api.coordinates import CoordinateValue
+    from rigrunner_fleet.archive.result_facts import Row
+
+
+def named_results(document: object, decision: object) -> list[Row]:
+    """Return a row for each named result, in the unit in which it is stated.
+
+    `decision`: the one in force, of which the limits on single results are shown with them.
+    """
+    judged: dict[str, list[Row]] = {}
+    for part in rows(at(decision, "parts")):
+        judged.setdefault(_judged(part), []).append(part)
+    return [_result(order, each, judged) for order, each in _numbered(document)]
+
+
+def coordinates(document: object) -> list[Row]:
+    """Return a row for each coordinate of each named result."""
+    return [
+        {"number": order, **_coordinate(name, found)}
+        for order, each in _numbered(document)
+        for name, found in coordinates_in(each).items()
+    ]
+
+
+def _judged(part: Row) -> str:
+    """Return which result a limit was held against; older documents have the words alone."""
+    if coordinates_in(part):
+        return named_place({"name": part.get("named"), "coordinates": part["coordinates"]})
+    return str(part.get("of")).removeprefix("worst ")
+
+
+def _numbered(document: object) -> Iterator[tuple[int, Row]]:
+    return enumerate(rows(at(document, "results")), 1)
+
+
+def _result(order: int, each: Row, judged: dict[str, list[Row]]) -> Row:
+    found = at(each, "estimate")
+    value, symbol, of = number(at(found, "value")), at(found, "unit"), named_place(each)
+    worst = min(judged.get(of, ()), key=_badness, default=None)
+    return {
+        "number": order,
+        "name": key(each.get("name")),
+        "symbol": text(each.get("symbol")),
+        "measurand": text(each.get("text")),
+        "place": text(place_text(coordinates_in(each))),
+        "value": value,
+        "u": number(at(found, "standard_uncertainty")),
+        "expanded": number(at(found, "expanded_uncertainty_95")),
+        "dof": degrees_of_freedom(at(found, "degrees_of_freedom")),
+        "unit": text(symbol),
+        "readings": whole(each.get("readings")),
+        "lower": number(at(worst, "lower_limit", "value")),
+        "upper": number(at(worst, "upper_limit", "value")),
+        "verdict": text(at(worst, "verdict")),
+        **_si(value, symbol),
+    }
+
+
+def _si(value: float | None, symbol: object) -> Row:
+    try:
+        known = unit(str(symbol))
+    except QuantityError:  # written by a program that knows more units
+        return {"si_value": None, "si_unit": None}
+    si_value = None if value is None else value * known.factor + known.offset
+    return {"si_value": si_value, "si_unit": si_symbol(known.dimension)}
+
+
+def _badness(part: Row) -> int:
+    verdict = part.get("verdict")
+    return WORST_FIRST.index(verdict) if verdict in WORST_FIRST else len(WORST_FIRST)
+
+
+def _coordinate(name: str, found: CoordinateValue) -> Row:
+    is_number = not isinstance(found.value, str)
+    return {
+        "name": key(name),
+        "short": key(name.rpartition(".")[2]),
+        "value": number(found.value),
+        "unit": text(found.unit) if is_number else None,
+        "text": text(str(found)),
+    }

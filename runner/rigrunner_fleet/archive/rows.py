@@ -1,0 +1,174 @@
+"""What a query found: rows that pandas, xarray, a file or a loop take."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import dataclass
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import UsageError
+from rigrunner.clock import utc_text
+from rigrunner.plots import history
+from rigrunner.spreadsheet import cell
+from rigrunner_fleet.archive.extras import imported
+from rigrunner_fleet.archive.searching import CONTEXT
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
+
+    import pandas as pd
+    import xarray as xr
+
+    from rigrunner.plots import Plot
+
+FOLDER = "folder"
+"""The column that says where a run folder is, on the machine that put it into the archive."""
+_DTYPES: dict[type, Any] = {float: "float64", datetime: "datetime64[us, UTC]"}
+_UNITS = {"nm": "N·m", "hz": "Hz", "n": "N"}
+"""As the names of columns end."""
+_WITHOUT_UNKNOWN: dict[type, Any] = {int: "int64", bool: "bool"}
+"""Of data frames; whole numbers and truths of which some are unknown stay objects there."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of one table of an archive, the oldest run first."""
+
+    table: str
+    columns: Mapping[str, type]
+    """The name of each column and the type of its values, any of which may be None."""
+    values: tuple[tuple[Any, ...], ...]
+
+    def __len__(self) -> int:
+        """Return how many rows there are."""
+        return len(self.values)
+
+    def __iter__(self) -> Iterator[dict[str, Any]]:
+        """Yield each row as a mapping of column to value."""
+        return (dict(zip(self.columns, row, strict=True)) for row in self.values)
+
+    def column(self, name: str) -> list[Any]:
+        """Return the values of one column; raise UsageError where there is none of that name."""
+        if name not in self.columns:
+            raise UsageError(
+                f"there is no column '{name}' in {self.table}",
+                hint=f"there are: {', '.join(self.columns)}",
+            )
+        place = list(self.columns).index(name)
+        return [row[place] for row in self.values]
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return a data frame; needs pandas."""
+        pandas = imported("pandas")
+        columns = dict(zip(self.columns, zip(*self.values, strict=True), strict=False))
+        frame: pd.DataFrame = pandas.DataFrame(
+            {name: pandas.Series(columns.get(name, ()), dtype=object) for name in self.columns}
+        )
+        return frame.astype(
+            {name: _dtype(kind, columns.get(name, ())) for name, kind in self.columns.items()}
+        )
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return a dataset; needs xarray and pandas.
+
+        Points get the dimensions `run` and `point`, with NaN where a run has fewer, and what is
+        known of a run is along `run` alone; the rows of other tables are along `row`.
+        """
+        imported("xarray")
+        frame = self.to_pandas()
+        for name in frame.select_dtypes("datetimetz"):
+            frame[name] = frame[name].dt.tz_localize(None)  # NumPy's times have no zone: UTC
+        if self.table != "points":
+            frame.index.name = "row"
+            rows: xr.Dataset = frame.to_xarray()
+            return rows
+        frame = frame.rename(columns={"run_id": "run", "number": "point"})
+        if frame.duplicated(["run", "point"]).any():
+            raise UsageError("a run is there more than once", hint="leave copies out")
+        of_runs = [name for name in (*CONTEXT, FOLDER) if name in frame]
+        runs = frame.groupby("run", sort=True)[of_runs].first().to_xarray()
+        points: xr.Dataset = frame.drop(columns=of_runs).set_index(["run", "point"]).to_xarray()
+        return points.assign_coords(runs.data_vars)
+
+    def plot(self, value: str = "torque_nm", by: str = "rig", bars: str = "expanded_nm") -> Plot:
+        """Return a column over the start of the runs, a series for each value of another column.
+
+        `bars` names the column of half-widths, where there is one. Raises UsageError for a column
+        that there is not.
+        """
+        series: dict[str, tuple[list[datetime], list[float], list[float]]] = {}
+        halves = self.column(bars) if bars in self.columns else [None] * len(self)
+        columns = (self.column("started_utc"), self.column(value), self.column(by), halves)
+        for started, found, name, half in zip(*columns, strict=True):
+            if started is not None and found is not None:
+                times, values, widths = series.setdefault(str(name), ([], [], []))
+                times.append(started)
+                values.append(found)
+                widths.append(half or 0.0)
+        return history(series, label=_label(value), title=f"{self.table}, by {by}")
+
+    def to_csv(self, path: Path | None = None, *, raw: bool = False) -> str:
+        """Return the rows as CSV, and write it to a file where one is named; times in UTC.
+
+        What a spreadsheet would take for a formula has an apostrophe before it, unless `raw`.
+        """
+        shown = _cell if raw else _safe_cell
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(self.columns)
+        writer.writerows([shown(value) for value in row] for row in self.values)
+        if path is not None:
+            _write(path, text.getvalue())
+        return text.getvalue()
+
+    def to_parquet(self, path: Path) -> None:
+        """Write the rows to a Parquet file; needs pyarrow."""
+        pyarrow = imported("pyarrow")
+        parquet = imported("pyarrow.parquet")
+        kinds = {
+            bool: pyarrow.bool_(),
+            int: pyarrow.int64(),
+            float: pyarrow.float64(),
+            datetime: pyarrow.timestamp("us", "UTC"),
+        }
+        arrays = [
+            pyarrow.array(self.column(name), kinds.get(kind, pyarrow.string()))
+            for name, kind in self.columns.items()
+        ]
+        try:
+            parquet.write_table(pyarrow.table(arrays, names=list(self.columns)), path)
+        except OSError as error:
+            raise UsageError(f"{path} cannot be written: {error.strerror}") from error
+
+
+def _label(column: str) -> str:
+    """Return the name of a column with its unit behind it, as the axis of a plot has it."""
+    name, _, unit = column.rpartition("_")
+    return f"{name} / {_UNITS[unit]}" if unit in _UNITS else column
+
+
+def _dtype(kind: type, values: Sequence[Any]) -> Any:
+    known = {} if None in values else _WITHOUT_UNKNOWN
+    return {**_DTYPES, **known}.get(kind, object)
+
+
+def _cell(value: Any) -> Any:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return utc_text(value) if isinstance(value, datetime) else value
+
+
+def _safe_cell(value: Any) -> Any:
+    return cell(_cell(value))
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8", newline="")
+    except OSError as error:
+        raise UsageError(f"{path} cannot be written: {error.strerror}") from error

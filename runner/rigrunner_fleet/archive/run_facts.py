@@ -1,0 +1,194 @@
+"""What an archive keeps of a run folder: read from its files alone."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import DataError, RigrunnerError
+from rigrunner.api.results import REPLAYED
+from rigrunner.api.verdict import Verdict
+from rigrunner.runfile import read_summary
+from rigrunner.runfile.scan import storable
+from rigrunner.workflow.provenance import is_simulated
+from rigrunner_fleet.archive.documents import at, key, moment, text
+from rigrunner_fleet.archive.named_results import coordinates, named_results
+from rigrunner_fleet.archive.result_facts import decision, figures, headline, points
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
+
+    from rigrunner.runfile import RunSummary
+    from rigrunner.runfile.scan import FoundRun
+    from rigrunner.workflow.decisions import DecisionFile
+    from rigrunner_fleet.archive.result_facts import Row
+
+RUN_FILE = "run.h5"
+NAMED_INPUTS = ("specimen", "type", "lot", "operator")
+"""Inputs of a procedure that have a column of their own."""
+_DECIDED = ("verdict", "rule", "limit_text", "probability_of_conformity")
+_LATEST_NS = (1 << 63) - 1
+"""What a column takes; some file systems have times far beyond."""
+
+
+@dataclass(frozen=True)
+class RunFacts:
+    """The rows of one run folder."""
+
+    found: FoundRun
+    run: Row
+    """The columns of the run itself; where it cannot be read, its `problem` alone."""
+    parts: Mapping[str, list[Row]] = field(default_factory=dict)
+    """The rows of what it has several of, by table."""
+
+    @property
+    def problem(self) -> str:
+        """Why the run cannot be read, where it cannot."""
+        return str(self.run["problem"])
+
+
+def read_facts(found: FoundRun) -> RunFacts:
+    """Read a run folder; one that is damaged gives its problem instead of an error."""
+    try:
+        _refuse(found)
+        summary = read_summary(found.folder)
+        return _facts(found, summary, _later_decisions(found, summary))
+    except RigrunnerError as error:
+        return RunFacts(found, {"problem": storable(str(error))})
+
+
+def _refuse(found: FoundRun) -> None:
+    """Raise DataError for what no archive can hold, or nobody should open."""
+    sealed = found.folder / RUN_FILE
+    if sealed.exists() and not sealed.is_file():  # to open a pipe would never end
+        raise DataError(f"{sealed} is no regular file")
+
+
+def _facts(found: FoundRun, summary: RunSummary, later: Sequence[DecisionFile]) -> RunFacts:
+    document = summary.result_document
+    decisions = _decisions(summary, later)
+    judged = later[-1].document["decision"] if later else at(document, "decision")
+    in_force = decisions[-1] if decisions else {}
+    run = {
+        "problem": "",
+        **_identity(summary),
+        **headline(document),
+        **{name: in_force.get(name) for name in _DECIDED},
+        "bytes": sum(file.bytes for file in found.files),
+    }
+    parts = {
+        "points": points(document),
+        "results": named_results(document, judged),
+        "coordinates": coordinates(document),
+        "figures": figures(document, summary.zeros),
+        "inputs": _inputs(summary.inputs),
+        "decisions": decisions,
+        "files": _files(found),
+    }
+    return RunFacts(found, run, parts)
+
+
+def _identity(summary: RunSummary) -> dict[str, Any]:
+    inputs = {**summary.people, **summary.inputs}
+    return {
+        "run_id": key(summary.run_id),
+        "started_utc": moment(summary.started_utc),
+        "ended_utc": moment(summary.ended_utc),
+        "sealed": summary.sealed,
+        "outcome": text(summary.outcome),
+        "reason": text(summary.reason),
+        "procedure": key(summary.procedure_id),
+        "revision": text(summary.procedure_revision),
+        "title": text(summary.procedure_title),
+        "rig": key(summary.station_id),
+        **{name: key(inputs.get(name)) for name in NAMED_INPUTS},
+        "approval": text(summary.approval.get("state")),
+        "imported": bool(summary.imported),
+        "replayed": REPLAYED in summary.provenance,
+        "simulated": is_simulated(summary.provenance),
+        "program": text(summary.provenance.get("Rigrunner")),
+        "recordings": summary.recordings,
+        "digest_sha256": text(summary.digest),
+        "manifest_sha256": text(summary.manifest_sha256),
+    }
+
+
+def _inputs(inputs: Mapping[str, str]) -> list[Row]:
+    stored = {key(name): text(value) for name, value in inputs.items()}
+    return [{"name": name, "value": value} for name, value in stored.items()]
+
+
+def _decisions(summary: RunSummary, later: Sequence[DecisionFile]) -> list[Row]:
+    """Return the run's own decision and all later ones, the last of which is in force."""
+    decided = [*_own(summary), *_later(later, summary)]
+    return [
+        {**each, "number": number, "in_force": number == len(decided)}
+        for number, each in enumerate(decided, 1)
+    ]
+
+
+def _own(summary: RunSummary) -> Iterator[Row]:
+    """Yield the run's own decision: with limits on measured values it is the verdict on both."""
+    document = summary.result_document
+    own, whole = at(document, "decision"), at(document, "verdict")
+    if own is not None or whole is not None:
+        decided_utc = moment(summary.ended_utc)
+        both = {name: text(at(whole, name)) for name in ("verdict", "reason")} if whole else {}
+        yield {
+            **decision(own),
+            **both,
+            "file": RUN_FILE,
+            "decided_utc": decided_utc,
+            "by": None,
+            "why": None,
+        }
+
+
+def _later_decisions(found: FoundRun, summary: RunSummary) -> Sequence[DecisionFile]:
+    if not any(file.name.startswith("decision-") for file in found.files):
+        return ()
+    from rigrunner.workflow.decisions import later_decisions  # noqa: PLC0415  (it loads the analysis; few runs need it)
+
+    return later_decisions(summary, found.folder)
+
+
+def _later(later: Sequence[DecisionFile], summary: RunSummary) -> Iterator[Row]:
+    for each in later:
+        decided = decision(each.document["decision"])
+        yield {
+            **decided,
+            "verdict": _with_limits(decided["verdict"], summary),
+            "file": text(each.path.name),
+            "decided_utc": moment(each.document["decided_utc"]),
+            "by": text(each.document["by"]),
+            "why": text(each.document["reason"]),
+        }
+
+
+def _with_limits(verdict: str | None, summary: RunSummary) -> str | None:
+    """Return the verdict of a later decision, unless measured values are out of their limits."""
+    missed = at(summary.result_document, "limits", "verdict") == Verdict.FAIL
+    return str(Verdict.FAIL) if missed else verdict
+
+
+def _files(found: FoundRun) -> list[Row]:
+    return [
+        {
+            "name": storable(file.name),
+            "bytes": file.bytes,
+            "modified_ns": min(file.modified_ns, _LATEST_NS),
+            "sha256": "" if file.name == RUN_FILE else _sha256(found.folder / file.name),
+        }
+        for file in found.files
+    ]
+
+
+def _sha256(path: Path) -> str:
+    """Return the digest of a file beside the run file, of which the manifest says more."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise DataError(f"{path} cannot be read: {error.strerror}") from error

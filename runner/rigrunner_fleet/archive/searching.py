@@ -1,0 +1,188 @@
+"""Filters as SQL: every value is a parameter of the statement, none is part of its text."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from sqlalchemy import ColumnElement, and_, exists, or_, select, true
+
+from rigrunner.api.coordinates import CoordinateValue
+from rigrunner.api.errors import UsageError
+from rigrunner.api.places import SAME
+from rigrunner.api.units import si_symbol
+from rigrunner_fleet.archive.filters import NONE
+from rigrunner_fleet.archive.schema import (
+    COORDINATES,
+    FIGURES,
+    INPUTS,
+    POINTS,
+    RESULTS,
+    ROOTS,
+    RUNS,
+    TABLES,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from sqlalchemy import Dialect, Select
+
+    from rigrunner.api.quantity import Quantity
+    from rigrunner_fleet.archive.filters import Filters
+    from rigrunner_fleet.archive.ranges import Range
+
+_HIDDEN = {"id", "root", "stamp", "run"}
+"""Columns that serve the archive alone."""
+CONTEXT = ("run_id", "started_utc", "rig", "procedure", "revision", "specimen", "type", "lot")
+"""Columns of the run that stand before those of what it has several of."""
+_OF_POINTS = ("frequency", "load")
+_ESCAPE = "\\"
+
+
+def select_rows(table: str, filters: Filters, dialect: Dialect, limit: int | None) -> Select[Any]:
+    """Return the rows of a table, oldest run first; of more than `limit` runs only the newest.
+
+    Of a table beside `runs` the rows of the runs that were found are selected; of points and
+    results, those alone that are asked for themselves. Raises UsageError for a table that there
+    is not.
+    """
+    if table not in TABLES:
+        raise UsageError(
+            f"there is no table '{table}' in an archive", hint=f"there are: {', '.join(TABLES)}"
+        )
+    runs = select(RUNS.c.id).where(*_conditions(filters, dialect))
+    if limit is not None:
+        runs = runs.order_by(RUNS.c.started_utc.desc().nulls_last(), RUNS.c.id.desc()).limit(limit)
+    place = [ROOTS.c.path.label("root"), RUNS.c.path.label("place")]
+    source = RUNS.join(ROOTS, ROOTS.c.id == RUNS.c.root)
+    columns: list[ColumnElement[Any]] = [each for each in RUNS.c if each.name not in _HIDDEN]
+    order: list[ColumnElement[Any]] = [RUNS.c.started_utc.nulls_first(), RUNS.c.id]
+    conditions: list[ColumnElement[bool]] = [RUNS.c.id.in_(runs)]
+    if table != RUNS.name:
+        part = TABLES[table]
+        columns = [RUNS.c[name] for name in CONTEXT]
+        columns += [each for each in part.c if each.name not in _HIDDEN]
+        source = source.join(part, part.c.run == RUNS.c.id)
+        order += [each for each in part.primary_key.columns if each.name != "run"]
+    if table == POINTS.name:
+        conditions += _of_point(filters.ranges)
+    if table == RESULTS.name:
+        conditions += [or_(*_named(filters)), *_at(filters)]
+    return select(*columns, *place).select_from(source).where(*conditions).order_by(*order)
+
+
+def _conditions(filters: Filters, dialect: Dialect) -> Iterator[ColumnElement[bool]]:
+    for name, patterns in filters.texts.items():
+        yield or_(*(_text(RUNS.c[name], pattern, dialect) for pattern in patterns))
+    for name, patterns in filters.inputs.items():
+        alike = or_(*(_text(INPUTS.c.value, pattern, dialect) for pattern in patterns))
+        yield exists().where(INPUTS.c.run == RUNS.c.id, INPUTS.c.name == name, alike)
+    yield from _of_what_was_found(filters)
+    if filters.since is not None:
+        yield RUNS.c.started_utc >= filters.since
+    if filters.until is not None:
+        yield RUNS.c.started_utc < filters.until
+    if filters.real:
+        yield and_(~RUNS.c.simulated, ~RUNS.c.replayed)
+    if not filters.copies:
+        yield ~_is_copy()
+
+
+def _of_what_was_found(filters: Filters) -> Iterator[ColumnElement[bool]]:
+    for name, wanted in filters.figures.items():
+        yield exists().where(FIGURES.c.run == RUNS.c.id, *_figure(name, wanted))
+    if filters.results or filters.where:
+        for named in _named(filters):
+            yield exists().where(RESULTS.c.run == RUNS.c.id, named, *_at(filters))
+    if any(name in filters.ranges for name in _OF_POINTS):
+        yield exists().where(POINTS.c.run == RUNS.c.id, *_of_point(filters.ranges))
+    else:
+        for name, wanted in filters.ranges.items():
+            yield _within(RUNS.c[_COLUMNS[name]], wanted)
+
+
+_COLUMNS: Mapping[str, str] = {
+    "torque": "torque_nm",
+    "uncertainty": "expanded_nm",
+    "raw_peak": "raw_peak_nm",
+    "frequency": "set_frequency_hz",
+    "load": "load_n",
+}
+
+
+def _of_point(ranges: Mapping[str, Range]) -> list[ColumnElement[bool]]:
+    """Return what a set-point must have, where set-points are asked for."""
+    if not any(name in ranges for name in _OF_POINTS):
+        return []
+    return [_within(POINTS.c[_COLUMNS[name]], wanted) for name, wanted in ranges.items()]
+
+
+def _figure(name: str, wanted: Range) -> tuple[ColumnElement[bool], ...]:
+    """Return what a figure must have; its name may be told from others by 'source/name'."""
+    named = or_(FIGURES.c.name == name, FIGURES.c.source + "/" + FIGURES.c.name == name)
+    same_unit = FIGURES.c.unit == si_symbol(wanted.dimension)
+    return named, same_unit, _within(FIGURES.c.value, wanted)
+
+
+def _named(filters: Filters) -> list[ColumnElement[bool]]:
+    """Return what a result must have to be each one that is asked for; one of any where none is."""
+    found: list[ColumnElement[bool]] = []
+    for name, wanted in filters.results.items():
+        conditions = [RESULTS.c.name == name]
+        if wanted is not None:
+            conditions.append(RESULTS.c.si_unit == si_symbol(wanted.dimension))
+            conditions.append(_within(RESULTS.c.si_value, wanted))
+        found.append(and_(*conditions))
+    return found or [true()]
+
+
+def _at(filters: Filters) -> list[ColumnElement[bool]]:
+    """Return what the coordinates of a result must be."""
+    of_result = (COORDINATES.c.run == RESULTS.c.run, COORDINATES.c.number == RESULTS.c.number)
+    return [
+        exists().where(*of_result, _coordinate(name, wanted))
+        for name, wanted in filters.where.items()
+    ]
+
+
+def _coordinate(name: str, wanted: Quantity | str) -> ColumnElement[bool]:
+    """Return whether a coordinate is the one that is meant; of a bare number, in any unit."""
+    named = or_(COORDINATES.c.name == name, COORDINATES.c.short == name)
+    if isinstance(wanted, str):
+        return and_(named, COORDINATES.c.text == wanted)
+    if wanted.dimension == "ratio" and wanted.unit.symbol == "1":
+        shown = CoordinateValue(wanted.number)
+    else:
+        shown = CoordinateValue.of_si(wanted.si, si_symbol(wanted.dimension))
+        named = and_(named, COORDINATES.c.unit == shown.unit)
+    value = float(shown.value)
+    near = SAME * max(abs(value), SAME)
+    return and_(named, COORDINATES.c.value.between(value - near, value + near))
+
+
+def _within(column: ColumnElement[Any], wanted: Range) -> ColumnElement[bool]:
+    return column.between(wanted.low, wanted.high)
+
+
+def _text(column: ColumnElement[Any], pattern: str, dialect: Dialect) -> ColumnElement[bool]:
+    """Match a text as it is, or a pattern with '*' and '?', upper and lower case as written."""
+    if column.name == "verdict" and pattern == NONE:
+        return column.is_(None)
+    if not any(sign in pattern for sign in "*?"):
+        return column == pattern
+    if dialect.name == "sqlite":  # its LIKE takes upper and lower case as the same
+        return column.op("GLOB", is_comparison=True)(pattern.replace("[", "[[]"))
+    for sign, escaped in ((_ESCAPE, _ESCAPE * 2), ("%", r"\%"), ("_", r"\_")):
+        pattern = pattern.replace(sign, escaped)
+    return column.like(pattern.replace("*", "%").replace("?", "_"), escape=_ESCAPE)
+
+
+def _is_copy() -> ColumnElement[bool]:
+    """Return whether the same recordings are there under another path, which counts instead."""
+    other = RUNS.alias("other")
+    first = or_(
+        and_(~other.c.missing, RUNS.c.missing),
+        and_(other.c.missing == RUNS.c.missing, other.c.id < RUNS.c.id),
+    )
+    same = and_(other.c.run_id == RUNS.c.run_id, other.c.digest_sha256 == RUNS.c.digest_sha256)
+    return exists().where(same, first)

@@ -1,0 +1,144 @@
+"""Writing what was read of runs into an archive: each run whole, or not at all."""
+
+from __future__ import annotations
+
+import platform
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sqlalchemy import bindparam, delete, insert, select, update
+from sqlalchemy.dialects import postgresql, sqlite
+
+from rigrunner_fleet.archive.schema import PARTS, ROOTS, RUNS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from sqlalchemy import Connection, Executable, Table
+
+    from rigrunner_fleet.archive.database import Database
+    from rigrunner_fleet.archive.run_facts import RunFacts
+
+_CHUNK = 500
+"""Rows that one statement names by their id: SQLite takes 32,766, old versions 999."""
+
+
+def root_of(connection: Connection, database: Database, folder: Path) -> int:
+    """Return the id of a root, which is put on record where it is new."""
+    name, path = _naming(database, folder)
+    found: int | None = connection.scalar(select(ROOTS.c.id).where(ROOTS.c.name == name))
+    if found is not None:
+        return found
+    return _upsert(connection, ROOTS, {"name": name, "path": path}, "name")
+
+
+def root_folder(database: Database, path: str) -> Path:
+    """Return where a root is, given what stands of it in the archive."""
+    return (database.file.parent / path).resolve() if database.file else Path(path)
+
+
+@dataclass(frozen=True)
+class Known:
+    """What an archive knows of a run's files."""
+
+    id: int
+    stamp: str
+    missing: bool
+
+
+def known_runs(connection: Connection, root: int) -> dict[str, Known]:
+    """Return what is known of the runs of a root, by path."""
+    columns = (RUNS.c.path, RUNS.c.id, RUNS.c.stamp, RUNS.c.missing)
+    rows = connection.execute(select(*columns).where(RUNS.c.root == root))
+    return {path: Known(run, stamp, missing) for path, run, stamp, missing in rows}
+
+
+def store(connection: Connection, root: int, every: Sequence[RunFacts]) -> None:
+    """Put runs into the archive, in place of what it knew of these paths.
+
+    Of a run that was readable once and is damaged now the former facts stay, with its problem.
+    """
+    parts: dict[str, list[dict[str, Any]]] = {table.name: [] for table in PARTS}
+    ids = []
+    for facts in every:
+        row = {
+            "root": root,
+            "path": facts.found.path,
+            "stamp": facts.found.stamp,
+            "missing": False,
+            **facts.run,
+        }
+        run = _upsert(connection, RUNS, row, "root", "path")
+        if not facts.problem:
+            ids.append(run)
+        for name, rows in facts.parts.items():
+            parts[name] += [{"run": run, **each} for each in rows]
+    for table in PARTS:
+        for some in _chunks(ids):
+            connection.execute(delete(table).where(table.c.run.in_(some)))
+        if parts[table.name]:
+            connection.execute(insert(table), parts[table.name])
+
+
+def mark_missing(connection: Connection, ids: Iterable[int]) -> None:
+    """Say of runs that their files are gone."""
+    rows = [{"gone": each} for each in ids]
+    if rows:
+        connection.execute(
+            update(RUNS).where(RUNS.c.id == bindparam("gone")).values(missing=True), rows
+        )
+
+
+def forget_moved(connection: Connection, root: int) -> None:
+    """Forget runs whose files are gone where the same run is there under another path."""
+    other = RUNS.alias("other")
+    moved = (
+        select(RUNS.c.id)
+        .join(
+            other,
+            (other.c.run_id == RUNS.c.run_id) & (other.c.digest_sha256 == RUNS.c.digest_sha256),
+        )
+        .where(RUNS.c.root == root, RUNS.c.missing, ~other.c.missing)
+    )
+    for some in _chunks(list(connection.scalars(moved))):
+        connection.execute(delete(RUNS).where(RUNS.c.id.in_(some)))
+
+
+def _naming(database: Database, folder: Path) -> tuple[str, str]:
+    """Return the name and the path of a root: from an embedded archive's folder, or of a machine.
+
+    So a folder that holds its archive can be moved, and many machines can share a server.
+    """
+    whole = folder.resolve()
+    if database.file is None:
+        return f"{platform.node()}:{whole.as_posix()}", whole.as_posix()
+    home = database.file.parent.resolve()
+    path = whole.relative_to(home) if whole.is_relative_to(home) else whole
+    return path.as_posix(), path.as_posix()
+
+
+def _upsert(connection: Connection, table: Table, row: dict[str, Any], *key: str) -> int:
+    """Insert a row, or write it over the one of the same key; return its id.
+
+    The row is locked until the transaction ends, so that two processes write one after the other.
+    """
+    statement = _upserting(connection.dialect.name, table, tuple(row), key)
+    found: int = connection.execute(statement, row).scalar_one()
+    return found
+
+
+@cache
+def _upserting(
+    dialect: str, table: Table, columns: tuple[str, ...], key: tuple[str, ...]
+) -> Executable:
+    """Return the statement; to make it takes longer than to execute it."""
+    inserting = sqlite.insert(table) if dialect == "sqlite" else postgresql.insert(table)
+    statement = inserting.values({name: bindparam(name) for name in columns})
+    taken = {name: statement.excluded[name] for name in columns}
+    return statement.on_conflict_do_update(index_elements=key, set_=taken).returning(table.c.id)
+
+
+def _chunks(ids: list[int]) -> Iterable[list[int]]:
+    return (ids[start : start + _CHUNK] for start in range(0, len(ids), _CHUNK))

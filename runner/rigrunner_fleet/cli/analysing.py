@@ -1,0 +1,44 @@
+"""What commands share that analyse stored runs in another way than their procedures say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rigrunner_fleet.reanalysis.changes import Changes
+
+paths_argument = click.argument(
+    "paths", nargs=-1, required=True, metavar="PATH...", type=click.Path(path_type=Path)
+)
+_analysis_option = click.option(
+    "--analysis",
+    "file",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="What this YAML file has stands in place of the procedures' own analysis.",
+)
+_primary_option = click.option(
+    "--primary", default="", metavar="METHOD", help="Another primary compensation."
+)
+
+
+def changes_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options that say what is changed."""
+    return _analysis_option(_primary_option(command))
+
+
+def changes_in(file: Path | None, primary: str) -> Changes:
+    """Return what the options --analysis and --primary change; raise InvalidFileError."""
+    from rigrunner.procedure import AnalysisFile  # noqa: PLC0415  (not for help)
+    from rigrunner.yamlfile import read, validate  # noqa: PLC0415  (the same)
+    from rigrunner_fleet.reanalysis.changes import Changes  # noqa: PLC0415  (the same)
+
+    if file is None:
+        return Changes(None, primary)
+    given = validate(AnalysisFile, read(file))
+    return Changes(given.analysis, primary, given.named)

@@ -1,0 +1,162 @@
+"""What the commands of the archive share: which one, which runs of it, and what indexing found."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rigrunner.api.errors import UsageError
+from rigrunner.api.events import Outcome
+from rigrunner.api.verdict import Verdict
+from rigrunner.cli.options import runs_option
+from rigrunner.cli.output import message
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from rigrunner_fleet.archive import Indexed
+    from rigrunner_fleet.archive.filters import Filters
+
+_EXAMPLES = {
+    "--input": "--input order=A-17",
+    "--figure": "--figure 'natural frequency=380..420 Hz'",
+    "--where": "--where 'temperature=100 °C'",
+}
+_SHOWN = 20
+"""Paths that are listed before the rest is counted."""
+
+database_option = click.option(
+    "--database",
+    default="",
+    metavar="DATABASE",
+    envvar="RIGRUNNER_DATABASE",
+    help="The archive: a file, or postgresql://...; else it is in the folder of the runs.",
+)
+folders_argument = click.argument(
+    "folders", nargs=-1, type=click.Path(path_type=Path, file_okay=False), metavar="[FOLDER]..."
+)
+jobs_option = click.option(
+    "--jobs",
+    type=click.IntRange(min=1),
+    help="Processes to read with; as many as there are cores if it is left out.",
+)
+_TEXTS: Mapping[str, str] = {
+    "specimen": "The specimen; * stands for any characters, ? for one.",
+    "type": "The specimen's type, where the procedure asks for it.",
+    "lot": "The specimen's lot, where the procedure asks for it.",
+    "rig": "The station.",
+    "procedure": "The procedure's id.",
+    "revision": "The procedure's revision.",
+    "operator": "Who did the run.",
+    "verdict": f"The verdict in force: {', '.join(Verdict)} or none.",
+    "outcome": f"How the run ended: {', '.join(Outcome)}.",
+}
+_RANGES: Mapping[str, str] = {
+    "torque": "The result, such as '0.5..0.8 N·m'; at that set-point where one is asked for.",
+    "uncertainty": "Its expanded uncertainty.",
+    "raw_peak": "The raw peak.",
+    "frequency": "A set-point, such as '10 Hz' or '5..15 Hz'.",
+    "load": "The load at a set-point, such as '990..1010 N'.",
+}
+
+
+def filter_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options that say which runs are meant."""
+    options = [
+        *(_option(name, "TEXT", line, multiple=True) for name, line in _TEXTS.items()),
+        *(_option(name, "RANGE", line) for name, line in _RANGES.items()),
+        click.option("--since", metavar="DATE", help="Begun on that day or later (UTC)."),
+        click.option("--until", metavar="DATE", help="Begun on that day or before (UTC)."),
+        click.option(
+            "--input", "inputs", multiple=True, metavar="NAME=TEXT", help="An input of the run."
+        ),
+        click.option(
+            "--figure",
+            "figures",
+            multiple=True,
+            metavar="NAME=RANGE",
+            help="What it found of the rig, such as 'inertia=0.002..0.003 kg·m²'.",
+        ),
+        click.option(
+            "--result",
+            "named",
+            multiple=True,
+            metavar="NAME[=RANGE]",
+            help="A named result, such as 'resistance=138..139 Ω'.",
+        ),
+        click.option(
+            "--where",
+            multiple=True,
+            metavar="NAME=VALUE",
+            help="Where it holds, such as 'temperature=100 °C'.",
+        ),
+        click.option("--real", is_flag=True, help="Leave out simulated and replayed runs."),
+        click.option("--copies", is_flag=True, help="Count each copy of a run."),
+        click.option(
+            "--limit", type=click.IntRange(min=1), metavar="N", help="The newest N runs alone."
+        ),
+    ]
+    for option in reversed([runs_option, database_option, *options]):
+        command = option(command)
+    return command
+
+
+def _option(name: str, metavar: str, line: str, *, multiple: bool = False) -> Callable[..., Any]:
+    flag = f"--{name.replace('_', '-')}"
+    return click.option(flag, name, multiple=multiple, metavar=metavar, help=line)
+
+
+def filters_in(words: Mapping[str, Any]) -> Filters:
+    """Return the filters that the options gave; raise UsageError."""
+    from rigrunner_fleet.archive.filters import filters_of  # noqa: PLC0415  (help needs no database)
+
+    inputs = _pairs("--input", words["inputs"])
+    figures = _single("--figure", words["figures"])
+    where = _single("--where", words["where"])
+    named = [each.partition("=") for each in words["named"]]
+    result = {name: wanted if equals else None for name, equals, wanted in named}
+    if len(result) < len(named):
+        raise UsageError("'--result' names a result twice")
+    given = {name: each for name, each in words.items() if name != "named"}
+    return filters_of(
+        **{**given, "inputs": inputs, "figures": figures, "where": where, "result": result}
+    )
+
+
+def _single(option: str, given: Iterable[str]) -> dict[str, str]:
+    found = _pairs(option, given)
+    twice = next((name for name, several in found.items() if len(several) > 1), "")
+    if twice:
+        raise UsageError(f"'{option} {twice}' is given twice")
+    return {name: several[0] for name, several in found.items()}
+
+
+def _pairs(option: str, given: Iterable[str]) -> dict[str, list[str]]:
+    found: dict[str, list[str]] = {}
+    for text in given:
+        name, equals, value = text.partition("=")
+        if not (name and equals and value):
+            hint = f"such as {_EXAMPLES[option]}"
+            raise UsageError(f"'{option} {text}' names nothing to look for", hint=hint)
+        found.setdefault(name, []).append(value)
+    return found
+
+
+def tell_indexed(found: Sequence[Indexed]) -> None:
+    """Say for each folder what is in it, what cannot be read, and what is gone."""
+    for each in found:
+        runs = "1 run" if each.runs == 1 else f"{each.runs} runs"
+        message(f"{each.folder}: {runs}, {each.new} new, {each.changed} looked at again.")
+        _tell_list("Unreadable", (f"{path}: {problem}" for path, problem in each.unreadable))
+        _tell_list("Gone since they were indexed", each.missing)
+
+
+def _tell_list(title: str, lines: Iterable[str]) -> None:
+    told = list(lines)
+    if told:
+        message(f"{title}: {len(told)}")
+        message("\n".join(f"  {line}" for line in told[:_SHOWN]))
+        if len(told) > _SHOWN:
+            message(f"  and {len(told) - _SHOWN} more")

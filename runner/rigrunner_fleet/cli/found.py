@@ -1,0 +1,81 @@
+"""What a search of the archive found, for a terminal and as JSON."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.cli.numbers import with_uncertainty
+from rigrunner.cli.table import table
+from rigrunner.clock import utc_text
+from rigrunner.printable import UNPRINTABLE, printable
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner_fleet.archive import Rows
+
+_HEADER = ["run", "specimen", "rig", "state", "verdict", "result / N·m"]
+
+
+def table_of_runs(found: Rows) -> str:
+    """Return a table of runs, a line each."""
+    return table(_HEADER, [_line(row) for row in found], "lllllr")
+
+
+def table_of_results(found: Rows) -> str:
+    """Return a table of named results, a line each."""
+    header = ["run", "specimen", "rig", "result", "where", "value", "verdict"]
+    return table(header, [_result(row) for row in found], "lllllrl")
+
+
+def json_rows(found: Rows) -> list[dict[str, Any]]:
+    """Return rows as JSON values: times as text, infinite as the text 'infinite'."""
+    return [{name: _json(value) for name, value in row.items()} for row in found]
+
+
+def _line(row: Mapping[str, Any]) -> list[str]:
+    shown = [row["run_id"] or row["path"], row["specimen"], row["rig"], _state(row), row["verdict"]]
+    return [*(_cell(each) for each in shown), _torque(row)]
+
+
+def _result(row: Mapping[str, Any]) -> list[str]:
+    names = ("run_id", "specimen", "rig", "name", "place")
+    return [*(_cell(row[each]) for each in names), _value(row), _cell(row["verdict"])]
+
+
+def _value(row: Mapping[str, Any]) -> str:
+    if row["value"] is None:
+        return ""
+    value, expanded = row["value"], row["expanded"]
+    shown = f"{value:.6g}" if expanded is None else with_uncertainty(value, expanded)
+    return shown if row["unit"] in {None, "1"} else f"{shown} {_cell(row['unit'])}"
+
+
+def _state(row: Mapping[str, Any]) -> str:
+    if row["missing"]:
+        return "file gone"
+    if row["problem"]:
+        return "unreadable"
+    return str(row["outcome"]) if row["sealed"] else "not sealed"
+
+
+def _torque(row: Mapping[str, Any]) -> str:
+    if row["torque_nm"] is None:
+        return ""
+    expanded = row["expanded_nm"]
+    return with_uncertainty(row["torque_nm"], float("nan") if expanded is None else expanded)
+
+
+def _cell(value: str | None) -> str:
+    """Return a text on one line, without what would steer the terminal."""
+    return printable(value or "").replace("\n", UNPRINTABLE)
+
+
+def _json(value: Any) -> Any:
+    if isinstance(value, datetime):
+        return utc_text(value)
+    if isinstance(value, float) and not isfinite(value):
+        return "infinite"
+    return value

@@ -1,0 +1,86 @@
+"""What the commands that study many runs share: their options, and how they end."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rigrunner.api.errors import UsageError
+from rigrunner.cli.options import json_option
+from rigrunner.cli.output import message, result, result_json
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from rigrunner.api.studies import StudyInput
+    from rigrunner_fleet.monitoring.observing import Observations
+
+GROUPS = ("type", "lot", "rig", "mandrel", "specimen", "operator", "procedure", "revision")
+"""What runs may have in common: columns of the archive."""
+
+_out_option = click.option(
+    "--out",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="Write the report there, such as trend.html.",
+)
+by_option = click.option(
+    "--by",
+    multiple=True,
+    type=click.Choice(GROUPS),
+    help="Runs that have this in common are a group of their own; may be repeated.",
+)
+
+
+def output_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options that say where a study goes."""
+    return _out_option(json_option(command))
+
+
+def observed(
+    quantity: str, words: Mapping[str, Any], by: Sequence[str], runs: Path, database: str
+) -> Observations:
+    """Return what an archive has of a quantity."""
+    from rigrunner_fleet.archive import open_archive  # noqa: PLC0415  (SQLAlchemy takes a while)
+    from rigrunner_fleet.cli.archiving import filters_in  # noqa: PLC0415  (so does it)
+    from rigrunner_fleet.monitoring.observing import observe  # noqa: PLC0415  (so does SciPy)
+
+    with closing(open_archive(runs, database)) as archive:
+        return observe(archive, quantity, filters_in(words), by)
+
+
+def refuse_limit(limit: int | None) -> None:
+    """Refuse --limit: a study of the newest runs would be another one with each new run."""
+    if limit is not None:
+        raise UsageError(
+            "--limit does not go with a study: with each new run it would be one of other runs",
+            hint="--since names the first day",
+        )
+
+
+def in_words(quantity: str, words: Mapping[str, Any], **more: str) -> dict[str, str]:
+    """Return what was asked for, as the report tells it."""
+    given = {
+        name.replace("_", " "): ", ".join(each) if isinstance(each, tuple) else str(each)
+        for name, each in words.items()
+        if each not in (None, (), "", False)
+    }
+    return {"quantity": quantity, **given, **{name: text for name, text in more.items() if text}}
+
+
+def finish(study: StudyInput, text: str, out: Path | None, *, as_json: bool) -> None:
+    """Print a study and write its report where one was asked for."""
+    from rigrunner_fleet.monitoring.document import study_document  # noqa: PLC0415  (see above)
+
+    if as_json:
+        result_json(study_document(study))
+    else:
+        result(text)
+    if out is not None:
+        from rigrunner_fleet.monitoring.report import write_study  # noqa: PLC0415  (it loads plugins)
+
+        write_study(study, out)
+        message(f"Wrote {out}.")

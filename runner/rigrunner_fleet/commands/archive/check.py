@@ -1,0 +1,135 @@
+"""`rigrunner archive check`: whether every file is what it was."""
+
+from __future__ import annotations
+
+import re
+from contextlib import closing
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rigrunner.api.errors import AbortedError, ExitCode, UsageError
+from rigrunner.cli.batch import shown_count
+from rigrunner.cli.options import json_option, runs_option
+from rigrunner.cli.output import result, result_json
+from rigrunner_fleet.cli.archiving import database_option
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner_fleet.archive.checking import Checked
+
+_RATE = re.compile(r"(\d+(?:\.\d+)?) ?([kMG]?)B/s")
+_POWERS = {"": 1.0, "k": 1e3, "M": 1e6, "G": 1e9}
+
+
+@click.command(name="check")
+@runs_option
+@database_option
+@click.option(
+    "--rate",
+    default="50 MB/s",
+    show_default=True,
+    metavar="RATE",
+    help="Read no faster than this, so that others can work.",
+)
+@click.option("--for", "duration", metavar="TIME", help="Stop after this time, such as '6 h'.")
+@click.option("--older", metavar="TIME", help="Leave out runs looked at since, such as '30 d'.")
+@json_option
+def command(
+    *, runs: Path, database: str, rate: str, duration: str | None, older: str | None, as_json: bool
+) -> ExitCode:
+    """Read all files of an archive, and list what is damaged, missing, changed or unknown.
+
+    Those that nobody has looked at for the longest time come first, and what is done is kept: stop
+    it at any time. Ends with 1 if a file is damaged, missing or changed.
+    """
+    from datetime import UTC, datetime, timedelta
+
+    from rigrunner.cli.stopping import batch_stop_on_signals, until
+    from rigrunner.jobs import Processes
+    from rigrunner_fleet.archive import open_archive
+    from rigrunner_fleet.archive.checking import Look, Pace, check
+
+    pace = Pace(_bytes_per_s(rate))
+    limit_s = _seconds("--for", duration)
+    age_s = _seconds("--older", older)
+    before = None if age_s is None else datetime.now(UTC) - timedelta(seconds=age_s)
+    with (
+        closing(open_archive(runs, database)) as archive,
+        batch_stop_on_signals() as stop,
+        shown_count("runs") as progress,
+    ):
+        found = check(
+            archive,
+            Look(pace),
+            Processes(1),
+            until(stop, limit_s),
+            now=lambda: datetime.now(UTC),
+            before=before,
+            progress=progress,
+        )
+        _show(found, as_json=as_json)
+        if stop.is_set():
+            raise AbortedError(
+                f"{found.looked} of {found.due} runs were looked at",
+                hint="what they gave is kept: the same command goes on with the rest",
+            )
+    return ExitCode.FAIL if found.grave else ExitCode.PASS
+
+
+def _show(found: Checked, *, as_json: bool) -> None:
+    if as_json:
+        result_json(_document(found))
+        return
+    for each in found.findings:
+        result(f"{each.kind:8} {each.path}{f': {each.what}' if each.what else ''}")
+    result(_conclusion(found))
+
+
+def _conclusion(found: Checked) -> str:
+    rate = found.read_bytes / found.seconds / 1e6 if found.seconds else 0.0
+    rest = f" of {found.due} that were due" if found.looked < found.due else ""
+    runs = "1 run" if found.looked == 1 else f"{found.looked} runs"
+    told = f"{runs}{rest}, {found.read_bytes / 1e6:.1f} MB read at {rate:.1f} MB/s"
+    count = len(found.grave)
+    words = "no file is damaged, missing or changed"
+    if count:
+        words = f"{count} file{' is' if count == 1 else 's are'} damaged, missing or changed"
+    return f"{told}: {words}"
+
+
+def _document(found: Checked) -> dict[str, Any]:
+    return {
+        "runs_looked_at": found.looked,
+        "runs_due": found.due,
+        "bytes_read": found.read_bytes,
+        "seconds": round(found.seconds, 3),
+        "findings": [
+            {"path": each.path, "kind": str(each.kind), "what": each.what}
+            for each in found.findings
+        ],
+    }
+
+
+def _bytes_per_s(text: str) -> float:
+    match = _RATE.fullmatch(text.strip())
+    value = float(match[1]) * _POWERS[match[2]] if match else 0.0
+    if value <= 0:
+        raise UsageError(f"'--rate {text}' is no rate", hint="write it as '50 MB/s' or '800 kB/s'")
+    return value
+
+
+def _seconds(option: str, text: str | None) -> float | None:
+    from rigrunner.api.quantity import parse_quantity
+    from rigrunner.api.units import QuantityError
+
+    if text is None:
+        return None
+    try:
+        found = parse_quantity(text, "time").si
+    except QuantityError as error:
+        raise UsageError(f"{option}: {error.message}", hint=error.hint) from error
+    if found <= 0:
+        raise UsageError(f"{option}: '{text}' is no time to come")
+    return found

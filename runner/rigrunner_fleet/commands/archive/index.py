@@ -1,0 +1,45 @@
+"""`rigrunner archive index`: what is new in folders of runs."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner_fleet.cli.archiving import (
+    database_option,
+    folders_argument,
+    jobs_option,
+    tell_indexed,
+)
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@click.command(name="index")
+@folders_argument
+@database_option
+@jobs_option
+def command(folders: tuple[Path, ...], database: str, jobs: int | None) -> None:
+    """Bring the archive up to date with folders of runs, at any depth; 'runs' if none is named.
+
+    Only what is new or changed is read. A run that cannot be read is listed with its problem.
+    """
+    from pathlib import Path
+
+    from rigrunner.cli.batch import shown_count
+    from rigrunner.jobs import Processes, usable_cores
+    from rigrunner_fleet.archive import index
+    from rigrunner_fleet.archive.database import Database
+    from rigrunner_fleet.archive.location import location_of
+
+    workers = Processes(jobs or usable_cores())
+    wanted = list(folders or [Path("runs")])
+    with (
+        closing(Database(location_of(database, wanted))) as archive,
+        shown_count("runs") as progress,
+    ):
+        found = index(archive, wanted, workers=workers, progress=progress)
+    tell_indexed(found)

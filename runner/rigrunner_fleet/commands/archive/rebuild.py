@@ -1,0 +1,47 @@
+"""`rigrunner archive rebuild`: the archive made anew."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner_fleet.cli.archiving import (
+    database_option,
+    folders_argument,
+    jobs_option,
+    tell_indexed,
+)
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@click.command(name="rebuild")
+@folders_argument
+@database_option
+@jobs_option
+def command(folders: tuple[Path, ...], database: str, jobs: int | None) -> None:
+    """Make the archive anew from the run files.
+
+    With a database and no folder, from all folders that it knows. Runs whose files are gone are
+    forgotten.
+    """
+    from pathlib import Path
+
+    from rigrunner.cli.batch import shown_count
+    from rigrunner.jobs import Processes, usable_cores
+    from rigrunner_fleet.archive import rebuild
+    from rigrunner_fleet.archive.database import Database
+    from rigrunner_fleet.archive.location import location_of
+
+    workers = Processes(jobs or usable_cores())
+    place = list(folders or [Path("runs")])
+    wanted = list(folders) if database else place
+    with (
+        closing(Database(location_of(database, place))) as archive,
+        shown_count("runs") as progress,
+    ):
+        found = rebuild(archive, wanted, workers=workers, progress=progress)
+    tell_indexed(found)

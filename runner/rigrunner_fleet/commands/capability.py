@@ -1,0 +1,64 @@
+"""`rigrunner capability`: how what many runs found compares with its limits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rigrunner_fleet.cli.archiving import filter_options
+from rigrunner_fleet.cli.monitoring import by_option, output_options
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@click.command(name="capability")
+@click.argument("quantity")
+@click.option("--upper", default="", metavar="QUANTITY", help="The upper limit, as '0.95 N·m'.")
+@click.option("--lower", default="", metavar="QUANTITY", help="The lower limit.")
+@click.option(
+    "--confidence",
+    type=click.FloatRange(0.5, 0.9999),
+    default=0.95,
+    show_default=True,
+    help="Of the two-sided intervals.",
+)
+@by_option
+@filter_options
+@output_options
+def command(
+    *,
+    quantity: str,
+    upper: str,
+    lower: str,
+    confidence: float,
+    by: tuple[str, ...],
+    runs: Path,
+    database: str,
+    limit: int | None,
+    out: Path | None,
+    as_json: bool,
+    **words: Any,
+) -> None:
+    """Compare the results of many runs with limits.
+
+    QUANTITY is as of `trend`. With an upper limit alone the index is Cpu, with a lower one Cpl,
+    with both there are Cp and Cpk besides; each has its confidence interval.
+    """
+    from rigrunner_fleet.cli.monitoring import finish, in_words, observed, refuse_limit
+    from rigrunner_fleet.cli.monitoring_text import capability_text
+    from rigrunner_fleet.monitoring.capability import capability_study
+    from rigrunner_fleet.monitoring.limits import limit_in
+
+    refuse_limit(limit)
+    found = observed(quantity, words, by, runs, database)
+    asked = in_words(quantity, words, by=", ".join(found.by), upper=upper, lower=lower)
+    made = capability_study(
+        found,
+        asked,
+        lower=limit_in(lower, found.unit),
+        upper=limit_in(upper, found.unit),
+        confidence=confidence,
+    )
+    finish(made, capability_text(made), out, as_json=as_json)

@@ -1,0 +1,57 @@
+"""`rigrunner gauge-rr`: the repeatability and reproducibility of a gauge."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rigrunner_fleet.cli.archiving import filter_options
+from rigrunner_fleet.cli.monitoring import output_options
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@click.command(name="gauge-rr")
+@click.argument("quantity", default="torque")
+@click.option(
+    "--tolerance",
+    default="",
+    metavar="QUANTITY",
+    help="Upper limit less lower limit, to which the gauge is compared, as '0.5 N·m'.",
+)
+@filter_options
+@output_options
+def command(
+    *,
+    quantity: str,
+    tolerance: str,
+    runs: Path,
+    database: str,
+    limit: int | None,
+    out: Path | None,
+    as_json: bool,
+    **words: Any,
+) -> None:
+    """Estimate repeatability and reproducibility of a gauge.
+
+    QUANTITY is torque, raw_peak or a named result. The study is crossed, of sessions such as those
+    of the procedure gauge_rr: the specimen of a run is the part, its operator the operator, and
+    each of its set-points a trial; of a named result each of its values at one set-point. Every
+    operator must have measured every part, equally often; what is missing is named.
+    """
+    from rigrunner_fleet.archive import open_archive
+    from rigrunner_fleet.cli.archiving import filters_in
+    from rigrunner_fleet.cli.monitoring import finish, in_words, refuse_limit
+    from rigrunner_fleet.cli.monitoring_text import gauge_text
+    from rigrunner_fleet.monitoring.gauge import gauge_study, sessions
+    from rigrunner_fleet.monitoring.limits import width_in
+
+    refuse_limit(limit)
+    with closing(open_archive(runs, database)) as archive:
+        found = sessions(archive, quantity, filters_in(words))
+    asked = in_words(quantity, words, tolerance=tolerance)
+    made = gauge_study(found, asked, width_in(tolerance, found.unit))
+    finish(made, gauge_text(made), out, as_json=as_json)

@@ -1,0 +1,155 @@
+"""`rigrunner golden check`: what moved against the references."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.cli.batch import shown_count, worker_options, workers_for
+from rigrunner.cli.options import json_option, lab_option
+from rigrunner.cli.output import message, result, result_json
+from rigrunner.cli.table import pairs, table
+from rigrunner_fleet.cli.analysing import changes_in, changes_options
+
+if TYPE_CHECKING:
+    from rigrunner.api.errors import ExitCode
+    from rigrunner_fleet.golden.overall import Overall
+
+SHOWN = 20
+"""Runs that are listed; page and JSON have more."""
+_FILE = click.Path(path_type=Path, dir_okay=False)
+
+
+@click.command(name="check")
+@click.argument("folder", metavar="FOLDER", type=click.Path(path_type=Path, file_okay=False))
+@click.option(
+    "--runs",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="FOLDER",
+    help="Where the runs are, if not where they were.",
+)
+@changes_options
+@click.option(
+    "--tolerance",
+    type=click.FloatRange(min=0),
+    default=1e-6,
+    show_default=True,
+    metavar="SHARE",
+    help="How far a figure may move, as a share of its U.",
+)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="FOLDER",
+    help="Keep the results here: a check that was stopped goes on.",
+)
+@click.option("--html", type=_FILE, metavar="FILE", help="Write a report as a page.")
+@click.option("--junit", type=_FILE, metavar="FILE", help="Write a JUnit file.")
+@lab_option
+@worker_options
+@json_option
+def command(
+    *,
+    folder: Path,
+    runs: Path | None,
+    file: Path | None,
+    primary: str,
+    tolerance: float,
+    out: Path | None,
+    html: Path | None,
+    junit: Path | None,
+    station: str | None,
+    jobs: int | None,
+    dask: str | None,
+    as_json: bool,
+) -> ExitCode:
+    """Analyse golden runs again, and tell what moved against their references.
+
+    Ends with 1 where a verdict flipped, a figure moved, or a run is newly refused or accepted, and
+    with 5 where a golden run is gone or cannot be read.
+    """
+    from rigrunner.api.errors import UsageError
+    from rigrunner.cli.stopping import batch_stop_on_signals
+    from rigrunner_fleet.golden.checking import Checker
+
+    if html is not None and html.suffix != ".html":  # said before hours of work, not after
+        raise UsageError(f"no report is written as '{html.name}'", hint="end it with: .html")
+    workers, changes = workers_for(jobs, dask), changes_in(file, primary)
+    with batch_stop_on_signals() as stop, shown_count("runs") as progress:
+        found = Checker(
+            folder=folder,
+            runs=runs,
+            changes=changes,
+            station=station,
+            tolerance=tolerance,
+            out=out,
+            workers=workers,
+            stop=stop,
+            progress=progress,
+        ).check()
+    _write(found, html, junit)
+    if as_json:
+        result_json(found.document())
+    else:
+        result(_text(found))
+    return found.exit_code
+
+
+def _write(found: Overall, html: Path | None, junit: Path | None) -> None:
+    from rigrunner_fleet.reanalysis.summary import write_text
+
+    if html is not None:
+        from rigrunner_fleet.golden.study import golden_study
+        from rigrunner_fleet.monitoring.report import write_study
+
+        write_study(golden_study(found), html)
+        message(f"Wrote {html}.")
+    if junit is not None:
+        from rigrunner_fleet.golden.junit import junit as as_junit
+
+        write_text(junit, as_junit(found))
+        message(f"Wrote {junit}.")
+
+
+def _text(found: Overall) -> str:
+    from rigrunner_fleet.golden.words import conclusion
+
+    parts = [_listed(found), _frequencies(found), _counts(found), conclusion(found)]
+    return "\n\n".join(part for part in parts if part)
+
+
+def _listed(found: Overall) -> str:
+    from rigrunner_fleet.golden.words import details
+
+    lines = []
+    for each in found.moved[:SHOWN]:
+        lines += [f"{each.name}: {each.standing}", *(f"  {line}" for line in details(each))]
+    if len(found.moved) > SHOWN:
+        lines.append(f"and {len(found.moved) - SHOWN} more runs (--json or --html lists them)")
+    return "\n".join(lines)
+
+
+def _frequencies(found: Overall) -> str:
+    from rigrunner_fleet.golden.words import in_u
+
+    rows = [
+        (
+            f"{each.frequency_hz:g} Hz",
+            str(each.shift_nm.n),
+            f"{each.shift_nm.mean * 1000:+.4g} mN·m",
+            in_u(each.in_u.mean) if each.in_u else "-",
+            in_u(each.in_u.largest) if each.in_u else "-",
+        )
+        for each in found.by_frequency()
+    ]
+    if not rows or not found.moved:
+        return ""
+    return table(("set-point", "values", "mean shift", "mean", "largest"), rows, "rrrrr")
+
+
+def _counts(found: Overall) -> str:
+    rows = [(str(standing), str(count)) for standing, count in found.counts().items()]
+    rows += [(name, f"{now}, was {then}") for name, then, now in found.made_by]
+    return pairs(rows)

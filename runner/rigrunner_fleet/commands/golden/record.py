@@ -1,0 +1,57 @@
+"""`rigrunner golden record`: references for what stored runs give."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from rigrunner.cli.batch import shown_count, worker_options, workers_for
+from rigrunner.cli.options import lab_option
+from rigrunner.cli.output import message, result
+from rigrunner_fleet.cli.analysing import changes_in, changes_options, paths_argument
+
+
+@click.command(name="record")
+@paths_argument
+@click.option(
+    "--out",
+    required=True,
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="FOLDER",
+    help="Write the references here; runs are added to those that are there.",
+)
+@click.option("--copy", is_flag=True, help="Copy the run files there too, for version control.")
+@changes_options
+@lab_option
+@worker_options
+def command(
+    *,
+    paths: tuple[Path, ...],
+    out: Path,
+    copy: bool,
+    file: Path | None,
+    primary: str,
+    station: str | None,
+    jobs: int | None,
+    dask: str | None,
+) -> None:
+    """Make runs golden: what they give with the software that is here becomes the reference.
+
+    PATH: files, run folders, or folders of runs at any depth.
+    """
+    from rigrunner.cli.stopping import batch_stop_on_signals
+    from rigrunner_fleet.golden.recording import Recorder
+    from rigrunner_fleet.reanalysis.selection import choose
+
+    workers, runs = workers_for(jobs, dask), choose(paths)
+    changes = changes_in(file, primary)
+    with batch_stop_on_signals() as stop, shown_count("runs") as progress:
+        found = Recorder(out, copy, changes, station, workers, stop, progress).record(runs)
+    for row in found.skipped:
+        message(f"left out: {row.run}: {row.skipped}")
+    for each in found.references:
+        if each.found.problem:
+            message(f"golden as refused: {each.name}: {each.found.problem}")
+    count = len(found.references)
+    result(f"{count} golden run{'' if count == 1 else 's'} in {out}")

@@ -1,0 +1,86 @@
+"""`rigrunner reanalyse`: many stored runs, on all cores or a cluster."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.api.errors import ExitCode
+from rigrunner.cli.batch import shown_count, worker_options, workers_for
+from rigrunner.cli.options import json_option, lab_option, raw_option
+from rigrunner.cli.output import message, result, result_json
+from rigrunner.cli.table import pairs
+from rigrunner_fleet.cli.analysing import changes_in, changes_options, paths_argument
+
+if TYPE_CHECKING:
+    from rigrunner_fleet.reanalysis.summary import Summary
+
+SHOWN = 20
+"""Runs that are listed by name; the summary has all."""
+
+
+@click.command(name="reanalyse")
+@paths_argument
+@click.option(
+    "--out",
+    required=True,
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="FOLDER",
+    help="Write the results here; the same folder again goes on where it was stopped.",
+)
+@changes_options
+@lab_option
+@worker_options
+@raw_option
+@json_option
+def command(
+    *,
+    paths: tuple[Path, ...],
+    out: Path,
+    file: Path | None,
+    primary: str,
+    station: str | None,
+    jobs: int | None,
+    dask: str | None,
+    raw: bool,
+    as_json: bool,
+) -> ExitCode:
+    """Analyse many stored runs again, on all cores or a cluster.
+
+    PATH: files, run folders, or folders of runs at any depth. They stay as they are. Each run's
+    result goes into a file of its own, and a summary says what changed against the first analysis.
+    A run that fails is listed, and ends nothing.
+    """
+    from rigrunner.cli.stopping import batch_stop_on_signals
+    from rigrunner_fleet.reanalysis.batch import Batch
+    from rigrunner_fleet.reanalysis.selection import choose
+
+    workers, changes, runs = workers_for(jobs, dask), changes_in(file, primary), choose(paths)
+    with batch_stop_on_signals() as stop, shown_count("runs") as progress:
+        found = Batch(out.resolve(), changes, station, workers, stop, progress, raw=raw).run(runs)
+    if as_json:
+        result_json(found.document())
+    else:
+        _show(found, out)
+    return ExitCode.DATA if found.failed else ExitCode.PASS
+
+
+def _show(found: Summary, out: Path) -> None:
+    for row in found.other_verdicts[:SHOWN]:
+        result(f"{row.run}: {row.verdict_before or 'no verdict'} -> {row.verdict or 'no verdict'}")
+    for row in found.failed[:SHOWN]:
+        message(f"failed: {row.run}: {row.problem}")
+    result(
+        pairs(
+            [
+                ("analysed", str(len(found.analysed))),
+                ("skipped", str(len(found.skipped))),
+                ("failed", str(len(found.failed))),
+                ("other verdicts", str(len(found.other_verdicts))),
+                ("results", str(out)),
+                ("summary", str(out / "summary.csv")),
+            ]
+        )
+    )

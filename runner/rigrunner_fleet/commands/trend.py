@@ -1,0 +1,93 @@
+"""`rigrunner trend`: control charts of what many runs found."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rigrunner_fleet.cli.archiving import filter_options
+from rigrunner_fleet.cli.monitoring import by_option, output_options
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner.api.errors import ExitCode
+
+
+@click.command(name="trend")
+@click.argument("quantity")
+@by_option
+@click.option(
+    "--chart",
+    type=click.Choice(["i-mr", "ewma"]),
+    default="i-mr",
+    show_default=True,
+    help="Individuals and moving range, or an exponentially weighted moving average.",
+)
+@click.option(
+    "--rules",
+    type=click.Choice(["nelson", "western-electric", "shewhart"]),
+    default="nelson",
+    show_default=True,
+    help="The set of rules for individuals; shewhart is the limits alone.",
+)
+@click.option(
+    "--baseline",
+    default="20",
+    show_default=True,
+    metavar="N|FROM..TO",
+    help="What the limits are made of: the first N values, or those of these days (UTC).",
+)
+@click.option(
+    "--weight",
+    type=click.FloatRange(0.0, 1.0, min_open=True),
+    default=0.2,
+    show_default=True,
+    help="Of an EWMA: what a new value weighs.",
+)
+@filter_options
+@output_options
+def command(
+    *,
+    quantity: str,
+    by: tuple[str, ...],
+    chart: str,
+    rules: str,
+    baseline: str,
+    weight: float,
+    runs: Path,
+    database: str,
+    limit: int | None,
+    out: Path | None,
+    as_json: bool,
+    **words: Any,
+) -> ExitCode:
+    """Make control charts of the results of many runs.
+
+    QUANTITY is a named result, torque, raw_peak, or a figure of the rig: J, fn, damping, zero, or
+    another one by its name, as 'source/name' where several are called so. Each place of a named
+    result has a chart; --where names one. Without --by, results go by type and lot, a figure by
+    rig. Ends with 1 where a rule is met after the baseline.
+    """
+    from rigrunner.api.errors import ExitCode
+    from rigrunner_fleet.cli.monitoring import finish, in_words, observed, refuse_limit
+    from rigrunner_fleet.cli.monitoring_text import trend_text
+    from rigrunner_fleet.monitoring.baseline import baseline_of
+    from rigrunner_fleet.monitoring.trending import trend
+    from rigrunner_fleet.trends.charting import Charting
+
+    refuse_limit(limit)
+    how = Charting(chart, rules, baseline_of(baseline), weight)
+    found = observed(quantity, words, by, runs, database)
+    asked = in_words(
+        quantity,
+        words,
+        by=", ".join(found.by),
+        chart=chart,
+        rules=rules if chart == "i-mr" else f"EWMA, weight {weight:g}",
+        baseline=f"the first {baseline}" if baseline.isdecimal() else baseline,
+    )
+    made = trend(found, how, asked)
+    finish(made, trend_text(made), out, as_json=as_json)
+    return ExitCode.FAIL if any(each.alarms for each in made.series) else ExitCode.PASS

@@ -1,0 +1,143 @@
+"""Golden runs through the software that is here: what each gives now, against its reference."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError
+from rigrunner.runfile import read, refuse_crashing, sealed_file_of
+from rigrunner_fleet.golden.comparing import by_gravity, compare, not_compared
+from rigrunner_fleet.golden.overall import Overall
+from rigrunner_fleet.golden.recording import (
+    PROVIDERS,
+    how_made,
+    no_load_digest,
+    read_result,
+    results_folder,
+)
+from rigrunner_fleet.golden.reference import Found, found_in, read_references
+from rigrunner_fleet.reanalysis.batch import Batch
+from rigrunner_fleet.reanalysis.selection import Chosen
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+    from pathlib import Path
+
+    from rigrunner.api.devices import StopToken
+    from rigrunner.jobs import Workers
+    from rigrunner_fleet.golden.comparing import Compared
+    from rigrunner_fleet.golden.reference import Reference
+    from rigrunner_fleet.reanalysis.changes import Changes
+    from rigrunner_fleet.reanalysis.task import Row
+
+
+@dataclass(frozen=True, kw_only=True)
+class Checker:
+    """Holds what golden runs give now against their references."""
+
+    folder: Path
+    """Of the references."""
+    runs: Path | None = None
+    """Where the runs are, by their names; else where they were when they became golden."""
+    changes: Changes
+    station: str | None
+    tolerance: float
+    """In expanded uncertainties."""
+    out: Path | None = None
+    """Where results are kept, so that a check which is stopped goes on; else nowhere."""
+    workers: Workers
+    stop: StopToken
+    progress: Callable[[int, int], None]
+
+    def check(self) -> Overall:
+        """Analyse every golden run again and compare; raise as `Batch.run` does."""
+        references = read_references(self.folder)
+        chosen = {each.name: self._chosen(each) for each in references}
+        there = [run for run in chosen.values() if run.path.exists()]
+        with results_folder(self.out) as results:
+            batch = Batch(
+                results, self.changes, self.station, self.workers, self.stop, self.progress
+            )
+            found = batch.run(there)
+            rows = {row.run: row for row in (*found.done, *found.failed)}
+            compared = [
+                self._compared(each, chosen[each.name], rows.get(each.name), results)
+                for each in references
+            ]
+        return Overall(
+            runs=tuple(sorted(compared, key=by_gravity)),
+            tolerance=self.tolerance,
+            made_by=_otherwise_made(references, how_made(self.station, self.changes)),
+        )
+
+    def _chosen(self, reference: Reference) -> Chosen:
+        folder = self.folder.resolve()
+        path = reference.path(folder) if self.runs is None else self.runs.resolve() / reference.name
+        return Chosen(reference.name, path)
+
+    def _compared(
+        self, reference: Reference, run: Chosen, row: Row | None, results: Path
+    ) -> Compared:
+        before = reference.found
+        if row is None:
+            problem = f"there is no {run.path}"
+            return not_compared(reference.name, before, Found(problem=problem), problem)
+        document = None if row.problem or row.skipped else read_result(results, reference.name)
+        after = Found(problem=row.problem or row.skipped or "no result")
+        if document is not None:
+            after = found_in(document)
+        problem = _other_data(reference, run, row, document)
+        if problem:
+            return not_compared(reference.name, before, after, problem)
+        return compare(reference.name, before, after, self.tolerance)
+
+
+def _other_data(
+    reference: Reference, run: Chosen, row: Row, document: Mapping[str, object] | None
+) -> str:
+    """Return why the run is not the one that became golden, or cannot be read; '' if it is."""
+    if document is None:
+        try:
+            digest = _digest_of(run.path)
+        except DataError as error:
+            return str(error)
+        return "" if digest == reference.digest_sha256 else "it is another run, by its digest"
+    found: Mapping[str, object] = document["run"]  # type: ignore[assignment]  # plain JSON
+    if found["digest_sha256"] != reference.digest_sha256:
+        return f"{row.run_id} is another run than the golden one, {reference.run}, by its digest"
+    if reference.no_load_sha256 and no_load_digest(document) != reference.no_load_sha256:
+        return "the no-load run in its file is another one, by its digest"
+    return ""
+
+
+def _digest_of(path: Path) -> str:
+    """Return the digest of a run that had no result; raise DataError if it cannot be read."""
+    sealed = sealed_file_of(path)
+    if sealed is not None:
+        refuse_crashing(sealed)
+    return read(path).digest
+
+
+def _otherwise_made(
+    references: Iterable[Reference], here: Mapping[str, str]
+) -> tuple[tuple[str, str, str], ...]:
+    """Return name, versions of the references, version now, of what is another one now."""
+    then: dict[str, set[str]] = {}
+    for each in references:
+        for name, version in each.made_by.items():
+            then.setdefault(name, set()).update(_parts(name, version))
+    now = {name: _parts(name, version) for name, version in here.items()}
+    return tuple(
+        (name, _words(versions - now.get(name, set())), _words(now.get(name, set()) - versions))
+        for name, versions in then.items()
+        if versions != now.get(name)
+    )
+
+
+def _parts(name: str, version: str) -> set[str]:
+    return set(version.split(", ")) if name == PROVIDERS else {version}
+
+
+def _words(versions: set[str]) -> str:
+    return " or ".join(sorted(versions)) or "none other"

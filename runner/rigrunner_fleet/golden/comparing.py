@@ -1,0 +1,205 @@
+"""A golden run against what new software makes of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from math import inf
+from typing import TYPE_CHECKING
+
+from rigrunner_fleet.golden.figures import HEADLINE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from rigrunner_fleet.golden.figures import Figure
+    from rigrunner_fleet.golden.reference import Found
+
+TOLERANCE = 1e-6
+"""Of U: what other processors round otherwise is less, what a change moves is more."""
+
+
+class Standing(StrEnum):
+    """How a run stands to its reference, the gravest first."""
+
+    NOT_COMPARED = "not compared"
+    VERDICT = "verdict flipped"
+    REFUSED = "newly refused"
+    ACCEPTED = "newly accepted"
+    BEYOND = "moved beyond the tolerance"
+    CHECKS = "a check came out otherwise"
+    WITHIN = "moved within the tolerance"
+    OTHER = "numbers equal, something else in the result differs"
+    EQUAL = "equal bit for bit"
+
+    @property
+    def moved(self) -> bool:
+        """Whether somebody has to look at it."""
+        return self not in {Standing.WITHIN, Standing.OTHER, Standing.EQUAL}
+
+
+GRAVEST = tuple(Standing)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Move:
+    """A figure that is another one than before."""
+
+    name: str
+    before: Figure | None
+    """None for a figure that there was not."""
+    after: Figure | None
+    """None for a figure that there is not any more."""
+
+    @property
+    def shift(self) -> float | None:
+        """By how much, in its unit."""
+        if self.before is None or self.after is None:
+            return None
+        return self.after.value - self.before.value
+
+    @property
+    def in_u(self) -> float | None:
+        """The shift, in expanded uncertainties of the reference; None where that had none."""
+        u = self.before.expanded if self.before else None
+        return None if self.shift is None or not u else self.shift / u
+
+    @property
+    def of_u(self) -> float | None:
+        """By how much the expanded uncertainty is another one, as a share of the reference's."""
+        before = self.before.expanded if self.before else None
+        after = self.after.expanded if self.after else None
+        return None if not before or after is None else after / before - 1
+
+    @property
+    def size(self) -> float:
+        """The larger of both, without sign; infinite where it cannot be told."""
+        known = [each for each in (self.in_u, self.of_u) if each is not None]
+        same_unit = self.before and self.after and self.before.unit == self.after.unit
+        lacks_u = self.in_u is None and self.shift != 0
+        if not same_unit or lacks_u or (self.of_u is None and self._lost_u()):
+            return inf
+        return max(map(abs, known), default=0.0)
+
+    def _lost_u(self) -> bool:
+        before = self.before.expanded if self.before else None
+        after = self.after.expanded if self.after else None
+        return before != after
+
+
+@dataclass(frozen=True)
+class Flips:
+    """What came out otherwise, in words."""
+
+    verdicts: tuple[str, ...] = ()
+    checks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Compared:
+    """A golden run, and what became of it."""
+
+    name: str
+    before: Found
+    after: Found
+    standing: Standing
+    moves: tuple[Move, ...] = ()
+    """The figures that are others, those that moved most first."""
+    flips: Flips = Flips()
+    problem: str = ""
+    """Why it was not compared, or is refused now."""
+
+    @property
+    def headline(self) -> Move | None:
+        """How the result moved, if at all."""
+        return next((each for each in self.moves if each.name == HEADLINE), None)
+
+    @property
+    def largest(self) -> float:
+        """By how many U the figure moved that moved most; 0 where none did."""
+        return max((each.size for each in self.moves), default=0.0)
+
+
+def compare(name: str, before: Found, after: Found, tolerance: float = TOLERANCE) -> Compared:
+    """Return how a result stands to the reference; `tolerance` is in U."""
+    moves = sorted(_moves(before, after), key=lambda each: (-each.size, each.name != HEADLINE))
+    flips = Flips(tuple(_verdict_flips(before, after)), tuple(_check_flips(before, after)))
+    return Compared(
+        name=name,
+        before=before,
+        after=after,
+        standing=_standing(before, after, flips, moves, tolerance),
+        moves=tuple(moves),
+        flips=flips,
+        problem=after.problem,
+    )
+
+
+def not_compared(name: str, before: Found, after: Found, problem: str) -> Compared:
+    """Return a run of which nothing can be said, and why."""
+    standing = Standing.NOT_COMPARED
+    return Compared(name=name, before=before, after=after, standing=standing, problem=problem)
+
+
+def by_gravity(each: Compared) -> tuple[int, float, str]:
+    """Return what runs are sorted by: the gravest first."""
+    return GRAVEST.index(each.standing), -each.largest, each.name
+
+
+def _standing(
+    before: Found,
+    after: Found,
+    flips: Flips,
+    moves: list[Move],
+    tolerance: float,
+) -> Standing:
+    was, is_now = _has_result(before), _has_result(after)
+    holds = {
+        Standing.REFUSED: bool(after.problem and not before.problem) or (was and not is_now),
+        Standing.ACCEPTED: bool(before.problem and not after.problem) or (is_now and not was),
+        Standing.VERDICT: bool(flips.verdicts),
+        Standing.BEYOND: any(each.size > tolerance for each in moves),
+        Standing.CHECKS: bool(flips.checks),
+        Standing.WITHIN: bool(moves),
+        Standing.EQUAL: after == before,
+    }
+    return next((standing for standing, so in holds.items() if so), Standing.OTHER)
+
+
+def _has_result(found: Found) -> bool:
+    return HEADLINE in found.figures or bool(found.results)
+
+
+def _moves(before: Found, after: Found) -> Iterator[Move]:
+    if after.problem or before.problem:
+        return
+    shown_as_result = f"{after.method}: torque" if after.method == before.method else None
+    for name in _common(before, after, {**before.figures, **after.figures}):
+        then, now = before.figures.get(name), after.figures.get(name)
+        twice = shown_as_result is not None and name.startswith(shown_as_result)
+        if then != now and not twice:
+            yield Move(name=name, before=then, after=now)
+
+
+def _verdict_flips(before: Found, after: Found) -> Iterator[str]:
+    for name in {**before.verdicts, **after.verdicts}:
+        then, now = (each.verdicts.get(name, "no verdict") for each in (before, after))
+        if then != now:
+            of = "verdict" if name == "run" else f"verdict on {name}"
+            yield f"{of}: {then} -> {now}"
+
+
+def _check_flips(before: Found, after: Found) -> Iterator[str]:
+    if before.problem or after.problem:
+        return
+    words = {True: "passed", False: "not passed", None: "not made"}
+    for name in _common(before, after, {**before.checks, **after.checks}):
+        then, now = before.checks.get(name), after.checks.get(name)
+        if then != now:
+            yield f"check '{name}': {words[then]} -> {words[now]}"
+
+
+def _common(before: Found, after: Found, names: Iterable[str]) -> Iterator[str]:
+    """Yield the names that are of no method or fit which takes part on one side alone."""
+    alone = set(before.sources) ^ set(after.sources)
+    yield from (each for each in names if each.partition(": ")[0] not in alone)

@@ -1,0 +1,160 @@
+"""What became of all golden runs together."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigrunner.api.errors import ExitCode
+from rigrunner_fleet.golden.comparing import Standing
+from rigrunner_fleet.golden.figures import HEADLINE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from rigrunner_fleet.golden.comparing import Compared, Move
+
+FORMAT = "rigrunner: golden check/1"
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Numbers of a distribution of shifts."""
+
+    n: int
+    mean: float
+    deviation: float | None
+    """Their standard deviation; None of a single one."""
+    largest: float
+    """The one that is farthest from 0, with its sign."""
+
+
+@dataclass(frozen=True)
+class AtFrequency:
+    """How the results at one set-point moved, over all runs that have it."""
+
+    frequency_hz: float
+    shift_nm: Spread
+    in_u: Spread | None
+    """In expanded uncertainties of the references; None where they had none."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Overall:
+    """All golden runs, the gravest first."""
+
+    runs: tuple[Compared, ...]
+    tolerance: float
+    made_by: tuple[tuple[str, str, str], ...]
+    """Software and settings: name, versions of the references and now, of what is another one."""
+
+    @property
+    def moved(self) -> tuple[Compared, ...]:
+        """The runs that somebody has to look at."""
+        return tuple(each for each in self.runs if each.standing.moved)
+
+    @property
+    def exit_code(self) -> ExitCode:
+        """5 where a run could not be compared, 1 where one moved, else 0."""
+        if any(each.standing is Standing.NOT_COMPARED for each in self.runs):
+            return ExitCode.DATA
+        return ExitCode.FAIL if self.moved else ExitCode.PASS
+
+    def counts(self) -> dict[Standing, int]:
+        """Return how many runs stand how."""
+        found = Counter(each.standing for each in self.runs)
+        return {standing: found[standing] for standing in Standing if found[standing]}
+
+    def verdict_flips(self) -> dict[tuple[str, str], int]:
+        """Return how many runs went from which verdict to which."""
+        pairs = ((each.before.verdict, each.after.verdict) for each in self._compared())
+        return dict(Counter(pair for pair in pairs if pair[0] != pair[1]).most_common())
+
+    def shifts_in_u(self) -> list[float]:
+        """Return the shift of every run's results in U of its reference, 0 where none."""
+        found: list[float] = []
+        for each in self._compared():
+            for name in (HEADLINE, *each.before.results):
+                before, after = (side.figures.get(name) for side in (each.before, each.after))
+                if before and after and before.expanded:
+                    found.append((after.value - before.value) / before.expanded)
+        return found
+
+    def shifts(self) -> Spread | None:
+        """Return the distribution of these; None where there are none."""
+        return _spread(self.shifts_in_u())
+
+    def by_frequency(self) -> list[AtFrequency]:
+        """Return how the results at each set-point moved, by frequency."""
+        shifts: dict[float, list[tuple[float, float | None]]] = {}
+        for hz, shift, u in self._at_set_points():
+            shifts.setdefault(hz, []).append((shift, shift / u if u else None))
+        return [_at(hz, found) for hz, found in sorted(shifts.items())]
+
+    def document(self) -> dict[str, Any]:
+        """Return all of it for JSON."""
+        return {
+            "format": FORMAT,
+            "tolerance_in_u": self.tolerance,
+            "made_by": [
+                {"name": name, "reference": then, "now": now} for name, then, now in self.made_by
+            ],
+            "counts": {str(standing): n for standing, n in self.counts().items()},
+            "runs": [_run(each) for each in self.runs],
+        }
+
+    def _compared(self) -> Iterator[Compared]:
+        skip = Standing.NOT_COMPARED
+        return (each for each in self.runs if each.standing is not skip)
+
+    def _at_set_points(self) -> Iterator[tuple[float, float, float | None]]:
+        for each in self._compared():
+            for point in each.before.frequencies:
+                before = each.before.figures.get(point.figure)
+                after = each.after.figures.get(point.figure)
+                if before and after:
+                    yield point.frequency_hz, after.value - before.value, before.expanded
+
+
+def _at(frequency_hz: float, found: list[tuple[float, float | None]]) -> AtFrequency:
+    shift = _spread([each for each, _ in found])
+    assert shift is not None  # noqa: S101  (there is a shift for each frequency)
+    return AtFrequency(frequency_hz, shift, _spread([u for _, u in found if u is not None]))
+
+
+def _spread(values: list[float]) -> Spread | None:
+    if not values:
+        return None
+    array = np.array(values)
+    deviation = float(array.std(ddof=1)) if len(array) > 1 else None
+    largest = float(array[np.abs(array).argmax()])
+    return Spread(len(values), float(array.mean()), deviation, largest)
+
+
+def _run(each: Compared) -> Mapping[str, Any]:
+    return {
+        "run": each.name,
+        "standing": str(each.standing),
+        "problem": each.problem or None,
+        "method": {"reference": each.before.method, "now": each.after.method},
+        "verdict": {"reference": each.before.verdict, "now": each.after.verdict},
+        "flips": [*each.flips.verdicts, *each.flips.checks],
+        "moves": [_move(move) for move in each.moves],
+    }
+
+
+def _move(move: Move) -> Mapping[str, Any]:
+    before, after = move.before, move.after
+    known = after or before
+    return {
+        "figure": move.name,
+        "unit": known.unit if known else None,
+        "reference": before and before.value,
+        "expanded_uncertainty_95": before and before.expanded,
+        "now": after and after.value,
+        "expanded_uncertainty_95_now": after and after.expanded,
+        "shift_in_u": move.in_u,
+    }

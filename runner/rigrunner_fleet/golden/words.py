@@ -1,0 +1,75 @@
+"""What became of golden runs, in words: for the terminal, JUnit files and reports."""
+
+from __future__ import annotations
+
+from math import floor, isinf, log10
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner_fleet.golden.comparing import Compared, Move
+    from rigrunner_fleet.golden.overall import Overall
+
+SHOWN = 3
+"""Figures of a run that are told; the JSON has all."""
+
+_MOST_DECIMALS = 8
+
+
+def conclusion(found: Overall) -> str:
+    """Return what it comes to, in one line."""
+    of, moved = len(found.runs), len(found.moved)
+    runs = "1 golden run" if of == 1 else f"{of} golden runs"
+    if not moved:
+        return f"Nothing moved in {runs}"
+    return f"{moved} of {runs} {'has' if moved == 1 else 'have'} to be looked at"
+
+
+def details(each: Compared) -> Iterator[str]:
+    """Yield what is to be said of a run: why, what flipped, and the figures that moved most."""
+    if each.problem:
+        yield each.problem
+    yield from each.flips.verdicts
+    if each.before.method != each.after.method and each.after.method and each.before.method:
+        yield f"method: {each.before.method} -> {each.after.method}"
+    told = [each.headline] if each.headline else []
+    others = [move for move in each.moves if move not in told]
+    told += others[: SHOWN - len(told)]
+    yield from map(move_text, told)
+    if len(each.moves) > len(told):
+        yield f"and {len(each.moves) - len(told)} more figures"
+    yield from each.flips.checks
+
+
+def move_text(move: Move) -> str:
+    """Return how a figure moved."""
+    before, after = move.before, move.after
+    if before is None or after is None:
+        return f"{move.name}: {'is new' if before is None else 'is gone'}"
+    unit = "" if after.unit == "1" else f" {after.unit}"
+    then, now = (_number(each.value, before.expanded) for each in (before, after))
+    return f"{move.name}: {then} -> {now}{unit}{_in_u(move)}"
+
+
+def in_u(value: float | None) -> str:
+    """Return a shift in U; a long one is as sure as a short one."""
+    if value is None:
+        return "U unknown"
+    if isinf(value):
+        return "no U"
+    digits = f"{value:+.2f}" if abs(value) >= 0.01 else f"{value:+.1e}"  # noqa: PLR2004  (two decimals)
+    return f"{digits} U" if value else "0 U"
+
+
+def _number(value: float, u: float | None) -> str:
+    """Return a number with four digits of its uncertainty, so that small shifts are seen."""
+    if not u:
+        return f"{value:.6g}"
+    decimals = 3 - floor(log10(u))
+    return f"{value:.{decimals}f}" if 0 <= decimals <= _MOST_DECIMALS else f"{value:.6g}"
+
+
+def _in_u(move: Move) -> str:
+    shift = f" ({in_u(move.in_u)})" if move.shift else ""
+    return f"{shift}, U {move.of_u:+.2%}" if move.of_u else shift

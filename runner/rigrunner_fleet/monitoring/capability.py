@@ -1,0 +1,76 @@
+"""The capability of what an archive holds, against limits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scipy import stats
+
+from rigrunner.api.studies import CapabilitySeries, CapabilityStudy
+from rigrunner_fleet.monitoring.each_group import each_group
+from rigrunner_fleet.trends.capability import capability
+from rigrunner_fleet.trends.charting import Baseline, Charting, charted
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rigrunner.api.studies import Observed
+    from rigrunner_fleet.monitoring.observing import Group, Observations
+
+_NOT_NORMAL = 0.01
+"""Below this p-value of Shapiro and Wilk, values are said not to be normal."""
+
+
+def capability_study(
+    found: Observations,
+    asked: Mapping[str, str],
+    *,
+    lower: float | None,
+    upper: float | None,
+    confidence: float = 0.95,
+) -> CapabilityStudy:
+    """Return the capability of each group; raise DataError where none can be stated."""
+    series, refused = each_group(
+        found,
+        lambda name, group: _series(name, group, lower, upper, confidence),
+        "no capability can be stated",
+    )
+    return CapabilityStudy(
+        quantity=found.quantity.name,
+        unit=found.unit,
+        asked=asked,
+        excluded=found.excluded,
+        warnings=found.warnings,
+        lower=lower,
+        upper=upper,
+        series=series,
+        not_stated=refused,
+    )
+
+
+def _series(
+    name: str, group: Group, lower: float | None, upper: float | None, confidence: float
+) -> CapabilitySeries:
+    values = [each.value for each in group.observed]
+    found = capability(values, lower=lower, upper=upper, confidence=confidence)
+    return CapabilitySeries(name, tuple(group.observed), found, tuple(_warnings(group.observed)))
+
+
+def _warnings(observed: Sequence[Observed]) -> list[str]:
+    found = []
+    values = [each.value for each in observed]
+    chart = charted("", observed, Charting(baseline=Baseline(len(values))))
+    met = sum(1 for each in chart.points if each.rules)
+    if met:
+        found.append(
+            f"the process was not in control: a Nelson rule is met at {met} of {len(values)} "
+            "values. The indices say what was, and promise nothing (ISO 22514-1: performance, "
+            "Pp and Ppk, instead of capability)"
+        )
+    p = float(stats.shapiro(values).pvalue)
+    if p < _NOT_NORMAL:
+        found.append(
+            f"the values are not normal (Shapiro and Wilk: p = {p:.2g}): neither the indices nor "
+            "their intervals hold as they are"
+        )
+    return found

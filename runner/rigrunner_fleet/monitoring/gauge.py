@@ -1,0 +1,196 @@
+"""A gauge study of the sessions that an archive holds: each of one part by one operator."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from itertools import product
+from statistics import median
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import DataError, UsageError
+from rigrunner.api.studies import Excluded, GaugeStudy
+from rigrunner_fleet.archive.querying import rows
+from rigrunner_fleet.archive.rows import FOLDER
+from rigrunner_fleet.monitoring.observing import Found, named_values, unfit
+from rigrunner_fleet.monitoring.quantities import TORQUE_UNIT, TORQUES, of_name, quantity_in
+from rigrunner_fleet.trends.gauge_rr import gauge_rr
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rigrunner_fleet.archive.database import Database
+    from rigrunner_fleet.archive.filters import Filters
+    from rigrunner_fleet.monitoring.quantities import Quantity
+
+_FEWEST = 2
+"""Parts, operators and trials."""
+_NAMED = 6
+"""Cells that are named before the rest is counted."""
+Cell = tuple[str, str]
+
+
+@dataclass
+class Sessions:
+    """The readings of each part by each operator, in the order of time."""
+
+    quantity: Quantity
+    unit: str = TORQUE_UNIT
+    cells: dict[Cell, list[float]] = field(default_factory=dict)
+    expanded: list[float] = field(default_factory=list)
+    kinds: Counter[str] = field(default_factory=Counter)
+    places: set[str] = field(default_factory=set)
+    """The set-points of the readings, in words."""
+    excluded: list[Excluded] = field(default_factory=list)
+
+
+def sessions(archive: Database, name: str, filters: Filters) -> Sessions:
+    """Return the readings of the runs that fit.
+
+    Each set-point of a run is a trial; of a named result each value, such as of a counter.
+    """
+    quantity = quantity_in(archive, name, filters)
+    if quantity.is_named:
+        filters = of_name(name, filters)
+        readings = named_values(archive, filters)
+    else:
+        readings = _torques(archive, quantity, filters)
+    found = Sessions(quantity)
+    places = _set_points(archive, filters) if quantity.is_named else {}
+    for run in rows(archive, "runs", filters):
+        trials = readings.get(run[FOLDER], [])
+        reason = unfit(run) or _unclear(run, trials)
+        if reason:
+            found.excluded.append(Excluded(run["run_id"] or run["path"], reason))
+            continue
+        cell = (run["specimen"], run["operator"])
+        found.cells.setdefault(cell, []).extend(each.value for each in trials)
+        found.expanded += [each.expanded for each in trials if each.expanded]
+        by = f" by {run['method']}" if run["method"] else ""
+        found.kinds[f"{run['procedure']}{by} on {run['rig']}"] += 1
+        found.places |= {
+            places.get((run[FOLDER], each.number), "") if quantity.is_named else each.place
+            for each in trials
+        }
+        found.unit = trials[0].unit
+    return found
+
+
+def _torques(archive: Database, quantity: Quantity, filters: Filters) -> dict[str, list[Found]]:
+    """Return the torque, or the raw peak, at each set-point of each run."""
+    if quantity.name not in TORQUES:
+        hint = f"there are {', '.join(TORQUES)}, and named results"
+        raise UsageError(f"no run that fits has a result '{quantity.name}'", hint=hint)
+    value, expanded = TORQUES[quantity.name]
+    found: dict[str, list[Found]] = {}
+    for row in rows(archive, "points", filters):
+        place = f"{row['set_frequency_hz']:g} Hz"
+        known = row[expanded] if expanded else None
+        found.setdefault(row[FOLDER], []).append(Found(row[value], known, TORQUE_UNIT, place))
+    return found
+
+
+def _set_points(archive: Database, filters: Filters) -> dict[tuple[str, int], str]:
+    """Return the set-points of each named result by run and number: 'role.name = 100 °C'."""
+    found: dict[tuple[str, int], str] = {}
+    for row in rows(archive, "coordinates", filters):
+        if row["name"] != row["short"]:
+            key = row[FOLDER], row["number"]
+            told = [found[key]] if key in found else []
+            found[key] = ", ".join([*told, f"{row['name']} = {row['text']}"])
+    return found
+
+
+def gauge_study(
+    found: Sessions,
+    asked: Mapping[str, str],
+    tolerance: float | None = None,
+) -> GaugeStudy:
+    """Return the study; raise DataError unless it is crossed and balanced, naming what is missing.
+
+    Raises UsageError where what was found is of several kinds.
+    """
+    _check_alike(found)
+    parts, operators = (tuple(sorted(set(each))) for each in zip(*found.cells, strict=True))
+    _check_crossed(found.cells, parts, operators)
+    readings = tuple(tuple(tuple(found.cells[part, by]) for by in operators) for part in parts)
+    return GaugeStudy(
+        quantity=found.quantity.name,
+        unit=found.unit,
+        asked=asked,
+        excluded=tuple(found.excluded),
+        parts=parts,
+        operators=operators,
+        readings=readings,
+        analysis=gauge_rr(readings),
+        tolerance=tolerance,
+        expanded=median(found.expanded) if found.expanded else None,
+    )
+
+
+def _unclear(run: Mapping[str, Any], trials: Sequence[Found]) -> str:
+    missing = [name for name in ("specimen", "operator") if not run[name]]
+    if missing:
+        return f"it says no {' and no '.join(missing)}"
+    if not trials:
+        return "it has no set-point that fits"
+    empty = sum(1 for each in trials if each.value is None)
+    return f"{empty} of {len(trials)} trials have no value" if empty else ""
+
+
+def _check_alike(found: Sessions) -> None:
+    if not found.cells:
+        reasons = Counter(each.reason for each in found.excluded).most_common(_NAMED)
+        told = "; ".join(f"{count} left out: {reason}" for reason, count in reasons)
+        raise DataError(
+            f"there is no session of a gauge study: {told or 'no run fits'}",
+            hint="the procedure gauge_rr makes them",
+        )
+    if len(found.kinds) > 1:
+        kinds = ", ".join(f"{name} ({count})" for name, count in sorted(found.kinds.items()))
+        raise UsageError(
+            f"results of several kinds: {kinds}", hint="choose by --procedure or --rig"
+        )
+    if len(found.places) > 1:
+        shown = ", ".join(sorted(found.places))
+        option = "--where" if found.quantity.is_named else "--frequency"
+        raise UsageError(f"readings at several set-points: {shown}", hint=f"choose by {option}")
+
+
+def _check_crossed(
+    cells: Mapping[Cell, list[float]], parts: tuple[str, ...], operators: tuple[str, ...]
+) -> None:
+    """Demand that every operator measured every part, equally often."""
+    if len(parts) < _FEWEST or len(operators) < _FEWEST:
+        raise DataError(
+            f"{_count(parts, 'part')} and {_count(operators, 'operator')} are no crossed study",
+            hint="at least 2 of each; 10 parts and 3 operators are usual",
+        )
+    every = product(parts, operators)
+    missing = [f"{part} by {by}" for part, by in every if (part, by) not in cells]
+    if missing:
+        raise DataError(
+            f"the study is not crossed: {_listed(missing)} {'is' if len(missing) == 1 else 'are'} "
+            "missing",
+            hint="measure what is missing, or leave out the part or the operator",
+        )
+    trials = Counter(len(each) for each in cells.values())
+    usual = trials.most_common(1)[0][0]
+    counts = {f"{part} by {by}": len(each) for (part, by), each in cells.items()}
+    odd = [f"{name} has {count}" for name, count in counts.items() if count != usual]
+    if odd:
+        raise DataError(
+            f"the study is not balanced: most have {usual} trials, {_listed(odd)}",
+            hint="--since and --until leave out sessions that are not of this study",
+        )
+    if usual < _FEWEST:
+        raise DataError("there is 1 trial of each: repeatability needs 2 or more")
+
+
+def _listed(names: list[str]) -> str:
+    more = len(names) - _NAMED
+    return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")
+
+
+def _count(names: tuple[str, ...], word: str) -> str:
+    return f"{len(names)} {word}" + ("" if len(names) == 1 else "s")

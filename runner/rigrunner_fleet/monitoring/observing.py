@@ -1,0 +1,252 @@
+"""What an archive has of a quantity: the values of each group of runs, and the runs left out."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import DataError, UsageError
+from rigrunner.api.studies import Excluded, Observed
+from rigrunner.api.units import from_si, unit
+from rigrunner.signal.uncertainty import coverage_factor
+from rigrunner_fleet.archive.querying import rows
+from rigrunner_fleet.archive.rows import FOLDER
+from rigrunner_fleet.monitoring.quantities import TORQUE_UNIT, TORQUES, of_name, quantity_in
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rigrunner_fleet.archive.database import Database
+    from rigrunner_fleet.archive.filters import Filters
+    from rigrunner_fleet.monitoring.quantities import Quantity
+
+NOT_STATED = "not stated"
+_OF_POINTS = ("frequency", "load")
+_APART = "tell them apart: --by rig --by mandrel"
+
+
+@dataclass(frozen=True)
+class Found:
+    """A value with its unit, before it is known whether its run counts."""
+
+    value: float
+    expanded: float | None
+    unit: str
+    place: str = ""
+    """Where a named result holds."""
+    number: int = 0
+    """Of a named result or a set-point in its run."""
+
+
+@dataclass
+class Group:
+    """The values of some runs, oldest first, and what they must have in common."""
+
+    observed: list[Observed] = field(default_factory=list)
+    kinds: Counter[str] = field(default_factory=Counter)
+
+
+@dataclass(frozen=True)
+class Observations:
+    """The values of each group of runs, and what is to be said of them."""
+
+    quantity: Quantity
+    by: Sequence[str]
+    """The columns of runs by which the groups are told apart."""
+    unit: str
+    groups: Mapping[str, Group]
+    excluded: tuple[Excluded, ...]
+    warnings: tuple[str, ...]
+
+
+def observe(
+    archive: Database,
+    name: str,
+    filters: Filters,
+    by: Sequence[str] = (),
+    limit: int | None = None,
+) -> Observations:
+    """Return what the runs that fit found of a quantity; by the columns of runs in `by`.
+
+    A named result goes by its coordinates besides, where it has several. A run that was not
+    completed, cannot be read, is gone, was replayed from a tape or has no such value is left out
+    and named; so is one whose figure is that of a no-load run already counted. Raises DataError
+    where nothing is left, and UsageError where several figures fit.
+    """
+    quantity = quantity_in(archive, name, filters)
+    if quantity.is_named:
+        filters = of_name(name, filters)
+    by = by or quantity.groups
+    values = _values(archive, quantity, filters, limit)
+    places = {each.place for several in values.values() for each in several}
+    groups: dict[str, Group] = {}
+    excluded, simulated, doubtful = [], set(), 0
+    counted: dict[tuple[str, float], str] = {}
+    for run in rows(archive, "runs", filters, limit=limit):
+        run_id = run["run_id"] or run["path"]
+        found = values.get(run[FOLDER], [])
+        reason = unfit(run) or _unclear(found, quantity)
+        if not (reason or quantity.is_result):
+            reason = _twice(run, found, counted)
+        if reason:
+            excluded.append(Excluded(run_id, reason))
+            continue
+        simulated.add(bool(run["simulated"]))
+        doubtful += bool(run["failed_checks"])
+        for each in found:
+            told = [_name(run, by), each.place] if len(places) > 1 else [_name(run, by)]
+            group = groups.setdefault(", ".join(filter(None, told)), Group())
+            group.observed.append(Observed(run_id, run["started_utc"], each.value, each.expanded))
+            group.kinds[_kind(run, quantity)] += 1
+    if not groups:
+        raise DataError(_nothing(quantity, excluded), hint="'rigrunner archive search' shows runs")
+    units = {each.unit for several in values.values() for each in several}
+    warnings = _warnings(groups, doubtful, mixed=len(simulated) > 1)
+    shown = " or ".join(sorted(units))
+    return Observations(quantity, by, shown, groups, tuple(excluded), tuple(warnings))
+
+
+def _warnings(groups: Mapping[str, Group], doubtful: int, *, mixed: bool) -> list[str]:
+    found = []
+    if mixed:
+        found.append("simulated runs are among real ones: --real leaves them out")
+    if doubtful:
+        counted = sum(len(each.observed) for each in groups.values())
+        found.append(f"{doubtful} of {counted} runs did not pass all checks of the analysis")
+    return found
+
+
+def of_one_kind(group: Group, quantity: Quantity) -> None:
+    """Raise DataError where values of a group cannot be compared with each other."""
+    if len(group.kinds) < 2:  # noqa: PLR2004  (of one kind, all can be compared)
+        return
+    kinds = ", ".join(f"{name} ({count})" for name, count in sorted(group.kinds.items()))
+    if quantity.is_result:
+        raise DataError(f"results of several kinds: {kinds}", hint="choose by --procedure")
+    raise DataError(f"figures of several rigs or mandrels: {kinds}", hint=_APART)
+
+
+def _values(
+    archive: Database, quantity: Quantity, filters: Filters, limit: int | None
+) -> dict[str, list[Found]]:
+    if quantity.is_named:
+        return named_values(archive, filters, limit)
+    if not quantity.is_result:
+        return _figures(archive, quantity, filters, limit)
+    at_points = any(name in filters.ranges for name in _OF_POINTS)
+    value, expanded = TORQUES[quantity.name]
+    found: dict[str, list[Found]] = {}
+    for row in rows(archive, "points" if at_points else "runs", filters, limit=limit):
+        if row[value] is not None:
+            each = Found(row[value], row[expanded] if expanded else None, TORQUE_UNIT)
+            found.setdefault(row[FOLDER], []).append(each)
+    return found
+
+
+def named_values(
+    archive: Database, filters: Filters, limit: int | None = None
+) -> dict[str, list[Found]]:
+    """Return the named results of each run, in the unit of the newest."""
+    every = [row for row in rows(archive, "results", filters, limit=limit) if row["si_unit"]]
+    kinds = sorted({row["si_unit"] for row in every})
+    if len(kinds) > 1:
+        hint = "choose by --procedure or --revision"
+        raise UsageError(f"'{every[0]['name']}' is in {' and in '.join(kinds)}", hint=hint)
+    found: dict[str, list[Found]] = {}
+    for row in every:
+        if row["si_value"] is not None:
+            found.setdefault(row[FOLDER], []).append(_in_unit(row, every[-1]["unit"]))
+    return found
+
+
+def _in_unit(row: Mapping[str, Any], symbol: str) -> Found:
+    """Return a named result in a unit of the same kind; in its own as it is stated."""
+    expanded = None if row["expanded"] is None else float(row["expanded"])
+    value, place = row["value"], row["place"] or ""
+    if row["unit"] != symbol:
+        scale = unit(row["unit"]).factor / unit(symbol).factor
+        value, expanded = from_si(row["si_value"], symbol), expanded and expanded * scale
+    return Found(value, expanded, symbol, place, row["number"])
+
+
+def _figures(
+    archive: Database, quantity: Quantity, filters: Filters, limit: int | None
+) -> dict[str, list[Found]]:
+    found: dict[str, list[Found]] = {}
+    names, known = set(), set()
+    for row in rows(archive, "figures", filters, limit=limit):
+        known.add(row["name"])
+        if quantity.fits(row["source"], row["name"]) and row["value"] is not None:
+            names.add(f"{row['source']}/{row['name']}")
+            each = Found(row["value"], _expanded(row), row["unit"] or "")
+            found.setdefault(row[FOLDER], []).append(each)
+    if len(names) > 1:
+        raise UsageError(
+            f"several figures are called '{quantity.name}'",
+            hint=f"name one: {', '.join(sorted(names))}",
+        )
+    known |= {row["name"] for row in rows(archive, "results", filters, limit=limit)}
+    if not found and known:
+        raise UsageError(
+            f"no run that fits has a result or figure '{quantity.name}'",
+            hint=f"there are: {', '.join([*TORQUES, *sorted(known)])}",
+        )
+    return found
+
+
+def _expanded(row: Mapping[str, Any]) -> float | None:
+    if row["u"] is None or not isfinite(row["u"]):
+        return None
+    dof = float("inf") if row["dof"] is None else row["dof"]
+    return float(row["u"] * coverage_factor(dof))
+
+
+def unfit(run: Mapping[str, Any]) -> str:
+    """Return why a run of an archive does not count in a study; empty where it does."""
+    if run["problem"]:
+        return "it cannot be read"
+    if run["missing"]:
+        return "its files are gone"
+    if run["outcome"] != "completed" or not run["sealed"]:
+        return f"it was not completed: {run['outcome'] or 'not sealed'}"
+    return "it played a tape" if run["replayed"] else ""
+
+
+def _unclear(found: Sequence[Found], quantity: Quantity) -> str:
+    """Return why what a run found is no value; empty where it is one, or one at each place."""
+    if not found:
+        return "it has no such value"
+    if len(found) > 1 and not quantity.is_named:
+        return "several of its set-points fit"
+    finite = all(isfinite(each.value) for each in found)
+    return "" if finite else "its value is not a finite number"
+
+
+def _twice(
+    run: Mapping[str, Any], found: Sequence[Found], counted: dict[tuple[str, float], str]
+) -> str:
+    """Return why a figure is excluded: a no-load run's value repeats in each run that uses it."""
+    key = (run["no_load_run"] or run["run_id"], found[0].value)
+    first = counted.setdefault(key, run["run_id"])
+    return "" if first == run["run_id"] else f"its value is that of {first}: the same no-load run"
+
+
+def _name(run: Mapping[str, Any], by: Sequence[str]) -> str:
+    return ", ".join(f"{each} {run[each] or NOT_STATED}" for each in by) or "all runs"
+
+
+def _kind(run: Mapping[str, Any], quantity: Quantity) -> str:
+    if quantity.is_result:
+        return " by ".join(filter(None, (run["procedure"], run["method"])))
+    names = ("rig",) if quantity.is_zero else ("rig", "mandrel")
+    return " with ".join(filter(None, (run[each] for each in names)))
+
+
+def _nothing(quantity: Quantity, excluded: Sequence[Excluded]) -> str:
+    if not excluded:
+        return "no run fits"
+    reasons = Counter(each.reason for each in excluded).most_common(3)
+    told = "; ".join(f"{count} x {reason}" for reason, count in reasons)
+    return f"no run that fits has a '{quantity.name}' that counts: {told}"

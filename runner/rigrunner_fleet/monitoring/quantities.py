@@ -1,0 +1,62 @@
+"""What of a run can be followed over many: its results, or what it found of its rig."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from rigrunner_fleet.archive.querying import rows
+
+if TYPE_CHECKING:
+    from rigrunner_fleet.archive.database import Database
+    from rigrunner_fleet.archive.filters import Filters
+
+TORQUE_UNIT = "N·m"
+TORQUES = {"torque": ("torque_nm", "expanded_nm"), "raw_peak": ("raw_peak_nm", "")}
+"""Columns of a run, and of a set-point: the value and its expanded uncertainty."""
+SHORT = {"J": "inertia", "fn": "natural frequency", "damping": "damping ratio"}
+"""Short names of the rig's figures."""
+ZERO = "zero"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A result of runs, or a figure of their rigs as the archive has it: 'name', 'source/name'."""
+
+    name: str
+    is_named: bool = False
+    """Whether it is a named result, of any unit."""
+
+    @property
+    def is_result(self) -> bool:
+        """Whether it is a result; else a figure of the rig."""
+        return self.is_named or self.name in TORQUES
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Columns of runs by which it is told apart where a person does not say."""
+        return ("type", "lot") if self.is_result else ("rig",)
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether it is a zero reading, which depends on no mandrel."""
+        return self.name == ZERO or self.name.startswith(f"{ZERO}/")
+
+    def fits(self, source: str, name: str) -> bool:
+        """Tell whether a figure of the archive is this one."""
+        asked = SHORT.get(self.name, self.name)
+        return asked in {name, f"{source}/{name}"} or (asked == ZERO == source)
+
+
+def quantity_in(archive: Database, name: str, filters: Filters) -> Quantity:
+    """Return what a name means in an archive: a result of runs that fit, else a figure of rigs."""
+    if name in TORQUES:
+        return Quantity(name)
+    return Quantity(
+        name, is_named=len(rows(archive, "results", of_name(name, filters), limit=1)) > 0
+    )
+
+
+def of_name(name: str, filters: Filters) -> Filters:
+    """Return filters of the runs that have a named result."""
+    return replace(filters, results={name: None, **filters.results})

@@ -1,0 +1,69 @@
+"""A run analysed again, for a notebook."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rigrunner_fleet.notebook.found import figures_of, plot_of, points_of, results_of, results_plot
+
+if TYPE_CHECKING:
+    from rigrunner.api.results import Result
+    from rigrunner.plots import Plot
+    from rigrunner_fleet.archive import Rows
+    from rigrunner_fleet.notebook.found import Document
+
+
+@dataclass(frozen=True, eq=False)
+class Analysis:
+    """The result of an analysis."""
+
+    result: Result
+    """All of it, as reports get it."""
+
+    @cached_property
+    def document(self) -> Document:
+        """The same numbers as `result.json` has them."""
+        from rigrunner.analysis.document import document  # noqa: PLC0415  (the analysis is heavy)
+
+        return dict(document(self.result))
+
+    @property
+    def points(self) -> Rows:
+        """A row for each set-point, as in the archive."""
+        return points_of(self.document)
+
+    @property
+    def results(self) -> Rows:
+        """A row for each named result, as in the archive."""
+        return results_of(self.document)
+
+    @property
+    def figures(self) -> Rows:
+        """What was found of the rig, as in the archive."""
+        return figures_of(self.document)
+
+    def plot_results(self, name: str) -> Plot:
+        """Return the figures of a named result, as the report has them; raise UsageError."""
+        return results_plot(self.document, name)
+
+    def plot(self) -> Plot:
+        """Return torque over frequency."""
+        return plot_of(self.document, self.result.run.run_id)
+
+
+def analyse(
+    run: Path | str, no_load: Path | str | None = None, *, station: str | None = None
+) -> Analysis:
+    """Analyse a stored run as its procedure says, with the plugins that are installed now.
+
+    `no_load` stands in place of the no-load run in its file; `station` names one whose own plugins
+    are needed. Nothing is written. Raises DataError for what cannot be analysed.
+    """
+    from rigrunner.workflow.lab_plugins import lab_registry  # noqa: PLC0415  (the analysis is heavy)
+    from rigrunner.workflow.stored import analyse_run  # noqa: PLC0415  (the same)
+
+    other = None if no_load is None else Path(no_load)
+    return Analysis(analyse_run(Path(run), lab_registry(station), other))

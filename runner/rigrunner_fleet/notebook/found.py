@@ -1,0 +1,100 @@
+"""What a result document says, as rows and plots."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigrunner.api.data import Estimate
+from rigrunner.api.errors import UsageError
+from rigrunner.api.findings import MeasurementResult, ResultDefinition
+from rigrunner.api.verdict import Limits, Verdict
+from rigrunner.plots import results, torque_over_frequency
+from rigrunner.signal.result_figures import over_coordinate
+from rigrunner.workflow.set_points import coordinates_in
+from rigrunner_fleet.archive import Rows
+from rigrunner_fleet.archive.documents import at, degrees_of_freedom, number
+from rigrunner_fleet.archive.named_results import named_results
+from rigrunner_fleet.archive.result_facts import figures, points
+from rigrunner_fleet.archive.schema import FIGURES, POINTS, RESULTS
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from sqlalchemy import Table
+
+    from rigrunner.plots import Plot
+
+Document = dict[str, Any]
+
+
+def points_of(document: Document | None) -> Rows:
+    """Return a row for each set-point, with the columns of the archive's `points`."""
+    return _rows(POINTS, points(document))
+
+
+def results_of(document: Document | None) -> Rows:
+    """Return a row for each named result, with the columns of the archive's `results`."""
+    return _rows(RESULTS, named_results(document, at(document, "decision")))
+
+
+def figures_of(document: Document | None) -> Rows:
+    """Return what was found of the rig, with the columns of the archive's `figures`."""
+    return _rows(FIGURES, figures(document, {}))
+
+
+def plot_of(document: Document | None, title: str) -> Plot:
+    """Return raw and compensated torque over frequency, with the limits."""
+    found = points_of(document)
+    columns = [
+        np.array([np.nan if value is None else value for value in found.column(name)], float)
+        for name in ("frequency_hz", "raw_peak_nm", "torque_nm", "expanded_nm")
+    ]
+    ends = (at(document, "decision", name, "value") for name in ("lower_limit", "upper_limit"))
+    limits = [limit for end in ends if (limit := number(end)) is not None]
+    return torque_over_frequency(*columns, title=title, limits_nm=limits)
+
+
+def results_plot(document: Document | None, name: str) -> Plot:
+    """Return the figures of the results of one name, those that a report has.
+
+    Raises UsageError where there is none of that name, or nothing to draw it over.
+    """
+    rows = results_of(document)
+    every = list(zip((document or {}).get("results") or (), rows, strict=True))
+    limited = [(_result(each), *_limit(row)) for each, row in every if each["name"] == name]
+    if not limited:
+        names = ", ".join(dict.fromkeys(each["name"] for each, _ in every)) or "none"
+        raise UsageError(f"there is no result '{name}'", hint=f"there are: {names}")
+    figures = over_coordinate(limited)
+    if not figures:
+        raise UsageError(f"'{name}' has no coordinate that is a number of several")
+    return results(figures)
+
+
+def _result(stored: Mapping[str, Any]) -> MeasurementResult:
+    found = stored["estimate"]
+    known = ResultDefinition(
+        name=stored["name"],
+        symbol=stored["symbol"] or "",
+        text=stored["text"] or "",
+        unit=found["unit"],
+    )
+    u, dof = number(found["standard_uncertainty"]), degrees_of_freedom(found["degrees_of_freedom"])
+    estimate = Estimate(
+        found["value"], np.nan if u is None else u, np.nan if dof is None else dof, found["unit"]
+    )
+    return MeasurementResult(of=known, estimate=estimate, coordinates=coordinates_in(stored))
+
+
+def _limit(row: Mapping[str, Any]) -> tuple[Limits | None, bool]:
+    limits = Limits.between(row["lower"], row["upper"], row["unit"])
+    limited = row["lower"] is not None or row["upper"] is not None
+    return limits if limited else None, row["verdict"] not in {None, Verdict.PASS}
+
+
+def _rows(table: Table, every: list[Mapping[str, Any]] | list[dict[str, Any]]) -> Rows:
+    kinds = {each.name: each.type.python_type for each in table.c if each.name != "run"}
+    values = tuple(tuple(row[name] for name in kinds) for row in every)
+    return Rows(table=table.name, columns=kinds, values=values)

@@ -1,0 +1,109 @@
+"""A batch of analyses: a folder with one result per run, a summary, and what is done."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import AbortedError, UsageError
+from rigrunner.jobs import journal
+from rigrunner.runfile.durable import writing
+from rigrunner.workflow.lab_plugins import lab_registry, plugin_folders
+from rigrunner.workflow.locate import find_station
+from rigrunner.workflow.provenance import code_digest, software
+from rigrunner_fleet.reanalysis.summary import Summary, by_run, write_summary, write_text
+from rigrunner_fleet.reanalysis.task import Reanalysed, Reanalysis, Row
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+    from pathlib import Path
+
+    from rigrunner.api.devices import StopToken
+    from rigrunner.jobs import Done, Workers
+    from rigrunner_fleet.reanalysis.changes import Changes
+    from rigrunner_fleet.reanalysis.selection import Chosen
+
+DONE = "done.jsonl"
+RESULT = "result.json"
+TRACE = "traceback.txt"
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Analyses runs into a folder."""
+
+    out: Path
+    changes: Changes
+    station: str | None
+    """A station whose folder has plugins of its own."""
+    workers: Workers
+    stop: StopToken
+    progress: Callable[[int, int], None]
+    """Is told how many runs of how many are done, first those that were done before."""
+    raw: bool = False
+    """Whether the summary has texts as they are, also where a spreadsheet sees formulas."""
+
+    def run(self, runs: Sequence[Chosen]) -> Summary:
+        """Analyse every run that is not done yet, and return what all of them gave.
+
+        A run that fails is listed and ends nothing; it is tried again the next time. Raises
+        UsageError where the folder holds something else, or results of other settings or software,
+        and AbortedError once the token is set: what is done is kept.
+        """
+        _refuse_strange(self.out)
+        station = None if self.station is None else str(find_station(self.station).resolve())
+        used = software(lab_registry(station))
+        task = Reanalysis(self.changes, station, used)
+        failed: list[Row] = []
+        with journal(self.out / DONE, self._identity(used)) as kept:
+            keys = {each: json.dumps([each.name, each.stamp]) for each in runs}
+            left = [each for each in runs if keys[each] not in kept]
+            done = len(runs) - len(left)
+            self.progress(done, len(runs))
+            for each in self.workers.outcomes(task, [run.path for run in left], self.stop):
+                chosen = left[each.place]
+                if each.answer.value is None:
+                    failed.append(self._failure(chosen, each))
+                else:
+                    kept.add(keys[chosen], self._store(chosen, each.answer.value))
+                done += 1
+                self.progress(done, len(runs))
+            rows = [Row(**kept[keys[each]]) for each in runs if keys[each] in kept]
+        found = Summary(tuple(rows), tuple(sorted(failed, key=by_run)), len(runs))
+        write_summary(self.out, found, raw=self.raw)
+        if done < len(runs):
+            raise AbortedError(
+                f"{done} of {len(runs)} runs are done",
+                hint=f"their results are in {self.out}: the same command goes on with the rest",
+            )
+        return found
+
+    def _identity(self, used: Mapping[str, str]) -> Mapping[str, str]:
+        """Return what a result depends on besides its run."""
+        code = code_digest(*plugin_folders(self.station))
+        return {**used, "code": code, "changes of the analysis": self.changes.describe()}
+
+    def _store(self, chosen: Chosen, found: Reanalysed) -> dict[str, Any]:
+        self._tell(chosen, RESULT, found.result)
+        return {**found.row, "run": chosen.name}
+
+    def _failure(self, chosen: Chosen, done: Done[Path, Reanalysed]) -> Row:
+        self._tell(chosen, TRACE, done.answer.trace)
+        return Row(run=chosen.name, problem=done.problem)
+
+    def _tell(self, chosen: Chosen, name: str, text: str) -> None:
+        """Write what a run gave in place of what it gave before: that is no longer true."""
+        folder = self.out / chosen.name
+        with writing(folder):
+            for old in (RESULT, TRACE):
+                (folder / old).unlink(missing_ok=True)
+        if text:
+            write_text(folder / name, text)
+
+
+def _refuse_strange(out: Path) -> None:
+    if out.is_dir() and not (out / DONE).exists() and any(out.iterdir()):
+        raise UsageError(
+            f"{out} is not empty, and no batch of analyses is in it", hint="name a new folder"
+        )

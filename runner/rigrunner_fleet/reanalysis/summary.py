@@ -1,0 +1,106 @@
+"""What a batch of analyses found, as a table for programs and for people."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from dataclasses import asdict, dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.runfile.durable import publish, temporary, writing
+from rigrunner.spreadsheet import cell
+from rigrunner_fleet.reanalysis.task import Row
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+FORMAT = "rigrunner: reanalysis/1"
+COLUMNS = tuple(each.name for each in fields(Row) if each.name != "results")
+
+
+@dataclass(frozen=True)
+class Summary:
+    """The lines of all runs."""
+
+    done: tuple[Row, ...]
+    failed: tuple[Row, ...]
+    of: int
+    """How many runs there are: fewer lines are there if it was stopped."""
+
+    @property
+    def analysed(self) -> tuple[Row, ...]:
+        """The runs that have a result."""
+        return tuple(row for row in self.done if not row.skipped)
+
+    @property
+    def skipped(self) -> tuple[Row, ...]:
+        """The runs of which there is nothing to analyse."""
+        return tuple(row for row in self.done if row.skipped)
+
+    @property
+    def other_verdicts(self) -> tuple[Row, ...]:
+        """The runs that have another verdict than by their first analysis."""
+        return tuple(row for row in self.analysed if row.verdict != row.verdict_before)
+
+    def document(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        return {
+            "format": FORMAT,
+            "runs": self.of,
+            "analysed": len(self.analysed),
+            "skipped": len(self.skipped),
+            "failed": len(self.failed),
+            "other_verdicts": len(self.other_verdicts),
+            "rows": [asdict(row) for row in self._rows()],
+        }
+
+    def table(self, *, raw: bool = False) -> str:
+        """Return it as CSV, a header and a line per run.
+
+        What a spreadsheet would take for a formula has an apostrophe before it, unless `raw`.
+        """
+        return _csv([{name: getattr(row, name) for name in COLUMNS} for row in self._rows()], raw)
+
+    def results(self, *, raw: bool = False) -> str:
+        """Return the named results as CSV, a line each; '' where there is none."""
+        every = [{"run": row.run, **each} for row in self._rows() for each in row.results]
+        return _csv(every, raw) if every else ""
+
+    def _rows(self) -> list[Row]:
+        return sorted((*self.done, *self.failed), key=by_run)
+
+
+def _csv(rows: Sequence[Mapping[str, Any]], raw: bool) -> str:  # noqa: FBT001  (as the callers')
+    text = io.StringIO()
+    writer = csv.DictWriter(text, rows[0] if rows else COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    for row in rows:
+        writer.writerow(row if raw else {name: cell(each) for name, each in row.items()})
+    return text.getvalue()
+
+
+def by_run(row: Row) -> str:
+    """Return what lines are sorted by."""
+    return row.run
+
+
+def write_summary(folder: Path, found: Summary, *, raw: bool = False) -> None:
+    """Write `summary.csv` and `summary.json`, and `results.csv` where there are named results.
+
+    Raises DataError where they cannot be written.
+    """
+    document = json.dumps(found.document(), ensure_ascii=False, indent=2, allow_nan=False)
+    write_text(folder / "summary.json", f"{document}\n")
+    write_text(folder / "summary.csv", found.table(raw=raw))
+    if named := found.results(raw=raw):
+        write_text(folder / "results.csv", named)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file whole or not at all; raise DataError where that cannot be."""
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary(path).write_text(text, encoding="utf-8", errors="backslashreplace")
+        publish(path, read_only=False)

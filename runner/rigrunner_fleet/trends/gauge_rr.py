@@ -1,0 +1,95 @@
+"""Gauge repeatability and reproducibility by analysis of variance, crossed and balanced.
+
+AIAG, Measurement Systems Analysis, 4th edition (2010), chapter III, section B and appendix A.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import stats
+
+from rigrunner.api.errors import DataError
+from rigrunner.api.studies import Components, GaugeAnalysis, Row
+from rigrunner_fleet.trends.gauge_intervals import known
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+POOLING_LEVEL = 0.25
+"""The interaction is pooled with the error where its p-value is above it (AIAG, appendix A)."""
+
+
+def gauge_rr(readings: npt.ArrayLike) -> GaugeAnalysis:
+    """Analyse readings of shape (parts, operators, trials), at least 2 of each.
+
+    Negative estimates of a variance are taken as zero (AIAG, appendix A). Raises DataError for
+    another shape, a reading that is not finite, or readings that are all the same.
+    """
+    values = _checked(readings)
+    parts, operators, trials = values.shape
+    rows = _table(values)
+    part, operator, both, error, _ = rows
+    pooled = both.p is not None and both.p > POOLING_LEVEL
+    if pooled:
+        square = (both.sum_of_squares + error.sum_of_squares) / (
+            both.degrees_of_freedom + error.degrees_of_freedom
+        )
+        repeatability, interaction, against = square, 0.0, square
+    else:
+        repeatability, against = error.mean_square, both.mean_square
+        interaction = max(0.0, (both.mean_square - error.mean_square) / trials)
+    found = Components(
+        repeatability=sqrt(repeatability),
+        operator=sqrt(max(0.0, (operator.mean_square - against) / (parts * trials))),
+        interaction=sqrt(interaction),
+        part=sqrt(max(0.0, (part.mean_square - against) / (operators * trials))),
+    )
+    return GaugeAnalysis(rows, pooled, found, known(rows[:4], values.shape, pooled=pooled))
+
+
+def _table(values: npt.NDArray[np.float64]) -> tuple[Row, ...]:
+    parts, operators, trials = values.shape
+    mean = values.mean()
+    by_part, by_operator = values.mean(axis=(1, 2)), values.mean(axis=(0, 2))
+    cells = values.mean(axis=2)
+    of_parts = operators * trials * float(((by_part - mean) ** 2).sum())
+    of_operators = parts * trials * float(((by_operator - mean) ** 2).sum())
+    apart = cells - by_part[:, None] - by_operator[None, :] + mean
+    of_both = trials * float((apart**2).sum())
+    of_error = float(((values - cells[:, :, None]) ** 2).sum())
+    of_all = float(((values - mean) ** 2).sum())
+    error = _row("repeatability", parts * operators * (trials - 1), of_error)
+    both = _row("part x operator", (parts - 1) * (operators - 1), of_both, error)
+    return (
+        _row("part", parts - 1, of_parts, both),
+        _row("operator", operators - 1, of_operators, both),
+        both,
+        error,
+        _row("total", values.size - 1, of_all),
+    )
+
+
+def _row(source: str, dof: int, squares: float, against: Row | None = None) -> Row:
+    mean = squares / dof
+    if against is None or against.mean_square == 0.0:
+        return Row(source, dof, squares, mean)
+    f = mean / against.mean_square
+    return Row(source, dof, squares, mean, f, float(stats.f.sf(f, dof, against.degrees_of_freedom)))
+
+
+def _checked(readings: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    values = np.asarray(readings, dtype=np.float64)
+    if values.ndim != 3 or min(values.shape) < 2:  # noqa: PLR2004  (three factors, two of each)
+        shape = " x ".join(map(str, values.shape))
+        raise DataError(
+            f"readings of {shape} are no crossed study",
+            hint="parts x operators x trials, at least 2 of each",
+        )
+    if not np.isfinite(values).all():
+        raise DataError("a reading is not a finite number")
+    if np.ptp(values) == 0.0:
+        raise DataError("all readings are the same: there is no variance to analyse")
+    return values

@@ -1,0 +1,93 @@
+"""Procedures and stations to choose from: a laboratory's own, and those that are shipped."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from rigrunner.api.errors import RigrunnerError
+from rigrunner.procedure import load_procedure
+from rigrunner.station import load_station
+from rigrunner.workflow.approval import approval_state
+from rigrunner.workflow.locate import shipped_folder
+from rigrunner_panel.errors import not_found
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+_KIND = re.compile(r"^rigrunner:\s*[\"']?(procedure|station)/", re.MULTILINE)
+_HEAD_BYTES = 16_384
+_FOLDERS = (".", "procedures", "stations", "procedures/stations")
+
+What = Literal["procedure", "station"]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One file to choose."""
+
+    name: str
+    path: Path
+    id: str
+    title: str
+    shipped: bool
+    problem: str = ""
+    """Why it cannot be used as it is."""
+    note: str = ""
+    """Of a procedure: its revision and its approval."""
+
+
+class Catalogue:
+    """The files of a laboratory's folder and the shipped ones. Names are those of its lists."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def entries(self, what: What) -> list[Entry]:
+        """Return what there is, the laboratory's own first, each by name."""
+        found: dict[Path, Entry] = {}
+        for path, name, shipped in self._files():
+            if path.resolve() not in found and _kind(path) == what:
+                found[path.resolve()] = _entry(path, name, what, shipped=shipped)
+        return sorted(found.values(), key=lambda each: (each.shipped, each.name))
+
+    def path(self, what: What, name: str) -> Path:
+        """Return the file of that name in the list; raise PanelError."""
+        for path, known, _ in self._files():
+            if known == name and _kind(path) == what:
+                return path
+        raise not_found(f"there is no {what} '{name[:80]}'", f"see GET /api/{what}s")
+
+    def _files(self) -> Iterator[tuple[Path, str, bool]]:
+        for below in _FOLDERS:
+            for path in sorted((self._folder / below).glob("*.y*ml")):
+                yield path, path.relative_to(self._folder).as_posix(), False
+        for folder in (shipped_folder(), shipped_folder() / "stations"):
+            for path in sorted(folder.glob("*.yaml")):
+                yield path, path.stem, True
+
+
+def _kind(path: Path) -> str:
+    """Return what a file says that it is; empty for something else."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD_BYTES).decode("utf-8", "replace")
+    except OSError:
+        return ""
+    found = _KIND.search(head)
+    return found[1] if found else ""
+
+
+def _entry(path: Path, name: str, what: What, *, shipped: bool) -> Entry:
+    try:
+        if what == "procedure":
+            procedure = load_procedure(path)
+            model, state = procedure.model, approval_state(procedure)
+            note = f"revision {model.revision}, {state.sentence()}"
+            return Entry(name, path, model.id, model.title, shipped, note=note)
+        station = load_station(path).model
+        return Entry(name, path, station.id, station.title, shipped)
+    except RigrunnerError as error:
+        return Entry(name, path, path.stem, "", shipped, problem=str(error))

@@ -1,0 +1,97 @@
+"""`rigrunner panel`: the operator's screen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.cli.options import runs_option
+
+if TYPE_CHECKING:
+    from rigrunner.api.errors import ExitCode
+
+
+@click.command(name="panel")
+@runs_option
+@click.option(
+    "--procedures",
+    type=click.Path(path_type=Path, file_okay=False, exists=True),
+    default=Path(),
+    show_default=True,
+    help="The lab folder whose procedures and stations there are to choose.",
+)
+@click.option(
+    "--letterhead",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=Path("letterhead"),
+    show_default=True,
+    help="The laboratory's folder for certificates.",
+)
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    default=8750,
+    show_default=True,
+    help="Where to listen; 0 takes a free one.",
+)
+@click.option(
+    "--host",
+    default="127.0.0.1",
+    show_default=True,
+    help="The address to listen on; beyond this machine only with a token.",
+)
+@click.option(
+    "--token",
+    envvar="RIGRUNNER_PANEL_TOKEN",
+    default="",
+    metavar="TEXT",
+    help="What a client must know; better given by the variable RIGRUNNER_PANEL_TOKEN.",
+)
+@click.option(
+    "--public-name",
+    default="",
+    metavar="HOST",
+    help="The name by which a proxy with TLS lets others in, with its port unless that is 443.",
+)
+@click.option("--no-browser", is_flag=True, help="Do not open a browser.")
+def command(
+    *,
+    runs: Path,
+    procedures: Path,
+    letterhead: Path,
+    port: int,
+    host: str,
+    token: str,
+    public_name: str,
+    no_browser: bool,
+) -> ExitCode:
+    """Open the operator panel in a browser.
+
+    A run goes on whatever the browser does. Ctrl-C ends the panel; while a run goes on it aborts
+    the run, and a second one stops it at once: the rig is made safe first.
+    """
+    from rigrunner.cli.output import message
+
+    try:
+        import starlette  # noqa: F401  (only whether it is there)
+        import uvicorn  # noqa: F401  (likewise)
+        import websockets  # noqa: F401  (likewise)
+    except ImportError as error:
+        from rigrunner.api.errors import MissingPackageError
+
+        hint = "pip install 'rigrunner[panel]'"
+        raise MissingPackageError(f"the panel needs {error.name}", hint=hint) from error
+    from rigrunner_panel.serve import serve
+    from rigrunner_panel.web.panel import Settings
+
+    settings = Settings(
+        runs=runs,
+        procedures=procedures,
+        letterhead=letterhead,
+        host=host,
+        token=token,
+        public_name=public_name,
+    )
+    return serve(settings, port, message, open_browser=not no_browser)

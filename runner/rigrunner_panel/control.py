@@ -1,0 +1,105 @@
+"""Who may steer: one client at a time, the others watch."""
+
+from __future__ import annotations
+
+import hashlib
+import threading
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.clock import utc_text
+from rigrunner_panel.errors import PanelError, wrong_state
+from rigrunner_panel.view.sections import Control as ControlView
+
+if TYPE_CHECKING:
+    from datetime import datetime
+
+    from rigrunner_panel.view.board import Board
+
+
+@dataclass(frozen=True)
+class Holder:
+    """Who has control, and since when."""
+
+    client: str
+    name: str
+    since_utc: str
+
+
+def short_name(client: str) -> str:
+    """Return what others may know of a client's id: who knows the id could steer in its place."""
+    return hashlib.sha256(client.encode()).hexdigest()[:8]
+
+
+class Control:
+    """Knows who has control, and which clients are connected."""
+
+    def __init__(self, board: Board) -> None:
+        self._board = board
+        self._lock = threading.Lock()
+        self._holder: Holder | None = None
+        self._connected: Counter[str] = Counter()
+
+    def take(self, client: str, name: str, now: datetime, *, take_over: bool) -> Holder | None:
+        """Give control to a client; return from whom it was taken, if from another one.
+
+        Raises PanelError where another client has it and it is not taken over.
+        """
+        with self._lock:
+            before = self._holder
+            is_other = before is not None and before.client != client
+            if before is not None and is_other and not take_over:
+                message = f"{before.name} has control"
+                raise wrong_state(message, "take it over, if that is agreed: it goes on record")
+            since = before.since_utc if before is not None and not is_other else utc_text(now)
+            self._holder = Holder(client, name, since)
+            self._tell()
+            return before if is_other else None
+
+    def release(self, client: str) -> None:
+        """Give control up; raises PanelError for one that has not got it."""
+        with self._lock:
+            self._required(client)
+            self._holder = None
+            self._tell()
+
+    def required(self, client: str) -> str:
+        """Return the name of who steers; raise PanelError for a client that only watches."""
+        with self._lock:
+            return self._required(client)
+
+    def name_of(self, client: str) -> str:
+        """Return how a client is called on record: by name if it has control."""
+        with self._lock:
+            if self._holder is not None and self._holder.client == client:
+                return self._holder.name
+        return f"panel client {short_name(client)}" if client else "panel"
+
+    def connected(self, client: str, step: int) -> None:
+        """Count a WebSocket of a client that came (1) or went (-1)."""
+        with self._lock:
+            self._connected[client] += step
+            self._connected += Counter()
+            self._tell()
+            self._board.put(watchers=self._connected.total())
+
+    def _required(self, client: str) -> str:
+        if self._holder is None:
+            message, hint = "nobody has control", "take it first: POST /api/control"
+            raise PanelError(403, "not_in_control", message, hint)
+        if self._holder.client != client:
+            message = f"{self._holder.name} has control"
+            raise PanelError(403, "not_in_control", message, "watch, or take it over")
+        return self._holder.name
+
+    def _tell(self) -> None:
+        holder, view = self._holder, None
+        if holder is not None:
+            view = ControlView(
+                client=short_name(holder.client),
+                name=holder.name,
+                since_utc=holder.since_utc,
+                connected=self._connected[holder.client] > 0,
+            )
+        self._board.put(control=view)

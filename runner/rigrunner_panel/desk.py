@@ -1,0 +1,200 @@
+"""The panel's hold on the rig: one job at a time, in a process of its own."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from typing import TYPE_CHECKING
+
+from rigrunner.engine import Choice, Decision
+from rigrunner.procedure.answers import AnswerError
+from rigrunner_panel.errors import PanelError, wrong_state
+from rigrunner_panel.live.rigs import alarms_of_rigs
+from rigrunner_panel.live.story import Story
+from rigrunner_panel.live.watcher import Watcher
+from rigrunner_panel.process import news, orders
+from rigrunner_panel.process.launch import Process
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner.engine import Interference
+    from rigrunner_panel.live.curves import Curves
+    from rigrunner_panel.live.of_news import Links
+    from rigrunner_panel.process.orders import Job
+    from rigrunner_panel.view.board import Board
+    from rigrunner_panel.view.sections import JobView
+
+_log = logging.getLogger("rigrunner_panel")
+
+RIG_PROCESS = "rigrunner_panel.jobs.main"
+
+
+class Desk:
+    """Starts jobs, hears how they go, and passes on what people want. For any thread."""
+
+    def __init__(self, board: Board, runs: Path) -> None:
+        self.board = board
+        self.runs = runs
+        self._lock = threading.RLock()
+        self._story: Story | None = None
+        self._process: Process | None = None
+        self._watcher: Watcher | None = None
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a job is running."""
+        with self._lock:
+            return self._story is not None and not self._story.is_over
+
+    @property
+    def name(self) -> str:
+        """What goes on, in words."""
+        with self._lock:
+            job = self._story.job if self._story is not None else None
+        return "nothing" if job is None else job.run or f"the {job.kind} of {job.procedure}"
+
+    @property
+    def curves(self) -> Curves | None:
+        """The live curves of the present or last job."""
+        with self._lock:
+            return None if self._story is None else self._story.curves
+
+    def start(self, job: Job, view: JobView, links: Links) -> None:
+        """Start a job; raise PanelError while another one goes on."""
+        with self._lock:
+            self._refuse_second()
+            process = Process(RIG_PROCESS)
+            story = Story(self.board, view, links)
+            watcher = Watcher(self.runs, job.station) if job.kind != "preflight" else None
+            self._story, self._process, self._watcher = story, process, watcher
+            process.send(job)
+            process.listen(
+                lambda message: self._hear(story, message), lambda code: self._lost(story, code)
+            )
+            if watcher is not None:
+                watcher.start(story, self._lock)
+
+    def answer(self, prompt: int, text: str, by: str) -> None:
+        """Answer a prompt; raise PanelError for another one, or what is no answer to it."""
+        with self._lock:
+            asked = self._going().prompt
+            if asked is None or asked.number != prompt:
+                raise wrong_state("this question is not asked any more", "look at state.prompt")
+            if not text.strip():
+                raise PanelError(422, "invalid", "the answer is empty", asked.expected.words)
+            try:
+                accepted = asked.expected.accept(text)
+            except AnswerError as error:
+                raise PanelError(422, "invalid", error.message, error.hint) from error
+            self._send(orders.GiveAnswer(prompt, accepted, by))
+
+    def pause(self, by: str, decision: Decision | None = None) -> None:
+        """Pause at the next safe point; with a decision, go on so at once."""
+        with self._lock:
+            story = self._going()
+            if self.board.get("phase") not in ("running", "asking", "pausing"):
+                raise wrong_state("nothing runs that could be paused")
+            self._send(orders.AskPause(by, decision))
+            story.asked(str(decision.choice) if decision else "pause")
+
+    def decide(self, choice: Choice, by: str, reason: str) -> None:
+        """Let a paused run go on; one that is not paused is paused first to repeat or skip."""
+        decision = Decision(choice, by, reason)
+        with self._lock:
+            if not self._going().paused:
+                if choice not in (Choice.REPEAT, Choice.SKIP):
+                    raise wrong_state("the run is not paused", "pause it first")
+                self.pause(by, decision)
+                return
+            allowed = self.board.get("pause").choices
+            if choice not in allowed:
+                raise wrong_state(f"'{choice}' is not possible here", f"now: {', '.join(allowed)}")
+            self._send(orders.Decide(decision))
+
+    def abort(self, by: str, reason: str) -> None:
+        """End the run in order: teardown, and the rig is made safe."""
+        with self._lock:
+            story = self._going()
+            self._send(orders.Abort(by, reason))
+            story.asked("abort")
+
+    def stop(self, by: str, reason: str) -> bool:
+        """Let the rig be made safe at once; return whether anything was running."""
+        process = self._process  # without the lock: nothing may be waited for
+        stopped = process is not None and process.send(orders.Stop(by, reason))
+        with self._lock:
+            if self._story is not None and not self._story.is_over:
+                self._story.asked("stop")
+                return stopped
+        return False
+
+    def wish(self, message: object) -> None:
+        """Pass on what the manual page wants; raise PanelError where it is not open."""
+        with self._lock:
+            if self._going().job.kind != "manual":
+                raise wrong_state("the manual page has not got the rig", "open it first")
+            self._send(message)
+
+    def put_on_record(self, what: Interference) -> None:
+        """Let the run's record say what a person did, if a run goes on."""
+        with self._lock:
+            if self.is_busy:
+                self._send(orders.PutOnRecord(what))
+
+    def tick(self) -> None:
+        """Let time pass on the screen, and look for rigs that were left energised."""
+        rigs = alarms_of_rigs()
+        with self._lock:
+            if self._story is None:
+                self.board.put(alarms=rigs)
+                return
+            self._story.left(rigs)
+            self._story.tick()
+
+    def wait(self, timeout_s: float) -> bool:
+        """Wait until nothing goes on; return whether that is so."""
+        until_s = time.monotonic() + timeout_s
+        while self.is_busy and time.monotonic() < until_s:
+            time.sleep(0.05)
+        return not self.is_busy
+
+    def close(self) -> None:
+        """Let go of the process: a run that still goes on is aborted by it."""
+        if self._process is not None:
+            self._process.close()
+        if self._watcher is not None:
+            self._watcher.close()
+
+    def _hear(self, story: Story, message: object) -> None:
+        with self._lock:
+            try:
+                story.take(message)
+            except Exception:  # noqa: BLE001  (nothing on a screen may cost the run its listener)
+                _log.exception("a bug in the panel: the screen may be wrong, the run is not")
+            watcher = self._watcher if story is self._story else None
+        if watcher is not None:
+            watcher.notice(message)
+        if isinstance(message, news.Curve):
+            self.board.wake()
+
+    def _lost(self, story: Story, code: int | None) -> None:
+        with self._lock:
+            story.left(alarms_of_rigs())
+            story.lost(code)
+            if self._watcher is not None and story is self._story:
+                self._watcher.close()
+
+    def _refuse_second(self) -> None:
+        if self.is_busy:
+            raise wrong_state("the rig is in use", "wait for the end, or abort what goes on")
+
+    def _going(self) -> Story:
+        if self._story is None or self._story.is_over:
+            raise wrong_state("nothing is running")
+        return self._story
+
+    def _send(self, message: object) -> None:
+        if self._process is None or not self._process.send(message):
+            raise wrong_state("the process of the run is gone", "look at the rig")

@@ -1,0 +1,182 @@
+"""The stored runs: searched, shown one by one, and their files."""
+
+from __future__ import annotations
+
+import json
+from math import nan
+from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel
+
+from rigrunner.analysis.verdict.document import verdict_in
+from rigrunner.runfile import read
+from rigrunner.workflow.finish import RESULT_FILE
+from rigrunner.workflow.locate import run_names
+from rigrunner.workflow.log import event_text
+from rigrunner.workflow.runs import listed_run
+from rigrunner.workflow.set_points import other_results
+from rigrunner.workflow.stored import run_data
+from rigrunner_panel.errors import not_found
+from rigrunner_panel.view.of_result import with_uncertainty
+from rigrunner_panel.view.sections import Value
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from rigrunner.runfile import StoredRun
+
+SHOWN = (".html", ".json", ".pdf", ".h5", ".log", ".svg", ".txt")
+"""What is given out of a run's folder; what else lies there is nobody's business here."""
+
+
+class RunItem(BaseModel):
+    """A line of the history."""
+
+    run: str
+    state: str
+    problem: str = ""
+    procedure: str = ""
+    title: str = ""
+    station: str = ""
+    specimen: str = ""
+    operator: str = ""
+    started_utc: str = ""
+    outcome: str = ""
+    verdict: str = ""
+    headline: Value | None = None
+    result: str = ""
+    """Of a run without a headline: the named result that decides, or the only one, with its U."""
+
+
+class RunDetail(BaseModel):
+    """One stored run."""
+
+    item: RunItem
+    inputs: dict[str, str]
+    people: dict[str, str]
+    approval: dict[str, str]
+    ended_utc: str
+    reason: str
+    sealed: bool
+    recordings: tuple[str, ...]
+    digest_sha256: str
+    result: dict[str, Any] | None
+    events: tuple[dict[str, str], ...]
+    notes: tuple[str, ...]
+
+
+class History:
+    """The runs of one folder. What was read of a sealed run is kept: it does not change."""
+
+    def __init__(self, runs: Path) -> None:
+        self.runs = runs
+        self._known: dict[tuple[str, int], RunItem] = {}
+
+    def items(self) -> Iterator[RunItem]:
+        """Yield all runs, newest first."""
+        for name in reversed(run_names(self.runs)):
+            yield self._item(name)
+
+    def folder(self, run: str) -> Path:
+        """Return the folder of that run, one that the list has; raise PanelError."""
+        if run not in run_names(self.runs):
+            raise not_found(f"there is no run '{run[:80]}'", "see GET /api/runs")
+        return self.runs / run
+
+    def detail(self, run: str) -> RunDetail:
+        """Return all about a run but its samples; raise PanelError and DataError."""
+        stored = read(self.folder(run))
+        return RunDetail(
+            item=self._item(run),
+            inputs=dict(stored.header.inputs),
+            people=dict(run_data(stored).people),
+            approval=dict(stored.header.approval),
+            ended_utc=stored.info.ended_utc,
+            reason=stored.info.reason,
+            sealed=stored.info.sealed,
+            recordings=stored.info.recording_names,
+            digest_sha256=stored.digest,
+            result=None if stored.result_document is None else dict(stored.result_document),
+            events=tuple(_events(stored)),
+            notes=stored.notes,
+        )
+
+    def files(self, run: str) -> list[Path]:
+        """Return the files of a run that are given out."""
+        folder = self.folder(run)
+        return [each for each in sorted(folder.iterdir()) if self._is_shown(each)]
+
+    def file(self, run: str, name: str) -> Path:
+        """Return one of them; raise PanelError. Nothing outside of the run's folder has a name."""
+        for each in self.files(run):
+            if each.name == name:
+                return each
+        raise not_found(f"run {run[:80]} has no file '{name[:80]}'")
+
+    def _is_shown(self, path: Path) -> bool:
+        inside = path.resolve().is_relative_to(self.runs.resolve())
+        return inside and path.is_file() and path.suffix in SHOWN and path.name[:1] != "."
+
+    def _item(self, name: str) -> RunItem:
+        sealed = self.runs / name / "run.h5"
+        changed = sealed.stat().st_mtime_ns if sealed.is_file() else 0
+        key = (name, changed)
+        if key in self._known:
+            return self._known[key]
+        item = _item(self.runs, name)
+        if changed:
+            self._known[key] = item
+        return item
+
+
+def _item(runs: Path, name: str) -> RunItem:
+    listed = listed_run(runs, name)
+    if listed.info is None:
+        return RunItem(run=name, state=listed.state, problem=listed.problem)
+    header = listed.info.header
+    verdict, headline, result = _result(runs / name / RESULT_FILE)
+    return RunItem(
+        run=name,
+        state=listed.state,
+        procedure=header.procedure_id,
+        title=header.procedure_title,
+        station=header.station_id,
+        specimen=header.inputs.get("specimen", ""),
+        operator=header.people.get("operator") or header.inputs.get("operator", ""),
+        started_utc=header.started_utc,
+        outcome=listed.info.outcome if listed.info.sealed else "",
+        verdict=verdict,
+        headline=headline,
+        result=result,
+    )
+
+
+def _result(path: Path) -> tuple[str, Value | None, str]:
+    """Return verdict, headline and named result of a run's result.json, where it can be read."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        verdict, value = verdict_in(found), found["headline"]["compensated"]
+        if value is None:
+            return verdict, None, _named(found)
+        known = {"value_nm": value["value"], "U_nm": value["expanded_uncertainty_95"]}
+        return verdict, Value(**known), ""
+    except (OSError, ValueError, KeyError, TypeError):
+        return "", None, ""
+
+
+def _named(document: dict[str, Any]) -> str:
+    decided = document.get("decision") or {}
+    found = [each for each in other_results(document) if each["estimate"] == decided.get("result")]
+    found = found or other_results(document)
+    if len(found) != 1:
+        return ""
+    estimate, width = found[0]["estimate"], found[0]["estimate"]["expanded_uncertainty_95"]
+    shown = with_uncertainty(estimate["value"], nan if width is None else width)
+    return f"{found[0]['name']}: {shown} {estimate['unit']}"
+
+
+def _events(stored: StoredRun) -> Iterator[dict[str, str]]:
+    for event in stored.events:
+        if text := event_text(event):
+            yield {"utc": event.utc, "text": text}

@@ -1,0 +1,91 @@
+"""The program of the process that has the rig: one job, then the end."""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import (
+    AbortedError,
+    DataError,
+    DeviceError,
+    InvalidFileError,
+    RigrunnerError,
+    UsageError,
+)
+from rigrunner.engine import StopNow
+from rigrunner_panel.jobs.manual import manual
+from rigrunner_panel.jobs.preflight import preflight
+from rigrunner_panel.jobs.run import run
+from rigrunner_panel.process.channel import Channel
+from rigrunner_panel.process.inbox import Inbox
+from rigrunner_panel.process.link import Link
+from rigrunner_panel.process.news import Ended, Failed
+from rigrunner_panel.process.outbox import Outbox
+from rigrunner_panel.process.switch import Switch
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rigrunner_panel.process.orders import Job
+
+_JOBS: dict[str, Callable[[Job, Link], Ended]] = {
+    "preflight": preflight,
+    "run": run,
+    "manual": manual,
+}
+_CODES: dict[type[RigrunnerError], str] = {
+    InvalidFileError: "invalid",
+    DeviceError: "device",
+    DataError: "data",
+    UsageError: "usage",
+    AbortedError: "aborted",
+}
+
+
+def main() -> None:
+    """Take the job from stdin, do it, and tell stdout how it goes."""
+    switch = Switch()
+    switch.install()
+    channel = _own_channel()
+    inbox, outbox = Inbox(channel, switch), Outbox(channel)
+    job = channel.receive()
+    inbox.start()
+    outbox.send(_done(job, Link(inbox, outbox, switch)))
+    outbox.close()
+    sys.stderr.flush()
+    os._exit(0)  # all is sealed and told; a thread that hears the panel would hold up the end
+
+
+def _done(job: Job, link: Link) -> object:
+    try:
+        with link.switch.interruptible():
+            return _JOBS[job.kind](job, link)
+    except StopNow as stop:
+        return Failed(f"{stop.reason}, before the run began", code="aborted")
+    except InvalidFileError as error:
+        return Failed(str(error), error.hint, "invalid", error.problems)
+    except RigrunnerError as error:
+        return Failed(error.message, error.hint, error_code(error))
+    except Exception as error:  # noqa: BLE001  (a bug, of ours or of a plugin: the panel says so)
+        trace = "".join(traceback.format_exception(error))
+        return Failed(f"{type(error).__name__}: {error}", trace=trace)
+
+
+def error_code(error: RigrunnerError) -> str:
+    """Return the word for a kind of error."""
+    return next((code for kind, code in _CODES.items() if isinstance(error, kind)), "invalid")
+
+
+def _own_channel() -> Channel:
+    """Take stdout for messages alone: what a plugin prints goes to stderr."""
+    outgoing = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    sys.stdout = sys.stderr
+    return Channel(sys.stdin.buffer, outgoing)
+
+
+if __name__ == "__main__":
+    main()

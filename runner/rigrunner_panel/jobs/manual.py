@@ -1,0 +1,250 @@
+"""The manual page: a person sets the rig, watches it, and records points."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.analysis.requirements import LEAST_CYCLES, SPARE_CYCLES
+from rigrunner.api.data import Recording
+from rigrunner.api.errors import DataError, RigrunnerError
+from rigrunner.api.events import Samples, StepEnded
+from rigrunner.api.member import Member
+from rigrunner.bus import EventStamp
+from rigrunner.clock import utc_text
+from rigrunner.engine.streams import checked_stream
+from rigrunner.plan import Plan, PlannedStep
+from rigrunner.plan.actions import Phase, Terms
+from rigrunner.steps.record import Record
+from rigrunner.steps.set_drives import SetDrive
+from rigrunner.steps.zero import Zero
+from rigrunner.workflow.by_hand.points import record_by_hand
+from rigrunner.workflow.by_hand.settling import settle_left
+from rigrunner.workflow.noload import no_load_for
+from rigrunner.workflow.planning import planned_run
+from rigrunner_panel.jobs.overriding import overrides_of
+from rigrunner_panel.live.asked import LIVE
+from rigrunner_panel.process.news import Ended, LiveRecording, ManualNow, Planned
+from rigrunner_panel.process.orders import CloseManual, RecordManually, SetManually
+from rigrunner_panel.process.person import PanelPauses, PanelPerson
+from rigrunner_panel.view.manual import DriveView, ManualView
+from rigrunner_panel.view.of_plan import plan_view
+from rigrunner_panel.view.of_result import finished_view, live_view
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from rigrunner.api.data import Array, Block
+    from rigrunner.api.events import Event
+    from rigrunner.engine.session import Session
+    from rigrunner.workflow.prepare import Planned as PlannedRun
+    from rigrunner_panel.process.link import Link
+    from rigrunner_panel.process.orders import Job
+
+LOOK_S = 2.0
+CYCLES_SEEN = LEAST_CYCLES + SPARE_CYCLES
+"""What is watched at a time: so long, and so many swings, are analysed together."""
+_GOES_ON = Terms(goes_on=True)
+
+
+def manual(job: Job, link: Link) -> Ended:
+    """Let a person have the rig until the page is closed."""
+    planned = planned_run(job.procedure, job.station, realtime=job.realtime)
+    person = PanelPerson(link.outbox, planned.clock, job.operator)
+    settle_left(job.station, person)
+    source = next((s.action for s in planned.plan.steps if isinstance(s.action, Record)), None)
+    if source is None or source.cycle_frequency_hz is None:
+        raise DataError(
+            f"{planned.procedure.model.id} records no swing", hint="choose a procedure that does"
+        )
+    no_load = no_load_for(planned, job.runs, job.no_load)
+    empty = plan_view(Plan(()))
+    link.send(Planned(empty, no_load.name if no_load else "", planned.procedure.model.title))
+    hand = Hand(planned, source, link)
+    finished = record_by_hand(
+        planned,
+        hand.steps,
+        runs=job.runs,
+        no_load=no_load,
+        stop=link.switch,
+        pauses=PanelPauses(link.send, link.inbox),
+        listeners=[link.switch, link.outbox, hand],
+        operator=job.operator,
+        overrides=tuple(overrides_of(planned, job)),
+        person=person,
+    )
+    live = None if finished.result is None else live_view(finished.result, final=True)
+    return Ended(finished_view(finished), live)
+
+
+@dataclass(eq=False)
+class Hand:
+    """Turns what a person wants into steps, and watches the rig in between."""
+
+    planned: PlannedRun
+    source: Record
+    """The procedure's own way to record: its role, channels and units."""
+    link: Link
+    set_points: dict[str, float] = field(default_factory=dict)
+    recording: str = ""
+    refused: str = ""
+    points: int = 0
+
+    def steps(self, session: Session) -> Iterator[PlannedStep]:
+        """Yield a step for each wish; first the zeros that the procedure takes, at rest."""
+        stamp = EventStamp(self.planned.clock)
+        self.set_points = dict(self._standing(session))
+        yield from self._zeros()
+        self._tell(session)
+        while True:
+            session.check()
+            wish = self.link.inbox.wish()
+            match wish:
+                case CloseManual():
+                    return
+                case SetManually(drive=member, value=value):
+                    yield from self._set(session, Member.parse(member), value)
+                    # a drive whose set has failed may stand anywhere: it is read back
+                    self.set_points = dict(self._standing(session))
+                case RecordManually(cycles=cycles):
+                    yield from self._record(cycles)
+                case _:
+                    self._watch(session, stamp)
+                    continue
+            self.recording = ""
+            self._tell(session)
+
+    def __call__(self, event: Event) -> None:
+        """Take note of a point that was recorded, or that a step failed; an event sink."""
+        if isinstance(event, StepEnded):
+            if not event.ok:
+                self.refused = "it failed: see the alarms"
+            elif event.recording:
+                self.points += 1
+
+    @property
+    def frequency_hz(self) -> float:
+        """The frequency at which the rig swings now; 0 at rest."""
+        return self.set_points.get(self._cycle_drive, 0.0)
+
+    @property
+    def _cycle_drive(self) -> str:
+        role = self.source.role
+        drives = self.planned.devices[role].drives
+        name = next((each.name for each in drives if each.sets_cycle_frequency), "frequency")
+        return Member(role, name)
+
+    def _zeros(self) -> Iterator[PlannedStep]:
+        zeros = {s.action: s for s in self.planned.plan.steps if isinstance(s.action, Zero)}
+        yield from (_step("zero", each, step.text, Terms()) for each, step in zeros.items())
+
+    def _set(self, session: Session, member: Member, value: float) -> Iterator[PlannedStep]:
+        self.refused = ""
+        role, name = member.role, member.name
+        try:
+            allowed = session.rig.allowed(role, name)
+        except (RigrunnerError, KeyError) as error:
+            self.refused = str(error)
+            return
+        if not allowed.minimum <= value <= allowed.maximum:
+            limits = f"{allowed.minimum:g} to {allowed.maximum:g} {allowed.unit}"
+            self.refused = f"{member} may be set to {limits}"
+            return
+        text = f"Set {member} to {value:g} {allowed.unit}"
+        yield _step("set", SetDrive(role, name, value, allowed.unit), text, _GOES_ON)
+
+    def _record(self, cycles: int) -> Iterator[PlannedStep]:
+        self.refused = ""
+        frequency_hz = self.frequency_hz
+        if not frequency_hz > 0:
+            self.refused = "the rig stands still: set a frequency first"
+            return
+        self.recording = f"{self.points + 1:03d}_{frequency_hz:g}Hz"
+        seconds = (cycles + 1) / frequency_hz
+        action = Record(
+            name=self.recording,
+            role=self.source.role,
+            channels=self.source.channels,
+            duration_s=seconds,
+            setpoints=dict(self.set_points),
+            units=self.source.units,
+            cycle_frequency_hz=frequency_hz,
+            sample_rate_hz=self.source.sample_rate_hz,
+        )
+        self._tell_recording()
+        text = f"Record {cycles} cycles at {frequency_hz:g} Hz ({seconds:.3g} s)"
+        yield _step("record", action, text, _GOES_ON)
+
+    def _watch(self, session: Session, stamp: EventStamp) -> None:
+        """Show what the rig does for a while, unless somebody wants something."""
+        if not self.frequency_hz > 0:
+            session.rig.clock.sleep(0.05)
+            return
+        seconds = max(LOOK_S, CYCLES_SEEN / self.frequency_hz)
+        role, channels = self.source.role, self.source.channels
+        started_utc = utc_text(self.planned.clock.utc())
+        blocks: list[Block] = []
+        with closing(checked_stream(session, role, channels, seconds)) as stream:
+            for block in stream:
+                self.link.outbox(stamp(Samples, recording=LIVE, block=block))
+                blocks.append(block)
+                if self.link.inbox.has_wish():
+                    return
+        self.link.send(LiveRecording(self._live(blocks, started_utc), self.frequency_hz))
+
+    def _live(self, blocks: list[Block], started_utc: str) -> Recording:
+        return Recording(
+            name=LIVE,
+            rate_hz=blocks[0].rate_hz,
+            started_utc=started_utc,
+            setpoints=dict(self.set_points),
+            channels=_joined(blocks),
+            units=self.source.units,
+        )
+
+    def _tell(self, session: Session) -> None:
+        self._view = ManualView(
+            drives=tuple(self._drives(session)),
+            channels=self.source.channels,
+            recording="",
+            refused=self.refused,
+        )
+        self.link.send(ManualNow(self._view, self.frequency_hz))
+
+    def _tell_recording(self) -> None:
+        view = self._view.model_copy(update={"recording": self.recording, "refused": ""})
+        self.link.send(ManualNow(view, self.frequency_hz))
+
+    def _standing(self, session: Session) -> Iterator[tuple[str, float]]:
+        for role, device in self.planned.devices.items():
+            for each in device.drives:
+                yield Member(role, each.name), session.rig.standing(role, each.name)
+
+    def _drives(self, session: Session) -> Iterator[DriveView]:
+        for role, device in self.planned.devices.items():
+            for each in device.drives:
+                allowed = session.rig.allowed(role, each.name)
+                yield DriveView(
+                    name=Member(role, each.name),
+                    long_name=each.long_name,
+                    unit=each.unit,
+                    minimum=allowed.minimum,
+                    maximum=allowed.maximum,
+                    set=self.set_points.get(Member(role, each.name)),
+                )
+
+
+def _step(
+    kind: str, action: Zero | SetDrive | Record, text: str, terms: Terms = _GOES_ON
+) -> PlannedStep:
+    return PlannedStep(f"by_hand.{kind}", Phase.MAIN, action, text, 0.0, terms)
+
+
+def _joined(blocks: list[Block]) -> Mapping[str, Array]:
+    return {
+        name: np.concatenate([np.asarray(each.channels[name]) for each in blocks])
+        for name in blocks[0].channels
+    }

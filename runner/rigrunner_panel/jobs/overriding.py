@@ -1,0 +1,24 @@
+"""What was let pass at the panel before a job, as the run's record takes it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.engine import Override
+from rigrunner.workflow.overrides import overrides_for
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.workflow.prepare import Planned
+    from rigrunner_panel.process.orders import Job
+
+
+def overrides_of(planned: Planned, job: Job) -> Iterator[Override]:
+    """Yield calibrations as everywhere, and what the preflight found besides."""
+    words = [each.override for each in job.items if each.kind == "calibration"]
+    by, reason = (job.by, job.reason) if words else ("", "")
+    yield from overrides_for(planned, words, by, reason)
+    for each in job.items:
+        if each.kind != "calibration":
+            yield Override(f"{each.kind} {each.name}", each.text, job.by, job.reason)

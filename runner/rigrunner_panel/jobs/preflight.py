@@ -1,0 +1,94 @@
+"""Looks at everything that a run needs, with the rig connected, before anything moves."""
+
+from __future__ import annotations
+
+import shutil
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import RigrunnerError
+from rigrunner.workflow.noload import no_load_for
+from rigrunner.workflow.planning import planned_run
+from rigrunner.workflow.rig_lock import rig_lock
+from rigrunner_panel.jobs.preflight_paper import calibrations
+from rigrunner_panel.jobs.preflight_rig import rig_items
+from rigrunner_panel.process.news import Checked, Ended
+from rigrunner_panel.view.sections import PreflightItem
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from rigrunner.workflow.prepare import Planned
+    from rigrunner_panel.process.link import Link
+    from rigrunner_panel.process.orders import Job
+
+_TWICE = 2
+"""The journal and the finished file are there at the same time."""
+_PLENTY_BYTES = 1e9
+
+
+def preflight(job: Job, link: Link) -> Ended:
+    """Tell the panel of each thing as it is known; raise what is wrong with the files."""
+    planned = planned_run(job.procedure, job.station, realtime=True)
+    for item in _items(planned, job):
+        link.send(Checked(item))
+        if link.switch.is_set():
+            raise link.switch.reason()
+    return Ended()
+
+
+def _items(planned: Planned, job: Job) -> Iterator[PreflightItem]:
+    yield _approval(planned)
+    yield from _no_load(planned, job)
+    yield from calibrations(planned)
+    yield _disk(planned, job.runs)
+    try:
+        with rig_lock(planned) as marks:
+            yield from rig_items(planned, marks)
+    except RigrunnerError as error:
+        yield PreflightItem(
+            kind="device", name="rig", state="fail", text=error.message, fix=error.hint
+        )
+
+
+def _approval(planned: Planned) -> PreflightItem:
+    model = planned.procedure.model
+    return PreflightItem(
+        kind="procedure",
+        name=model.id,
+        state="warn" if planned.approval.is_draft else "ok",
+        text=f"revision {model.revision}: {planned.approval.sentence()}",
+        fix="'rigrunner approve' approves a procedure" if planned.approval.is_draft else "",
+    )
+
+
+def _no_load(planned: Planned, job: Job) -> Iterator[PreflightItem]:
+    try:
+        found = no_load_for(planned, job.runs, job.no_load)
+    except RigrunnerError as error:
+        yield PreflightItem(
+            kind="no_load", name="no-load run", state="fail", text=error.message, fix=error.hint
+        )
+        return
+    if found is not None:
+        yield PreflightItem(kind="no_load", name="no-load run", state="ok", text=found.name)
+
+
+def _disk(planned: Planned, runs: Path) -> PreflightItem:
+    free, need = free_bytes(runs), _TWICE * planned.prediction().disk_bytes
+    text = f"{free / 1e9:.1f} GB free, the run needs {need / 1e9:.2f} GB"
+    if free < need:
+        fix = f"make room where {runs.absolute()} is, or choose another folder with --runs"
+        return PreflightItem(
+            kind="disk", name="disk", state="fail", text=text, fix=fix, override="disk"
+        )
+    short = free < need + _PLENTY_BYTES
+    fix = "little is left for the next run: make room" if short else ""
+    state = "warn" if short else "ok"
+    return PreflightItem(kind="disk", name="disk", state=state, text=text, fix=fix)
+
+
+def free_bytes(folder: Path) -> int:
+    """Return how much room there is where a folder is, or will be."""
+    there = next(each for each in (folder.absolute(), *folder.absolute().parents) if each.exists())
+    return shutil.disk_usage(there).free

@@ -1,0 +1,54 @@
+"""Whether each instrument is calibrated for the run, on paper."""
+
+from __future__ import annotations
+
+from datetime import timedelta
+from typing import TYPE_CHECKING
+
+from rigrunner.workflow.calibration import calibration_findings, entering_channels
+from rigrunner_panel.view.sections import PreflightItem
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from datetime import date
+
+    from rigrunner.api.instruments import Instrument
+    from rigrunner.workflow.prepare import Planned
+
+_SOON = timedelta(days=30)
+
+
+def calibrations(planned: Planned) -> Iterator[PreflightItem]:
+    """Yield what stands against an instrument, and of each other one until when it is good."""
+    findings = calibration_findings(planned)
+    for finding in findings:
+        yield PreflightItem(
+            kind="calibration",
+            name=finding.channel,
+            state="fail",
+            text=finding.problem.message,
+            fix=finding.problem.hint.split("; or start with")[0],
+            override=finding.channel,
+        )
+    refused = {finding.channel for finding in findings}
+    register = planned.station.register
+    for channel in entering_channels(planned):
+        if channel in register and channel not in refused:
+            yield _good(register[channel], planned.clock.utc().date())
+
+
+def _good(each: Instrument, today: date) -> PreflightItem:
+    soon = each.due is not None and each.due - today <= _SOON
+    return PreflightItem(
+        kind="calibration",
+        name=each.channel,
+        state="warn" if soon else "ok",
+        text=f"{each.name}: {_paper(each)}",
+        fix="have it calibrated soon" if soon else "",
+    )
+
+
+def _paper(each: Instrument) -> str:
+    known = each.calibration or "no certificate"
+    paper = f"certificate {each.certificate}" if each.certificate else known
+    return f"{paper}, due {each.due}" if each.due else paper

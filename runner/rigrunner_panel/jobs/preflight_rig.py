@@ -1,0 +1,171 @@
+"""What the devices say: who they are, whether they read zero, and whether interlocks are good."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from functools import partial
+from typing import TYPE_CHECKING
+
+from rigrunner.api.devices import Readable
+from rigrunner.api.errors import RigrunnerError
+from rigrunner.api.member import Member, role_of
+from rigrunner.rig import Patience, Rig, unsafe_text
+from rigrunner.steps.zero import Zero
+from rigrunner.workflow.left_energised import standing_of, what_to_do
+from rigrunner_panel.view.sections import PreflightItem
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from rigrunner.api.devices import Identity
+    from rigrunner.plan.actions import Interlock
+    from rigrunner.rig_state import RigMarks
+    from rigrunner.workflow.prepare import Planned
+
+_LOOK_S = 0.5
+"""How long a zero is looked at, at most: the run itself takes its time."""
+
+
+def rig_items(planned: Planned, marks: RigMarks | None = None) -> Iterator[PreflightItem]:
+    """Connect each device on its own, look, make it safe and close it."""
+    safety = planned.station.model.safety
+    patience = Patience(safety.patience.connect, safety.patience.answer)
+    if marks is not None and marks.left is not None:
+        yield _left(marks.left.text)
+    with ExitStack() as held:
+        rigs: dict[str, Rig] = {}
+        for role, device in planned.devices.items():
+            rig = Rig({role: device}, planned.clock, patience, marks=marks)
+            try:
+                identity = rig.connect()[role]
+            except RigrunnerError as error:
+                yield _unconnected(role, error)
+                continue
+            held.callback(rig.close)
+            held.callback(rig.make_safe)
+            rigs[role] = rig
+            yield _connected(role, identity)
+        if marks is not None:
+            for role in sorted(marks.roles & rigs.keys(), key=partial(_turn, safety.order)):
+                yield from _stands(role, rigs[role])
+            if marks.unconfirmed:
+                yield _unconfirmed(marks, planned.station.document.name)
+        yield from _interlocks(planned, rigs)
+        yield from _zeros(planned, rigs)
+
+
+def _connected(role: str, identity: Identity) -> PreflightItem:
+    who = " ".join(
+        each
+        for each in (identity.maker, identity.model, identity.serial, identity.firmware)
+        if each
+    )
+    simulated = " (simulated)" if identity.simulated else ""
+    return PreflightItem(kind="device", name=role, state="ok", text=f"{who}{simulated}")
+
+
+def _left(text: str) -> PreflightItem:
+    fix = "each drive is made safe here before anything else; see the items below"
+    return PreflightItem(kind="device", name="rig", state="warn", text=text, fix=fix)
+
+
+def _unconfirmed(marks: RigMarks, station_file: str) -> PreflightItem:
+    text = f"not read back as safe since then: {', '.join(sorted(marks.unconfirmed))}"
+    fix = what_to_do(station_file)
+    return PreflightItem(kind="device", name="rig", state="fail", text=text, fix=fix)
+
+
+def _turn(order: Sequence[Member | str], role: str) -> int:
+    """Return when a device has its turn to be made safe, as the station's order says."""
+    named = [role_of(each) for each in order]
+    return named.index(role) if role in named else len(named)
+
+
+def _stands(role: str, rig: Rig) -> Iterator[PreflightItem]:
+    """Say how the drives of a device were found if they were not safe, and make it safe at once."""
+    found = [each.text for each in standing_of(rig, [role]) if not each.is_safe]
+    reports = rig.make_safe()
+    if problem := unsafe_text(reports):
+        text = "; ".join((*found, f"it could not be made safe: {problem}"))
+        fix = "switch it off by hand before anybody touches the rig"
+        yield PreflightItem(kind="device", name=role, state="fail", text=text, fix=fix)
+    elif found:
+        read = ", ".join(
+            f"{name} {value:g}" for each in reports for name, value in each.read_back.items()
+        )
+        text = f"found energised: {'; '.join(found)}; made safe, read back now: {read}"
+        fix = "find out what left it on before anybody touches the rig"
+        yield PreflightItem(kind="device", name=role, state="warn", text=text, fix=fix)
+
+
+def _unconnected(role: str, error: RigrunnerError) -> PreflightItem:
+    fix = error.hint or "look at its power, its cable and its settings in the station"
+    return PreflightItem(kind="device", name=role, state="fail", text=error.message, fix=fix)
+
+
+def _interlocks(planned: Planned, rigs: dict[str, Rig]) -> Iterator[PreflightItem]:
+    for each in planned.plan.interlocks:
+        role = each.member.role
+        if role in rigs and isinstance(planned.devices[role], Readable):
+            yield _interlock(each, rigs[role])
+
+
+def _interlock(interlock: Interlock, rig: Rig) -> PreflightItem:
+    override = f"interlock {interlock.name}" if interlock.overridable else ""
+    known, member = {"kind": "interlock", "name": interlock.name}, interlock.member
+    try:
+        value = rig.read(member.role, (member.name,))[member]
+    except RigrunnerError as error:
+        text = f"{interlock.member} cannot be read: {error.message}"
+        return PreflightItem(**known, state="fail", text=text, fix=error.hint, override=override)
+    shown = interlock.shown
+    reads = f"{interlock.member} is {(value - shown.offset) / shown.factor:.4g} {shown.symbol}"
+    if interlock.minimum <= value <= interlock.maximum:
+        return PreflightItem(**known, state="ok", text=reads)
+    text = f"{reads}, {interlock.condition}"
+    fix = f"clear it: otherwise the run will {interlock.does.replace('_', ' ')} at once"
+    return PreflightItem(**known, state="fail", text=text, fix=fix, override=override)
+
+
+def _zeros(planned: Planned, rigs: dict[str, Rig]) -> Iterator[PreflightItem]:
+    zeros = {
+        step.action.zeroed: step.action
+        for step in planned.plan.steps
+        if isinstance(step.action, Zero)
+    }
+    for name, zero in zeros.items():
+        if zero.role in rigs:
+            yield _zero(name, zero, rigs[zero.role])
+
+
+def _zero(name: str, zero: Zero, rig: Rig) -> PreflightItem:
+    try:
+        mean = _mean(zero, rig)
+    except RigrunnerError as error:
+        fix = error.hint or "look at the device"
+        return PreflightItem(kind="zero", name=name, state="fail", text=error.message, fix=fix)
+    text = f"reads {mean:.4g} {zero.unit} at rest (limit: ±{zero.within:g} {zero.unit})"
+    if abs(mean) <= zero.within:
+        return PreflightItem(kind="zero", name=name, state="ok", text=text)
+    fix = "is the rig at rest and unloaded? if so, adjust the instrument's zero"
+    override = f"zero {name}"
+    return PreflightItem(
+        kind="zero", name=name, state="fail", text=text, fix=fix, override=override
+    )
+
+
+def _mean(zero: Zero, rig: Rig) -> float:
+    duration_s = min(zero.duration_s, _LOOK_S)
+    blocks = rig.stream(zero.role, (zero.channel,), duration_s, _never)
+    values = [float(each) for block in blocks for each in block.channels[zero.channel]]
+    if not values:
+        raise RigrunnerError("no sample came")
+    return sum(values) / len(values)
+
+
+class _Never:
+    def is_set(self) -> bool:
+        return False
+
+
+_never = _Never()

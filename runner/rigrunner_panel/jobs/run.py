@@ -1,0 +1,49 @@
+"""A run, as the command line would do it, with the panel in the place of the terminal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.workflow.by_hand.settling import settle_left
+from rigrunner.workflow.inputs import answer_inputs, with_operator
+from rigrunner.workflow.noload import no_load_for
+from rigrunner.workflow.planning import planned_run
+from rigrunner.workflow.record import execute
+from rigrunner_panel.jobs.overriding import overrides_of
+from rigrunner_panel.process.news import Analysing, Ended, Planned
+from rigrunner_panel.process.person import PanelAnswers, PanelPauses, PanelPerson
+from rigrunner_panel.view.of_plan import plan_view
+from rigrunner_panel.view.of_result import finished_view, live_view
+
+if TYPE_CHECKING:
+    from rigrunner_panel.process.link import Link
+    from rigrunner_panel.process.orders import Job
+
+
+def run(job: Job, link: Link) -> Ended:
+    """Do the run; raise what keeps it from starting."""
+    planned = planned_run(job.procedure, job.station, realtime=job.realtime)
+    person = PanelPerson(link.outbox, planned.clock, job.operator)
+    settle_left(job.station, person)
+    overrides = tuple(overrides_of(planned, job))
+    no_load = no_load_for(planned, job.runs, job.no_load)
+    title = planned.procedure.model.title
+    link.send(Planned(plan_view(planned.plan), no_load.name if no_load else "", title))
+    answers = PanelAnswers(link.send, link.inbox, link.switch, job.operator)
+    given = with_operator(job.inputs, job.operator or None, planned.procedure)
+    finished = execute(
+        planned,
+        runs=job.runs,
+        inputs=answer_inputs(planned.procedure, given, answers),
+        no_load=no_load,
+        answers=answers,
+        stop=link.switch,
+        listeners=[link.switch, link.outbox],
+        operator=job.operator,
+        overrides=overrides,
+        pauses=PanelPauses(link.send, link.inbox),
+        person=person,
+        progress=lambda what, done, of: link.send(Analysing(what, done, of)),
+    )
+    live = None if finished.result is None else live_view(finished.result, final=True)
+    return Ended(finished_view(finished), live)

@@ -1,0 +1,155 @@
+"""The process that analyses what was recorded so far: neither run nor screen waits for it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import RigrunnerError
+from rigrunner.registry import load_registry
+from rigrunner.runfile import read
+from rigrunner.station import load_station
+from rigrunner.workflow.lab_plugins import with_lab_plugins
+from rigrunner_panel.live.asked import Analysed
+from rigrunner_panel.live.going_on import GoingOn
+from rigrunner_panel.live.so_far import result_so_far
+from rigrunner_panel.process.channel import Channel, ChannelClosedError
+from rigrunner_panel.view.of_result import correction, live_view, with_followed
+from rigrunner_panel.view.sections import LiveView, PointView
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner.registry import Registry
+    from rigrunner.runfile import StoredRun
+    from rigrunner_panel.live.asked import Analyse
+
+
+MOST_BYTES = 250_000_000
+"""Of samples: more would be read again and again, and take much memory for a screen."""
+MOST_AGAIN = 40_000_000
+"""Of the samples of a recording that goes on: a longer one is followed, not read again."""
+PACKED = 5
+"""How many times smaller the samples of a finished recording are on the disk, usually."""
+TOO_MUCH = "so much is recorded that all of it is analysed at the end alone"
+
+
+class _Analyst:
+    """Keeps what does not change while a run goes on, and what was found of its recordings."""
+
+    def __init__(self) -> None:
+        self._registries: dict[Path, Registry] = {}
+        self._no_loads: dict[Path, StoredRun] = {}
+        self._followed: tuple[Path, GoingOn] | None = None
+        self._found: LiveView | None = None
+        self._latest: dict[str, PointView] = {}
+
+    def answer(self, asked: Analyse) -> Analysed:
+        """Return the result so far; what keeps it from being made stands in its problem."""
+        began_s = time.monotonic()
+        try:
+            too_much = _bytes(asked.folder) > MOST_BYTES
+            if not asked.watched and (too_much or (asked.recording and _is_long(asked.folder))):
+                latest = self._of_latest(asked, began_s)  # also what is left of one that is over
+                if asked.recording:
+                    return latest
+            if too_much:
+                problem = _problem(TOO_MUCH, began_s)
+                return Analysed(with_followed(problem, self._found, self._latest))
+            return self._of_all(asked, began_s)
+        except RigrunnerError as error:
+            return Analysed(_problem(str(error), began_s))
+        except Exception as error:  # noqa: BLE001  (of a plugin: the run itself will say so)
+            return Analysed(_problem(f"{type(error).__name__}: {error}", began_s))
+
+    def _of_all(self, asked: Analyse, began_s: float) -> Analysed:
+        registry, no_load = self._registry(asked.station), self._no_load(asked.no_load)
+        so_far = result_so_far(asked.folder, registry, no_load, asked.recording, asked.watched)
+        if so_far is None:
+            return Analysed(None)
+        result, acceptance = so_far
+        found = correction(result)
+        taken_s = time.monotonic() - began_s
+        view = live_view(result, final=False, taken_s=taken_s, acceptance=acceptance)
+        if asked.watched is None:
+            self._found, self._latest = view, {}
+        return Analysed(view) if found is None else Analysed(view, *found)
+
+    def _of_latest(self, asked: Analyse, began_s: float) -> Analysed:
+        """Return what was found before, and the recording that goes on by its latest cycles."""
+        if self._followed is None or self._followed[0] != asked.folder:
+            registry, no_load = self._registry(asked.station), self._no_load(asked.no_load)
+            self._followed = asked.folder, GoingOn(asked.folder, registry, no_load)
+        result, cycles = self._followed[1].latest()
+        if result is None:
+            return Analysed(None)
+        latest = live_view(result, final=False, taken_s=time.monotonic() - began_s)
+        now = latest.points[-1].model_copy(update={"cycles": cycles})
+        self._latest[now.recording] = now
+        view = with_followed(latest, self._found, self._latest)
+        found = correction(result)
+        return Analysed(view) if found is None else Analysed(view, *found)
+
+    def _registry(self, station: Path) -> Registry:
+        if station not in self._registries:
+            loaded = load_station(station)
+            self._registries = {station: with_lab_plugins(load_registry(), loaded, station.parent)}
+        return self._registries[station]
+
+    def _no_load(self, path: Path | None) -> StoredRun | None:
+        if path is None:
+            return None
+        if path not in self._no_loads:
+            self._no_loads = {path: read(path)}
+        return self._no_loads[path]
+
+
+def _bytes(folder: Path) -> int:
+    """Return about how many bytes of samples were recorded; what vanishes meanwhile is not."""
+    raw = sum(map(_size, folder.glob("journal/*.samples")))
+    return raw + PACKED * sum(map(_size, folder.glob("recordings/*.h5")))
+
+
+def _is_long(folder: Path) -> bool:
+    """Say whether the latest recording is too long to be read again with every swing."""
+    latest = max(folder.glob("journal/*.samples"), default=None)
+    return latest is not None and _size(latest) > MOST_AGAIN
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.stat().st_size
+    except OSError:
+        return 0
+
+
+def _problem(text: str, began_s: float) -> LiveView:
+    return LiveView(
+        recordings=0,
+        final=False,
+        method="",
+        problem=text,
+        taken_s=time.monotonic() - began_s,
+    )
+
+
+def main() -> None:
+    """Answer what comes on stdin until it ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(os, "nice"):
+        os.nice(10)  # run and screen go first
+    outgoing = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    channel, analyst = Channel(sys.stdin.buffer, outgoing), _Analyst()
+    try:
+        while True:
+            channel.send(analyst.answer(channel.receive()))
+    except ChannelClosedError:
+        return
+
+
+if __name__ == "__main__":
+    main()

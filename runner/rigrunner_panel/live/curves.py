@@ -1,0 +1,130 @@
+"""From blocks of samples to the frames that screens are sent, each as often as it is of use."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner_panel.live.frames import frame
+from rigrunner_panel.live.swing import PHASES, SwingCutter
+from rigrunner_panel.live.trend import STEP_S, Trend
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from rigrunner_panel.live.swing import Swing
+    from rigrunner_panel.process.news import Curve
+
+    Floats = NDArray[np.floating]
+
+WAITING_SWINGS = 4
+"""Swings of one block are shown one after the other; older ones are left out."""
+
+
+class Curves:
+    """The live curves of one job. Filled by one thread, read by another; bounded."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._trend = Trend()
+        self._touched: int | None = None
+        self._channel = ""
+        """What is over time, where it is no torque: the first channel that is recorded."""
+        self._swings: deque[bytes] = deque(maxlen=WAITING_SWINGS)
+        self._cutter: SwingCutter | None = None
+        self._key: tuple[str, float] | None = None
+        self._next_sample = 0
+        self._corrections: tuple[str, Floats] | None = None
+        self._latest: bytes | None = None
+        self.frequency_hz: float | None = None
+
+    def begin(self, recording: str, frequency_hz: float | None) -> None:
+        """Take note that a recording begins, at a set frequency if the rig swings."""
+        with self._lock:
+            self._key = (recording, frequency_hz) if frequency_hz else None
+            self._cutter = None
+            self.frequency_hz = None
+
+    def correct(self, recording: str, correction_nm: Floats) -> None:
+        """Take from the swings of a recording what the analysis took from their mean."""
+        phases = np.arange(PHASES) * len(correction_nm) / PHASES
+        places = np.arange(len(correction_nm) + 1)
+        closed = np.append(correction_nm, correction_nm[0])
+        with self._lock:
+            self._corrections = (recording, np.interp(phases, places, closed))
+
+    def take(self, curve: Curve, start_s: float) -> None:
+        """Take a block, whose first sample was taken at `start_s` seconds of the run."""
+        torque = _channel(curve, "torque")
+        if not curve.channels:
+            return
+        name, shown = next(iter(curve.channels.items()))
+        with self._lock:
+            self._channel = "" if torque is not None else name
+            values = shown if torque is None else torque
+            first = self._trend.take(start_s, curve.rate_hz, values)
+            self._touched = first if self._touched is None else min(first, self._touched)
+            if torque is not None:
+                self._cut(curve, torque)
+
+    def whole(self) -> list[bytes]:
+        """Return what a screen that has nothing yet is sent."""
+        with self._lock:
+            trend = self._trend_frame(0, reset=True)
+            return [trend] if self._latest is None else [trend, self._latest]
+
+    def next_swing(self) -> bytes | None:
+        """Return the next swing to show, if there is one."""
+        with self._lock:
+            return self._swings.popleft() if self._swings else None
+
+    def next_trend(self) -> bytes | None:
+        """Return the columns that changed since the last time, if any did."""
+        with self._lock:
+            if self._touched is None:
+                return None
+            first, self._touched = self._touched, None
+            return self._trend_frame(first, reset=False)
+
+    def _trend_frame(self, first: int, *, reset: bool) -> bytes:
+        first, low, high = self._trend.since(first)
+        header = {"kind": "trend", "first": first, "step_s": STEP_S, "reset": reset}
+        if self._channel:
+            header["channel"] = self._channel
+        return frame(header, {"min_nm": low, "max_nm": high})
+
+    def _cut(self, curve: Curve, torque: NDArray[np.float32]) -> None:
+        if self._key is None or self._key[0] != curve.recording:
+            return
+        if self._cutter is None or curve.first_sample != self._next_sample:
+            self._cutter = SwingCutter(curve.rate_hz, self._key[1])
+        self._next_sample = curve.first_sample + len(torque)
+        for swing in self._cutter.take(torque, _channel(curve, "angle")):
+            self.frequency_hz = swing.frequency_hz
+            since_s = (self._next_sample - swing.end_s * curve.rate_hz) / curve.rate_hz
+            self._latest = self._swing_frame(curve.recording, swing, curve.monotonic_s - since_s)
+            self._swings.append(self._latest)
+
+    def _swing_frame(self, recording: str, swing: Swing, ended_s: float) -> bytes:
+        arrays: dict[str, Floats] = {"raw_nm": swing.raw_nm}
+        if swing.angle_rad is not None:
+            arrays["angle_rad"] = swing.angle_rad
+        if self._corrections is not None and self._corrections[0] == recording:
+            arrays["compensated_nm"] = swing.raw_nm - self._corrections[1]
+        header = {
+            "kind": "swing",
+            "recording": recording,
+            "frequency_hz": swing.frequency_hz,
+            "t_s": swing.end_s,
+            "monotonic_s": ended_s,
+        }
+        return frame(header, arrays)
+
+
+def _channel(curve: Curve, name: str) -> NDArray[np.float32] | None:
+    """Return the channel of that name, of whatever role."""
+    found = (values for full, values in curve.channels.items() if full.endswith(f".{name}"))
+    return next(found, None)

@@ -1,0 +1,136 @@
+"""The recording that goes on, analysed by its latest whole cycles, and each cycle once.
+
+A recording at a high rate is soon too long to be analysed anew with every swing. What is found here
+is of the latest cycles alone; the value of the whole recording comes once it is finished.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.analysis.live import Windows
+from rigrunner.analysis.prepare import prepare_point
+from rigrunner.analysis.sources import of_this_run
+from rigrunner.runfile import read, read_without_samples, tail_of
+from rigrunner.workflow.stored import run_data
+from rigrunner_panel.live.so_far import live_analysis
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner.api.analysis import OutlierRule, PeakPoint
+    from rigrunner.api.data import Block, Recording, RunData
+    from rigrunner.api.results import Result
+    from rigrunner.procedure import AnalysisSpec
+    from rigrunner.registry import Registry
+    from rigrunner.runfile import StoredRun, Tail
+    from rigrunner_panel.live.so_far import LiveAnalysis
+
+BEGINNING = 10_000
+"""Samples of a finished recording that are looked at again with each window."""
+MOST_BEHIND = 400_000_000
+"""Bytes of samples that wait for an analysis that does not keep up; older ones are passed over."""
+
+
+class GoingOn:
+    """Follows the recordings of one run, the latest at a time."""
+
+    def __init__(self, folder: Path, registry: Registry, no_load: StoredRun | None) -> None:
+        self._folder = folder
+        self._registry = registry
+        self._prepared = _Prepared()
+        self._no_load = None if no_load is None else self._prepared.over(run_data(no_load))
+        self._tail: Tail | None = None
+        self._recording: _Recording | None = None
+
+    def latest(self) -> tuple[Result | None, int]:
+        """Return the result of the latest window, and how many cycles of its recording were seen.
+
+        None before the first window. Raises DataError where it cannot be analysed.
+        """
+        tail = tail_of(self._folder)
+        if tail is None:
+            return None, 0
+        if self._tail is None or self._tail.path != tail.path:
+            self._tail, self._recording = tail, None
+        for block in self._tail.blocks(MOST_BEHIND):
+            if self._recording is None:
+                self._recording = self._begun(self._tail, block)
+            self._recording.take(block)
+        found = self._recording
+        return (found.result, found.cycles) if found else (None, 0)
+
+    def _begun(self, tail: Tail, first: Block) -> _Recording:
+        stored = read_without_samples(self._folder)
+        analysis = live_analysis(stored, self._registry)
+        run = run_data(stored)
+        if analysis and analysis.spec.no_load and analysis.spec.no_load.is_this_run:
+            before = of_this_run(run_data(read(self._folder)), loaded=False)
+            self._prepared = _Prepared()  # there are more of them now
+            run = self._prepared.over(replace(run, recordings=before))
+        if analysis:
+            analysis = replace(analysis, prepare=self._prepared, analyses=())
+        windows = Windows(tail.begun(first, stored.events), run)
+        return _Recording(windows, run, self._no_load, analysis)
+
+
+class _Recording:
+    """What was found of one recording so far."""
+
+    def __init__(
+        self,
+        windows: Windows,
+        run: RunData,
+        no_load: RunData | None,
+        analysis: LiveAnalysis | None,
+    ) -> None:
+        self._windows = windows
+        self._run = run
+        self._no_load = no_load
+        self._analysis = analysis
+        self.result: Result | None = None
+        self.cycles = 0
+
+    def take(self, block: Block) -> None:
+        """Take the next block; raise DataError."""
+        if self._analysis is None:
+            return
+        for window in self._windows.take(block):
+            run = replace(self._run, recordings=(*self._run.recordings, window))
+            self.result = self._analysis.result(run, self._no_load)
+            self.cycles += self.result.loaded[-1].cycles
+
+
+class _Prepared:
+    """Prepares what is over once; each window of what goes on is new."""
+
+    def __init__(self) -> None:
+        self._whole: dict[Recording, Recording] = {}
+        self._known: dict[Recording, PeakPoint] = {}
+
+    def over(self, run: RunData) -> RunData:
+        """Return a run with the beginnings of its recordings in their place.
+
+        Checks that look at every sample would read all of them from the disk with each window.
+        """
+        beginnings = tuple(_beginning(each) for each in run.recordings)
+        self._whole |= dict(zip(beginnings, run.recordings, strict=True))
+        return replace(run, recordings=beginnings)
+
+    def __call__(
+        self, recording: Recording, run: RunData, spec: AnalysisSpec, rule: OutlierRule
+    ) -> PeakPoint:
+        """Return the prepared recording, all of it where it is over; raise DataError."""
+        if recording not in self._whole:
+            return prepare_point(recording, run, spec, rule)
+        if recording not in self._known:
+            self._known[recording] = prepare_point(self._whole[recording], run, spec, rule)
+        return self._known[recording]
+
+
+def _beginning(recording: Recording) -> Recording:
+    channels = {name: np.asarray(each[:BEGINNING]) for name, each in recording.channels.items()}
+    return replace(recording, channels=channels)

@@ -1,0 +1,283 @@
+"""How what the run tells changes the state: the panel's whole knowledge of a run is made here."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+from rigrunner.api.events import (
+    Event,
+    Intervention,
+    MadeSafe,
+    RunEnded,
+    RunStarted,
+    Scanned,
+    StepEnded,
+    StepStarted,
+)
+from rigrunner_panel.live.asked import LIVE
+from rigrunner_panel.live.curves import Curves
+from rigrunner_panel.live.of_news import failed_item, failed_run, pause_view, prompt_view
+from rigrunner_panel.live.rigs import alarms_of_rigs
+from rigrunner_panel.process import news
+from rigrunner_panel.view.journal import JournalView
+from rigrunner_panel.view.reading import readings_after, readings_at, readings_safe
+from rigrunner_panel.view.sections import (
+    AnalysingView,
+    JobView,
+    Preflight,
+    PreflightItem,
+    Progress,
+    Readings,
+)
+from rigrunner_panel.view.track import Track
+
+if TYPE_CHECKING:
+    from rigrunner_panel.live.asked import Analysed
+    from rigrunner_panel.live.of_news import Links
+    from rigrunner_panel.view.board import Board
+    from rigrunner_panel.view.sections import AlarmView, Finished, LiveView, Phase, PointView
+
+
+AFTER_LOSS = (
+    "look at the rig first; then 'rigrunner resume' resumes the run,"
+    " or 'rigrunner recover' closes it as it is"
+)
+AFTER_EARLY_LOSS = (
+    "no run had begun, so there is nothing to resume: look at the rig, then start again"
+)
+
+
+class Story:
+    """One job, from its start to its end, told to the board. Called by one thread at a time."""
+
+    def __init__(self, board: Board, job: JobView, links: Links) -> None:
+        self.job = job
+        self.curves = Curves()
+        self.no_load = ""
+        self.recording = ""
+        self._begun: StepStarted | None = None
+        self.prompt: news.Asked | None = None
+        self.paused = False
+        self.is_over = False
+        self._board = board
+        self._links = links
+        self._journal = JournalView()
+        self._rigs = alarms_of_rigs()
+        self._track: Track | None = None
+        self._started_s = 0.0
+        self._recorded: tuple[PointView, ...] = ()
+        self._has_begun = self._has_ended = False
+        cleared = dict.fromkeys(("plan", "progress", "prompt", "pause", "live", "analysing"))
+        cleared |= dict.fromkeys(("finished", "manual"))
+        # what an earlier job found of the rig may no longer be so
+        board.put(job=job, asked="", alarms=self._rigs, log=(), readings=Readings(), **cleared)
+        if job.kind == "preflight":
+            self._preflight(())
+        self._tell_phase()
+
+    def asked(self, what: str) -> None:
+        """Take note of what a person asked for."""
+        self._board.put(asked=what)
+        self._tell_phase()
+
+    def take(self, message: object) -> None:  # noqa: C901, PLR0912  (a line for each kind)
+        """Take a message of the process that does the job."""
+        match message:
+            case news.Curve():
+                self._take_curve(message)
+            case news.Happened(event=event):
+                self._take_event(event)
+            case news.Planned(plan=plan, no_load=no_load, title=title):
+                self._track = Track(plan)
+                self.no_load = no_load
+                self.job = self.job.model_copy(update={"title": title, "no_load": no_load})
+                self._board.put(plan=plan, job=self.job, progress=self._progress())
+            case news.Asked():
+                self.prompt = message
+                self._board.put(prompt=prompt_view(message, self._links))
+            case news.Answered():
+                self.prompt = None
+                self._board.put(prompt=None)
+            case news.PausedNow(paused=paused):
+                self.paused = True
+                if self._track is not None:
+                    self._track.break_off()
+                self._board.put(pause=pause_view(paused), asked="", progress=self._progress())
+            case news.WentOn():
+                self.paused = False
+                self._board.put(pause=None, asked="")
+            case news.ManualNow(view=view, frequency_hz=frequency_hz):
+                self.curves.begin(view.recording or LIVE, frequency_hz)
+                self._board.put(manual=view)
+            case news.Checked(item=item):
+                self._preflight((*self._items(), item))
+            case news.Analysing(what=what, done=done, of=of):
+                self._board.put(analysing=AnalysingView(what=what, done=done, of=of))
+            case news.Ended(finished=finished, live=live):
+                self._end(finished)
+                if live is not None:
+                    self._board.put(live=live)
+            case news.Failed():
+                self._fail(message)
+        self._tell_phase()
+
+    def tick(self) -> None:
+        """Let time pass on the screen where the rig tells nothing."""
+        if self._track is not None and self.job.realtime and not self._has_ended:
+            self._board.put(progress=self._progress())
+
+    def left(self, rigs: tuple[AlarmView, ...]) -> None:
+        """Show which rigs of this machine were left energised."""
+        if rigs != self._rigs:
+            self._rigs = rigs
+            self._board.put(alarms=(*rigs, *self._journal.alarms))
+
+    def analysed(self, found: Analysed) -> None:
+        """Show the analysis so far, unless the run's own is there already."""
+        if self.is_over or found.view is None:
+            return
+        self._board.put(live=self._with_recorded(found.view))
+        if found.correction_nm is not None:
+            self.curves.correct(found.recording, found.correction_nm)
+
+    def _with_recorded(self, view: LiveView) -> LiveView:
+        """Return the analysis; by hand, what is watched stands behind what was recorded."""
+        if self.job.kind != "manual":
+            return view
+        if not any(each.recording == LIVE for each in view.points):
+            self._recorded = view.points
+            return view
+        return view.model_copy(update={"points": (*self._recorded, *view.points)})
+
+    def lost(self, code: int | None) -> None:
+        """Take note that the process is gone without a word of its end."""
+        if not self.is_over:
+            how = f"with code {code}" if code is not None else "without a word"
+            self.take(news.Failed(f"the process of the run ended {how}", self._after_loss()))
+
+    def _after_loss(self) -> str:
+        """Return what to do now that the process is gone: only a run that began can be resumed."""
+        return AFTER_LOSS if self._has_begun else AFTER_EARLY_LOSS
+
+    def _take_curve(self, curve: news.Curve) -> None:
+        samples = len(next(iter(curve.channels.values()), ()))
+        start_s = curve.monotonic_s - self._started_s - samples / curve.rate_hz
+        self.curves.take(curve, max(start_s, 0.0))
+        readings = self._board.get("readings")
+        if self.curves.frequency_hz is not None:
+            known = {"frequency_hz": self.curves.frequency_hz, "frequency_utc": ""}
+            self._board.put(readings=readings.model_copy(update=known))
+        if self._track is not None:
+            self._track.recorded((curve.first_sample + samples) / curve.rate_hz)
+            self._board.put(progress=self._progress())
+
+    def _take_event(self, event: Event) -> None:
+        match event:
+            case RunStarted():
+                self._has_begun, self._started_s = True, event.monotonic_s
+                known = {"run": event.run_id, "started_utc": event.utc}
+                self.job = self.job.model_copy(update=known)
+                self._board.put(job=self.job)
+            case RunEnded():
+                self._has_ended = True
+                self._board.put(prompt=None, pause=None)
+            case StepStarted():
+                self._begin(event)
+            case Scanned():
+                self._scan(event)
+                return
+            case StepEnded():
+                self._finish(event)
+            case MadeSafe():
+                self._board.put(readings=readings_safe(self._board.get("readings"), event))
+            case Intervention(action="skip") if self._track is not None:
+                self._track.skip()
+            case Intervention(action="abort") if not self._board.get("asked"):
+                self._board.put(asked="abort")
+        self._journal.take(event)
+        alarms, log = (*self._rigs, *self._journal.alarms), self._journal.log
+        self._board.put(alarms=alarms, log=log, progress=self._progress())
+
+    def _begin(self, event: StepStarted) -> None:
+        self.recording, self._begun = event.recording, event
+        if self._track is not None:
+            self._track.begin(event.index, event.recording)
+            if event.recording and self.job.kind != "manual":
+                self.curves.begin(event.recording, self._track.frequency_hz(event.index))
+
+    def _scan(self, event: Scanned) -> None:
+        if self._track is not None:
+            self._track.scanned(event.point + 1)
+        if self._begun is not None:
+            readings = readings_at(self._board.get("readings"), event, self._begun)
+            self._board.put(readings=readings, progress=self._progress())
+
+    def _finish(self, event: StepEnded) -> None:
+        self.recording = ""
+        if self._track is not None:
+            self._track.end(event.index, ok=event.ok)
+            self._track.leave_out(range(event.index + 1, event.index + 1 + event.leaves))
+        readings = readings_after(self._board.get("readings"), event)
+        if event.recording and not readings.frequency_utc:  # its swings were measured until now
+            readings = readings.model_copy(update={"frequency_utc": event.utc})
+        self._board.put(readings=readings)
+
+    def _progress(self) -> Progress | None:
+        if self._track is None:
+            return None
+        return self._track.view(time.monotonic() if self.job.realtime else None)
+
+    def _items(self) -> tuple[PreflightItem, ...]:
+        preflight = self._board.get("preflight")
+        return preflight.items if preflight is not None else ()
+
+    def _preflight(self, items: tuple[PreflightItem, ...], *, done: bool = False) -> None:
+        view = Preflight(
+            procedure=self.job.procedure,
+            station=self.job.station,
+            done=done,
+            may_start=done and all(each.state != "fail" for each in items),
+            checked_utc=self.job.started_utc,
+            items=items,
+        )
+        self._board.put(preflight=view)
+
+    def _end(self, finished: Finished | None) -> None:
+        self.is_over = True
+        self._board.put(analysing=None, asked="", prompt=None, pause=None)
+        if self.job.kind == "preflight":
+            self._preflight(self._items(), done=True)
+        else:
+            if finished is not None and finished.run:
+                files = self._links.of_run(finished.run)
+                finished = finished.model_copy(update={"files": files})
+            self._board.put(finished=finished)
+
+    def _fail(self, failed: news.Failed) -> None:
+        if self.job.kind == "preflight":
+            self._preflight((*self._items(), failed_item(failed)))
+        self._end(failed_run(failed, self.job.run))
+
+    def _tell_phase(self) -> None:
+        self._board.put(phase=self._phase())
+
+    def _phase(self) -> Phase:  # noqa: PLR0911  (the table of phases, gravest first)
+        if self.is_over:
+            return "idle" if self.job.kind == "preflight" else "finished"
+        if self.job.kind == "preflight":
+            return "checking"
+        if self._has_ended:
+            return "analysing"
+        asked = self._board.get("asked")
+        if asked in ("abort", "stop"):
+            return "ending"
+        if self.paused:
+            return "paused"
+        if self.prompt is not None:
+            return "asking"
+        if asked in ("pause", "repeat", "skip"):
+            return "pausing"
+        if not self._has_begun:
+            return "starting"
+        return "manual" if self.job.kind == "manual" else "running"

@@ -1,0 +1,85 @@
+"""Has the recordings so far analysed again and again, as fast as that goes."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING
+
+from rigrunner.api.events import RunStarted, StepEnded
+from rigrunner_panel.live.asked import LIVE, Analyse, Analysed
+from rigrunner_panel.process.launch import Process
+from rigrunner_panel.process.news import Curve, Ended, Failed, Happened, LiveRecording
+
+if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+    from pathlib import Path
+
+    from rigrunner.api.data import Recording
+    from rigrunner_panel.live.story import Story
+
+ANALYST = "rigrunner_panel.live.analyst"
+LEAST_PAUSE_S = 0.25
+
+
+def _finds_something(ended: StepEnded) -> bool:
+    return bool(ended.recording or ended.measurement) or ended.action == "scan"
+
+
+class Watcher:
+    """Asks the analyst's process whenever there is something new, and never twice at once."""
+
+    def __init__(self, runs: Path, station: Path) -> None:
+        self._runs = runs
+        self._station = station
+        self._process = Process(ANALYST)
+        self._news = threading.Event()
+        self._closed = threading.Event()
+        self._folder: Path | None = None
+        self._watched: Recording | None = None
+
+    def start(self, story: Story, lock: AbstractContextManager[object]) -> None:
+        """Begin to work in a thread; the lock is held while the story is told."""
+        work = threading.Thread(target=self._work, args=(story, lock), name="analyst", daemon=True)
+        work.start()
+
+    def notice(self, message: object) -> None:
+        """Take note of what may make another analysis worth it."""
+        match message:
+            case Happened(event=RunStarted(run_id=name)):
+                self._folder = self._runs / name
+            case LiveRecording():
+                self._watched = message.recording
+                self._news.set()
+            case Happened(event=StepEnded() as ended) if _finds_something(ended):
+                self._watched = None
+                self._news.set()
+            case Curve(recording=name) if name != LIVE:
+                self._news.set()
+            case Ended() | Failed():
+                self.close()
+
+    def close(self) -> None:
+        """Ask nothing more."""
+        self._closed.set()
+        self._news.set()
+
+    def _work(self, story: Story, lock: AbstractContextManager[object]) -> None:
+        while self._news.wait() and not self._closed.is_set():
+            self._news.clear()
+            if self._folder is not None:
+                self._ask(self._folder, story, lock)
+            self._closed.wait(LEAST_PAUSE_S)
+        self._process.close()
+
+    def _ask(self, folder: Path, story: Story, lock: AbstractContextManager[object]) -> None:
+        no_load = self._runs / story.no_load if story.no_load else None
+        watched, self._watched = self._watched, None
+        asked = Analyse(folder, self._station, no_load, story.recording, watched)
+        found = self._process.ask(asked)
+        if not isinstance(found, Analysed):
+            self._closed.set()
+            return
+        with lock:
+            story.analysed(found)
+        if found.view is not None and found.view.taken_s > LEAST_PAUSE_S:
+            self._closed.wait(found.view.taken_s / 2)  # two thirds of a core are enough

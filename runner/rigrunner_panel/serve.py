@@ -1,0 +1,199 @@
+"""`rigrunner panel`: serves the screen until Ctrl-C, and leaves no rig unsafe."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import errno
+import os
+import signal
+import socket
+import webbrowser
+from typing import TYPE_CHECKING
+
+import uvicorn
+
+from rigrunner.api.errors import ExitCode, UsageError
+from rigrunner.ending import ENDING, HANGUPS, Consoles, signal_name, take_signals
+from rigrunner_panel.errors import PanelError
+from rigrunner_panel.web.app import make_app
+from rigrunner_panel.web.connections import Bounded
+from rigrunner_panel.web.panel import Panel
+from rigrunner_panel.web.security import check_public_name, is_loopback
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from types import FrameType
+
+    from rigrunner_panel.web.panel import Settings
+
+LEAST_TOKEN = 16
+_NO_TOKEN = "give one: --token, or the variable RIGRUNNER_PANEL_TOKEN"  # noqa: S105  (a hint)
+_GRACE_S = 3
+_LOOK_S = 0.1
+_AT_ONCE = 64
+"""Connections that are taken before any of them is looked at."""
+
+
+def serve(
+    settings: Settings, port: int, tell: Callable[[str], None], *, open_browser: bool
+) -> ExitCode:
+    """Serve until Ctrl-C, SIGTERM or a closed terminal.
+
+    A run that goes on then is aborted, and safe, before the end.
+
+    Raises UsageError for a host beyond this machine without a token, and where nothing can be
+    served on the port.
+    """
+    if not is_loopback(settings.host) and not settings.token:
+        message = f"--host {settings.host} lets other machines in, and there is no token"
+        raise UsageError(message, hint=_NO_TOKEN)
+    if settings.public_name:
+        check_public_name(settings.public_name)
+        if not settings.token:
+            message = f"--public-name {settings.public_name} lets others in, and there is no token"
+            raise UsageError(message, hint=_NO_TOKEN)
+    if settings.token and len(settings.token) < LEAST_TOKEN:
+        hint = "python -c 'import secrets; print(secrets.token_urlsafe())' makes one"
+        raise UsageError(f"the token has less than {LEAST_TOKEN} characters", hint=hint)
+    panel = Panel(settings=settings)
+    config = uvicorn.Config(
+        make_app(panel),
+        log_level="warning",
+        http=Bounded,
+        backlog=_AT_ONCE,
+        ws="websockets-sansio",
+        ws_max_size=4096,
+        timeout_graceful_shutdown=_GRACE_S,
+        server_header=False,
+    )
+    listening = _bound(settings.host, port)
+    address = _address(settings, listening.getsockname()[1])
+    ending = Ending(panel, tell)
+    try:
+        with ending.signals():  # before the address is told: whoever reads it may end the panel
+            tell(f"Panel: {address}")
+            if settings.public_name:
+                tell(f"Through the proxy: https://{settings.public_name}/#token={settings.token}")
+            if open_browser:
+                webbrowser.open(address)
+            asyncio.run(_served(_Server(config), listening, ending))
+    finally:
+        panel.desk.close()
+    return ending.exit_code
+
+
+class Ending:
+    """What Ctrl-C means: without a run the end, with one its abort, and after that the end.
+
+    SIGTERM means the same. Of a closed terminal several may tell, the system and the shell: that
+    means an abort, and never more.
+    """
+
+    def __init__(self, panel: Panel, tell: Callable[[str], None]) -> None:
+        self._panel = panel
+        self._tell = tell
+        self._consoles = Consoles()
+        self._presses = 0
+        self._number: int = signal.SIGINT
+        self._aborted = False
+        self.wanted = False
+
+    @property
+    def exit_code(self) -> ExitCode:
+        """How the command ends."""
+        return ExitCode.INTERRUPTED if self._aborted else ExitCode.PASS
+
+    @contextlib.contextmanager
+    def signals(self) -> Iterator[None]:
+        """Take the signals that end the program, and put the former handlers back."""
+        former = take_signals(ENDING, self._take)
+        former[signal.SIGINT] = signal.signal(signal.SIGINT, self._take)
+        try:
+            yield
+        finally:
+            for number, handler in former.items():
+                signal.signal(number, handler)
+
+    def advance(self) -> bool:
+        """Do what the signals since the last time ask for; return whether the server is to end."""
+        if not self.wanted:
+            return False
+        if not self._panel.desk.is_busy:
+            return True
+        if self._presses and not self._aborted:
+            self._aborted, self._presses = True, 0
+            run = self._panel.desk.name
+            self._say(
+                f"{run} is running. Aborting: teardown, then the rig is made safe."
+                " Ctrl-C stops at once."
+            )
+            with contextlib.suppress(PanelError):  # it has ended just now
+                self._panel.desk.abort(*self._who())
+        elif self._presses:
+            self._presses = 0
+            self._say("Stopping now: no teardown, the rig is made safe. Please wait.")
+            self._panel.desk.stop(*self._who())
+        return False
+
+    def _take(self, number: int, _frame: FrameType | None) -> None:
+        self._consoles.silence_closed()
+        if number in HANGUPS and self.wanted:
+            return
+        self.wanted, self._number = True, number
+        self._presses += 1
+
+    def _who(self) -> tuple[str, str]:
+        """Return who ends the run, and by what."""
+        if self._number == signal.SIGINT:
+            return "keyboard", "Ctrl-C in the panel's terminal"
+        return "signal", f"{signal_name(self._number)} to the panel"
+
+    def _say(self, text: str) -> None:
+        """Tell whoever is at the terminal; where nobody is any more, that must not end this."""
+        with contextlib.suppress(OSError):
+            self._tell(text)
+
+
+class _Server(uvicorn.Server):
+    """A server that leaves the signals to us: with a run in progress they do not end it."""
+
+    @contextlib.contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Take none."""
+        yield
+
+
+async def _served(server: _Server, listening: socket.socket, ending: Ending) -> None:
+    """Serve until the end is wanted and no run goes on."""
+    work = asyncio.create_task(server.serve(sockets=[listening]))
+    while not work.done() and not await asyncio.to_thread(ending.advance):
+        await asyncio.wait({work}, timeout=_LOOK_S)
+    server.should_exit = True
+    await work
+
+
+_OF_THE_PORT = {
+    errno.EADDRINUSE: "another panel may be open there; --port 0 takes any that is free",
+    errno.EACCES: "ports below 1024 are the administrator's; --port 0 takes any that is free",
+}
+_OF_THE_HOST = "--host takes an address of this machine, such as 127.0.0.1"
+
+
+def _bound(host: str, port: int) -> socket.socket:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        return socket.create_server((host, port), family=family)
+    except (OSError, OverflowError) as error:
+        number = error.errno if isinstance(error, OSError) else None
+        hint = _OF_THE_PORT.get(number or 0, _OF_THE_HOST)
+        said = os.strerror(number) if number in _OF_THE_PORT else str(error).partition(" (while")[0]
+        raise UsageError(f"cannot listen on {host}, port {port}: {said}", hint=hint) from error
+
+
+def _address(settings: Settings, port: int) -> str:
+    """Return what to open; the token is behind the '#', which no browser sends anywhere."""
+    shown = settings.host if is_loopback(settings.host) else socket.gethostname()
+    host = f"[{shown}]" if ":" in shown else shown
+    token = f"#token={settings.token}" if settings.token else ""
+    return f"http://{host}:{port}/{token}"

@@ -1,0 +1,213 @@
+"""The result of an analysis, for the screen: the numbers that the report has."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from math import isfinite
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.checks import effect_words
+from rigrunner.api.errors import DataError
+from rigrunner.api.verdict import Verdict, worst
+from rigrunner.signal.coverage import expanded
+from rigrunner.signal.result_figures import over_coordinate
+from rigrunner.signal.rounding import places
+from rigrunner_panel.view.sections import (
+    CheckView,
+    Finished,
+    LiveView,
+    PointView,
+    ResultView,
+    Value,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from rigrunner.api.analysis import CompensatedPoint, PeakPoint
+    from rigrunner.api.data import Array, Estimate
+    from rigrunner.api.figures import Figure
+    from rigrunner.api.findings import MeasurementResult
+    from rigrunner.api.results import Result
+    from rigrunner.api.verdict import Limits
+    from rigrunner.procedure import Acceptance
+    from rigrunner.workflow.finish import FinishedRun
+
+MOST_RESULTS = 200
+"""Of named results, the latest are sent to the screen."""
+
+
+def live_view(
+    result: Result, *, final: bool, taken_s: float = 0.0, acceptance: Acceptance | None = None
+) -> LiveView:
+    """Return the result of the recordings so far, or of all, with what it may be."""
+    limited = [(each, _limits(each, acceptance)) for each in result.other_results]
+    primary = result.compensations.get(result.primary)
+    found = primary.points if primary else ()
+    points = [_point(each, found, index) for index, each in enumerate(result.loaded)]
+    checks = (*result.checks, *(primary.checks if primary else ()))
+    return LiveView(
+        recordings=len(result.loaded),
+        final=final,
+        method=result.primary,
+        problem=(primary.not_applicable if primary else "") or "",
+        taken_s=taken_s,
+        verdict=str(_verdict_so_far(result) or ""),
+        headline=_value(result.headline),
+        raw_headline=_value(result.raw_headline),
+        points=tuple(points),
+        checks=tuple(
+            CheckView(
+                name=each.name,
+                ok=each.ok,
+                text=each.text,
+                advice=each.advice,
+                effect=effect_words(each),
+                consequence=str(each.consequence),
+            )
+            for each in checks
+        ),
+        results=tuple(_named_view(each, limits) for each, limits in limited[-MOST_RESULTS:]),
+        figures=tuple(_figures(limited)),
+    )
+
+
+def _limits(result: MeasurementResult, acceptance: Acceptance | None) -> Limits | None:
+    """Return what a result may be by the first limit on it, which is none of a mean."""
+    for limit in acceptance.limits_of(result.name) if acceptance else ():
+        if not limit.mean and limit.is_of(result.coordinates):
+            with suppress(DataError):  # it follows a coordinate, and has none here
+                return limit.limits_at(result.coordinates, result.of.unit)
+    return None
+
+
+def _named_view(found: MeasurementResult, limits: Limits | None) -> ResultView:
+    return ResultView(
+        name=found.name,
+        text=found.of.words,
+        symbol=found.of.symbol,
+        unit=found.of.unit,
+        place=", ".join(map(str, found.coordinates.values())),
+        value=found.estimate.value,
+        U=_known(expanded(found.estimate)),
+        readings=found.readings,
+        lower=None if limits is None else _known(limits.lower),
+        upper=None if limits is None else _known(limits.upper),
+    )
+
+
+def _figures(limited: Sequence[tuple[MeasurementResult, Limits | None]]) -> Iterator[Figure]:
+    """Yield for each result over a coordinate the figure that shows most: within its limits."""
+    for name in dict.fromkeys(each.name for each, _ in limited):
+        own = [(each, at) for each, at in limited if each.name == name]
+        yield from over_coordinate([(each, at, _is_out(each, at)) for each, at in own])[-1:]
+
+
+def _is_out(result: MeasurementResult, limits: Limits | None) -> bool:
+    return limits is not None and not limits.allow(result.estimate.value)
+
+
+def with_followed(
+    latest: LiveView, found: LiveView | None, followed: Mapping[str, PointView]
+) -> LiveView:
+    """Return the latest view with all points: those `found` at first, then those `followed`.
+
+    The mean over the recordings is that of whole ones; of one point alone it is its own.
+    """
+    points = {each.recording: each for each in found.points} if found else {}
+    everything = tuple({**points, **followed}.values())
+    means = found or latest
+    known = found is not None or len(everything) == 1
+    return latest.model_copy(
+        update={
+            "points": everything,
+            "recordings": len(everything),
+            "headline": means.headline if known else None,
+            "raw_headline": means.raw_headline if known else None,
+        }
+    )
+
+
+def correction(result: Result) -> tuple[str, Array] | None:
+    """Return what is taken from the latest recording's swing, over the crank phase, shape (N,).
+
+    None where its method has no swings.
+    """
+    primary = result.compensations.get(result.primary)
+    if primary is None or not primary.points or len(primary.points) != len(result.loaded):
+        return None
+    trace = primary.points[-1].trace
+    if trace is None:
+        return None
+    return result.loaded[-1].recording, np.asarray(trace.raw_nm - trace.compensated_nm)
+
+
+def _verdict_so_far(result: Result) -> Verdict | None:
+    """Return the verdict on what was measured so far: all within limits is none yet."""
+    missed = Verdict.FAIL if result.limits.missed else None
+    return worst((missed, result.decision.verdict if result.decision else None))
+
+
+def finished_view(finished: FinishedRun) -> Finished:
+    """Return how a run ended."""
+    result, error = finished.result, finished.error
+    return Finished(
+        run=finished.folder.name,
+        folder=str(finished.folder),
+        outcome=finished.outcome,
+        reason=finished.reason,
+        verdict=str((result and result.verdict) or ""),
+        headline=None if result is None else _value(result.headline),
+        measurand="" if result is None else result.measurand,
+        result="" if result is None else _named(result),
+        error="" if error is None else finished.reason if finished.unsafe else str(error),
+        hint=getattr(error, "hint", ""),
+        sealed=finished.sealed,
+        passed_over=finished.passed_over,
+    )
+
+
+def _named(result: Result) -> str:
+    deciding = None if result.decision is None else result.decision.deciding.result
+    found = [each for each in result.other_results if each.estimate is deciding]
+    if not found and len(result.other_results) == 1:
+        found = list(result.other_results)
+    if not found:
+        return ""
+    estimate = found[0].estimate
+    shown = with_uncertainty(estimate.value, expanded(estimate))
+    return f"{found[0].of.words}: {shown} {estimate.unit}"
+
+
+def with_uncertainty(value: float, width: float) -> str:
+    """Return a value with its expanded uncertainty, '?' where that is not known."""
+    decimals = max(places(width), 0) if isfinite(width) else 6
+    return f"{value:.{decimals}f} ± {f'{width:.{decimals}f}' if isfinite(width) else '?'}"
+
+
+def _point(point: PeakPoint, found: tuple[CompensatedPoint, ...], index: int) -> PointView:
+    known = {
+        "recording": point.recording,
+        "set_frequency_hz": point.set_frequency_hz,
+        "frequency_hz": point.frequency_hz.value,
+        "load_n": point.load_n,
+        "cycles": point.cycles,
+    }
+    if index >= len(found):
+        return PointView(**known, raw_nm=float(point.peak_nm[point.peak_kept].mean()))
+    each = found[index]
+    torque = {"torque_nm": each.torque.value, "U_nm": _known(expanded(each.torque))}
+    return PointView(**known, raw_nm=each.raw_nm, rig_nm=each.rig_nm, **torque)
+
+
+def _value(estimate: Estimate | None) -> Value | None:
+    if estimate is None:
+        return None
+    return Value(value_nm=estimate.value, U_nm=_known(expanded(estimate)))
+
+
+def _known(value: float) -> float | None:
+    """Return a number that a screen can show; what the data do not tell is not a number."""
+    return value if isfinite(value) else None

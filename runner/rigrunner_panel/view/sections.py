@@ -1,0 +1,303 @@
+"""The sections of the state, as they go to the screen; docs/reference/panel-api.md says more."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict
+
+from rigrunner.api.figures import Figure
+from rigrunner_panel.view.manual import ManualView
+
+Phase = Literal[
+    "idle",
+    "checking",
+    "starting",
+    "running",
+    "asking",
+    "pausing",
+    "paused",
+    "ending",
+    "analysing",
+    "manual",
+    "finished",
+]
+Light = Literal["ok", "warn", "fail"]
+
+
+class Section(BaseModel):
+    """Frozen; not a finite number becomes null."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", ser_json_inf_nan="null")
+
+
+class Value(Section):
+    """A value with its expanded uncertainty (95 %) where that is known, in N·m."""
+
+    value_nm: float
+    U_nm: float | None
+
+
+class Control(Section):
+    """Who may steer."""
+
+    client: str
+    name: str
+    since_utc: str
+    connected: bool
+
+
+class JobView(Section):
+    """What was asked for."""
+
+    kind: Literal["preflight", "run", "manual"]
+    procedure: str
+    station: str
+    title: str = ""
+    run: str = ""
+    inputs: dict[str, str] = {}
+    operator: str = ""
+    no_load: str = ""
+    realtime: bool = True
+    started_utc: str = ""
+
+
+class PreflightItem(Section):
+    """One thing that was looked at before a run."""
+
+    kind: Literal["device", "calibration", "no_load", "zero", "disk", "interlock", "procedure"]
+    name: str
+    state: Light
+    text: str
+    fix: str = ""
+    override: str = ""
+
+
+class Preflight(Section):
+    """What was looked at, and whether a run may start."""
+
+    procedure: str
+    station: str
+    done: bool
+    may_start: bool
+    checked_utc: str
+    items: tuple[PreflightItem, ...] = ()
+
+
+class StepView(Section):
+    """A step of the plan."""
+
+    index: int
+    path: str
+    phase: str
+    action: str
+    text: str
+    point: str
+    estimated_s: float
+    frequency_hz: float | None = None
+    scan_points: int = 0
+
+
+class PlanView(Section):
+    """The steps of the run, in order."""
+
+    estimated_s: float
+    steps: tuple[StepView, ...]
+
+
+class Progress(Section):
+    """How far the run is."""
+
+    index: int
+    states: str
+    done_s: float
+    estimated_s: float
+    left_s: float
+    recording: str = ""
+    recording_s: float = 0.0
+    recording_done_s: float = 0.0
+    scanned: int = 0
+    scan_points: int = 0
+
+
+class Reading(Section):
+    """One value that was read or set, in SI units."""
+
+    value: float
+    unit: str
+
+
+class Readings(Section):
+    """What is known of the rig, and since when: a drive that was set is read back."""
+
+    set_frequency_hz: float | None = None
+    frequency_hz: float | None = None
+    frequency_utc: str = ""
+    set_load_n: float | None = None
+    load_n: float | None = None
+    load_utc: str = ""
+    temperature_c: float | None = None
+    values: dict[str, Reading] = {}
+
+
+class PromptView(Section):
+    """A question that waits for its answer."""
+
+    id: int
+    step: str
+    text: str
+    kind: Literal["confirm", "ask"]
+    choices: tuple[str, ...]
+    expected: str
+    unit: str
+    picture: str
+
+
+class PauseView(Section):
+    """Where the run is paused, and how it may go on."""
+
+    step: str
+    point: str
+    reason: str
+    moving: tuple[str, ...]
+    choices: tuple[str, ...]
+
+
+class AlarmView(Section):
+    """Something that is wrong, or was."""
+
+    seq: int
+    utc: str
+    source: str
+    text: str
+    active: bool
+
+
+class LogLine(Section):
+    """An event in words."""
+
+    seq: int
+    utc: str
+    kind: str
+    text: str
+
+
+class PointView(Section):
+    """One set-point as the analysis sees it."""
+
+    recording: str
+    set_frequency_hz: float
+    frequency_hz: float
+    load_n: float
+    cycles: int
+    raw_nm: float | None
+    rig_nm: float | None = None
+    torque_nm: float | None = None
+    U_nm: float | None = None
+
+
+class CheckView(Section):
+    """A named diagnostic."""
+
+    name: str
+    ok: bool
+    text: str
+    advice: str
+    effect: str = ""
+    consequence: str = ""
+
+
+class ResultView(Section):
+    """One value of a named result of any quantity, and what it may be there."""
+
+    name: str
+    text: str
+    symbol: str
+    unit: str
+    place: str
+    """Where it holds, in words; '' for the only one."""
+    value: float
+    U: float | None
+    readings: int
+    lower: float | None = None
+    """What it may be, in its unit; None where there is no such limit."""
+    upper: float | None = None
+
+
+class LiveView(Section):
+    """The analysis of the recordings so far."""
+
+    recordings: int
+    final: bool
+    method: str
+    problem: str
+    taken_s: float
+    verdict: str = ""
+    headline: Value | None = None
+    raw_headline: Value | None = None
+    points: tuple[PointView, ...] = ()
+    checks: tuple[CheckView, ...] = ()
+    results: tuple[ResultView, ...] = ()
+    figures: tuple[Figure, ...] = ()
+    """Of each result over a coordinate the one that shows most."""
+
+
+class AnalysingView(Section):
+    """How far the analysis of the finished run is."""
+
+    what: str
+    done: int
+    of: int
+
+
+class FileLink(Section):
+    """A file of a run, and where to get it."""
+
+    name: str
+    url: str
+    size: int
+
+
+class Finished(Section):
+    """How the last run ended."""
+
+    run: str
+    folder: str
+    outcome: str
+    reason: str
+    verdict: str
+    headline: Value | None = None
+    measurand: str = ""
+    result: str = ""
+    """The named result on which the verdict rests, or the only one, with its U; '' for none."""
+    error: str = ""
+    hint: str = ""
+    problems: tuple[str, ...] = ()
+    sealed: bool = False
+    files: tuple[FileLink, ...] = ()
+    passed_over: tuple[str, ...] = ()
+
+
+class State(Section):
+    """The whole truth at one moment."""
+
+    seq: int
+    version: str
+    you: str
+    phase: Phase
+    control: Control | None
+    watchers: int
+    job: JobView | None
+    preflight: Preflight | None
+    plan: PlanView | None
+    progress: Progress | None
+    readings: Readings
+    prompt: PromptView | None
+    pause: PauseView | None
+    asked: Literal["", "pause", "abort", "stop", "repeat", "skip"]
+    alarms: tuple[AlarmView, ...]
+    log: tuple[LogLine, ...]
+    live: LiveView | None
+    analysing: AnalysingView | None
+    finished: Finished | None
+    manual: ManualView | None

@@ -1,0 +1,178 @@
+"""What is answered."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel
+
+from rigrunner_panel.history import RunDetail, RunItem
+from rigrunner_panel.view.sections import FileLink, StepView
+
+
+class Done(BaseModel):
+    """It is done, or begun."""
+
+    ok: bool = True
+
+
+class Stopped(BaseModel):
+    """Whether there was something to stop."""
+
+    ok: bool = True
+    stopped: bool
+
+
+class ProcedureItem(BaseModel):
+    """A procedure to choose."""
+
+    name: str
+    id: str
+    title: str
+    note: str
+    shipped: bool
+    last_used_utc: str
+    problem: str
+
+
+class StationItem(BaseModel):
+    """A station to choose."""
+
+    name: str
+    id: str
+    title: str
+    shipped: bool
+    last_used_utc: str
+    problem: str
+
+
+class Procedures(BaseModel):
+    """Last used first."""
+
+    items: list[ProcedureItem]
+
+
+class Stations(BaseModel):
+    """Last used first."""
+
+    items: list[StationItem]
+
+
+class PlannedProcedure(BaseModel):
+    """The procedure of a plan."""
+
+    name: str
+    id: str
+    title: str
+    revision: str
+    approval: str
+    draft: bool
+
+
+class PlannedStation(BaseModel):
+    """The station of a plan."""
+
+    name: str
+    id: str
+    title: str
+    simulated: bool
+
+
+class Torque(BaseModel):
+    """The largest torque to be expected in a recording, at most, and what the sensor can take."""
+
+    recording: str
+    frequency_hz: float
+    peak_nm: float
+    full_scale_nm: float
+    share: float
+
+
+class InputItem(BaseModel):
+    """What a procedure asks at the start."""
+
+    name: str
+    ask: str
+    choices: tuple[str, ...]
+    unit: str
+    expected: str
+    unattended: str | None
+
+
+class NoLoad(BaseModel):
+    """The no-load run that would be used."""
+
+    needed: bool
+    run: str = ""
+    problem: str = ""
+    hint: str = ""
+
+
+class PlanAnswer(BaseModel):
+    """What a run would do; nothing was connected."""
+
+    procedure: PlannedProcedure
+    station: PlannedStation
+    estimated_s: float
+    disk_bytes: int
+    disk_free_bytes: int
+    steps: tuple[StepView, ...]
+    torques: tuple[Torque, ...]
+    inputs: tuple[InputItem, ...]
+    no_load: NoLoad
+    warnings: tuple[str, ...]
+
+
+class InputAnswer(BaseModel):
+    """Whether an answer would be taken; `value` is how it would stand on record."""
+
+    ok: bool
+    value: str = ""
+    message: str = ""
+    hint: str = ""
+
+
+class Runs(BaseModel):
+    """Newest first; `more` where others follow."""
+
+    items: list[RunItem]
+    more: bool
+
+
+class OneRun(RunDetail):
+    """A run with the addresses of its files."""
+
+    files: tuple[FileLink, ...]
+
+
+class Again(BaseModel):
+    """What to start with for the next specimen; without a name where it is not in the lists."""
+
+    procedure: str
+    station: str
+    inputs: dict[str, str]
+    operator: str
+
+
+class IssuedAnswer(BaseModel):
+    """A certificate was issued."""
+
+    number: str
+    files: tuple[FileLink, ...]
+    notes: tuple[str, ...]
+
+
+class ChangeView(BaseModel):
+    """One difference, in a sentence."""
+
+    section: str
+    text: str
+    matters: bool
+
+
+class ComparisonAnswer(BaseModel):
+    """What is different between two runs."""
+
+    before: str
+    after: str
+    same: bool
+    verdict: str
+    changes: list[ChangeView]

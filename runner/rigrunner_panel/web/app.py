@@ -1,0 +1,181 @@
+"""The panel as an ASGI application."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from contextlib import asynccontextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel, ValidationError
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.exceptions import HTTPException
+from starlette.middleware import Middleware
+from starlette.responses import FileResponse, JSONResponse, Response
+from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+
+from rigrunner.api.errors import RigrunnerError
+from rigrunner_panel.errors import ErrorView, PanelError, of_ours
+from rigrunner_panel.web import looking
+from rigrunner_panel.web.asked import Asked
+from rigrunner_panel.web.hub import Hub
+from rigrunner_panel.web.openapi import description
+from rigrunner_panel.web.operations import OPERATIONS
+from rigrunner_panel.web.security import CLIENT, Guard
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Awaitable, Callable
+
+    from starlette.requests import Request
+    from starlette.websockets import WebSocket
+
+    from rigrunner_panel.web.asked import Operation
+    from rigrunner_panel.web.panel import Panel
+
+STATIC = Path(__file__).parent.parent / "static"
+LONGEST_BODY = 64 * 1024
+FILE_POLICY = (
+    "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:; font-src data:; "
+    "frame-ancestors 'self'"
+)
+"""A report is a page of its own, with styles and pictures inside; it can run and load nothing."""
+_log = logging.getLogger("rigrunner_panel")
+
+
+def make_app(panel: Panel) -> Starlette:
+    """Return the application; while it is served, screens are told what changes."""
+    hub = Hub(panel)
+
+    @asynccontextmanager
+    async def lifespan(_: Starlette) -> AsyncIterator[None]:
+        work = asyncio.create_task(hub.run())
+        yield
+        work.cancel()
+        with suppress(asyncio.CancelledError):
+            await work
+
+    async def events(socket: WebSocket) -> None:
+        client = socket.query_params.get("client", "")
+        if not CLIENT.fullmatch(client):
+            await socket.close(4400, "the query has no client id")
+            return
+        await hub.serve(socket, client)
+
+    routes = [
+        Route("/api/openapi.json", _openapi, methods=["GET"]),
+        *(_route(panel, each) for each in OPERATIONS),
+        Route("/api/runs/{run}/files/{name}", _file(panel, looking.file), methods=["GET"]),
+        Route("/api/pictures/{key}", _file(panel, looking.picture), methods=["GET"]),
+        WebSocketRoute("/api/events", events),
+        Mount("/", StaticFiles(directory=STATIC, html=True)),
+    ]
+    return Starlette(
+        routes=routes,
+        middleware=[Middleware(Guard, panel=panel)],
+        exception_handlers={
+            PanelError: _panel_error,
+            RigrunnerError: _our_error,
+            HTTPException: _http_error,
+            Exception: _bug,
+        },
+        lifespan=lifespan,
+    )
+
+
+def _route(panel: Panel, operation: Operation) -> Route:
+    async def endpoint(request: Request) -> Response:
+        asked = await _asked(request, panel, operation)
+        found = await run_in_threadpool(operation.handler, panel, asked)
+        return _answer(found, operation.status)
+
+    return Route(operation.path, endpoint, methods=[operation.method])
+
+
+async def _asked(request: Request, panel: Panel, operation: Operation) -> Asked:
+    client = request.headers.get("x-rigrunner-client", "")
+    body = None
+    if operation.method == "POST":
+        if not CLIENT.fullmatch(client):
+            hint = "8 to 64 letters, digits, - and _, drawn at random by the client"
+            raise PanelError(400, "bad_request", "X-Rigrunner-Client is missing or wrong", hint)
+        body = _parsed(await _body(request), operation.body)
+    by = panel.control.required(client) if operation.steers else panel.control.name_of(client)
+    return Asked(body, dict(request.query_params), request.path_params, client, by)
+
+
+async def _body(request: Request) -> bytes:
+    """Return the body; raise PanelError for one that is no JSON by its name, or too long."""
+    kind = request.headers.get("content-type", "").partition(";")[0].strip().casefold()
+    if kind != "application/json":
+        raise PanelError(400, "bad_request", "the body must be application/json")
+    content = bytearray()
+    async for chunk in request.stream():
+        content += chunk
+        if len(content) > LONGEST_BODY:
+            raise PanelError(413, "too_long", f"the body is longer than {LONGEST_BODY} bytes")
+    return bytes(content)
+
+
+def _parsed(content: bytes, model: type[BaseModel] | None) -> BaseModel | None:
+    if model is None:
+        return None
+    try:
+        return model.model_validate_json(content)
+    except ValidationError as error:
+        told = "; ".join(_words(each) for each in error.errors(include_url=False)[:10])
+        hint = "GET /api/openapi.json describes it"
+        message = f"the body is not as it must be: {told}"
+        raise PanelError(400, "bad_request", message, hint) from error
+
+
+def _words(error: Any) -> str:
+    where = ".".join(str(each) for each in error["loc"])
+    return f"{where}: {error['msg']}" if where else str(error["msg"])
+
+
+def _answer(found: BaseModel | str, status: int) -> Response:
+    """Return an answer, which may be JSON already."""
+    text = found if isinstance(found, str) else found.model_dump_json()
+    return Response(text, status, media_type="application/json")
+
+
+def _file(
+    panel: Panel, find: Callable[[Panel, Asked], Path]
+) -> Callable[[Request], Awaitable[Response]]:
+    async def endpoint(request: Request) -> Response:
+        asked = Asked(None, dict(request.query_params), request.path_params, "", "")
+        path = await run_in_threadpool(find, panel, asked)
+        return FileResponse(path, headers={"Content-Security-Policy": FILE_POLICY})
+
+    return endpoint
+
+
+async def _openapi(_: Request) -> Response:
+    return JSONResponse(description())
+
+
+async def _panel_error(_: Request, error: Exception) -> Response:
+    assert isinstance(error, PanelError)  # noqa: S101  (Starlette calls it for no other)
+    return JSONResponse(error.view.model_dump(mode="json"), error.status)
+
+
+async def _our_error(request: Request, error: Exception) -> Response:
+    assert isinstance(error, RigrunnerError)  # noqa: S101  (Starlette calls it for no other)
+    return await _panel_error(request, of_ours(error))
+
+
+async def _http_error(_: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)  # noqa: S101  (Starlette calls it for no other)
+    code = "not_found" if error.status_code == 404 else "bad_request"  # noqa: PLR2004  (HTTP's own)
+    view = ErrorView(code=code, message=str(error.detail))
+    return JSONResponse(view.model_dump(mode="json"), error.status_code)
+
+
+async def _bug(_: Request, error: Exception) -> Response:
+    _log.error("a bug in the panel", exc_info=error)
+    message = f"{type(error).__name__}: {error}"
+    view = ErrorView(code="bug", message=message, hint="the terminal of the panel shows where")
+    return JSONResponse(view.model_dump(mode="json"), 500)

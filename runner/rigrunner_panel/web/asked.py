@@ -1,0 +1,42 @@
+"""A request as a handler gets it, and the table entry that leads to the handler."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from pydantic import BaseModel
+
+    from rigrunner_panel.web.panel import Panel
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What was asked, by whom; the body is of the operation's model."""
+
+    body: Any
+    query: Mapping[str, str]
+    path: Mapping[str, str]
+    client: str
+    by: str
+    """How who asks is called on record."""
+
+
+@dataclass(frozen=True)
+class Operation:
+    """One thing that can be asked of the panel."""
+
+    method: Literal["GET", "POST"]
+    path: str
+    summary: str
+    handler: Callable[[Panel, Asked], Any]
+    answer: type[BaseModel]
+    body: type[BaseModel] | None = None
+    query: Mapping[str, str] = field(default_factory=dict)
+    """The name of each parameter of the query, and what it is."""
+    steers: bool = False
+    """Whether only the client that has control may ask."""
+    status: int = 200

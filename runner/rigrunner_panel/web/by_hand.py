@@ -1,0 +1,69 @@
+"""The manual page: set a drive, watch, record a point."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import RigrunnerError
+from rigrunner.api.quantity import parse_quantity
+from rigrunner.api.units import unit
+from rigrunner_panel.errors import PanelError, not_found, wrong_state
+from rigrunner_panel.process.orders import CloseManual, RecordManually, SetManually
+from rigrunner_panel.web.answers import Done
+from rigrunner_panel.web.running import start_job
+
+if TYPE_CHECKING:
+    from rigrunner_panel.view.manual import DriveView, ManualView
+    from rigrunner_panel.web.asked import Asked
+    from rigrunner_panel.web.panel import Panel
+    from rigrunner_panel.web.requests import RecordPoint, SetDrive
+
+
+def open_manual(panel: Panel, asked: Asked) -> Done:
+    """Let a person have the rig, after a preflight as for a run."""
+    start_job(panel, "manual", asked.body, asked.by)
+    return Done()
+
+
+def set_drive(panel: Panel, asked: Asked) -> Done:
+    """Set a drive within its limits."""
+    body: SetDrive = asked.body
+    drive = _drive(panel, body.drive)
+    value = _value(drive, body.value)
+    if not drive.minimum <= value <= drive.maximum:
+        message = f"{drive.name} cannot be set to {body.value}"
+        allowed = f"allowed: {drive.minimum:g} to {drive.maximum:g} {drive.unit}"
+        raise PanelError(422, "invalid", message, allowed)
+    panel.desk.wish(SetManually(drive.name, value, asked.by))
+    return Done()
+
+
+def record_point(panel: Panel, asked: Asked) -> Done:
+    """Record a point where the rig is."""
+    body: RecordPoint = asked.body
+    panel.desk.wish(RecordManually(body.cycles, asked.by))
+    return Done()
+
+
+def close_manual(panel: Panel, asked: Asked) -> Done:
+    """Make the rig safe, and seal what was recorded."""
+    panel.desk.wish(CloseManual(asked.by))
+    return Done()
+
+
+def _drive(panel: Panel, name: str) -> DriveView:
+    view: ManualView | None = panel.board.get("manual")
+    if view is None:
+        raise wrong_state("the manual page has not got the rig", "open it first")
+    for each in view.drives:
+        if each.name == name:
+            return each
+    raise not_found(f"there is no drive '{name}'", ", ".join(each.name for each in view.drives))
+
+
+def _value(drive: DriveView, text: str) -> float:
+    """Return a set-point in the drive's SI unit; raise PanelError for what is none."""
+    try:
+        return parse_quantity(text, unit(drive.unit).dimension).si
+    except RigrunnerError as error:
+        raise PanelError(422, "invalid", error.message, error.hint) from error

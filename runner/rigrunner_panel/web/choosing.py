@@ -1,0 +1,180 @@
+"""What there is to choose, what it would do, and what it asks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import RigrunnerError
+from rigrunner.clock import SimulatedClock
+from rigrunner.procedure import load_procedure
+from rigrunner.procedure.answers import AnswerError
+from rigrunner.workflow.calibration import calibration_findings
+from rigrunner.workflow.noload import no_load_for
+from rigrunner.workflow.planning import planned_run
+from rigrunner_panel.errors import not_found
+from rigrunner_panel.jobs.preflight import free_bytes
+from rigrunner_panel.view.of_plan import plan_view
+from rigrunner_panel.web.answers import (
+    InputAnswer,
+    InputItem,
+    NoLoad,
+    PlanAnswer,
+    PlannedProcedure,
+    PlannedStation,
+    ProcedureItem,
+    Procedures,
+    StationItem,
+    Stations,
+    Torque,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from rigrunner.workflow.prepare import Planned
+    from rigrunner_panel.catalogue import Entry
+    from rigrunner_panel.web.asked import Asked
+    from rigrunner_panel.web.panel import Panel
+    from rigrunner_panel.web.requests import CheckInput, Pair
+
+
+def procedures(panel: Panel, asked: Asked) -> Procedures:
+    """Return the procedures, last used first."""
+    used = {each.procedure: each.started_utc for each in reversed(list(panel.history.items()))}
+    items = [
+        ProcedureItem(
+            name=each.name,
+            id=each.id,
+            title=each.title,
+            note=each.note,
+            shipped=each.shipped,
+            last_used_utc=used.get(each.id, ""),
+            problem=each.problem,
+        )
+        for each in _found(panel.catalogue.entries("procedure"), asked)
+    ]
+    return Procedures(items=sorted(items, key=lambda each: each.last_used_utc, reverse=True))
+
+
+def stations(panel: Panel, asked: Asked) -> Stations:
+    """Return the stations, last used first."""
+    used = {each.station: each.started_utc for each in reversed(list(panel.history.items()))}
+    items = [
+        StationItem(
+            name=each.name,
+            id=each.id,
+            title=each.title,
+            shipped=each.shipped,
+            last_used_utc=used.get(each.id, ""),
+            problem=each.problem,
+        )
+        for each in _found(panel.catalogue.entries("station"), asked)
+    ]
+    return Stations(items=sorted(items, key=lambda each: each.last_used_utc, reverse=True))
+
+
+def plan(panel: Panel, asked: Asked) -> PlanAnswer:
+    """Return what a run would do; nothing is connected."""
+    body: Pair = asked.body
+    planned = planned_run(*files(panel, body))
+    model, prediction = planned.procedure.model, planned.prediction()
+    view = plan_view(planned.plan)
+    return PlanAnswer(
+        procedure=PlannedProcedure(
+            name=body.procedure,
+            id=model.id,
+            title=model.title,
+            revision=model.revision,
+            approval=planned.approval.sentence(),
+            draft=planned.approval.is_draft,
+        ),
+        station=PlannedStation(
+            name=body.station,
+            id=planned.station.model.id,
+            title=planned.station.model.title,
+            simulated=isinstance(planned.clock, SimulatedClock),
+        ),
+        estimated_s=view.estimated_s,
+        disk_bytes=prediction.disk_bytes,
+        disk_free_bytes=free_bytes(panel.settings.runs),
+        steps=view.steps,
+        torques=tuple(
+            Torque(
+                recording=each.recording,
+                frequency_hz=each.frequency_hz,
+                peak_nm=each.peak_nm,
+                full_scale_nm=each.full_scale_nm,
+                share=each.share,
+            )
+            for each in prediction.torques
+        ),
+        inputs=tuple(_inputs(planned)),
+        no_load=_no_load(planned, panel.settings.runs),
+        warnings=tuple(_warnings(planned)),
+    )
+
+
+def check_input(panel: Panel, asked: Asked) -> InputAnswer:
+    """Say whether an answer would be taken; an empty one would not."""
+    body: CheckInput = asked.body
+    inputs = load_procedure(panel.catalogue.path("procedure", body.procedure)).inputs
+    if body.input not in inputs:
+        raise not_found(f"the procedure has no input '{body.input}'")
+    expected = inputs[body.input].expected
+    if not body.text.strip():
+        return InputAnswer(ok=False, message="nothing was given", hint=expected.words)
+    try:
+        return InputAnswer(ok=True, value=expected.accept(body.text))
+    except AnswerError as error:
+        return InputAnswer(ok=False, message=error.message, hint=error.hint)
+
+
+def files(panel: Panel, pair: Pair) -> tuple[Path, Path]:
+    """Return the files that a pair of names stands for; raise PanelError."""
+    return (
+        panel.catalogue.path("procedure", pair.procedure),
+        panel.catalogue.path("station", pair.station),
+    )
+
+
+def _found(entries: list[Entry], asked: Asked) -> list[Entry]:
+    words = asked.query.get("search", "").casefold().split()
+    return [
+        each
+        for each in entries
+        if all(word in f"{each.name} {each.id} {each.title}".casefold() for word in words)
+    ]
+
+
+def _inputs(planned: Planned) -> Iterator[InputItem]:
+    for name, each in planned.procedure.inputs.items():
+        expected = each.expected
+        yield InputItem(
+            name=name,
+            ask=each.ask,
+            choices=expected.choices,
+            unit=expected.unit,
+            expected=expected.words,
+            unattended=each.unattended,
+        )
+
+
+def _no_load(planned: Planned, runs: Path) -> NoLoad:
+    spec = planned.procedure.model.torque_analysis.no_load
+    if spec is None or spec.is_this_run:
+        return NoLoad(needed=False)
+    try:
+        found = no_load_for(planned, runs)
+    except RigrunnerError as error:
+        return NoLoad(needed=True, problem=error.message, hint=error.hint)
+    return NoLoad(needed=True, run=found.name if found else "")
+
+
+def _warnings(planned: Planned) -> Iterator[str]:
+    if planned.approval.is_draft:
+        yield f"{planned.procedure.model.id} is a {planned.approval.sentence()}"
+    for torque in planned.prediction().overloads:
+        yield f"{torque.recording} would overload the instrument"
+    for finding in calibration_findings(planned):
+        yield finding.problem.message

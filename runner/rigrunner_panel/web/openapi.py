@@ -1,0 +1,98 @@
+"""The OpenAPI 3.1 description of the API, from the table of operations and its models."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any
+
+from pydantic.json_schema import models_json_schema
+
+from rigrunner import __version__
+from rigrunner_panel.errors import ErrorView
+from rigrunner_panel.web.operations import OPERATIONS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pydantic import BaseModel
+    from pydantic.json_schema import JsonSchemaMode
+
+    from rigrunner_panel.web.asked import Operation
+
+_REF = "#/components/schemas/{model}"
+Json = dict[str, Any]
+
+
+def description() -> Json:
+    """Return the description as JSON values."""
+    refs, schemas = _schemas(OPERATIONS)
+    paths: dict[str, Json] = {}
+    for each in OPERATIONS:
+        paths.setdefault(each.path, {})[each.method.lower()] = _operation(each, refs)
+    return {
+        "openapi": "3.1.0",
+        "info": {
+            "title": "Rigrunner panel",
+            "version": __version__,
+            "description": "Runs test procedures. WebSocket /api/events tells what changes; "
+            "files of a run have their addresses in the run.",
+        },
+        "components": {
+            "schemas": schemas,
+            "securitySchemes": {"token": {"type": "http", "scheme": "bearer"}},
+        },
+        "security": [{}, {"token": []}],
+        "paths": paths,
+    }
+
+
+def _schemas(operations: tuple[Operation, ...]) -> tuple[dict[type[BaseModel], Json], Json]:
+    out: JsonSchemaMode = "serialization"
+    taken: JsonSchemaMode = "validation"
+    models: list[tuple[Any, JsonSchemaMode]] = [(ErrorView, out)]
+    models += [(each.answer, out) for each in operations]
+    models += [(each.body, taken) for each in operations if each.body is not None]
+    refs, found = models_json_schema(list(dict.fromkeys(models)), ref_template=_REF)
+    return {model: refs[model, mode] for model, mode in models}, found["$defs"]
+
+
+def _operation(each: Operation, refs: dict[type[BaseModel], Json]) -> Json:
+    found: Json = {
+        "summary": each.summary,
+        "operationId": _identity(each),
+        "parameters": list(_parameters(each)),
+        "responses": {
+            str(each.status): {"description": "done", "content": _json(refs[each.answer])},
+            "default": {"description": "an error", "content": _json(refs[ErrorView])},
+        },
+    }
+    if each.body is not None:
+        found["requestBody"] = {"required": True, "content": _json(refs[each.body])}
+    return found
+
+
+def _parameters(each: Operation) -> Iterator[Json]:
+    text = {"type": "string"}
+    for name in re.findall(r"{(\w+)}", each.path):
+        yield {"name": name, "in": "path", "required": True, "schema": text}
+    for name, what in each.query.items():
+        yield {"name": name, "in": "query", "description": what, "schema": text}
+    if each.method == "POST":
+        what = "the client's own id, 8 to 64 letters, digits, - and _"
+        told = f"{what}; it must have control" if each.steers else what
+        yield {
+            "name": "X-Rigrunner-Client",
+            "in": "header",
+            "required": True,
+            "description": told,
+            "schema": text,
+        }
+
+
+def _identity(each: Operation) -> str:
+    words = re.findall(r"\w+", each.path.removeprefix("/api/"))
+    return "_".join((each.method.lower(), *words)).replace("-", "_")
+
+
+def _json(schema: Json) -> Json:
+    return {"application/json": {"schema": schema}}

@@ -1,0 +1,149 @@
+"""Everything that can be asked of the panel: routes and their description come from this table."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rigrunner_panel.control import short_name
+from rigrunner_panel.view.sections import State
+from rigrunner_panel.web import answers, by_hand, choosing, looking, requests, running
+from rigrunner_panel.web.asked import Operation
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from pydantic import BaseModel
+
+    from rigrunner_panel.web.asked import Asked
+    from rigrunner_panel.web.panel import Panel
+
+    Handler = Callable[[Panel, Asked], Any]
+
+_SEARCH = {"search": "words that must all be there"}
+_BEGUN = 202
+
+
+def _get(
+    path: str, summary: str, handler: Handler, answer: type[BaseModel], **query: str
+) -> Operation:
+    return Operation("GET", f"/api/{path}", summary, handler, answer, query=query)
+
+
+def _post(
+    path: str, summary: str, handler: Handler, body: type[BaseModel], answer: type[BaseModel]
+) -> Operation:
+    return Operation("POST", f"/api/{path}", summary, handler, answer, body)
+
+
+def _steer(
+    path: str,
+    summary: str,
+    handler: Handler,
+    body: type[BaseModel],
+    answer: type[BaseModel] = answers.Done,
+    *,
+    status: int = 200,
+) -> Operation:
+    return Operation(
+        "POST", f"/api/{path}", summary, handler, answer, body, steers=True, status=status
+    )
+
+
+def _state(panel: Panel, asked: Asked) -> str:
+    return panel.board.state(short_name(asked.client) if asked.client else "")
+
+
+_CHOOSING = (
+    _get(
+        "procedures", "Procedures, last used first.", choosing.procedures, answers.Procedures,
+        **_SEARCH,
+    ),
+    _get("stations", "Stations, last used first.", choosing.stations, answers.Stations, **_SEARCH),
+    _post(
+        "plan", "What a run would do; nothing is connected.", choosing.plan, requests.Pair,
+        answers.PlanAnswer,
+    ),
+    _post(
+        "check-input", "Whether an answer to an input would be taken.", choosing.check_input,
+        requests.CheckInput, answers.InputAnswer,
+    ),
+)  # fmt: skip
+_RUNNING = (
+    _post("control", "Take control.", running.take_control, requests.TakeControl, answers.Done),
+    _steer("control/release", "Give control up.", running.release_control, requests.Nothing),
+    _steer(
+        "preflight", "Connect to the rig and look at all that a run needs.",
+        running.start_preflight, requests.StartPreflight, status=_BEGUN,
+    ),
+    _steer(
+        "run/start", "Start a run that the preflight lets start.", running.start_run,
+        requests.StartRun, status=_BEGUN,
+    ),
+    _steer("run/answer", "Answer the prompt that is up.", running.answer, requests.GiveAnswer),
+    _steer("run/pause", "Pause at the next safe point.", running.pause, requests.Nothing),
+    _steer("run/resume", "Go on after a pause.", running.resume, requests.Nothing),
+    _steer(
+        "run/override", "Go on in spite of an interlock that may be overridden.",
+        running.override, requests.BecauseOf,
+    ),
+    _steer(
+        "run/repeat", "Do the set-point again; while running it is paused first.",
+        running.repeat, requests.Why,
+    ),
+    _steer(
+        "run/skip", "Leave out the rest of the set-point; while running it is paused first.",
+        running.skip, requests.BecauseOf,
+    ),
+    _steer("run/note", "Put a remark on record, while paused.", running.note, requests.Remark),
+    _steer(
+        "run/abort", "End the run in order: teardown, then the rig is made safe.",
+        running.abort, requests.Why,
+    ),
+    _post(
+        "stop", "Make the rig safe at once, without teardown; for everyone.", running.stop,
+        requests.Why, answers.Stopped,
+    ),
+)  # fmt: skip
+_BY_HAND = (
+    _steer(
+        "manual/open", "Let a person have the rig, after a preflight as for a run.",
+        by_hand.open_manual, requests.OpenManual, status=_BEGUN,
+    ),
+    _steer("manual/set", "Set a drive within its limits.", by_hand.set_drive, requests.SetDrive),
+    _steer(
+        "manual/record", "Record a point where the rig is.", by_hand.record_point,
+        requests.RecordPoint,
+    ),
+    _steer(
+        "manual/close", "Make the rig safe, and seal what was recorded.", by_hand.close_manual,
+        requests.Nothing,
+    ),
+)  # fmt: skip
+_LOOKING = (
+    _get(
+        "runs", "Stored runs, newest first.", looking.runs, answers.Runs, **_SEARCH,
+        procedure="its id", station="its id",
+        outcome="completed, stopped at a limit, aborted or error",
+        verdict="as the report has it", limit="how many, at most 200", before="this run",
+    ),
+    _get("runs/{run}", "One run.", looking.run, answers.OneRun),
+    _get(
+        "runs/{run}/again", "What to start with for the next specimen.", looking.again,
+        answers.Again,
+    ),
+    _steer(
+        "runs/{run}/certificate", "Issue a certificate.", looking.certificate,
+        requests.AskCertificate, answers.IssuedAnswer,
+    ),
+    _get(
+        "compare", "What is different between two runs.", looking.compare,
+        answers.ComparisonAnswer, before="a run", after="another run",
+    ),
+)  # fmt: skip
+OPERATIONS = (
+    _get("state", "The whole state.", _state, State),
+    *_CHOOSING,
+    *_RUNNING,
+    *_BY_HAND,
+    *_LOOKING,
+)

@@ -1,0 +1,251 @@
+"""Preflight, start, and what is asked of a run that goes on."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import UsageError
+from rigrunner.clock import utc_text
+from rigrunner.engine import Choice, Interference
+from rigrunner.procedure import load_procedure
+from rigrunner.procedure.answers import AnswerError
+from rigrunner.workflow.locate import find_run
+from rigrunner_panel.errors import PanelError, not_found, wrong_state
+from rigrunner_panel.process.orders import Job
+from rigrunner_panel.view.sections import JobView, PreflightItem
+from rigrunner_panel.web.answers import Done, Stopped
+from rigrunner_panel.web.choosing import files
+from rigrunner_panel.web.panel import Overridable
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from rigrunner_panel.process.orders import Kind
+    from rigrunner_panel.view.sections import Preflight
+    from rigrunner_panel.web.asked import Asked
+    from rigrunner_panel.web.panel import Panel
+    from rigrunner_panel.web.requests import (
+        BecauseOf,
+        GiveAnswer,
+        OpenManual,
+        Overridden,
+        Pair,
+        Remark,
+        StartPreflight,
+        StartRun,
+        TakeControl,
+        Why,
+    )
+
+NOTHING: Mapping[str, str] = MappingProxyType({})
+FRESH_S = 15 * 60.0
+"""How long a preflight counts."""
+
+
+def take_control(panel: Panel, asked: Asked) -> Done:
+    """Let this client steer."""
+    body: TakeControl = asked.body
+    name = body.name.strip()
+    before = panel.control.take(asked.client, name, panel.now(), take_over=body.take_over)
+    if before is not None:
+        subject = f"control was with {before.name}"
+        panel.desk.put_on_record(Interference("take over", name, subject=subject))
+    return Done()
+
+
+def release_control(panel: Panel, asked: Asked) -> Done:
+    """Let somebody else steer."""
+    panel.control.release(asked.client)
+    return Done()
+
+
+def start_preflight(panel: Panel, asked: Asked) -> Done:
+    """Connect to the rig and look; what is found comes in the state."""
+    body: StartPreflight = asked.body
+    procedure, station = files(panel, body)
+    digest = _digest(procedure, station)
+    view = JobView(
+        kind="preflight",
+        procedure=body.procedure,
+        station=body.station,
+        operator=asked.by,
+        started_utc=utc_text(panel.now()),
+    )
+    job = Job(
+        kind="preflight",
+        procedure=procedure,
+        station=station,
+        runs=panel.settings.runs,
+        no_load=_run_name(panel, body.no_load),
+    )
+    panel.desk.start(job, view, panel)
+    panel.looked_at = Overridable(
+        procedure=body.procedure, station=body.station, digest=digest, at_s=time.monotonic()
+    )
+    return Done()
+
+
+def start_run(panel: Panel, asked: Asked) -> Done:
+    """Start a run that the preflight lets start."""
+    body: StartRun = asked.body
+    procedure, _ = files(panel, body)
+    _check_inputs(procedure, body.inputs)
+    start_job(panel, "run", body, asked.by, body.inputs)
+    return Done()
+
+
+def start_job(
+    panel: Panel,
+    kind: Kind,
+    body: StartRun | OpenManual,
+    by: str,
+    inputs: Mapping[str, str] = NOTHING,
+) -> None:
+    """Start a job that moves the rig; raise PanelError where the preflight does not let it."""
+    procedure, station = files(panel, body)
+    overridden = _overridden(_preflight(panel, body, _digest(procedure, station)), body.override)
+    operator = body.operator.strip() or inputs.get("operator", "").strip() or by
+    view = JobView(
+        kind=kind,
+        procedure=body.procedure,
+        station=body.station,
+        inputs=dict(inputs),
+        operator=operator,
+        realtime=body.realtime,
+        started_utc=utc_text(panel.now()),
+    )
+    job = Job(
+        kind=kind,
+        procedure=procedure,
+        station=station,
+        runs=panel.settings.runs,
+        inputs=dict(inputs),
+        operator=operator,
+        no_load=_run_name(panel, body.no_load),
+        realtime=body.realtime,
+        items=overridden,
+        by=body.override.by.strip() if body.override else "",
+        reason=body.override.reason.strip() if body.override else "",
+    )
+    panel.desk.start(job, view, panel)
+
+
+def answer(panel: Panel, asked: Asked) -> Done:
+    """Answer the prompt that is up."""
+    body: GiveAnswer = asked.body
+    panel.desk.answer(body.prompt, body.text, asked.by)
+    return Done()
+
+
+def pause(panel: Panel, asked: Asked) -> Done:
+    """Pause at the next safe point."""
+    panel.desk.pause(asked.by)
+    return Done()
+
+
+def resume(panel: Panel, asked: Asked) -> Done:
+    """Go on."""
+    panel.desk.decide(Choice.RESUME, asked.by, "")
+    return Done()
+
+
+def repeat(panel: Panel, asked: Asked) -> Done:
+    """Do the set-point again."""
+    body: Why = asked.body
+    panel.desk.decide(Choice.REPEAT, asked.by, body.reason.strip())
+    return Done()
+
+
+def skip(panel: Panel, asked: Asked) -> Done:
+    """Leave out the rest of the set-point."""
+    body: BecauseOf = asked.body
+    panel.desk.decide(Choice.SKIP, asked.by, body.reason.strip())
+    return Done()
+
+
+def override(panel: Panel, asked: Asked) -> Done:
+    """Go on in spite of an interlock that may be overridden."""
+    body: BecauseOf = asked.body
+    panel.desk.decide(Choice.OVERRIDE, asked.by, body.reason.strip())
+    return Done()
+
+
+def note(panel: Panel, asked: Asked) -> Done:
+    """Put a remark on record."""
+    body: Remark = asked.body
+    panel.desk.decide(Choice.NOTE, asked.by, body.text.strip())
+    return Done()
+
+
+def abort(panel: Panel, asked: Asked) -> Done:
+    """End the run in order."""
+    body: Why = asked.body
+    panel.desk.abort(asked.by, body.reason.strip())
+    return Done()
+
+
+def stop(panel: Panel, asked: Asked) -> Stopped:
+    """Let the rig be made safe at once, whoever asks."""
+    body: Why = asked.body
+    return Stopped(stopped=panel.desk.stop(asked.by, body.reason.strip()))
+
+
+def _preflight(panel: Panel, body: Pair, digest: str) -> Preflight:
+    """Return the preflight that lets this run start; raise PanelError if there is none."""
+    found: Preflight | None = panel.board.get("preflight")
+    looked = panel.looked_at
+    hint = "POST /api/preflight first"
+    if found is None or not found.done or looked is None:
+        raise wrong_state("nothing was looked at yet", hint)
+    if (found.procedure, found.station) != (body.procedure, body.station):
+        raise wrong_state("the preflight was of another procedure or station", hint)
+    if looked.digest != digest:
+        raise wrong_state("procedure or station has changed since the preflight", hint)
+    if time.monotonic() - looked.at_s > FRESH_S:
+        raise wrong_state("the preflight is too long ago", hint)
+    return found
+
+
+def _overridden(found: Preflight, override: Overridden | None) -> tuple[PreflightItem, ...]:
+    """Return what is let pass; raise PanelError for what is not, and for what needs it not."""
+    failed = [each for each in found.items if each.state == "fail"]
+    words = set(override.what) if override else set()
+    for word in words - {each.override for each in failed if each.override}:
+        message = f"'{word[:80]}' is nothing that can be overridden here"
+        raise PanelError(422, "invalid", message, "see override of the preflight's items")
+    left = [each for each in failed if each.override not in words]
+    if left:
+        message = "; ".join(f"{each.name}: {each.text}" for each in left)
+        hint = "fix it, or override what has a word for it, with a name and a reason"
+        raise PanelError(409, "wrong_state", message, hint)
+    return tuple(each for each in failed if each.override in words)
+
+
+def _check_inputs(procedure: Path, given: dict[str, str]) -> None:
+    inputs = load_procedure(procedure).inputs
+    for name, text in given.items():
+        if name not in inputs:
+            raise not_found(f"the procedure has no input '{name}'")
+        try:
+            inputs[name].expected.accept(text)
+        except AnswerError as error:
+            raise PanelError(422, "invalid", f"{name}: {error.message}", error.hint) from error
+
+
+def _run_name(panel: Panel, name: str | None) -> str | None:
+    """Return a run of the folder of runs by name; a path is none."""
+    if name is None:
+        return None
+    try:
+        panel.history.folder(name)
+        return str(find_run(name, panel.settings.runs).name)
+    except UsageError as error:
+        raise not_found(error.message, error.hint) from error
+
+
+def _digest(*paths: Path) -> str:
+    return hashlib.sha256(b"\0".join(path.read_bytes() for path in paths)).hexdigest()

@@ -1,0 +1,13 @@
+from rigrunner_testing.check import AnyCheck as AnyCheck
+from rigrunner_testing.check import Check as Check
+from rigrunner_testing.check import Finding as Finding
+from rigrunner_testing.check import Nonconformity as Nonconformity
+from rigrunner_testing.check import NotApplicable as NotApplicable
+from rigrunner_testing.check import State as State
+from rigrunner_testing.examination import conform as conform
+from rigrunner_testing.examination import examine as examine
+from rigrunner_testing.examination import examine_one as examine_one
+from rigrunner_testing.kinds import checks as checks
+from rigrunner_testing.kinds import subject as subject
+from rigrunner_testing.replays import replayed as replayed
+from rigrunner_testing.subjects import Subject as Subject

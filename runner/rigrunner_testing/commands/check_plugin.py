@@ -1,0 +1,291 @@
+"""`rigrunner check-plugin`: the conformance kit on one plugin, as a table."""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rigrunner.api.errors import ExitCode, PluginError, UsageError
+from rigrunner.cli.completing import plugin_names, stations
+from rigrunner.cli.options import json_option
+from rigrunner.cli.output import message, result, result_json
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from contextlib import AbstractContextManager
+
+    from rigrunner.registry import DisabledPlugin, Registry
+    from rigrunner_testing import AnyCheck, Finding, Subject
+
+WIDTH = 96
+INDENT = " " * 8
+LOADED = "It can be loaded, and its hooks return what it brings."
+LABELS = {"pass": "pass", "fail": "FAIL", "not applicable": "n/a"}
+KINDS = (
+    "device",
+    "fit",
+    "compensation",
+    "outlier_rule",
+    "decision_rule",
+    "analysis",
+    "importer",
+    "report_format",
+    "certificate_format",
+    "study_format",
+    "event_sink",
+    "step",
+    "unit",
+)
+
+
+@click.command(name="check-plugin")
+@click.argument("name", shell_complete=plugin_names)
+@click.option("--kind", type=click.Choice(KINDS), help="Where plugins of several kinds have it.")
+@click.option(
+    "--settings",
+    "settings_file",
+    type=click.Path(path_type=Path, exists=True, dir_okay=False),
+    help="A YAML file with the settings to check it with.",
+)
+@click.option(
+    "--drop-in",
+    type=click.Path(path_type=Path, exists=True, file_okay=False),
+    help="Take in the plugins of this folder.",
+)
+@click.option("--station", shell_complete=stations, help="Check a device as this station has it.")
+@click.option("--role", help="The device's role in the station.")
+@click.option("--read-only", is_flag=True, help="Leave out the checks that set drives.")
+@click.option("--yes", is_flag=True, help="Do not ask before drives of a real device are set.")
+@json_option
+def command(
+    name: str,
+    *,
+    kind: str | None,
+    settings_file: Path | None,
+    drop_in: Path | None,
+    station: str | None,
+    role: str | None,
+    read_only: bool,
+    yes: bool,
+    as_json: bool,
+) -> ExitCode:
+    """Run the conformance checks on a plugin.
+
+    What it does not keep to is told with what to do; checks that need what failed are left out.
+    Without settings, those with which its own record says that it can be tried are taken. The exit
+    code is 1 if it fails a check.
+    """
+    if (station is None) != (role is None):
+        raise UsageError("--station and --role go together", hint="--station rig.yaml --role press")
+    if station is not None and (settings_file or drop_in):
+        raise UsageError("a station has its own settings and plugins", hint="leave the others out")
+    from rigrunner.cli.stopping import stop_on_signals
+
+    with ExitStack() as held:
+        if station is not None and role is not None:
+            subjects: Sequence[Subject] = [held.enter_context(_bound(station, role, name))]
+        else:
+            registry = _registry(drop_in)
+            unloaded = registry.disabled_with(name)
+            if unloaded is not None and not _kinds(registry, name):
+                return _not_loaded(name, unloaded, as_json=as_json)
+            subjects = _installed(registry, name, kind, settings_file)
+        stop = held.enter_context(stop_on_signals())
+        held.enter_context(stop.while_asking())  # a signal breaks a check off, as Ctrl-C does
+        findings = [
+            _checked(each, read_only=read_only, yes=yes, quiet=as_json) for each in subjects
+        ]
+    if as_json:
+        result_json([_document(*each) for each in zip(subjects, findings, strict=True)])
+    failed = any(found.state == "fail" for each in findings for found in each)
+    return ExitCode.FAIL if failed else ExitCode.PASS
+
+
+def _bound(station: str, role: str, name: str) -> AbstractContextManager[Subject]:
+    from rigrunner.workflow.locate import find_station
+    from rigrunner_testing.station import bound_subject
+
+    return bound_subject(find_station(station), role, name)
+
+
+def _registry(drop_in: Path | None) -> Registry:
+    from rigrunner.registry import load_registry, with_drop_ins
+
+    registry = load_registry()
+    return registry if drop_in is None else with_drop_ins(registry, drop_in)
+
+
+def _kinds(registry: Registry, name: str) -> list[str]:
+    return [each.kind for each in registry.plugins if each.record.name == name]
+
+
+def _not_loaded(name: str, unloaded: DisabledPlugin, *, as_json: bool) -> ExitCode:
+    """Say why a plugin cannot be loaded, in the form of a check that failed."""
+    found = unloaded.reason.removesuffix(f" ({unloaded.fix})")
+    fix = unloaded.fix or "see where its hooks are, and what they return"
+    provider = str(unloaded.provider)
+    if as_json:
+        told = _told("is_loaded", "fail", LOADED, found, fix)
+        result_json([{"kind": "", "name": name, "provider": provider, "findings": [told]}])
+    else:
+        result(f"'{name}' of {provider}")
+        result(_failure("is_loaded", LOADED, found, fix))
+        result("\n0 pass, 1 fail, 0 not applicable; nothing else is judged until that is fixed")
+    return ExitCode.FAIL
+
+
+def _installed(
+    registry: Registry, name: str, kind: str | None, settings_file: Path | None
+) -> list[Subject]:
+    """Return the plugins of that name, of that kind or of all."""
+    from rigrunner_testing import subject
+
+    kinds = _kinds(registry, name)
+    if kind is not None:
+        kinds = [kind]
+    if not kinds:
+        names = sorted({each.record.name for each in registry.plugins})
+        raise PluginError(f"there is no plugin '{name}'", hint=registry.suggestion(name, names))
+    if settings_file is not None and len(kinds) > 1:
+        raise UsageError(
+            f"'{name}' is a {' and a '.join(kinds)}", hint="say with --kind whose settings they are"
+        )
+    given = _settings(settings_file)
+    folder = settings_file.parent if settings_file else Path()
+    return [subject(each, name, given, registry=registry, folder=folder) for each in kinds]
+
+
+def _settings(file: Path | None) -> Mapping[str, Any] | None:
+    if file is None:
+        return None
+    from rigrunner.yamlfile import read
+
+    found = read(file).data
+    if not isinstance(found, dict):
+        raise UsageError(
+            f"{file} holds no settings", hint="write them as under settings: of a station"
+        )
+    return found
+
+
+def _checked(subject: Subject, *, read_only: bool, yes: bool, quiet: bool) -> list[Finding]:
+    """Do the checks, say what each found as it ends, and leave the device safe."""
+    from rigrunner_testing import State, checks, examine
+
+    chosen = [each for each in checks(subject.kind) if not (read_only and each.moves)]
+    left_out = len(checks(subject.kind)) - len(chosen)
+    subject = _careful(subject, chosen, read_only=read_only, yes=yes)
+    if not quiet:
+        result(f"{subject.kind.replace('_', ' ')} '{subject.name}' of {subject.plugin.provider}")
+    findings = []
+    try:
+        for found in examine(subject, chosen):
+            findings.append(found)
+            if not quiet and found.state is not State.NOT_JUDGED:
+                result(_line(found))
+    except BaseException:
+        _make_safe(subject, chosen)
+        raise
+    if not quiet:
+        result(_summary(findings, left_out))
+    return findings
+
+
+def _careful(
+    subject: Subject, chosen: Sequence[AnyCheck], *, read_only: bool, yes: bool
+) -> Subject:
+    """Return the subject as it may be treated; ask before drives of a real device are set."""
+    from rigrunner_testing.device import DeviceSubject
+
+    if not isinstance(subject, DeviceSubject):
+        return subject
+    if read_only:
+        return replace(subject, read_only=True)
+    drives = [] if subject.simulated else subject.drives_of(subject.make())
+    if not drives:
+        return subject
+    moving = ", ".join(each.name for each in chosen if each.moves)
+    ranges = "; ".join(f"{each.name} up to {_farthest(each)}" for each in drives)
+    message(fill(f"This is no simulator. These checks set its drives: {moving}.", WIDTH))
+    message(fill(f"They move {ranges}; set-points beyond the limits are tried too.", WIDTH))
+    message("No interlock is watched meanwhile. --read-only leaves these checks out.")
+    if not yes and not sys.stdin.isatty():
+        raise UsageError(
+            "nobody is there to say that its drives may move", hint="say --yes, or --read-only"
+        )
+    if not yes:
+        click.confirm("Is the rig clear, and may its drives move?", abort=True, err=True)
+    return subject
+
+
+def _farthest(info: Any) -> str:
+    from rigrunner_testing.device.doing import place
+    from rigrunner_testing.device.quantities import PARTS
+
+    return f"{place(info, max(PARTS)):g} {info.unit}"
+
+
+def _make_safe(subject: Subject, chosen: Sequence[AnyCheck]) -> None:
+    """Say whether a device that was interrupted is safe."""
+    from rigrunner_testing import examine_one
+
+    for each in chosen:
+        if each.name == "left_safe":
+            message(f"interrupted; {_line(examine_one(subject, each)).strip()}")
+
+
+def _line(finding: Finding) -> str:
+    head = f"{LABELS[finding.state]:4}  {finding.check.name}"
+    if finding.state == "pass":
+        return head
+    if finding.state == "not applicable":
+        return f"{head}: {finding.text}"
+    return _failure(finding.check.name, finding.check.holds, finding.text, finding.fix)
+
+
+def _failure(name: str, holds: str, found: str, fix: str) -> str:
+    told = (holds, f"found: {found}", f"fix: {fix}")
+    return "\n".join([f"FAIL  {name}", *(_wrapped(text) for text in told)])
+
+
+def _wrapped(text: str) -> str:
+    return fill(  # what is a path stays in one piece, to be clicked on
+        text,
+        WIDTH,
+        initial_indent=INDENT,
+        subsequent_indent=f"{INDENT}  ",
+        break_on_hyphens=False,
+        break_long_words=False,
+    )
+
+
+def _summary(findings: Sequence[Finding], left_out: int) -> str:
+    count = Counter(finding.state for finding in findings)
+    words = [f"{count[state]} {state}" for state in ("pass", "fail", "not applicable")]  # type: ignore[index]  # a StrEnum
+    more = f"; {left_out} left out, as they set drives" if left_out else ""
+    not_judged = count["not judged"]  # type: ignore[index]  # a StrEnum
+    more += f"; {not_judged} not judged until what failed is fixed" if not_judged else ""
+    return f"\n{', '.join(words)}{more}"
+
+
+def _document(subject: Subject, findings: Sequence[Finding]) -> dict[str, Any]:
+    return {
+        "kind": subject.kind,
+        "name": subject.name,
+        "provider": str(subject.plugin.provider),
+        "findings": [
+            _told(each.check.name, each.state, each.check.holds, each.text, each.fix)
+            for each in findings
+        ],
+    }
+
+
+def _told(name: str, state: str, holds: str, found: str, fix: str) -> dict[str, str]:
+    return {"check": name, "state": str(state), "holds": holds, "found": found, "fix": fix}

@@ -1,0 +1,125 @@
+"""A compensation under check: what it says of recordings, by the one analysis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigrunner.analysis.analyse import analyse
+from rigrunner.api.errors import DataError
+from rigrunner.api.hooks import CompensationRecord
+from rigrunner.api.measurand import Condition
+from rigrunner.procedure import AnalysisSpec
+from rigrunner.registry import Registry, load_registry
+from rigrunner.signal.coverage import expanded
+from rigrunner.study.tools import tools
+from rigrunner_testing.check import Nonconformity, demand
+from rigrunner_testing.compensation.recordings import CLOSED_FORM, Runs, starts, swings
+from rigrunner_testing.subjects import Subject
+
+if TYPE_CHECKING:
+    from rigrunner.api.analysis import Compensation
+    from rigrunner.api.data import Array
+
+
+@dataclass(frozen=True)
+class CompensationSubject(Subject):
+    """A compensation plugin, with recordings of the motion that it is for."""
+
+    @property
+    def record(self) -> CompensationRecord:
+        """What the plugin declares."""
+        return self.record_as(CompensationRecord)
+
+    @property
+    def of_starts(self) -> bool:
+        """Whether it takes starts from rest; all others take swings."""
+        yields = self.record.yields
+        return yields is not None and yields.condition is Condition.FROM_REST
+
+    @cached_property
+    def runs(self) -> Runs:
+        """The recordings that most checks take."""
+        return self.recorded(0)
+
+    @cached_property
+    def plain(self) -> Compensation:
+        """What it says of them."""
+        return self.number(self.runs)
+
+    def recorded(self, number: int, rate_hz: float | None = None) -> Runs:
+        """Return recordings of one rig, sampled at another rate where one is given."""
+        if self.of_starts:
+            return starts(number, rate_hz)
+        return swings(CLOSED_FORM, number, rate_hz)
+
+    def number(self, runs: Runs) -> Compensation:
+        """Return what it says of the recordings; raise Nonconformity where it gives no number."""
+        found = self.answer(runs)
+        demand(found.points, f"it gives no number: {found.not_applicable or 'and no reason'}")
+        return found
+
+    def answer(self, runs: Runs) -> Compensation:
+        """Return what it says of the recordings, be it that it does not apply."""
+        return self._analysed(runs, of_starts=self.of_starts)
+
+    def answer_to_other_motion(self) -> Compensation:
+        """Return what it says of starts where it is for swings, or the other way."""
+        runs = swings(CLOSED_FORM, 0) if self.of_starts else starts(0)
+        return self._analysed(runs, of_starts=not self.of_starts)
+
+    def _analysed(self, runs: Runs, *, of_starts: bool) -> Compensation:
+        told: dict[str, Any] = {
+            "outliers": {"grubbs": {"alpha": 0.05}},
+            "compensations": [{self.name: dict(self.settings)}],
+        }
+        if of_starts:
+            told["starts"] = {}
+        else:
+            told |= {
+                "despike": {"hampel": {"window": 11}},
+                "fits": [{"polynomial": {"degree": 2}}],
+                "no_load": {"from": "latest", "procedure": "SSPB-NLI"},
+            }
+        result = analyse(
+            runs.loaded,
+            runs.no_load,
+            AnalysisSpec.model_validate(told),
+            acceptance=None,
+            measurand=tools().measurand,
+            lookup=self._lookup,
+        )
+        return result.compensations[self.name]
+
+    @cached_property
+    def _lookup(self) -> Registry:
+        """The plugin beside what ships: an analysis needs a rule and a fit as well."""
+        if "grubbs" in self.registry.names("outlier_rule"):
+            return self.registry
+        return Registry((*load_registry().plugins, self.plugin))
+
+
+def torques_nm(found: Compensation) -> Array:
+    """Return the torque at each set-point."""
+    return np.array([point.torque.value for point in found.points])
+
+
+def expanded_nm(found: Compensation) -> Array:
+    """Return the expanded uncertainty of each, of 95 %."""
+    return np.array([expanded(point.torque) for point in found.points])
+
+
+def refused(subject: CompensationSubject, runs: Runs) -> str:
+    """Return with which words it refuses the recordings; '' if it gives a number."""
+    try:
+        found = subject.answer(runs)
+    except DataError as error:
+        return str(error)
+    if found.points:
+        return ""
+    if not found.not_applicable.strip():
+        raise Nonconformity("it gives neither a number nor a reason")
+    return found.not_applicable

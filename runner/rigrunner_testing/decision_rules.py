@@ -1,0 +1,219 @@
+"""Checks on decision rules."""
+
+from __future__ import annotations
+
+from math import inf, isinf, isnan
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.analysis.scrutiny import Scrutiny
+from rigrunner.analysis.verdict.rule import AppliedRule
+from rigrunner.api.data import Estimate
+from rigrunner.api.errors import PluginError
+from rigrunner.api.hooks import DecisionRuleRecord
+from rigrunner.api.verdict import WORST_FIRST, Limits, Verdict
+from rigrunner_testing.check import AnyCheck, Nonconformity, check, demand
+
+if TYPE_CHECKING:
+    from rigrunner.api.data import Array
+    from rigrunner_testing.subjects import Subject
+
+U = 0.05
+FEW = 4.0
+"""Degrees of freedom of a result that few cycles make up."""
+LIMITS = (Limits(-inf, 1.0), Limits(-1.0, inf), Limits(-1.0, 1.0))
+NARROW = Limits(-0.04, 0.04)
+"""Nearer to each other than the uncertainty is wide."""
+FAR = 40 * U
+STEP = U / 50
+DRAWS = 200_000
+CLOSE = 0.02
+"""What counted draws and the steps between values may differ from a stated risk."""
+
+
+@check(fix="give a list of Zone of rigrunner.api.verdict, the best verdict first")
+def gives_zones(subject: Subject) -> None:
+    """It gives zones with falling margins and ever worse verdicts, none of them `fail`."""
+    for limits in (*LIMITS, NARROW):
+        for dof in (inf, FEW):
+            try:
+                _rule(subject).zones(limits, Estimate(0.0, U, dof))
+            except PluginError as error:
+                raise Nonconformity(error.message) from error
+
+
+@check(fix="give `words` a sentence in English: {'en': '...'}, and others that you know")
+def says_what_it_does(subject: Subject) -> None:
+    """It says in one sentence what it does, in English at least."""
+    try:
+        words = _rule(subject).zones.words
+    except PluginError as error:
+        raise Nonconformity(error.message) from error
+    strange = [text for text in words.values() if "\n" in text or text.strip() != text]
+    demand(not strange, f"its words are {strange[:1]}, needed is one line without blanks around it")
+
+
+@check(
+    fix="pass what is far within the limits, and give zones that end: what is in none fails",
+    needs=("gives_zones",),
+)
+def passes_the_good_and_fails_the_bad(subject: Subject) -> None:
+    """A value far within its limits passes, and one far outside fails."""
+    for limits in LIMITS:
+        good, bad = _values(limits)[[-1, 0]]
+        for value, due in ((good, Verdict.PASS), (bad, Verdict.FAIL)):
+            found, _ = _rule(subject).verdict(limits, Estimate(value, U))
+            demand(
+                found is due, f"{value:g} with u = {U:g} and {limits} gets '{found}', not '{due}'"
+            )
+
+
+@check(
+    fix="let the zones depend on the uncertainty, not on `estimate.value`",
+    needs=("gives_zones",),
+)
+def farther_within_is_no_worse(subject: Subject) -> None:
+    """A value that is farther within its limits never gets a worse verdict."""
+    for limits in (*LIMITS, NARROW):
+        before = 0
+        for value in _values(limits):
+            found, _ = _rule(subject).verdict(limits, Estimate(value, U))
+            rank = WORST_FIRST.index(found)
+            demand(
+                rank >= before,
+                f"{value:g} gets '{found}' with {limits}, and '{WORST_FIRST[before]}' farther out",
+            )
+            before = rank
+
+
+@check(fix="treat lower and upper limit alike", needs=("gives_zones",))
+def lower_and_upper_limit_are_alike(subject: Subject) -> None:
+    """Mirrored, value and limits get the same verdict."""
+    rule = _rule(subject)
+    for limits in (*LIMITS, NARROW):
+        mirrored = Limits(-limits.upper, -limits.lower)
+        for value in _values(limits):
+            found, _ = rule.verdict(limits, Estimate(value, U))
+            again, _ = rule.verdict(mirrored, Estimate(-value, U))
+            demand(
+                found is again,
+                f"{value:g} with {limits} gets '{found}', and {-value:g} with {mirrored} '{again}'",
+            )
+
+
+@check(fix="take no absolute distances: a unit of the limits may be any", needs=("gives_zones",))
+def the_unit_does_not_matter(subject: Subject) -> None:
+    """In another unit, value, uncertainty and limits get the same verdict."""
+    rule = _rule(subject)
+    for limits in LIMITS:
+        milli = Limits(1000 * limits.lower, 1000 * limits.upper, "mN·m")
+        for value in _values(limits) + STEP / 3:  # beside the edges: of these, rounding decides
+            found, _ = rule.verdict(limits, Estimate(value, U))
+            again, _ = rule.verdict(milli, Estimate(1000 * value, 1000 * U, unit="mN·m"))
+            demand(found is again, f"{value:g} N·m gets '{found}', in mN·m '{again}'")
+
+
+@check(
+    fix="give the verdict `pass` no negative margin, or say `passes_outside=True` in the record",
+    needs=("gives_zones",),
+)
+def passes_nothing_outside_the_limits(subject: Subject) -> None:
+    """Nothing outside its limits passes, unless the record says that it may."""
+    if subject.record_as(DecisionRuleRecord).passes_outside:
+        return
+    for limits in (*LIMITS, NARROW):
+        for value in _values(limits):
+            found, _ = _rule(subject).verdict(limits, Estimate(value, U))
+            outside = limits.margin(value) < 0
+            demand(not (outside and found is Verdict.PASS), f"{value:g} passes {limits}")
+
+
+@check(fix="let no margin within the limits fall with the uncertainty", needs=("gives_zones",))
+def less_certain_is_no_better(subject: Subject) -> None:
+    """Of the same value within its limits, a greater uncertainty never makes a better verdict."""
+    rule = _rule(subject)
+    for limits in LIMITS:
+        for value in _values(limits):
+            if limits.margin(value) < 0:
+                continue
+            sure, _ = rule.verdict(limits, Estimate(value, U))
+            unsure, _ = rule.verdict(limits, Estimate(value, 2 * U))
+            better = WORST_FIRST.index(unsure) > WORST_FIRST.index(sure)
+            demand(
+                not better, f"{value:g} with {limits}: '{sure}', and '{unsure}' with twice the u"
+            )
+
+
+@check(
+    fix="let the zones depend on nothing but limits and uncertainty: the risks are those of them",
+    needs=("farther_within_is_no_worse",),
+)
+def stated_risks_are_those_of_its_verdicts(subject: Subject) -> None:
+    """Counted over random true values, no risk of a wrong verdict is other than is stated."""
+    rule = _rule(subject)
+    for dof in (inf, FEW):
+        errors = _errors(dof)
+        for limits in (*LIMITS, NARROW):
+            passed: list[float] = []
+            failed: list[float] = []
+            for value in _values(limits):
+                found, _ = rule.verdict(limits, Estimate(value, U, dof))
+                if found in {Verdict.PASS, Verdict.FAIL}:
+                    conforming = _share_within(limits, value, errors)
+                    (passed if found is Verdict.PASS else failed).append(conforming)
+            counted = 1 - min(passed) if passed else None
+            estimate = Estimate(0.0, U, dof)
+            _same("pass", counted, rule.false_accept_risk(limits, estimate), limits)
+            _same("fail", max(failed), rule.false_reject_risk(limits, estimate), limits)
+
+
+def _same(what: str, counted: float | None, stated: float, limits: Limits) -> None:
+    if counted is None:
+        demand(isnan(stated), f"nothing can pass {limits}, and the stated risk is {stated:.3f}")
+        return
+    demand(
+        abs(stated - counted) <= CLOSE,
+        f"of a false {what} with {limits} the stated risk is {stated:.3f}, counted {counted:.3f}",
+    )
+
+
+def _rule(subject: Subject) -> AppliedRule:
+    """Return the rule as the analysis applies it."""
+    made = Scrutiny(subject.registry).make(subject.kind, subject.name, subject.settings)
+    return AppliedRule(subject.name, made)
+
+
+def _values(limits: Limits) -> Array:
+    """Return values (n,) from far outside to the middle, or as far within; exact at the edges."""
+    if isinf(limits.lower):
+        return limits.upper + np.arange(FAR, -FAR, -STEP)
+    if isinf(limits.upper):
+        return limits.lower + np.arange(-FAR, FAR, STEP)
+    return limits.lower + np.arange(-FAR, (limits.upper - limits.lower) / 2, STEP)
+
+
+def _errors(dof: float) -> Array:
+    """Return random errors (n,) of a result, sorted, by the seed of a fixed number."""
+    rng = np.random.default_rng(1)
+    drawn = rng.standard_normal(DRAWS) if isinf(dof) else rng.standard_t(dof, DRAWS)
+    return np.sort(U * drawn)
+
+
+def _share_within(limits: Limits, value: float, sorted_errors: Array) -> float:
+    """Return for which part of its sorted errors a value is within the limits."""
+    low, high = np.searchsorted(sorted_errors, [limits.lower - value, limits.upper - value])
+    return float(high - low) / len(sorted_errors)
+
+
+CHECKS: tuple[AnyCheck, ...] = (
+    gives_zones,
+    says_what_it_does,
+    passes_the_good_and_fails_the_bad,
+    farther_within_is_no_worse,
+    lower_and_upper_limit_are_alike,
+    the_unit_does_not_matter,
+    passes_nothing_outside_the_limits,
+    less_certain_is_no_better,
+    stated_risks_are_those_of_its_verdicts,
+)

@@ -1,0 +1,163 @@
+"""Checks on connecting, identifying, and giving the connection back."""
+
+from __future__ import annotations
+
+import threading
+import time
+from functools import partial
+from typing import TYPE_CHECKING
+
+from rigrunner.api.devices import Identity, KnowsTruth, Readable, Settable, Streaming
+from rigrunner.api.errors import DeviceError
+from rigrunner_testing.check import Nonconformity, applies, check, demand
+from rigrunner_testing.device.doing import at, names, refusal, safely, streamed_names
+from rigrunner_testing.device.watching import census, watched
+
+if TYPE_CHECKING:
+    from rigrunner_testing.device.subject import DeviceSubject
+
+GIVEN_S = 1.0
+GRACE_S = 1.0
+"""What connecting may take beyond its time-out: a process that starts, a packet on its way."""
+ROUNDS = 3
+
+
+@check(fix="open sockets, ports and threads in `connect`; the constructor keeps what it is given")
+def construction_touches_nothing(subject: DeviceSubject) -> None:
+    """Making the device opens no connection: a plan is made without the rig."""
+    subject.make()  # what the factory imports is loaded now
+    before = census()
+    with watched() as touched:
+        subject.make()
+    demand(not touched, f"making it did: {', '.join(touched)}")
+    more = census().more_than(before)
+    demand(not more, f"making it left behind: {more}")
+
+
+@check(fix="fill in `maker`, `model` and `serial` of the Identity; `simulated=True` of a simulator")
+def connects_and_says_who_it_is(subject: DeviceSubject) -> None:
+    """It connects, and says maker, model and serial number, and whether it is simulated."""
+    device = subject.make()
+    try:
+        identity = device.connect(5.0)
+    except DeviceError as error:
+        raise Nonconformity(f"it does not connect: {error.message}", fix=error.hint) from error
+    demand(
+        isinstance(identity, Identity),
+        f"connecting gave {identity!r}{at(device, 'open') or at(device, 'connect')}, needed is an"
+        " Identity",
+    )
+    missing = [each for each in ("maker", "model") if not getattr(identity, each).strip()]
+    if not identity.simulated and not identity.serial.strip():
+        missing.append("serial")
+    demand(not missing, f"the identity has no {', '.join(missing)}")
+    demand(
+        subject.simulated or not identity.simulated,
+        "its identity says that it is simulated, and its record does not",
+    )
+    invents = isinstance(device, KnowsTruth) or "seed" in subject.record.settings_model.model_fields
+    demand(
+        identity.simulated or not (subject.simulated and invents),
+        "it makes its samples up, and its identity does not say that it is simulated",
+    )
+
+
+@check(
+    fix="hand the time-out on to the back end; say in `absent` with what settings nobody is there",
+    needs=("connects_and_says_who_it_is",),
+)
+def gives_up_in_time(subject: DeviceSubject) -> None:
+    """Where nobody answers, connecting ends within its time-out with a DeviceError."""
+    applies(subject.record.absent, "its record says not with which settings nobody answers")
+    device = subject.make(**subject.record.absent)
+    began_s = time.monotonic()
+    refusal("connecting to nobody", lambda: device.connect(GIVEN_S))
+    took_s = time.monotonic() - began_s
+    demand(
+        took_s <= GIVEN_S + GRACE_S, f"it took {took_s:.1f} s to give up, given were {GIVEN_S:g} s"
+    )
+    if not subject.read_only:
+        safely("making safe after that", device.make_safe)
+    device.close()
+    device.close()
+
+
+@check(fix="raise DeviceLostError where it is not connected; `Driver` does that by itself")
+def needs_a_connection(subject: DeviceSubject) -> None:
+    """Without a connection everything but making safe and closing is refused."""
+    device = subject.make()
+    channels = names(device.channels)
+    if isinstance(device, Readable) and channels:
+        refusal("reading", lambda: device.read(channels))
+    if isinstance(device, Settable):
+        for info in device.drives:
+            refusal(f"setting {info.name}", partial(device.set, info.name, info.safe_value))
+            refusal(f"reading back {info.name}", partial(device.read_back, info.name))
+    if isinstance(device, Streaming):
+        token = threading.Event()
+        streamed = [info.name for info in device.channels if info.streams]
+        refusal("streaming", lambda: list(device.stream(streamed, 0.1, token)))
+    applies(channels or device.drives, "it has neither channels nor drives")
+
+
+@check(
+    fix="let `close` do nothing where nothing is open, and forget the connection",
+    needs=("connects_and_says_who_it_is",),
+)
+def closes_in_every_state(subject: DeviceSubject) -> None:
+    """Closing works before connecting, twice, and connecting works after it."""
+    device = subject.make()
+    device.close()
+    for _ in range(2):
+        device.connect(5.0)
+        device.close()
+        device.close()
+
+
+@check(
+    fix="end threads and close files and sockets in `close`, also after a failed `connect`",
+    needs=(
+        "connects_and_says_who_it_is",
+        "construction_touches_nothing",
+        "readings_are_true",
+        "blocks_are_whole",
+    ),
+)
+def gives_back_what_it_took(subject: DeviceSubject) -> None:
+    """Once closed it leaves no thread, no open file and no socket behind."""
+    _use(subject)  # what is loaded once is loaded now
+    before = census()
+    for _ in range(ROUNDS):
+        _use(subject)
+    more = census().more_than(before)
+    demand(not more, f"{ROUNDS} rounds of connecting, reading and closing left behind: {more}")
+    if subject.record.absent:
+        _fail(subject)
+        before = census()
+        _fail(subject)
+        more = census().more_than(before)
+        demand(not more, f"a connection that failed left behind: {more}")
+
+
+def _use(subject: DeviceSubject) -> None:
+    with subject.connected() as device:
+        if isinstance(device, Readable):
+            device.read(names(device.channels))
+        if isinstance(device, Streaming):
+            for _ in device.stream(streamed_names(device)[:1], 1.0, threading.Event()):
+                break
+
+
+def _fail(subject: DeviceSubject) -> None:
+    device = subject.make(**subject.record.absent)
+    refusal("connecting to nobody", lambda: device.connect(GIVEN_S))
+    device.close()
+
+
+CHECKS = (
+    construction_touches_nothing,
+    connects_and_says_who_it_is,
+    gives_up_in_time,
+    needs_a_connection,
+    closes_in_every_state,
+)

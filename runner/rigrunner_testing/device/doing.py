@@ -1,0 +1,170 @@
+"""What several checks do with a device: set, stream, and see what it refuses."""
+
+from __future__ import annotations
+
+import math
+import threading
+from typing import TYPE_CHECKING
+
+from rigrunner.api.devices import Readable, Settable, Streaming
+from rigrunner.api.errors import DeviceError, DeviceRejectedError
+from rigrunner.api.member import Member
+from rigrunner.registry import place_of
+from rigrunner_testing.check import Nonconformity, NotApplicable, applies
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from rigrunner.api.data import Block
+    from rigrunner.api.devices import ChannelInfo, Device, DriveInfo, StopToken
+    from rigrunner_testing.device.subject import DeviceSubject
+
+CHANNELS_STREAMED = 8
+"""Of a device with more channels than that, the first ones are streamed."""
+PROBE_S = 0.02
+LEAD_S = 0.2
+"""Between two steps of a drive that is led."""
+SMALL_STEP = 0.1
+"""The part of the range by which a drive is moved away from its safe value."""
+
+
+def refusal(what: str, work: Callable[[], object]) -> DeviceError:
+    """Return the DeviceError with which the work is refused; raise Nonconformity if it is not."""
+    try:
+        work()
+    except DeviceError as error:
+        return error
+    except Exception as error:
+        raise Nonconformity(
+            f"{what} raises {type(error).__name__}, which is no DeviceError: {error}"
+        ) from error
+    raise Nonconformity(f"{what} is not refused")
+
+
+def safely(what: str, work: Callable[[], object]) -> bool:
+    """Return whether the work succeeds; raise Nonconformity where it raises no DeviceError."""
+    try:
+        work()
+    except DeviceError:
+        return False
+    except Exception as error:
+        raise Nonconformity(
+            f"{what} raises {type(error).__name__}, which is no DeviceError: {error}"
+        ) from error
+    return True
+
+
+def at(device: Device, method: str) -> str:
+    """Return where a device's own class has a method, as ' (file:line)'; '' if it has none."""
+    own = type(device).__dict__.get(method)
+    return f" ({place_of(own)})" if own is not None else ""
+
+
+def reader(device: Device) -> Readable:
+    """Return the device as one that can be read; raise NotApplicable."""
+    applies(isinstance(device, Readable) and device.channels, "it gives no single values")
+    assert isinstance(device, Readable)  # noqa: S101  (just seen)
+    return device
+
+
+def setter(device: Device) -> Settable:
+    """Return the device as one with drives; raise NotApplicable."""
+    applies(isinstance(device, Settable) and device.drives, "it has no drives")
+    assert isinstance(device, Settable)  # noqa: S101  (just seen)
+    return device
+
+
+def streamer(device: Device) -> Streaming:
+    """Return the device as one that streams; raise NotApplicable."""
+    applies(isinstance(device, Streaming), "it does not stream")
+    assert isinstance(device, Streaming)  # noqa: S101  (just seen)
+    return device
+
+
+def names(infos: Sequence[ChannelInfo] | Sequence[DriveInfo]) -> list[str]:
+    """Return the names."""
+    return [info.name for info in infos]
+
+
+def streamed_names(device: Device) -> list[str]:
+    """Return the channels that the checks stream: all, or those that go together."""
+    known = [info.name for info in device.channels if info.streams][:CHANNELS_STREAMED]
+    if _go_together(device, known):
+        return known
+    wanted: list[str] = []
+    for name in known:
+        if _go_together(device, [*wanted, name]):
+            wanted.append(name)
+    return wanted
+
+
+def _go_together(device: Device, channels: list[str]) -> bool:
+    """Say whether these can be streamed at once; those of two clocks, for one, cannot."""
+    stream = None
+    try:
+        stream = iter(streamer(device).stream(channels, PROBE_S, threading.Event()))
+        next(stream, None)
+    except DeviceRejectedError:
+        return False
+    finally:
+        leave(stream)
+    return True
+
+
+def leave(stream: Iterator[Block] | None) -> None:
+    """Leave a stream where it is."""
+    close = getattr(stream, "close", None)
+    if close is not None:
+        close()
+
+
+def place(info: DriveInfo, part: float = SMALL_STEP) -> float:
+    """Return a set-point that is so much of the range away from the safe value."""
+    room_above = info.maximum - info.safe_value >= info.safe_value - info.minimum
+    step = part * (info.maximum - info.minimum)
+    return info.safe_value + step if room_above else info.safe_value - step
+
+
+def move(subject: DeviceSubject, device: Device, part: float = SMALL_STEP) -> dict[str, float]:
+    """Set every drive away from its safe value, as the station allows; return the set-points."""
+    if not isinstance(device, Settable):
+        return {}
+    set_points = {info.name: place(info, part) for info in subject.drives_of(device)}
+    for info in device.drives:
+        member, value = Member(subject.role, info.name), set_points[info.name]
+        allowed = subject.rules.narrowed(member, info)
+        subject.rules.check(member, allowed, value, lambda other: device.read_back(other.name))
+        if is_led(subject, info):
+            _lead(subject, device, info, value)
+        else:
+            device.set(info.name, value)
+    return set_points
+
+
+def is_led(subject: DeviceSubject, info: DriveInfo) -> bool:
+    """Say whether the station wants the drive to be slower than it is by itself."""
+    return subject.rules.is_led(Member(subject.role, info.name), info)
+
+
+def _lead(subject: DeviceSubject, device: Settable, info: DriveInfo, value: float) -> None:
+    """Set a drive in small steps, no faster than the station allows."""
+    rate_per_s = subject.rules.narrowed(Member(subject.role, info.name), info).rate_per_s
+    if rate_per_s is None:
+        raise NotApplicable(f"{info.name} is led, and nothing says how fast")
+    clock, start = subject.clock(), device.read_back(info.name)
+    steps = max(1, math.ceil(abs(value - start) / (rate_per_s * LEAD_S)))
+    for step in range(1, steps + 1):
+        clock.sleep(LEAD_S)
+        device.set(info.name, start + (value - start) * step / steps)
+
+
+def blocks(device: Device, duration_s: float, stop: StopToken | None = None) -> list[Block]:
+    """Return what a stream of that duration gives."""
+    token = stop or threading.Event()
+    return list(streamer(device).stream(streamed_names(device), duration_s, token))
+
+
+def off(device: Settable, info: DriveInfo, value: float) -> float | None:
+    """Return where the drive stands instead, if that is not the value within its tolerance."""
+    actual = device.read_back(info.name)
+    return None if abs(actual - value) <= info.allowed_deviation else actual

@@ -1,0 +1,139 @@
+"""Checks on a device whose exchanges with the instrument fail, one after the other.
+
+Only where the record says that every exchange goes over the wire: the kit is the wire then.
+"""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from rigrunner.api.devices import Readable, Streaming
+from rigrunner.api.errors import (
+    DeviceLostError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+)
+from rigrunner.api.settings import MadeOfOthers
+from rigrunner_testing.check import Nonconformity, applies, check, demand
+from rigrunner_testing.device.doing import move, names, safely, streamed_names
+from rigrunner_testing.device.subject import CONNECT_S, DeviceSubject
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from rigrunner.api.devices import Device
+    from rigrunner.api.errors import DeviceError
+
+_Answer = TypeVar("_Answer")
+MOST_EXCHANGES = 25
+"""How many exchanges of a session are failed, one at a time."""
+FAILURES: tuple[type[DeviceError], ...] = (DeviceTimeoutError, DeviceLostError, DeviceRejectedError)
+
+
+@dataclass
+class FaultyWire:
+    """A Wire of which one exchange fails, or is answered with nonsense."""
+
+    fails_at: int = -1
+    failure: type[DeviceError] | None = None
+    """What that exchange raises; None: its answer is nonsense."""
+    exchanges: int = 0
+    failed: str = ""
+    """The request that failed."""
+
+    def exchange(self, request: str, perform: Callable[[], _Answer]) -> _Answer:
+        """Do the exchange, unless it is the one that fails."""
+        number, self.exchanges = self.exchanges, self.exchanges + 1
+        if number != self.fails_at:
+            return perform()
+        self.failed = request
+        if self.failure is not None:
+            raise self.failure(f"{request}: made to fail by the check")
+        answer: _Answer = nonsense(perform())
+        return answer
+
+
+def nonsense(answer: Any) -> Any:
+    """Return an answer of the same type that means nothing."""
+    if isinstance(answer, bytes):
+        return b"\xff\x00"
+    if isinstance(answer, str):
+        return "?!"
+    if isinstance(answer, list):
+        return []
+    return answer
+
+
+@check(
+    moves=True,
+    fix="do every exchange through `self.exchange(request, perform)`, or say `wired=False`",
+    needs=("readings_are_true", "drives_go_where_they_are_set"),
+)
+def exchanges_go_over_the_wire(subject: DeviceSubject) -> None:
+    """What says that it is wired exchanges nothing past the wire: what it does is seen there."""
+    applies(subject.record.wired, "its record does not say that it is wired")
+    made_of_others = issubclass(subject.record.settings_model, MadeOfOthers)
+    applies(not made_of_others, "the exchanges are those of the devices that it is made of")
+    wire = FaultyWire()
+    with subject.connected(wire=wire) as device:
+        demand(wire.exchanges, "it connects without one exchange over the wire")
+        before = wire.exchanges
+        if isinstance(device, Readable):
+            device.read(names(device.channels))
+            demand(wire.exchanges > before, "it reads without one exchange over the wire")
+        before = wire.exchanges
+        if move(subject, device):
+            demand(wire.exchanges > before, "it sets without one exchange over the wire")
+
+
+@check(
+    moves=True,
+    fix="map the back end's exceptions in `errors` of Driver; check what you parse",
+    needs=("exchanges_go_over_the_wire",),
+)
+def only_device_errors_leave_it(subject: DeviceSubject) -> None:
+    """Whichever exchange fails, or is answered with nonsense: a DeviceError, and it can close."""
+    applies(subject.record.wired, "its record does not say that it is wired")
+    whole = FaultyWire()
+    _session(subject, whole)
+    for number in range(min(whole.exchanges, MOST_EXCHANGES)):
+        for failure in (FAILURES[number % len(FAILURES)], None):
+            _session(subject, FaultyWire(number, failure))
+
+
+def _session(subject: DeviceSubject, wire: FaultyWire) -> None:
+    """Connect, read, set, stream, make safe and close: each succeeds or raises a DeviceError."""
+    device = subject.make(wire=wire)
+    try:
+        for what, work in _calls(subject, device):
+            if not _contained(what, work, wire):
+                break
+        safely(f"making safe after '{wire.failed}' failed", device.make_safe)
+    finally:
+        device.close()
+
+
+def _contained(what: str, work: Callable[[], object], wire: FaultyWire) -> bool:
+    asked = "answered with nonsense" if wire.failure is None else "made to fail"
+    try:
+        return safely(what, work)
+    except Nonconformity as found:
+        raise Nonconformity(f"with '{wire.failed}' {asked}, {found}") from found
+
+
+def _calls(subject: DeviceSubject, device: Device) -> Iterator[tuple[str, Callable[[], object]]]:
+    yield "connecting", lambda: device.connect(CONNECT_S)
+    if isinstance(device, Readable) and device.channels:
+        reading: Readable = device
+        yield "reading", lambda: reading.read(names(device.channels))
+    if device.drives:
+        yield "setting", lambda: move(subject, device)
+    if isinstance(device, Streaming):
+        streaming: Streaming = device
+        token = threading.Event()
+        yield "streaming", lambda: list(streaming.stream(streamed_names(device), 0.1, token))
+
+
+CHECKS = (exchanges_go_over_the_wire, only_device_errors_leave_it)

@@ -1,0 +1,305 @@
+"""Checks on channels and drives: declared in SI units, and true."""
+
+from __future__ import annotations
+
+import math
+import re
+import threading
+from collections.abc import Mapping
+from functools import partial
+from typing import TYPE_CHECKING
+
+from rigrunner.api.devices import Approaching, Observing, Readable, Settable, Streaming
+from rigrunner.api.errors import DeviceError
+from rigrunner.api.member import Member
+from rigrunner.api.units import QuantityError, is_coherent, si_symbol, unit
+from rigrunner.registry.declared import NAME
+from rigrunner_testing.check import Nonconformity, applies, check, demand
+from rigrunner_testing.device.doing import (
+    at,
+    is_led,
+    move,
+    names,
+    off,
+    place,
+    reader,
+    refusal,
+    setter,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rigrunner.api.devices import ChannelInfo, Device, DriveInfo
+    from rigrunner_testing.device.subject import DeviceSubject
+
+PARTS = (0.1, 0.25)
+NO_SUCH = "no_such_name"
+GRACE_S = 1.0
+
+
+@check(
+    fix="give ChannelInfo and DriveInfo the SI unit, and convert in `get` and `put`",
+    needs=("connects_and_says_who_it_is",),
+)
+def quantities_declared(subject: DeviceSubject) -> None:
+    """Channels and drives are declared before connecting: names, SI units, ranges, safe values."""
+    device = subject.make()
+    infos: list[ChannelInfo | DriveInfo] = [*device.channels, *device.drives]
+    demand(infos, "it has neither channels nor drives")
+    for group in (names(device.channels), names(device.drives)):
+        demand(len(set(group)) == len(group), f"a name stands twice: {', '.join(group)}")
+    for info in infos:
+        demand(re.fullmatch(NAME, info.name), f"'{info.name}' is no name for YAML")
+        demand(info.long_name.strip(), f"{info.name} has no long name")
+        objection = _objection(info.unit)
+        demand(not objection, f"{info.name} is in '{info.unit}'; {objection}")
+    for info in device.drives:
+        _declared(info)
+    demand(
+        not device.drives or isinstance(device, Settable), "it has drives, but no set and read_back"
+    )
+    _stays_declared(subject, device)
+
+
+def _objection(symbol: str) -> str:
+    """Say which unit it should be instead; '' for a coherent SI unit."""
+    try:
+        known = unit(symbol)
+    except QuantityError:
+        return "that is no unit that is known here"
+    if is_coherent(known) and known.symbol == symbol:
+        return ""
+    return f"needed is the coherent SI unit, {si_symbol(known.dimension)}"
+
+
+def _declared(info: DriveInfo) -> None:
+    numbers = (info.minimum, info.maximum, info.safe_value)
+    demand(all(map(math.isfinite, numbers)), f"{info.name} has limits {numbers}: not finite")
+    demand(
+        info.minimum < info.maximum, f"{info.name} reaches from {info.minimum:g} upwards to less"
+    )
+    inside = info.minimum <= info.safe_value <= info.maximum
+    demand(inside, f"the safe value of {info.name}, {info.safe_value:g}, is beyond its limits")
+    rate = info.rate_per_s
+    demand(rate is None or 0 < rate < math.inf, f"the rate of {info.name} is {rate}")
+    within = 0 < info.allowed_deviation <= info.maximum - info.minimum
+    demand(within, f"the tolerance of {info.name} is {info.allowed_deviation:g} {info.unit}")
+    demand(0 <= info.settle_s < math.inf, f"{info.name} settles in {info.settle_s} s")
+    hertz = not info.sets_cycle_frequency or info.unit == "Hz"
+    demand(hertz, f"{info.name} sets the cycle frequency, in {info.unit}")
+
+
+def _stays_declared(subject: DeviceSubject, device: Device) -> None:
+    before = (list(device.channels), list(device.drives))
+    with subject.connected() as connected:
+        after = (list(connected.channels), list(connected.drives))
+    demand(before == after, "once connected it has other channels or drives than before")
+
+
+@check(
+    fix="return one finite float for each channel that is asked, in that order, in its SI unit",
+    needs=("quantities_declared",),
+)
+def readings_are_true(subject: DeviceSubject) -> None:
+    """A reading gives each channel that is asked one finite number, in the range of its drive."""
+    with subject.connected() as device:
+        wanted = names(device.channels)[::-1]
+        values = reader(device).read(wanted)
+        demand(
+            isinstance(values, Mapping) and list(values) == wanted,
+            f"asked for {wanted}, `read` gave {values!r}{at(device, 'read')}",
+        )
+        for name, value in values.items():
+            finite = isinstance(value, float) and math.isfinite(value)
+            demand(
+                finite,
+                f"{name} reads {value!r}{at(device, 'get')}, needed is a finite float",
+                fix=_made_a_float(value),
+            )
+        units = {info.name: info.unit for info in device.channels}
+        for info in device.drives:
+            if units.get(info.name) == info.unit:
+                _within(info, values[info.name])
+
+
+@check(
+    fix="let `observe` return a str, a bool or a tuple of finite numbers, as the kind says",
+    needs=("quantities_declared",),
+)
+def readings_are_told(subject: DeviceSubject) -> None:
+    """What is no number is told as its kind says: a text, a yes or no, an array."""
+    with subject.connected() as device:
+        applies(isinstance(device, Observing) and device.readings, "it tells nothing but numbers")
+        assert isinstance(device, Observing)  # noqa: S101  (just seen)
+        wanted = [info.name for info in device.readings][::-1]
+        shared = set(wanted) & set(names(device.channels))
+        demand(not shared, f"{', '.join(shared)} is a channel and a reading")
+        values = device.observe(wanted)
+        demand(
+            isinstance(values, Mapping) and list(values) == wanted,
+            f"asked for {wanted}, `observe` gave {values!r}{at(device, 'observe')}",
+        )
+        for info in device.readings:
+            value = values[info.name]
+            kind = {"text": str, "boolean": bool, "array": tuple}.get(info.kind)
+            demand(kind, f"the kind of {info.name} is {info.kind!r}")
+            demand(type(value) is kind, f"{info.name} is {value!r:.60}, and a {info.kind}")
+            numbers = value if isinstance(value, tuple) else ()
+            finite = all(isinstance(each, float) and math.isfinite(each) for each in numbers)
+            demand(finite, f"{info.name} has numbers that are no finite floats")
+        _refuses("telling a reading", partial(device.observe, [NO_SUCH]), wanted)
+
+
+def _made_a_float(value: object) -> str:
+    """Return what to do about a reading of another type; '' where the check's own words do."""
+    if value is None:
+        return "return the value: is there a `return`?"
+    if isinstance(value, (str, bytes, int)):
+        return f"convert the {type(value).__name__}: `return float(...)`"
+    return ""
+
+
+def _within(info: DriveInfo, value: float) -> None:
+    low, high = info.minimum - info.allowed_deviation, info.maximum + info.allowed_deviation
+    demand(
+        low <= value <= high,
+        f"{info.name} reads {value:g} {info.unit}, and its drive reaches from {info.minimum:g} to"
+        f" {info.maximum:g} {info.unit}",
+    )
+
+
+@check(
+    moves=True,
+    fix="return from `set` once the drive is there; state rate, settling, tolerance",
+    needs=("readings_are_true",),
+)
+def drives_go_where_they_are_set(subject: DeviceSubject) -> None:
+    """A drive reads back its set-point within its tolerance, in the time that it states."""
+    clock = subject.clock()
+    with subject.connected(clock=clock) as device:
+        drives = setter(device)
+        for part in PARTS:
+            began_s = clock.monotonic_s()
+            wanted = _moved(subject, device, part)
+            took_s = clock.monotonic_s() - began_s
+            for info in device.drives:
+                found = off(drives, info, wanted[info.name])
+                demand(
+                    found is None,
+                    f"{info.name}, set to {wanted[info.name]:g} {info.unit}, reads back {found}",
+                )
+            longest_s = sum(info.longest_s for info in subject.drives_of(device)) + GRACE_S
+            demand(
+                took_s <= longest_s,
+                f"setting {len(wanted)} drives took {took_s:.1f} s, stated is {longest_s:.1f} s",
+            )
+
+
+def _moved(subject: DeviceSubject, device: Device, part: float) -> dict[str, float]:
+    """Set every drive; a set-point that does not take effect is most likely `put`'s."""
+    try:
+        return move(subject, device, part)
+    except DeviceError as error:
+        raise Nonconformity(
+            error.message,
+            fix=f"send the set-point in `put`{at(device, 'put')}, in the unit of the DriveInfo;"
+            " state its rate, settling time and tolerance",
+        ) from error
+
+
+@check(
+    moves=True,
+    fix="let `begin` send the set-point and return, and `arrived` compare the read-back",
+    needs=("drives_go_where_they_are_set",),
+)
+def drives_are_waited_for_by_asking(subject: DeviceSubject) -> None:
+    """`begin` returns before the drive is there, and `arrived` says when it is."""
+    clock = subject.clock()
+    with subject.connected(clock=clock) as device:
+        setter(device)
+        ask = isinstance(device, Approaching)
+        applies(ask, "its drives are there when `set` returns: it has no `begin`")
+        assert isinstance(device, Approaching)  # noqa: S101  (just seen)
+        by_themselves = [info for info in device.drives if not is_led(subject, info)]
+        applies(by_themselves, "the station leads its drives")
+        for info in by_themselves:
+            value = place(subject.rules.narrowed(Member(subject.role, info.name), info))
+            began_s = clock.monotonic_s()
+            device.begin(info.name, value)
+            waited_s = clock.monotonic_s() - began_s
+            until_s = began_s + info.longest_s + GRACE_S
+            demand(waited_s <= GRACE_S, f"beginning with {info.name} took {waited_s:.1f} s")
+            while not device.arrived(info.name) and clock.monotonic_s() < until_s:
+                clock.sleep(0.05)
+            demand(
+                device.arrived(info.name), f"{info.name} did not arrive at {value:g} {info.unit}"
+            )
+            found = off(device, info, value)
+            demand(found is None, f"{info.name} has arrived, and reads back {found}")
+
+
+@check(
+    moves=True,
+    fix="compare with DriveInfo before anything is sent: `if not low <= value <= high`",
+    needs=("drives_go_where_they_are_set",),
+)
+def limits_hold(subject: DeviceSubject) -> None:
+    """Below, above and not a number: refused with the limits, and the drive stays where it was."""
+    with subject.connected() as device:
+        drives = setter(device)
+        stands = move(subject, device)
+        for info in device.drives:
+            span = info.maximum - info.minimum
+            beyond = (info.minimum - 0.01 * span, info.maximum + 0.01 * span)
+            for wrong in (*beyond, math.nan, math.inf, -math.inf):
+                _refused_in_place(device, drives, info, (wrong, stands[info.name]))
+
+
+def _refused_in_place(
+    device: Device, drives: Settable, info: DriveInfo, values: tuple[float, float]
+) -> None:
+    wrong, stands = values
+    what = f"setting {info.name} to {wrong:g} {info.unit}"
+    told = str(refusal(what, lambda: drives.set(info.name, wrong)))
+    limits = (f"{info.minimum:g}", f"{info.maximum:g}")
+    demand(all(each in told for each in limits), f"{what} is refused without its limits: {told}")
+    if isinstance(device, Approaching):
+        refusal(f"beginning to do so: {what}", lambda: device.begin(info.name, wrong))
+    found = off(drives, info, stands)
+    demand(found is None, f"{what} is refused, yet it moved from {stands:g} to {found}")
+
+
+@check(
+    fix="raise DeviceRejectedError with the known names as its hint",
+    needs=("readings_are_true",),
+)
+def unknown_names_refused(subject: DeviceSubject) -> None:
+    """A channel or drive that does not exist is refused, and those that do are named."""
+    with subject.connected() as device:
+        channels, drives = names(device.channels), names(device.drives)
+        if isinstance(device, Readable):
+            _refuses("reading a channel", partial(device.read, [NO_SUCH]), channels)
+        if isinstance(device, Streaming):
+            stream = partial(device.stream, [NO_SUCH], 0.1, threading.Event())
+            _refuses("streaming a channel", lambda: list(stream()), channels)
+        if isinstance(device, Settable):
+            _refuses("setting a drive", partial(device.set, NO_SUCH, 0.0), drives)
+            _refuses("reading back a drive", partial(device.read_back, NO_SUCH), drives)
+
+
+def _refuses(what: str, work: Callable[[], object], known: list[str]) -> None:
+    error = refusal(f"{what} '{NO_SUCH}'", work)
+    missing = [name for name in known if name not in str(error)]
+    demand(not missing, f"'{error}' does not name {', '.join(missing)}")
+
+
+CHECKS = (
+    quantities_declared,
+    readings_are_true,
+    readings_are_told,
+    drives_go_where_they_are_set,
+    drives_are_waited_for_by_asking,
+    limits_hold,
+    unknown_names_refused,
+)

@@ -1,0 +1,250 @@
+"""Checks on making safe: in every state, as often as wanted, confirmed by read-back."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING
+
+from rigrunner.api.calling import InlineCaller
+from rigrunner.api.devices import Pausable, Settable
+from rigrunner.api.driver import Driver
+from rigrunner.api.errors import DeviceError
+from rigrunner.rig.safe_state import make_safe
+from rigrunner_testing.check import Nonconformity, applies, check, demand
+from rigrunner_testing.device.doing import (
+    at,
+    leave,
+    move,
+    off,
+    safely,
+    setter,
+    streamed_names,
+    streamer,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from rigrunner.api.devices import Device
+    from rigrunner_testing.device.subject import DeviceSubject
+
+NO_SUCH = "no_such_name"
+
+
+@check(
+    moves=True,
+    fix="return every drive's read-back; where nothing is known raise DeviceLostError",
+)
+def safe_before_connecting(subject: DeviceSubject) -> None:
+    """Before it is connected, making safe does no harm: it says where drives stand, or cannot."""
+    device = subject.make()
+    read_back: list[Mapping[str, float]] = []
+    if safely("making safe before connecting", lambda: read_back.append(device.make_safe())):
+        _at_safe_values(device, read_back[0])
+    device.close()
+
+
+@check(
+    moves=True,
+    fix="set every drive to its safe value, read each back, and return these",
+    needs=("drives_go_where_they_are_set",),
+)
+def safe_is_confirmed(subject: DeviceSubject) -> None:
+    """Making safe brings every drive to its safe value, says what it read back, and again."""
+    with subject.connected() as device:
+        drives = setter(device)
+        move(subject, device)
+        for _ in range(2):
+            _at_safe_values(device, device.make_safe())
+            _stands_safe(device, drives)
+
+
+@check(
+    moves=True,
+    fix="let `make_safe` need nothing of a stream, and a stream end when left",
+    needs=("safe_is_confirmed", "blocks_are_whole"),
+)
+def safe_while_streaming(subject: DeviceSubject) -> None:
+    """In the middle of a stream it is made safe, and the next stream begins anew."""
+    with subject.connected() as device:
+        streaming, drives = streamer(device), setter(device)
+        move(subject, device)
+        stream = iter(streaming.stream(streamed_names(device), 2.0, threading.Event()))
+        next(stream, None)
+        _at_safe_values(device, device.make_safe())
+        _stands_safe(device, drives)
+        leave(stream)
+        again = next(iter(streaming.stream(streamed_names(device), 0.1, threading.Event())), None)
+        if again is None:
+            raise Nonconformity("after a stream that was left it streams no more")
+        demand(again.first_sample == 0, f"the next stream begins with sample {again.first_sample}")
+
+
+@check(
+    moves=True,
+    fix="keep no state of a call that failed; see `Driver`",
+    needs=("safe_is_confirmed",),
+)
+def safe_after_a_failed_call(subject: DeviceSubject) -> None:
+    """After a call that was refused it is made safe as ever."""
+    with subject.connected() as device:
+        drives = setter(device)
+        move(subject, device)
+        for info in device.drives:
+            beyond = info.maximum + (info.maximum - info.minimum)
+            with suppress(Exception):  # checks of their own look at how it refuses
+                drives.set(info.name, beyond)
+        with suppress(Exception):
+            drives.set(NO_SUCH, 0.0)
+        _at_safe_values(device, device.make_safe())
+        _stands_safe(device, drives)
+
+
+@check(
+    moves=True,
+    fix="try every drive whatever one of them raises, as `rigrunner.api.cleanup.do_all` does",
+    needs=("safe_is_confirmed",),
+)
+def safe_though_one_drive_fails(subject: DeviceSubject) -> None:
+    """Whatever a call of one drive, or all of `make_safe`, raises: the others are made safe."""
+    with subject.connected() as device:
+        setter(device)
+        for method, error in _broken_calls(device):
+            for broken in device.drives:
+                move(subject, device)
+                with _raising(device, method, broken.name, error), suppress(Exception, SystemExit):
+                    device.make_safe()
+                _others_are_safe(device, broken.name, f"`{method}` of {broken.name} raised")
+        move(subject, device)
+        with _raising(device, "make_safe", "", IndexError("made by the check")):
+            make_safe(subject.role, "", device, InlineCaller(), 0.0, connected=True)
+        _others_are_safe(device, "", "`make_safe` raised, each drive was set by itself")
+
+
+def _broken_calls(device: Device) -> list[tuple[str, BaseException]]:
+    """Return the methods by which its own `make_safe` is known to work, and what they raise."""
+    if not isinstance(device, Driver):
+        return []
+    return [("actual", IndexError("made by the check")), ("put", SystemExit(1))]
+
+
+def _others_are_safe(device: Device, broken: str, why: str) -> None:
+    drives = setter(device)
+    for info in device.drives:
+        found = None if info.name == broken else off(drives, info, info.safe_value)
+        demand(found is None, f"{why}, and {info.name} was left at {found} {info.unit}")
+
+
+@contextmanager
+def _raising(device: Device, method: str, broken: str, error: BaseException) -> Iterator[None]:
+    """Let a method of a device raise, for one of its drives or without one always."""
+    usual: Callable[..., object] = getattr(device, method)
+
+    def spoilt(*arguments: object) -> object:
+        if not broken or broken in arguments:
+            raise error
+        return usual(*arguments)
+
+    setattr(device, method, spoilt)
+    try:
+        yield
+    finally:
+        delattr(device, method)
+
+
+@check(
+    moves=True,
+    fix="raise DeviceLostError where `make_safe` cannot reach the instrument any more",
+    needs=("safe_is_confirmed",),
+)
+def safe_after_closing(subject: DeviceSubject) -> None:
+    """After closing, making safe tells the truth: safe values that hold, or that it cannot."""
+    with subject.connected() as device:
+        setter(device)
+        move(subject, device)
+        device.make_safe()
+        device.close()
+        read_back: list[Mapping[str, float]] = []
+        if safely("making safe after closing", lambda: read_back.append(device.make_safe())):
+            _at_safe_values(device, read_back[0])
+        device.close()
+
+
+@check(
+    moves=True,
+    fix="`resume` goes back to what `pause` has kept, and `make_safe` forgets that",
+    needs=("safe_is_confirmed",),
+)
+def pauses_and_goes_on(subject: DeviceSubject) -> None:
+    """What moves stands while paused and goes on from there; once made safe, nothing goes on."""
+    with subject.connected() as device:
+        drives = setter(device)
+        applies(isinstance(device, Pausable), "it does not pause")
+        assert isinstance(device, Pausable)  # noqa: S101  (just seen)
+        wanted = move(subject, device)
+        cyclic = [info for info in device.drives if info.sets_cycle_frequency]
+        device.pause()
+        for info in cyclic:
+            found = off(drives, info, info.safe_value)
+            demand(found is None, f"paused, {info.name} stands at {found}")
+        device.resume()
+        for info in device.drives:
+            found = off(drives, info, wanted[info.name])
+            demand(found is None, f"resumed, {info.name} stands at {found}, not as before")
+        device.pause()
+        device.make_safe()
+        with suppress(DeviceError):
+            device.resume()
+        _stands_safe(device, drives)
+
+
+@check(
+    moves=True,
+    fix="see to it that `make_safe` works after all that was done before",
+    needs=("safe_is_confirmed",),
+    always=True,
+)
+def left_safe(subject: DeviceSubject) -> None:
+    """After all the checks its drives are at their safe values."""
+    with subject.connected() as device:
+        setter(device)
+        try:
+            read_back = device.make_safe()
+        except DeviceError as error:
+            raise Nonconformity(f"NOT SAFE: {error}; make the rig safe by hand") from error
+        _at_safe_values(device, read_back)
+
+
+def _at_safe_values(device: Device, read_back: Mapping[str, float]) -> None:
+    demand(
+        isinstance(read_back, Mapping),
+        f"`make_safe` gave {read_back!r}{at(device, 'make_safe')}, needed is what each drive reads",
+    )
+    missing = [info.name for info in device.drives if info.name not in read_back]
+    demand(not missing, f"making safe says nothing of {', '.join(missing)}")
+    for info in device.drives:
+        actual = read_back[info.name]
+        demand(
+            abs(actual - info.safe_value) <= info.allowed_deviation,
+            f"made safe, {info.name} reads back {actual:g} {info.unit}, safe is"
+            f" {info.safe_value:g} {info.unit}",
+        )
+
+
+def _stands_safe(device: Device, drives: Settable) -> None:
+    for info in device.drives:
+        found = off(drives, info, info.safe_value)
+        demand(found is None, f"made safe, {info.name} stands at {found} {info.unit}")
+
+
+CHECKS = (
+    safe_before_connecting,
+    safe_is_confirmed,
+    safe_while_streaming,
+    safe_after_a_failed_call,
+    safe_though_one_drive_fails,
+    safe_after_closing,
+    pauses_and_goes_on,
+)

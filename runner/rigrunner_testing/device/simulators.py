@@ -1,0 +1,172 @@
+"""Checks on what exists only in the program, and on what says that it never waits."""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigrunner.api.devices import CountsStreams, KnowsTruth, Readable, Settable, Streaming
+from rigrunner.api.settings import MadeOfOthers
+from rigrunner_testing.check import applies, check, demand
+from rigrunner_testing.device.doing import blocks, move, names, setter, streamer
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rigrunner.api.data import Array
+    from rigrunner.api.devices import Device
+    from rigrunner_testing.device.subject import DeviceSubject
+
+STREAMED_S = 0.3
+TRIES = 3
+WAITS_S = 0.2
+"""A call that spends more than that without computing waits for something."""
+BUSY = 3.0
+"""On a machine with more to do than processors, a call may stand aside so much longer."""
+
+
+@check(
+    moves=True,
+    fix="draw from a generator that the settings' `seed` alone determines",
+    needs=("readings_are_true", "drives_go_where_they_are_set", "blocks_are_whole"),
+)
+def same_seed_same_samples(subject: DeviceSubject) -> None:
+    """A simulator with the same settings gives the same samples."""
+    applies(subject.simulated, "it is not simulated")
+    first, second = _samples(subject), _samples(subject)
+    for name, values in first.items():
+        same = np.array_equal(values, second[name], equal_nan=True)
+        demand(same, f"{name} is not the same in two devices with the same settings")
+
+
+@check(
+    moves=True,
+    fix="seed the generator with the settings' `seed`",
+    needs=("same_seed_same_samples",),
+)
+def other_seed_other_samples(subject: DeviceSubject) -> None:
+    """A simulator with another seed gives other samples."""
+    model = subject.record.settings_model
+    applies(subject.simulated, "it is not simulated")
+    applies("seed" in model.model_fields, "its settings have no `seed`")
+    applies(not issubclass(model, MadeOfOthers), "the samples are those of what it wraps")
+    seed = subject.settings.get("seed", model.model_fields["seed"].get_default() or 0)
+    first, second = _samples(subject, seed=int(seed)), _samples(subject, seed=int(seed) + 1)
+    differ = any(not np.array_equal(first[name], second[name]) for name in first)
+    demand(differ, f"with the seeds {seed} and {seed + 1} it gives the same samples")
+
+
+@check(
+    moves=True,
+    fix="let `continue_after` count each stream as if it had been given",
+    needs=("blocks_are_whole",),
+)
+def continues_after_streams(subject: DeviceSubject) -> None:
+    """Told which streams a run has behind it, it gives the one that comes next, not the first."""
+    with subject.connected() as device:
+        streamer(device)
+        applies(isinstance(device, CountsStreams), "it does not count streams")
+        set_points = move(subject, device)
+        first, second = _streamed(device), _streamed(device)
+    with subject.connected() as device:
+        assert isinstance(device, CountsStreams)  # noqa: S101  (just seen)
+        move(subject, device)
+        device.continue_after([set_points])
+        resumed = _streamed(device)
+    own = [name for name in first if not np.array_equal(first[name], second[name])]
+    applies(own, "its second stream is the same as its first")
+    differ = any(not np.array_equal(first[name], resumed[name]) for name in own)
+    demand(differ, "resumed after one stream, it gives the samples of the first once more")
+
+
+@check(fix="leave `truth` out of what is not simulated")
+def only_a_simulator_knows_the_truth(subject: DeviceSubject) -> None:
+    """Only a simulator tells true values, and they are finite numbers."""
+    with subject.connected() as device:
+        applies(isinstance(device, KnowsTruth), "it tells no truth")
+        assert isinstance(device, KnowsTruth)  # noqa: S101  (just seen)
+        told = device.truth()
+        demand(subject.simulated or not told, f"it is not simulated, and tells {', '.join(told)}")
+        bad = [name for name, value in told.items() if not np.isfinite(value)]
+        demand(not bad, f"what it tells of {', '.join(bad)} is no finite number")
+
+
+@check(
+    moves=True,
+    fix="let only what never waits say `non_blocking = True`; wait by `context.clock`",
+    needs=("readings_are_true", "drives_go_where_they_are_set", "blocks_are_whole"),
+)
+def non_blocking_is_true(subject: DeviceSubject) -> None:
+    """What says that it never waits for hardware comes back at once from every call."""
+    applies(subject.make().non_blocking, "it may wait: it is called in a thread of its own")
+    least = min((_waiting(subject) for _ in range(TRIES)), key=lambda found: found[0])
+    waited_s, what = least
+    demand(waited_s <= WAITS_S, f"{what} waited for {waited_s:.2f} s, and it says it never waits")
+
+
+def _waiting(subject: DeviceSubject) -> tuple[float, str]:
+    """Return the longest time for which a call did not compute, and which call that was."""
+    with subject.connected() as device:
+        calls: dict[str, Callable[[], object]] = {"making safe": device.make_safe}
+        if isinstance(device, Readable):
+            reading: Readable = device
+            calls["reading"] = lambda: reading.read(names(device.channels))
+        if isinstance(device, Settable) and device.drives:
+            calls["setting"] = lambda: move(subject, device)
+        if isinstance(device, Streaming):
+            calls["streaming"] = lambda: blocks(device, 0.1)
+        return max((_idle_s(work), what) for what, work in calls.items())
+
+
+def _idle_s(work: Callable[[], object]) -> float:
+    wall_s, busy_s, pauses = time.monotonic(), time.thread_time(), _voluntary_pauses()
+    work()
+    busy_s = time.thread_time() - busy_s
+    if pauses is not None and pauses == _voluntary_pauses():
+        return 0.0  # it computed all the time, however long others had the processor
+    return time.monotonic() - wall_s - (1 + BUSY) * busy_s
+
+
+def _voluntary_pauses() -> int | None:
+    """Return how often this thread has given the processor away; None where nobody counts that."""
+    if sys.platform != "linux":
+        return None
+    import resource  # noqa: PLC0415  (there is none under Windows)
+
+    return resource.getrusage(resource.RUSAGE_THREAD).ru_nvcsw
+
+
+def _samples(subject: DeviceSubject, **changes: Any) -> dict[str, Array]:
+    """Return a reading and a stream of a device that was just connected and set."""
+    found: dict[str, Array] = {}
+    with subject.connected(**changes) as device:
+        if isinstance(device, Settable) and device.drives:
+            setter(device)
+            move(subject, device)
+        if isinstance(device, Readable):
+            values = device.read(names(device.channels))
+            found |= {f"reading of {name}": np.array([value]) for name, value in values.items()}
+        if isinstance(device, Streaming):
+            found |= _streamed(device)
+    applies(found, "it can neither be read nor streamed")
+    return found
+
+
+def _streamed(device: Device) -> dict[str, Array]:
+    found = blocks(device, STREAMED_S)
+    return {
+        f"stream of {name}": np.concatenate([block.channels[name] for block in found])
+        for name in (found[0].channels if found else ())
+    }
+
+
+CHECKS = (
+    same_seed_same_samples,
+    other_seed_other_samples,
+    continues_after_streams,
+    only_a_simulator_knows_the_truth,
+    non_blocking_is_true,
+)

@@ -1,0 +1,106 @@
+"""A device plugin under check: made anew for each check, and never left behind energised."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.devices import (
+    Device,
+    DeviceContext,
+    DirectWire,
+)
+from rigrunner.api.hooks import DeviceRecord
+from rigrunner.api.member import Member
+from rigrunner.clock import SimulatedClock, WallClock
+from rigrunner.rig import agrees
+from rigrunner.station.drive_rules import DriveRules
+from rigrunner_testing.subjects import Subject
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from rigrunner.api.devices import Clock, DriveInfo, Wire
+    from rigrunner.rig_state import RigMarks
+
+CONNECT_S = 5.0
+ROLE = "device"
+
+
+@dataclass(frozen=True)
+class DeviceSubject(Subject):
+    """A device plugin; `made_devices` are those that a check has made and not yet given back."""
+
+    folder: Path = field(default_factory=Path)
+    """To which relative paths in the settings refer."""
+    role: str = ROLE
+    rules: DriveRules = field(default_factory=DriveRules)
+    """What a station allows of the drives."""
+    read_only: bool = False
+    """Whether no drive is to be moved, not even to its safe value."""
+    marks: RigMarks | None = None
+    """The marker of the station's rig; None without a station, and for simulators."""
+    made_devices: list[Device] = field(default_factory=list)
+
+    @property
+    def record(self) -> DeviceRecord:
+        """What the plugin declares."""
+        return self.record_as(DeviceRecord)
+
+    @property
+    def simulated(self) -> bool:
+        """Whether it exists only in the program; a wrapper does if what it wraps does."""
+        return self.registry.is_simulated(self.name, self.settings)
+
+    def clock(self) -> Clock:
+        """Return time that passes at once for what is simulated, and the wall's for the rest."""
+        return SimulatedClock() if self.simulated else WallClock()
+
+    def make(
+        self, *, clock: Clock | None = None, wire: Wire | None = None, **changes: Any
+    ) -> Device:
+        """Return the device, not connected; raise PluginError."""
+        context = DeviceContext(
+            self.role, clock or self.clock(), self.folder, wire=wire or DirectWire()
+        )
+        settings = {**self.settings, **changes}
+        device = self.registry.make_device(self.name, settings, context)
+        self.made_devices.append(device)
+        return device
+
+    @contextmanager
+    def connected(
+        self, *, clock: Clock | None = None, wire: Wire | None = None, **changes: Any
+    ) -> Generator[Device]:
+        """Give a connected device, and make it safe and close it, whatever happens."""
+        device = self.make(clock=clock, wire=wire, **changes)
+        if self.marks is not None and not self.read_only:
+            self.marks.energise(self.role, device.drives)
+        device.connect(CONNECT_S)
+        try:
+            yield device
+        finally:
+            self._give_back(device)
+
+    def release(self) -> None:
+        """Make safe and close what a check that failed or hangs has left."""
+        while self.made_devices:
+            self._give_back(self.made_devices[-1])
+
+    def drives_of(self, device: Device) -> list[DriveInfo]:
+        """Return the drives with the limits that the station sets them."""
+        return [self.rules.narrowed(Member(self.role, each.name), each) for each in device.drives]
+
+    def _give_back(self, device: Device) -> None:
+        self.made_devices[:] = [each for each in self.made_devices if each is not device]
+        if not self.read_only:
+            with suppress(Exception):  # checks of their own look at making safe, the last one too
+                read_back = device.make_safe()
+                if self.marks is not None and all(
+                    agrees(info, read_back[info.name], info.safe_value) for info in device.drives
+                ):
+                    self.marks.confirm([self.role])
+        with suppress(Exception):
+            device.close()

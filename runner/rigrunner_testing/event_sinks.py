@@ -1,0 +1,131 @@
+"""Checks on listeners to the events of a run."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigrunner.api import events
+from rigrunner.api.data import Block
+from rigrunner_testing.check import AnyCheck, check, demand
+from rigrunner_testing.device.watching import census
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.api.events import Event, EventSink
+    from rigrunner_testing.subjects import Subject
+
+AT_ONCE_S = 0.1
+RATE_HZ, SAMPLES = 10_000.0, 1000
+BLOCKS = 50
+
+
+@check(fix="take every Event, also one that you have no use for")
+def takes_every_event(subject: Subject) -> None:
+    """It takes each kind of event, those of a run that fails as well, in the order of a run."""
+    sink = _sink(subject)
+    for event in run():
+        sink(event)
+
+
+@check(
+    fix="hand long work to a thread of your own; keep what you need, not the samples",
+    needs=("takes_every_event",),
+)
+def comes_back_at_once(subject: Subject) -> None:
+    """It comes back from each event within 0.1 s: it is called in the run's own time."""
+    least: dict[str, float] = {}
+    for _ in range(3):
+        sink = _sink(subject)
+        for event in run():
+            began_s = time.monotonic()
+            sink(event)
+            took_s, name = time.monotonic() - began_s, type(event).__name__
+            least[name] = min(least.get(name, took_s), took_s)
+    slow = {name: took_s for name, took_s in least.items() if took_s > AT_ONCE_S}
+    demand(not slow, ", ".join(f"{name} took it {took_s:.2f} s" for name, took_s in slow.items()))
+
+
+@check(
+    fix="copy what you change: other listeners and the run file get the same block",
+    needs=("takes_every_event",),
+)
+def leaves_samples_alone(subject: Subject) -> None:
+    """The samples are the same afterwards: the run file is written from them."""
+    sink = _sink(subject)
+    for event in run():
+        before = event.block.channels["tester.torque"].copy() if _has_block(event) else None
+        sink(event)
+        if before is not None:
+            same = np.array_equal(event.block.channels["tester.torque"], before)
+            demand(same, "it changes the samples that it is given")
+
+
+@check(fix="end threads and close files when RunEnded comes", needs=("takes_every_event",))
+def lets_go_when_the_run_ends(subject: Subject) -> None:
+    """After the run has ended it holds no thread, no file and no socket."""
+    _listen(subject)  # what is loaded once is loaded now
+    before = census()
+    _listen(subject)
+    more = census().more_than(before)
+    demand(not more, f"after the run it still holds: {more}")
+
+
+def _listen(subject: Subject) -> None:
+    sink = _sink(subject)
+    for event in run():
+        sink(event)
+
+
+def _sink(subject: Subject) -> EventSink:
+    sink: EventSink = subject.make()
+    return sink
+
+
+def _has_block(event: Any) -> bool:
+    return isinstance(event, events.Samples)
+
+
+def run() -> Iterator[Any]:
+    """Yield the events of a short run that an interlock ends."""
+    for seq, (kind, told) in enumerate(_told()):
+        yield kind(seq=seq, monotonic_s=0.1 * seq, utc="2026-01-01T12:00:00.000Z", **told)
+
+
+def _told() -> Iterator[tuple[type[Event], dict[str, Any]]]:
+    step = {"step": "main[0]", "index": 0, "action": "record"}
+    yield events.RunStarted, {"run_id": "run-1", "steps": 1, "estimated_s": 5.0}
+    yield events.Prompt, {"step": "setup[0]", "text": "Guards closed?", "choices": ("yes", "no")}
+    yield events.Answer, {"step": "setup[0]", "text": "yes", "by": "A. Nother"}
+    scan = {"step": "setup[1]", "index": 0, "action": "scan"}
+    yield events.StepStarted, {**scan, "text": "scan", "units": {"tester.load": "N"}}
+    row = {"setpoints": {"tester.load": 10.0}, "values": {"tester.torque": 0.1}}
+    yield events.Scanned, {"step": "setup[1]", "point": 0, "measurement": "measured", **row}
+    yield events.StepEnded, {**scan, "ok": True}
+    yield events.StepStarted, {**step, "text": "record", "recording": "001"}
+    for number in range(BLOCKS):
+        torque = np.sin(np.arange(SAMPLES) / 50)
+        channels = {"tester.torque": torque, "tester.angle": 2 * torque}
+        block = Block(RATE_HZ, number * SAMPLES, 0.1 * number, channels)
+        yield events.Samples, {"recording": "001", "block": block}
+    yield events.Note, {"step": "main[0]", "text": "a remark"}
+    trip = {"interlock": "guard", "does": "abort", "latency_s": 0.1}
+    yield events.InterlockTripped, {"source": "guard", "text": "the guard is open", **trip}
+    yield events.InterlockCleared, {"step": "", "text": "closed", "interlock": "guard"}
+    yield events.Intervention, {"action": "abort", "by": "interlock"}
+    values = {"values": {"tester.torque": 0.7}, "units": {"tester.torque": "N·m"}}
+    yield events.StepEnded, {**step, "ok": False, "recording": "001", **values}
+    yield events.MadeSafe, {"what": "tester", "read_back": {"tester.load": 0.0}}
+    yield events.Alarm, {"source": "tester", "text": "the load did not come down"}
+    yield events.RunEnded, {"outcome": events.Outcome.ABORTED, "reason": "guard open"}
+
+
+CHECKS: tuple[AnyCheck, ...] = (
+    takes_every_event,
+    comes_back_at_once,
+    leaves_samples_alone,
+    lets_go_when_the_run_ends,
+)

@@ -1,0 +1,132 @@
+"""Runs checks: each in time, and none whose result an earlier failure has decided already."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import traceback
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import MissingPackageError, RigrunnerError
+from rigrunner.registry import culprit, whereabouts
+from rigrunner_testing.check import Finding, Nonconformity, NotApplicable, State
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+
+    from rigrunner_testing.check import AnyCheck
+    from rigrunner_testing.subjects import Subject
+
+LONGEST_S = 120.0
+"""A check that takes longer is given up as hanging."""
+RELEASE_S = 30.0
+"""So long what it left behind may take to be made safe and closed."""
+
+
+def examine(
+    subject: Subject, checks: Iterable[AnyCheck], longest_s: float = LONGEST_S
+) -> Iterator[Finding]:
+    """Yield what each check found, one after the other.
+
+    One mistake of the plugin is one failure: a check that needs another one which failed is not
+    judged, nor one that fails in the very same way.
+    """
+    causes: dict[str, str] = {}  # by check that failed or was not judged, the one that failed first
+    failures: dict[str, str] = {}  # by what was found, the check that found it first
+    for check in checks:
+        always = check.always and not subject.simulated
+        cause = next((causes[each] for each in check.needs if each in causes), "")
+        if cause and not always:
+            causes[check.name] = cause
+            yield Finding(check, State.NOT_JUDGED, f"it needs what '{cause}' demands")
+            continue
+        finding = examine_one(subject, check, longest_s)
+        if finding.state is State.FAIL:
+            cause = failures.setdefault(finding.text, check.name)
+            causes[check.name] = cause
+            if cause != check.name and not always:
+                same = f"it fails as '{cause}' does"
+                finding = replace(finding, state=State.NOT_JUDGED, text=same, fix="")
+        yield finding
+
+
+def examine_one(subject: Subject, check: AnyCheck, longest_s: float = LONGEST_S) -> Finding:
+    """Return what a check found; whatever the plugin does, it comes back.
+
+    Raises MissingPackageError where what the plugin needs is not installed: that says nothing of
+    the plugin.
+    """
+    try:
+        raised = _in_time(lambda: check.work(subject), longest_s)
+    finally:
+        _in_time(subject.release, RELEASE_S)
+    match raised:
+        case None:
+            return Finding(check, State.PASS)
+        case MissingPackageError():
+            raise raised
+        case NotApplicable():
+            return Finding(check, State.NOT_APPLICABLE, str(raised))
+        case Nonconformity():
+            return Finding(check, State.FAIL, str(raised), raised.fix or check.fix)
+        case RigrunnerError():  # it is in words, and says what to do
+            return Finding(check, State.FAIL, raised.message, useful_hint(raised) or check.fix)
+    place = culprit(raised)
+    return Finding(check, State.FAIL, _crash(raised), f"correct {place}" if place else check.fix)
+
+
+def conform(subject: Subject, check: AnyCheck) -> str:
+    """Raise AssertionError unless the check is met; return why it does not apply, else nothing.
+
+    For a test of your own: `assert not conform(subject, check)`, or skip with the reason.
+    """
+    finding = examine_one(subject, check)
+    if finding.state is State.FAIL:
+        raise Nonconformity(f"{check.holds}\nfound: {finding.text}\nfix: {finding.fix}")
+    return finding.text
+
+
+def useful_hint(error: RigrunnerError) -> str:
+    """Return an error's hint, unless it sends the author of a plugin to these very checks."""
+    return "" if "check-plugin" in error.hint else error.hint
+
+
+def _in_time(work: Callable[[], None], longest_s: float) -> Exception | None:
+    """Return what the work raises, a Nonconformity if it does not end in time, or None.
+
+    In a thread of its own, so that what breaks off the wait is never taken for the work's error.
+    """
+    raised: list[Exception] = []
+
+    def run() -> None:
+        try:
+            work()
+        except Exception as error:  # noqa: BLE001  (a stranger's plugin may raise anything)
+            raised.append(error)
+        except BaseException as error:  # noqa: BLE001  (it would end this thread alone, unseen)
+            raised.append(Nonconformity(_crash(error)))
+
+    thread = threading.Thread(target=run, name="rigrunner check", daemon=True)
+    thread.start()
+    thread.join(longest_s)
+    if thread.is_alive():
+        return _hangs(thread, longest_s)
+    return raised[0] if raised else None
+
+
+def _hangs(thread: threading.Thread, longest_s: float) -> Nonconformity:
+    """Return that a call did not come back, and in which line of the plugin it waits."""
+    frame = sys._current_frames().get(thread.ident or 0)  # noqa: SLF001  (Python's own way)
+    place = whereabouts(frame) if frame else ""
+    waits = f": it waits in {place}" if place else ""
+    fix = f"wait no longer than its time-out in {place}" if place else ""
+    return Nonconformity(f"it did not come back within {longest_s:g} s{waits}", fix=fix)
+
+
+def _crash(error: BaseException) -> str:
+    """Return the error with the place in the plugin's code, or else that which raised it."""
+    frames = traceback.extract_tb(error.__traceback__)
+    innermost = f"{frames[-1].filename}:{frames[-1].lineno}" if frames else ""
+    place = culprit(error) or innermost
+    return f"{type(error).__name__}: {error}{f' at {place}' if place else ''}"

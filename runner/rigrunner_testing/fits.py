@@ -1,0 +1,297 @@
+"""Checks on fits, with data of their own and with data made from the fit's own curve."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.data import Points
+from rigrunner.api.errors import DataError
+from rigrunner.api.hooks import FitRecord
+from rigrunner_testing.check import AnyCheck, Nonconformity, applies, check, demand
+
+if TYPE_CHECKING:
+    from rigrunner.api.analysis import Curve, Fit
+    from rigrunner.api.data import Array
+    from rigrunner_testing.subjects import Subject
+
+X_HZ = np.array([1.0, 3.0, 5.0, 8.0, 10.0, 15.0, 18.0, 20.0, 25.0, 30.0, 33.0, 35.0])
+BETWEEN_HZ = np.array([2.0, 12.5, 19.0, 28.0, 34.0])
+U_NM = 0.01
+REPETITIONS = 300
+SCATTER = 0.2
+"""Of a standard deviation of 300 normal values five standard errors, 1/sqrt(2 * 299) each."""
+SAME, U_SAME = 1e-6, 1e-4
+_OF_A_CURVE = (
+    "formula",
+    "names",
+    "units",
+    "coefficients",
+    "covariance",
+    "dof",
+    "residuals",
+    "residual_s",
+    "r_squared",
+    "valid_x",
+    "predict",
+)
+
+
+def no_load_torque_nm(frequency_hz: Array) -> Array:
+    """Return a torque like that of a rig without load: rising, curved, of one sign."""
+    return np.asarray(0.9 + 0.025 * frequency_hz + 0.004 * frequency_hz**2)
+
+
+@check(
+    fix="fit without bias: least squares of the curve's own values gives its parameters",
+    needs=("curve_is_whole",),
+)
+def recovers_its_own_curve(subject: Subject) -> None:
+    """Data that lie on a curve of the fit's own give that curve again."""
+    fit = _fit(subject)
+    first = fit(_points())
+    value, _ = first.predict(X_HZ)
+    again = fit(replace(_points(), y=value))
+    demand(
+        np.allclose(again.coefficients, first.coefficients, rtol=1e-5, atol=1e-9),
+        f"coefficients {first.coefficients} come back as {again.coefficients}",
+    )
+    _same_curve(first, again, "data from its own curve give")
+
+
+@check(fix="correct the formula, or the example that the record states", needs=("curve_is_whole",))
+def published_examples_hold(subject: Subject) -> None:
+    """The examples that the record states, such as certified data sets, give what is stated."""
+    record = subject.record_as(FitRecord)
+    applies(record.examples, "its record states no examples")
+    for example in record.examples:
+        fit: Fit = subject.registry.make(subject.kind, subject.name, example.settings)
+        curve = fit(Points(np.array(example.x), np.array(example.y)))
+        _near(example.source, "coefficients", curve.coefficients, np.array(example.coefficients))
+        if example.u:
+            u = np.sqrt(np.diag(curve.covariance))
+            _near(example.source, "standard uncertainties", u, np.array(example.u))
+
+
+def _near(source: str, what: str, found: Array, stated: Array) -> None:
+    same = found.shape == stated.shape and np.allclose(found, stated, rtol=1e-6, atol=0)
+    demand(same, f"{source}: {what} are {found}, stated are {stated}")
+
+
+@check(fix="give one name, one unit and one row of the covariance for each coefficient")
+def curve_is_whole(subject: Subject) -> None:
+    """Names, units, coefficients and covariance belong together; residuals are the curve's own."""
+    given = _noisy(1)
+    curve = _fit(subject)(given)
+    missing = [name for name in _OF_A_CURVE if not hasattr(curve, name)]
+    demand(
+        not missing,
+        f"it gave a {type(curve).__name__}, which has no {', '.join(missing)}",
+        fix="return a Curve, as rigrunner.api.analysis has it: is there a `return`?",
+    )
+    p = len(curve.coefficients)
+    demand(p, "the curve has no coefficients")
+    demand(len(set(curve.names)) == p, f"{p} coefficients have the names {', '.join(curve.names)}")
+    demand(len(curve.units) == p, f"{p} coefficients have {len(curve.units)} units")
+    demand(curve.formula.strip(), "the curve has no formula")
+    covariance = curve.covariance
+    demand(covariance.shape == (p, p), f"the covariance has the shape {covariance.shape}")
+    demand(np.allclose(covariance, covariance.T, rtol=1e-9), "the covariance is not symmetric")
+    variances = np.diag(covariance)
+    demand((variances >= 0).all() and np.isfinite(variances).all(), f"variances are {variances}")
+    demand(curve.dof > 0, f"the degrees of freedom are {curve.dof}")
+    value, _ = curve.predict(given.x)
+    same = np.allclose(curve.residuals, given.y - value, atol=1e-9)
+    demand(same, "the residuals are not what was observed minus the curve")
+
+
+@check(
+    fix="derive the units of the coefficients from `points.x_unit` and `points.y_unit`",
+    needs=("curve_is_whole",),
+)
+def units_are_kept(subject: Subject) -> None:
+    """In other units the curve is the same, or the points are refused: never taken for others."""
+    fit, given = _fit(subject), _noisy(2)
+    demand(given.u_y is not None, "")
+    assert given.u_y is not None  # noqa: S101  (just seen)
+    value, u = fit(given).predict(BETWEEN_HZ)
+    turns = 2 * np.pi
+    other = Points(turns * X_HZ, 1e3 * given.y, 1e3 * given.u_y, x_unit="rad/s", y_unit="mN·m")
+    try:
+        curve = fit(other)
+    except DataError:
+        return
+    other_value, other_u = curve.predict(turns * BETWEEN_HZ)
+    same = np.allclose(other_value, 1e3 * value, rtol=SAME)
+    demand(same and np.allclose(other_u, 1e3 * u, rtol=U_SAME), "in mN·m over rad/s it is another")
+    torque = [unit for unit in curve.units if "mN·m" in unit]
+    demand(torque, f"fitted in mN·m, its coefficients are in {', '.join(curve.units)}")
+
+
+@check(
+    fix="state the covariance of the coefficients by the law of propagation (GUM 5.2)",
+    needs=("curve_is_whole",),
+)
+def uncertainty_is_the_scatter(subject: Subject) -> None:
+    """Over 300 noisy repetitions the curve scatters as it states, within 20 %."""
+    fit = _fit(subject)
+    clean, _ = fit(_points()).predict(X_HZ)
+    rng = np.random.default_rng(8)
+    noise = rng.normal(0, U_NM, (REPETITIONS, len(X_HZ)))
+    curves = [fit(replace(_points(), y=clean + each)) for each in noise]
+    predicted = np.array([curve.predict(BETWEEN_HZ) for curve in curves])
+    found = predicted[:, 0].std(axis=0, ddof=1)
+    stated = np.sqrt(np.mean(predicted[:, 1] ** 2, axis=0))
+    _scatters("the curve", found, stated)
+    if len({curve.formula for curve in curves}) > 1:
+        return  # it chose another curve now and then: coefficients are not comparable
+    found = np.array([curve.coefficients for curve in curves]).std(axis=0, ddof=1)
+    stated = np.sqrt(np.mean([np.diag(curve.covariance) for curve in curves], axis=0))
+    _scatters("its coefficients", found, stated)
+
+
+def _scatters(what: str, found: Array, stated: Array) -> None:
+    ratios = stated / found
+    demand(
+        (np.abs(ratios - 1) <= SCATTER).all(),
+        f"{what} scatter by {found}, and the standard uncertainty stated is {stated}",
+    )
+
+
+@check(fix="let nothing depend on the order in which points come", needs=("curve_is_whole",))
+def order_does_not_matter(subject: Subject) -> None:
+    """The order of the points does not matter."""
+    fit, given = _fit(subject), _noisy(3)
+    demand(given.u_y is not None, "")
+    assert given.u_y is not None  # noqa: S101  (just seen)
+    order = np.random.default_rng(2).permutation(len(X_HZ))
+    shuffled = Points(given.x[order], given.y[order], given.u_y[order])
+    _same_curve(fit(given), fit(shuffled), "in another order the points give")
+
+
+@check(fix="use no absolute tolerances or limits on y and u(y)", needs=("curve_is_whole",))
+def scale_does_not_matter(subject: Subject) -> None:
+    """Points three times as high give a curve three times as high; larger u(y) alone, the same."""
+    fit, given = _fit(subject), _noisy(4)
+    assert given.u_y is not None  # noqa: S101  (it was made so)
+    curve = fit(given)
+    value, u = curve.predict(BETWEEN_HZ)
+    scaled_value, scaled_u = fit(Points(X_HZ.copy(), 3 * given.y, 3 * given.u_y)).predict(
+        BETWEEN_HZ
+    )
+    same = np.allclose(scaled_value, 3 * value, rtol=SAME)
+    demand(same, f"three times as high it is {scaled_value}, not 3 times {value}")
+    demand(
+        np.allclose(scaled_u, 3 * u, rtol=U_SAME),
+        f"three times as high its uncertainty is {scaled_u}, not 3 times {u}",
+    )
+    doubtful, _ = fit(replace(given, u_y=2 * given.u_y)).predict(BETWEEN_HZ)
+    same = np.allclose(doubtful, value, rtol=SAME)
+    demand(same, f"with twice the uncertainty of each point it is {doubtful}, not {value}")
+
+
+@check(
+    fix="state `valid_x`, and raise DataError from `predict` outside of it",
+    needs=("curve_is_whole",),
+)
+def never_extrapolates(subject: Subject) -> None:
+    """It says where it may be used, within the points, and refuses any other x."""
+    curve = _fit(subject)(_noisy(5))
+    low, high = curve.valid_x
+    inside = X_HZ[0] <= low < high <= X_HZ[-1]
+    demand(inside, f"fitted from 1 Hz to 35 Hz, it may be used from {low:g} to {high:g}")
+    for x in (0.9, 36.0, -1.0, 1e6, np.nan):
+        try:
+            curve.predict(np.array([10.0, x]))
+        except DataError:
+            continue
+        raise Nonconformity(f"it gives a value at {x:g}, outside of {low:g} to {high:g}")
+
+
+@check(
+    fix="compare the number of points with that of coefficients, and raise DataError with both",
+    needs=("curve_is_whole",),
+)
+def too_few_points_refused(subject: Subject) -> None:
+    """Of too few points it says so; what it does fit is finite."""
+    fit, given = _fit(subject), _noisy(6)
+    assert given.u_y is not None  # noqa: S101  (it was made so)
+    p = len(fit(given).coefficients) if not _interpolates(fit, given) else 1
+    for n in range(len(X_HZ)):
+        few = Points(given.x[:n], given.y[:n], given.u_y[:n])
+        try:
+            curve = fit(few)
+        except DataError as error:
+            demand(str(n) in str(error), f"of {n} points it says '{error}', not how many there are")
+            continue
+        demand(n >= p and n > 0, f"it fits {p} coefficients to {n} points")
+        finite = np.isfinite(curve.coefficients).all() and np.isfinite(curve.covariance).all()
+        demand(finite, f"of {n} points it gives coefficients or a covariance that are not finite")
+
+
+@check(fix="raise DataError where x or y are not finite", needs=("curve_is_whole",))
+def not_a_number_refused(subject: Subject) -> None:
+    """A point that is not a finite number is refused."""
+    fit = _fit(subject)
+    for what in ("x", "y"):
+        for bad in (np.nan, np.inf):
+            values = getattr(_points(), what).copy()
+            values[3] = bad
+            try:
+                fit(replace(_points(), **{what: values}))
+            except DataError:
+                continue
+            raise Nonconformity(f"it fits points of which one has {what} = {bad}")
+
+
+@check(fix="copy what you change", needs=("curve_is_whole",))
+def leaves_the_points_alone(subject: Subject) -> None:
+    """The points are the same afterwards."""
+    given = _noisy(7)
+    assert given.u_y is not None  # noqa: S101  (it was made so)
+    before = [array.copy() for array in (given.x, given.y, given.u_y)]
+    _fit(subject)(given).predict(BETWEEN_HZ)
+    after = (given.x, given.y, given.u_y)
+    demand(all(map(np.array_equal, before, after)), "it changes the points that it is given")
+
+
+def _fit(subject: Subject) -> Fit:
+    fit: Fit = subject.make()
+    return fit
+
+
+def _points() -> Points:
+    return Points(X_HZ.copy(), no_load_torque_nm(X_HZ), np.full(len(X_HZ), U_NM))
+
+
+def _noisy(seed: int) -> Points:
+    noise = np.random.default_rng(seed).normal(0, U_NM, len(X_HZ))
+    return replace(_points(), y=no_load_torque_nm(X_HZ) + noise)
+
+
+def _interpolates(fit: Fit, given: Points) -> bool:
+    return bool(len(fit(given).coefficients) == len(given.x))
+
+
+def _same_curve(one: Curve, other: Curve, what: str) -> None:
+    value, _ = one.predict(BETWEEN_HZ)
+    other_value, _ = other.predict(BETWEEN_HZ)
+    same = np.allclose(other_value, value, rtol=SAME)
+    demand(same, f"{what} {other_value} at {BETWEEN_HZ} Hz, not {value}")
+
+
+CHECKS: tuple[AnyCheck, ...] = (
+    curve_is_whole,
+    recovers_its_own_curve,
+    published_examples_hold,
+    units_are_kept,
+    uncertainty_is_the_scatter,
+    order_does_not_matter,
+    scale_does_not_matter,
+    never_extrapolates,
+    too_few_points_refused,
+    not_a_number_refused,
+    leaves_the_points_alone,
+)

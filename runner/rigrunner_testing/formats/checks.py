@@ -1,0 +1,96 @@
+"""Checks on what a format makes of a run: bytes, the same each time, that harm nobody."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from rigrunner.api.hooks import CertificateFormatRecord, ReportFormatRecord, StudyFormatRecord
+from rigrunner_testing.check import AnyCheck, applies, check, demand
+from rigrunner_testing.device.watching import census
+from rigrunner_testing.formats.inputs import TAG
+
+if TYPE_CHECKING:
+    from rigrunner_testing.formats.subject import FormatSubject
+
+SUFFIX = re.compile(r"\.[a-z0-9]+(\.[a-z0-9]+)*")
+FETCHED = re.compile(
+    r"<(?:script|img|link|iframe|source|video|audio|object|embed|use|image)\b[^>]*?"
+    r"(?:src|href|data|srcset)\s*=\s*[\"']?\s*(?:https?:)?//[^\s\"'>]*"
+    r"|url\(\s*[\"']?\s*(?:https?:)?//[^)]*|@import\s[^;]*",
+    re.IGNORECASE,
+)
+"""What a browser would load from elsewhere as soon as the page is shown."""
+
+
+@check(fix="return `bytes`, not `str`; give the record a suffix such as '.html'")
+def makes_a_file(subject: FormatSubject) -> None:
+    """It makes bytes of every run, one with a verdict and one without, for a file with a suffix."""
+    record = subject.any_record
+    kinds = (ReportFormatRecord, CertificateFormatRecord, StudyFormatRecord)
+    assert isinstance(record, kinds)  # noqa: S101  (the kind says so)
+    demand(SUFFIX.fullmatch(record.suffix), f"the suffix is '{record.suffix}'")
+    for each in subject.written:
+        demand(isinstance(each.made, bytes), f"it makes {type(each.made).__name__}, not bytes")
+        demand(each.made, "it makes no byte")
+
+
+@check(
+    fix="write no date of today, no random names, and nothing in the order of a set",
+    needs=("makes_a_file",),
+)
+def same_run_same_bytes(subject: FormatSubject) -> None:
+    """The same run gives the same bytes: what is printed can be made again and compared."""
+    for given, first in zip(subject.inputs, subject.written, strict=True):
+        demand(subject.writer(given) == first.made, "it makes other bytes each time")
+
+
+@check(
+    fix="escape what was typed: jinja2 with autoescape=True, or html.escape",
+    needs=("makes_a_file",),
+)
+def names_are_escaped(subject: FormatSubject) -> None:
+    """A name that is a script is shown as text, not run, where the format is one of markup."""
+    for each in subject.written:
+        text = _markup(each.made)
+        at = text.find(TAG)
+        demand(at < 0, f"a specimen named {TAG} stands in it as it is: ...{text[at - 40 : at]}...")
+        demand("<img src=x" not in text, "a specimen's name opens a tag of its own")
+
+
+@check(fix="put styles, fonts and pictures into the file itself", needs=("makes_a_file",))
+def nothing_is_fetched(subject: FormatSubject) -> None:
+    """Neither making it nor showing it asks another computer for anything."""
+    for each in subject.written:
+        demand(not each.touched, f"making it did: {', '.join(each.touched)}")
+        if _is_markup(each.made):
+            found = FETCHED.search(each.made.decode("utf-8"))
+            demand(found is None, f"showing it would load {found and found[0][:120]}")
+
+
+@check(fix="close what is opened; end threads", needs=("makes_a_file",))
+def leaves_nothing_open(subject: FormatSubject) -> None:
+    """It leaves no thread and no open file behind."""
+    subject.writer(subject.inputs[0])  # what is loaded once, in each thread, is loaded now
+    before = census()
+    subject.writer(subject.inputs[0])
+    more = census().more_than(before)
+    demand(not more, f"it left behind: {more}")
+
+
+def _is_markup(made: bytes) -> bool:
+    return made.lstrip()[:1] == b"<"
+
+
+def _markup(made: bytes) -> str:
+    applies(_is_markup(made), "what it makes is no markup")
+    return made.decode("utf-8")
+
+
+CHECKS: tuple[AnyCheck, ...] = (
+    makes_a_file,
+    same_run_same_bytes,
+    names_are_escaped,
+    nothing_is_fetched,
+    leaves_nothing_open,
+)

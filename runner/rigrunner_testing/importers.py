@@ -1,0 +1,208 @@
+"""Checks on importers: of whatever file, the columns that are wanted or a DataError."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.errors import DataError
+from rigrunner.api.hooks import ImporterRecord
+from rigrunner.api.importing import Column, NotInFileError
+from rigrunner_testing.check import AnyCheck, Nonconformity, applies, check, demand
+from rigrunner_testing.device.watching import census
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.api.hooks import ImporterExample
+    from rigrunner.api.importing import Importer
+    from rigrunner_testing.subjects import Subject
+
+Wanted = dict[str, "int | str"]
+WANTED: Wanted = {"tester.torque": "torque", "tester.angle": "angle"}
+CUTS = 25
+"""At so many places an example is cut short."""
+FOREIGN = {
+    "empty": b"",
+    "zeros": bytes(4096),
+    "all bytes": bytes(range(256)) * 16,
+    "a picture": b"\x89PNG\r\n\x1a\n" + bytes(100),
+    "a sentence": b"Measured on Monday, by hand.\n",
+    "half a number": b"torque\tangle\n1.0\t2.0\n3.",
+    "no number": b"torque;angle\nhigh;low\n",
+    "not finite": b"torque,angle\nnan,inf\n",
+    "UTF-16": "torque\tangle\n1\t2\n".encode("utf-16"),
+    "a long line": b"7" * 100_000,
+    "JSON": b'{"torque": [1, 2], "angle": null}',
+    "HDF5, cut": b"\x89HDF\r\n\x1a\n" + bytes(32),
+    "a zip": b"PK\x03\x04" + bytes(60),
+    "TDMS, cut": b"TDSm" + bytes(24),
+    "MATLAB 5, cut": b"MATLAB 5.0 MAT-file" + b" " * 105 + b"\x00\x01IM" + bytes(8),
+}
+
+
+@check(fix="catch OSError and raise DataError with the file's name")
+def missing_file_refused(subject: Subject) -> None:
+    """A file that is not there, or is a folder, is refused by its name."""
+    with TemporaryDirectory() as folder:
+        for path in (Path(folder) / "missing.dat", Path(folder)):
+            told = _refusal(_importer(subject), path, WANTED, "")
+            demand(told, f"it reads {path.name}, which is no file")
+            demand(path.name in told, f"it refuses {path.name} without naming it: {told}")
+
+
+@check(
+    fix="look at the first bytes, and map what the library raises to DataError",
+    needs=("missing_file_refused",),
+)
+def foreign_files_refused(subject: Subject) -> None:
+    """Whatever is in a file: finite numbers of each column wanted, or a DataError naming it."""
+    importer = _importer(subject)
+    with TemporaryDirectory() as folder:
+        for what, content in FOREIGN.items():
+            path = Path(folder) / "foreign.dat"
+            path.write_bytes(content)
+            told = _read_or_refusal(importer, path, what)
+            demand(not told or path.name in told, f"{what}: it does not name the file: {told}")
+
+
+@check(fix="close the file in every case: `with open(...)`", needs=("foreign_files_refused",))
+def closes_its_files(subject: Subject) -> None:
+    """It leaves no file open, of those that it refuses as well."""
+    importer = _importer(subject)
+    with TemporaryDirectory() as folder:
+        paths = []
+        for number, content in enumerate(FOREIGN.values()):
+            paths.append(Path(folder) / f"{number}.dat")
+            paths[-1].write_bytes(content)
+        for path in paths:  # what is loaded once is loaded now
+            _refusal(importer, path, WANTED, "")
+        before = census()
+        for path in paths:
+            _refusal(importer, path, WANTED, "")
+        more = census().more_than(before)
+        demand(not more, f"it left open: {more}")
+
+
+@check(
+    fix="correct the importer, or the example that the record states",
+    needs=("missing_file_refused",),
+)
+def examples_are_read(subject: Subject) -> None:
+    """The files that the record states as examples give the numbers that it states."""
+    for example, path in _examples(subject):
+        found = _importer(subject).read(path, example.columns, example.group)
+        _whole(found, dict(example.columns), example.source)
+        for name, stated in example.values.items():
+            given = found[name].values
+            same = given.shape == (len(stated),) and np.allclose(given, stated, rtol=1e-12)
+            demand(same, f"{example.source}: {name} is {given}, stated is {stated}")
+
+
+@check(
+    fix="raise NotInFileError with `wanted`, and the columns that are there as its hint",
+    needs=("examples_are_read",),
+)
+def missing_columns_are_named(subject: Subject) -> None:
+    """A column that an example does not have is refused by its name."""
+    for example, path in _examples(subject):
+        name = next(iter(example.columns))
+        try:
+            _importer(subject).read(path, {name: "no such column"}, example.group)
+        except NotInFileError as error:
+            told = "no such column" in str(error)
+            demand(told, f"it refuses a column without naming it: {error}")
+        except Exception as error:
+            raise Nonconformity(
+                f"a column that is not there gives {type(error).__name__}, not NotInFileError:"
+                f" {error}"
+            ) from error
+        else:
+            raise Nonconformity("it gives a column that is not there")
+
+
+@check(
+    fix="check lengths before you read, and map what the library raises to DataError",
+    needs=("examples_are_read",),
+)
+def cut_files_refused(subject: Subject) -> None:
+    """An example that is cut short anywhere gives a DataError, or fewer whole rows."""
+    for example, path in _examples(subject):
+        whole, importer = path.read_bytes(), _importer(subject)
+        for length in np.linspace(0, len(whole) - 1, CUTS).astype(int):
+            path.write_bytes(whole[:length])
+            what = f"{example.source}, cut to {length} of {len(whole)} bytes"
+            _read_or_refusal(importer, path, what, example)
+
+
+def _examples(subject: Subject) -> Iterator[tuple[ImporterExample, Path]]:
+    examples = subject.record_as(ImporterRecord).examples
+    applies(examples, "its record states no examples")
+    with TemporaryDirectory() as folder:
+        for example in examples:
+            path = Path(folder) / f"example{example.suffix}"
+            path.write_bytes(example.content)
+            yield example, path
+
+
+def _importer(subject: Subject) -> Importer:
+    importer: Importer = subject.make()
+    return importer
+
+
+def _refusal(importer: Importer, path: Path, wanted: Wanted, group: str) -> str:
+    """Return with which words the file is refused; '' if it is read."""
+    try:
+        importer.read(path, wanted, group)
+    except DataError as error:
+        return str(error)
+    except Exception as error:
+        raise Nonconformity(
+            f"{path.name} gives {type(error).__name__}, which is no DataError: {error}"
+        ) from error
+    return ""
+
+
+def _read_or_refusal(
+    importer: Importer, path: Path, what: str, example: ImporterExample | None = None
+) -> str:
+    """Return with which words the file is refused; '' if what was read is whole."""
+    wanted, group = (WANTED, "") if example is None else (dict(example.columns), example.group)
+    try:
+        found = importer.read(path, wanted, group)
+    except DataError as error:
+        return str(error)
+    except Exception as error:
+        raise Nonconformity(
+            f"{what}: {type(error).__name__}, which is no DataError: {error}"
+        ) from error
+    _whole(found, wanted, what)
+    return ""
+
+
+def _whole(found: Mapping[str, Column], wanted: Wanted, what: str) -> None:
+    demand(
+        isinstance(found, Mapping) and all(isinstance(each, Column) for each in found.values()),
+        f"{what}: `read` gave {found!r:.80}, needed is a Column for each name that is wanted",
+        fix="return `{name: Column(values), ...}`: is there a `return`?",
+    )
+    demand(set(found) == set(wanted), f"{what}: wanted {[*wanted]}, it gives {[*found]}")
+    for name, column in found.items():
+        finite = column.values.ndim == 1 and np.isfinite(column.values).all()
+        demand(finite, f"{what}: {name} holds numbers that are not finite")
+    lengths = {len(column.values) for column in found.values()}
+    demand(len(lengths) == 1, f"{what}: the columns have {sorted(lengths)} numbers")
+
+
+CHECKS: tuple[AnyCheck, ...] = (
+    missing_file_refused,
+    foreign_files_refused,
+    closes_its_files,
+    examples_are_read,
+    missing_columns_are_named,
+    cut_files_refused,
+)

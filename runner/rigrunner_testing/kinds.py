@@ -1,0 +1,94 @@
+"""Which checks there are for which kind of plugin, and how a plugin is chosen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import PluginError
+from rigrunner.registry import load_registry, with_drop_ins
+from rigrunner_testing import (
+    analyses,
+    decision_rules,
+    event_sinks,
+    fits,
+    importers,
+    making,
+    outlier_rules,
+    settings,
+    steps,
+    units,
+)
+from rigrunner_testing.compensation import CHECKS as COMPENSATION_CHECKS
+from rigrunner_testing.compensation import CompensationSubject
+from rigrunner_testing.device import CHECKS as DEVICE_CHECKS
+from rigrunner_testing.device import DeviceSubject
+from rigrunner_testing.formats import CHECKS as FORMAT_CHECKS
+from rigrunner_testing.formats import FormatSubject
+from rigrunner_testing.subjects import Subject
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.registry import Registry
+    from rigrunner_testing.check import AnyCheck
+
+OF_KIND: dict[str, tuple[AnyCheck, ...]] = {
+    "device": DEVICE_CHECKS,
+    "fit": fits.CHECKS,
+    "compensation": COMPENSATION_CHECKS,
+    "outlier_rule": outlier_rules.CHECKS,
+    "decision_rule": decision_rules.CHECKS,
+    "analysis": analyses.CHECKS,
+    "importer": importers.CHECKS,
+    "report_format": FORMAT_CHECKS,
+    "certificate_format": FORMAT_CHECKS,
+    "study_format": FORMAT_CHECKS,
+    "event_sink": event_sinks.CHECKS,
+    "step": steps.CHECKS,
+    "unit": units.CHECKS,
+}
+
+
+def checks(kind: str) -> tuple[AnyCheck, ...]:
+    """Return all checks for plugins of that kind, 'device', 'fit', ..., in their order."""
+    made = () if kind == "step" else making.CHECKS  # it makes nothing, but a plan
+    return (*settings.CHECKS, *made, *OF_KIND.get(kind, ()))
+
+
+def subject(
+    kind: str,
+    name: str,
+    given: Mapping[str, Any] | None = None,
+    *,
+    registry: Registry | None = None,
+    drop_in: Path | None = None,
+    folder: Path | None = None,
+) -> Subject:
+    """Return a plugin, ready to be checked with the settings that are given as in YAML.
+
+    Left out, they are those that its record gives for trying it. `drop_in` is a lab's folder of
+    plugins, `folder` that to which paths in the settings refer. Raises PluginError where there is
+    no such plugin, or the settings are not valid.
+    """
+    known = load_registry() if registry is None else registry
+    if drop_in is not None:
+        known = with_drop_ins(known, drop_in)
+    plugin = known.find(kind, name)
+    told = dict(plugin.record.trial if given is None else given)
+    _need_valid(known, kind, name, told)
+    if kind == "device":
+        return DeviceSubject(plugin, known, told, folder=folder or Path())
+    if kind == "compensation":
+        return CompensationSubject(plugin, known, told)
+    if kind in {"report_format", "certificate_format", "study_format"}:
+        return FormatSubject(plugin, known, told)
+    return Subject(plugin, known, told)
+
+
+def _need_valid(registry: Registry, kind: str, name: str, told: Mapping[str, Any]) -> None:
+    try:
+        registry.validated(kind, name, told)
+    except PluginError as error:
+        hint = "give settings with which it can be tried: --settings FILE, or its record's `trial`"
+        raise PluginError(error.message, hint=hint) from error

@@ -1,0 +1,77 @@
+"""The check that comes before all that look at what a plugin's factory makes."""
+
+from __future__ import annotations
+
+import inspect
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import MissingPackageError, PluginError
+from rigrunner.registry import call_problem, culprit, place_of
+from rigrunner_testing.check import AnyCheck, Nonconformity, check
+from rigrunner_testing.examination import useful_hint
+
+if TYPE_CHECKING:
+    from rigrunner_testing.subjects import Subject
+
+_TAKES = {
+    "fit": ("points",),
+    "outlier_rule": ("values",),
+    "compensation": ("sweep",),
+    "decision_rule": ("limits", "estimate"),
+    "analysis": ("run",),
+    "event_sink": ("event",),
+}
+"""What a function of these kinds is called with."""
+
+
+@check(needs=(), fix="let the factory return what it makes of its settings, and raise nothing")
+def can_be_made(subject: Subject) -> None:
+    """Its factory makes something of its settings; of a device, with the methods it must have."""
+    factory: Any = subject.any_record.factory  # type: ignore[attr-defined]  # every kind has one
+    try:
+        made = subject.make()
+    except MissingPackageError:
+        raise
+    except PluginError as error:
+        fix = useful_hint(error) or f"correct {_named(factory)}"
+        raise Nonconformity(error.message, fix=fix) from error
+    except OSError as error:
+        raise Nonconformity(
+            f"making it raises {type(error).__name__}: {error} (in {culprit(error) or factory})",
+            fix="open files, sockets and ports in `open` of a Driver, or in `connect`; the"
+            " constructor keeps what it is given",
+        ) from error
+
+    problem = _not_usable(made, subject.kind)
+    if problem:
+        raise Nonconformity(problem, fix=f"correct what {_named(factory)} gives")
+
+
+def _not_usable(made: Any, kind: str) -> str:
+    """Return why what was made cannot be called as it will be; '' if it can, or is a device."""
+    what = getattr(made, "__name__", type(made).__name__)
+    if kind == "importer":
+        read = getattr(made, "read", None)
+        if not callable(read):
+            return f"{what} has no method `read`"
+        return call_problem(read, f"{what}.read", ("path", "columns", "group"))
+    if kind not in _TAKES:
+        return ""
+    if not callable(made):
+        return f"{what} cannot be called: it needs a method `__call__`"
+    return call_problem(made, what, _TAKES[kind])
+
+
+def _named(factory: Any) -> str:
+    """Return the name of what makes it, and where that begins."""
+    name = getattr(factory, "__name__", type(factory).__name__)
+    place = place_of(factory)
+    if isinstance(factory, type):
+        try:
+            place = f"{inspect.getsourcefile(factory)}:{inspect.getsourcelines(factory)[1]}"
+        except (OSError, TypeError):  # it has no source that Python could show
+            place = ""
+    return f"{name} ({place})" if place else name
+
+
+CHECKS: tuple[AnyCheck, ...] = (can_be_made,)

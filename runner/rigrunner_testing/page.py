@@ -1,0 +1,57 @@
+"""The page of all checks, in Markdown: `python -m rigrunner_testing.page`."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+from rigrunner_testing import making, settings
+from rigrunner_testing.kinds import OF_KIND
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from rigrunner_testing.check import AnyCheck
+
+HEAD = """\
+# Conformance checks
+
+What a plugin must keep to. [`rigrunner check-plugin`](cli.md#rigrunner-check-plugin-name) does
+these checks, and in [the tests of a package](../how-to/check-a-plugin.md) each is a test of its
+own. This page is made by `python -m rigrunner_testing.page` and held to the code by a test; other
+tests hold each check to a plugin that is broken in just that way.
+
+Checks marked \N{BLACK RIGHT-POINTING SMALL TRIANGLE} set the drives of a device: `--read-only`
+leaves them out.
+"""
+MOVES = "\N{BLACK RIGHT-POINTING SMALL TRIANGLE} "
+
+
+def page() -> str:
+    """Return the page."""
+    return "\n".join(_lines())
+
+
+def _lines() -> Iterator[str]:
+    yield HEAD
+    yield from _section("Every plugin", (*settings.CHECKS, *making.CHECKS))
+    for kind, checks in OF_KIND.items():
+        yield from _section(f"Plugins of the kind {kind.replace('_', ' ')}", checks)
+
+
+def _section(title: str, checks: Iterable[AnyCheck]) -> Iterator[str]:
+    yield f"## {title}\n"
+    yield "| check | requirement | how to fix it |"
+    yield "|---|---|---|"
+    for each in checks:
+        mark = MOVES if each.moves else ""
+        yield f"| {mark}`{each.name}` | {_cell(each.holds)} | {_cell(each.fix)} |"
+    yield ""
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|")
+
+
+if __name__ == "__main__":
+    sys.stdout.write(page())

@@ -1,0 +1,198 @@
+"""Checks on kinds of steps: each is planned and done on a simulated swing tester."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, field, is_dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rigrunner.api.devices import DeviceContext
+from rigrunner.api.errors import DataError, InvalidFileError
+from rigrunner.api.events import Outcome, StepEnded, StepStarted
+from rigrunner.bus import Bus
+from rigrunner.clock import SimulatedClock
+from rigrunner.engine import UnattendedAnswers, find_seam, run_plan
+from rigrunner.plan import make_plan, plan_text
+from rigrunner.procedure import parse_procedure, step_kinds
+from rigrunner.registry import load_registry
+from rigrunner.rig import Rig
+from rigrunner.station import parse_station
+from rigrunner_testing.check import AnyCheck, Nonconformity, applies, check, demand
+
+if TYPE_CHECKING:
+    from rigrunner.api.devices import Clock
+    from rigrunner.api.events import Event
+    from rigrunner.engine import RunSummary
+    from rigrunner.plan import Plan
+    from rigrunner_testing.subjects import Subject
+
+ROLE, TESTER = "tester", "swing_tester_sim"
+STATION = f"""\
+rigrunner: station/1
+id: trial
+title: A simulated swing tester
+rig:
+  {{mandrel: M-1, eccentric: 2 mm, centre_distance: 45 mm, inertia: 0.002 kg·m²,
+   support_friction: 0.7 N·m, support_damping: 0.3 N·m·s/rad, swing_radius: 10 mm}}
+devices: {{{ROLE}: {{type: swing_tester, plugin: {TESTER}}}}}
+instruments:
+  - {{channel: {ROLE}.torque, serial: T-1, full_scale: 50 N·m, calibration: simulated,
+     accuracy: {{gain: 0.1 %, offset: 0.01 N·m, drift: 0.01 N·m, nonlinearity: 0.05 %}},
+     low_pass: {{order: 2, corner: 1 kHz}}}}
+"""
+LITTLE_S = 0.5
+"""By how much the time that a step takes may differ from its plan: that is looked at in naps."""
+LITTLE = 0.05
+"""The same of long ones, as a part of the planned time."""
+MIDDLE = 0.37
+"""Where a step is stopped, as a part of its time: hardly ever between two actions."""
+PROMPT_S = 1.0
+"""How soon a step must end once the run is asked to stop."""
+
+
+@dataclass(frozen=True)
+class Done:
+    """A plan that was run, and what came of it."""
+
+    plan: Plan
+    summary: RunSummary
+    events: list[Event] = field(repr=False)
+    seconds: float = 0.0
+    late_s: float = 0.0
+    """How long after the stop the last step ended."""
+
+
+@dataclass(frozen=True)
+class _StopAt:
+    clock: Clock
+    at_s: float = math.inf
+
+    def is_set(self) -> bool:
+        return self.clock.monotonic_s() >= self.at_s
+
+
+def _planned(subject: Subject, clock: Clock) -> tuple[Plan, Rig]:
+    content = {
+        "rigrunner": "procedure/2",
+        "id": "TRIAL",
+        "revision": "A",
+        "title": "One step",
+        "measurand": {"symbol": "Td", "name": "torque"},
+        "uses": {ROLE: "swing_tester"},
+        "main": [{subject.name: dict(subject.settings)}],
+    }
+    kinds = step_kinds(subject.registry)
+    applies(
+        subject.registry.validated("step", subject.name, subject.settings).calls() is None,  # type: ignore[attr-defined]  # its record says so
+        "it does what another file says",
+    )
+    device = load_registry().make_device(TESTER, {"seed": 1}, DeviceContext(ROLE, clock, Path()))
+    try:
+        procedure = parse_procedure(json.dumps(content), "trial", kinds=kinds)
+        plan = make_plan(procedure, parse_station(STATION, "trial station"), {ROLE: device})
+    except InvalidFileError as error:
+        raise Nonconformity(
+            str(error), fix="give the record a `trial` for a swing tester in the role 'tester'"
+        ) from error
+    return plan, Rig({ROLE: device}, clock)
+
+
+def _done(subject: Subject, stop_after_s: float = math.inf) -> Done:
+    clock = SimulatedClock()
+    plan, rig = _planned(subject, clock)
+    events: list[Event] = []
+
+    def keep(event: Event) -> None:
+        events.append(event)
+
+    rig.connect()
+    began_s = clock.monotonic_s()
+    stop = _StopAt(clock, began_s + stop_after_s)
+    try:
+        summary = run_plan(plan, rig, Bus([keep]), clock, UnattendedAnswers(), stop, "trial")
+    finally:
+        rig.close()
+    ends_s = [each.monotonic_s for each in events if isinstance(each, StepEnded)]
+    starts_s = [each.monotonic_s for each in events if isinstance(each, StepStarted)]
+    seconds = ends_s[-1] - starts_s[0] if ends_s else 0.0
+    late_s = ends_s[-1] - stop.at_s if ends_s else 0.0
+    return Done(plan, summary, events, seconds, late_s)
+
+
+@check(fix="call planning.emit with each action, a frozen dataclass of numbers and text", needs=())
+def is_planned(subject: Subject) -> None:
+    """It plans at least one action, each a frozen dataclass with a keyword, in words and time."""
+    plan, _ = _planned(subject, SimulatedClock())
+    demand(plan.steps, "it plans nothing")
+    kinds = step_kinds(subject.registry)
+    for step in plan.steps:
+        action, what = step.action, type(step.action).__name__
+        frozen = is_dataclass(action) and type(action).__dataclass_params__.frozen
+        demand(frozen, f"{what} is no frozen dataclass")
+        demand(getattr(action, "kind", "") in kinds, f"{what}.kind is no kind of step")
+        demand(step.text.strip(), f"{what} is planned without words")
+        demand(0 <= step.estimated_s < math.inf, f"{what} is planned for {step.estimated_s} s")
+    try:
+        plan_text(plan)
+    except Exception as error:
+        raise Nonconformity(f"its actions cannot be kept with the plan: {error}") from error
+
+
+@check(fix="let the planned time be what the step takes", needs=("is_planned",))
+def takes_its_time(subject: Subject) -> None:
+    """It is done, and takes as long as it is planned, within 5 % or half a second."""
+    done = _done(subject)
+    demand(done.summary.outcome is Outcome.COMPLETED, f"it ended as: {done.summary.reason}")
+    planned_s = done.plan.estimated_s
+    demand(
+        abs(done.seconds - planned_s) <= max(LITTLE_S, LITTLE * planned_s),
+        f"it took {done.seconds:.3g} s and was planned for {planned_s:.3g} s",
+    )
+
+
+@check(fix="let time pass by doing.wait, or call doing.check often", needs=("takes_its_time",))
+def stops_when_asked(subject: Subject) -> None:
+    """Asked to stop in the middle, it ends within a second, and the run is aborted."""
+    planned_s = _planned(subject, SimulatedClock())[0].estimated_s
+    applies(planned_s > PROMPT_S, "it takes no time in which it could be stopped")
+    done = _done(subject, MIDDLE * planned_s)
+    demand(done.summary.outcome is Outcome.ABORTED, f"it ended as {done.summary.outcome}")
+    demand(done.late_s <= PROMPT_S, f"it ended {done.late_s:.3g} s after it was asked to")
+
+
+@check(
+    fix="let what `doing` raises pass, and move drives by doing.set alone", needs=("is_planned",)
+)
+def leaves_the_rig_safe(subject: Subject) -> None:
+    """Done, or stopped before and in the middle of it, the rig is read back as safe."""
+    planned_s = _planned(subject, SimulatedClock())[0].estimated_s
+    for stop_after_s in (math.inf, 0.0, MIDDLE * planned_s):
+        done = _done(subject, stop_after_s)
+        demand(done.summary.safe, f"the rig was left: {done.summary.unsafe}")
+
+
+@check(fix="say `repeatable: no` of a step that must not be done twice", needs=("takes_its_time",))
+def is_resumed_or_refuses(subject: Subject) -> None:
+    """Stopped in the middle, a run goes on by doing it again, or refuses to be resumed."""
+    planned_s = _planned(subject, SimulatedClock())[0].estimated_s
+    applies(planned_s > PROMPT_S, "it takes no time in which it could be stopped")
+    done = _done(subject, MIDDLE * planned_s)
+    failed = [each.index for each in done.events if isinstance(each, StepEnded) and not each.ok]
+    demand(failed, "it ended as if it was done, though it was stopped in the middle")
+    try:
+        seam = find_seam(done.plan.steps, done.events, "the kit")
+    except DataError:
+        return
+    again = {*seam.before, *range(seam.start, len(done.plan.steps))}
+    demand(failed[0] in again, "a resumed run would not do it again, nor refuse to")
+
+
+CHECKS: tuple[AnyCheck, ...] = (
+    is_planned,
+    takes_its_time,
+    stops_when_asked,
+    leaves_the_rig_safe,
+    is_resumed_or_refuses,
+)

@@ -1,0 +1,80 @@
+"""Commands that other packages bring."""
+
+from __future__ import annotations
+
+from importlib.metadata import EntryPoint
+
+import click
+import pytest
+
+from rigrunner.cli import brought as brought_module
+from rigrunner.cli.brought import GROUP, Commands, brought
+from rigrunner.cli.lazy import LazyGroup
+from rigrunner.cli.main import main
+
+MODULE = """
+import click
+
+@click.command(name="{name}")
+def command():
+    click.echo("{said}")
+"""
+
+
+@pytest.fixture
+def packages(tmp_path, monkeypatch):
+    """Makes packages with commands; the group of both of them."""
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def make(package, name, said, title="Extras"):
+        folder = tmp_path / package
+        folder.mkdir()
+        (folder / "__init__.py").write_text(f"COMMANDS = {{{title!r}: {{{name!r}: {said!r}}}}}\n")
+        (folder / f"{name}.py").write_text(MODULE.format(name=name, said=said))
+        return Commands(package, {title: {name: said}})
+
+    return make
+
+
+def called(group, name):
+    said = []
+    with click.Context(group) as context:
+        command = group.get_command(context, name)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(click, "echo", said.append)
+            command.main([], standalone_mode=False)
+    return said
+
+
+def test_a_package_s_command_stands_in_its_group_and_is_called(packages):
+    own = packages("mine", "first", "Do the first.", "Run")
+    other = packages("theirs", "second", "Do the second.", "Run")
+    group = LazyGroup(own=own, brought=lambda: [other])
+    assert group.groups == {"Run": {"first": "Do the first.", "second": "Do the second."}}
+    assert called(group, "second") == ["Do the second."]
+
+
+def test_a_name_that_is_taken_stays_with_who_has_it(packages):
+    own = packages("mine_too", "same", "Mine.", "Run")
+    other = packages("theirs_too", "same", "Theirs.")
+    group = LazyGroup(own=own, brought=lambda: [other])
+    assert group.summaries == {"same": "Mine."}
+    assert called(group, "same") == ["Mine."]
+
+
+def test_nothing_is_looked_up_for_a_command_of_its_own(packages):
+    def nobody():
+        raise AssertionError
+
+    group = LazyGroup(own=packages("alone", "only", "Alone."), brought=nobody)
+    assert called(group, "only") == ["Alone."]
+
+
+def test_what_cannot_be_imported_is_reported_and_the_rest_still_works(monkeypatch, capsys):
+    entries = (EntryPoint("broken", "there_is_no_such_package", GROUP),)
+    monkeypatch.setattr(brought_module, "entry_points", lambda **_: entries)
+    assert list(brought()) == []
+    assert main(["--help"]) == 0
+    said = capsys.readouterr()
+    assert "the commands of 'broken' cannot be loaded: No module named" in said.err
+    assert "resume" in said.out

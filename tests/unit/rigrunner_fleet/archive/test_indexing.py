@@ -1,0 +1,426 @@
+"""Run files into an archive, on both engines."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from contextlib import suppress
+from datetime import UTC, datetime
+from math import inf
+
+import h5py
+import numpy as np
+import pytest
+
+from helpers_archive import result_document, store_run
+from helpers_runfile import TWO, write_run
+from rigrunner.api.errors import DataError, UsageError
+from rigrunner.jobs import Processes
+from rigrunner.jobs.done import Answer, Done
+from rigrunner_fleet.archive import index, open_archive, query, rebuild
+
+
+@pytest.fixture
+def archive(database):
+    opened = open_archive(database=database)
+    yield opened
+    opened.close()
+
+
+def found(archive, table="runs", **filters):
+    return list(query(table, database=str(archive.file or archive.location), **filters))
+
+
+def test_what_is_known_of_a_run_is_in_its_row(archive, runs):
+    inputs = {"specimen": "SN-1", "type": "GE20", "lot": "L7", "operator": "Zoë", "order": "A"}
+    folder = store_run(runs, "one", inputs=inputs, people={"operator": "Zoë"})
+    (done,) = index(archive, [runs])
+    assert (done.runs, done.new, done.changed, done.unreadable, done.missing) == (1, 1, 0, (), ())
+    (row,) = found(archive)
+    assert row["folder"] == str(folder)
+    assert row["started_utc"] == datetime(2026, 3, 1, 12, tzinfo=UTC)
+    wanted = {
+        "run_id": "one", "procedure": "SSPB-STT-1000", "revision": "A", "rig": "simulated",
+        "specimen": "SN-1", "type": "GE20", "lot": "L7", "operator": "Zoë", "mandrel": "M-01",
+        "outcome": "completed", "sealed": True, "recordings": 1, "method": "template_inverse",
+        "torque_nm": 0.72, "u_nm": 0.005, "expanded_nm": 0.01, "dof": inf, "raw_peak_nm": 3.7,
+        "verdict": "pass", "failed_checks": 2, "approval": "draft", "simulated": False,
+        "no_load_run": "no-load", "problem": "", "missing": False,
+    }  # fmt: skip
+    assert {name: row[name] for name in wanted} == wanted
+    with h5py.File(folder / "run.h5") as file:
+        manifest = file["entry/manifest"][()].tobytes()
+        assert row["digest_sha256"] == file["entry"].attrs["sha256"]
+    assert row["manifest_sha256"] == hashlib.sha256(manifest).hexdigest()
+    assert row["bytes"] == (folder / "run.h5").stat().st_size
+
+
+def test_points_figures_inputs_and_files_are_in_their_tables(archive, runs):
+    folder = store_run(runs, "one", inputs={"specimen": "SN-1"})
+    (folder / "note.txt").write_text("seen\n")
+    index(archive, [runs])
+    points = found(archive, "points")
+    assert [each["set_frequency_hz"] for each in points] == [10.0, 20.0]
+    assert [each["torque_nm"] for each in points] == pytest.approx([0.73, 0.74])
+    assert [each["raw_peak_nm"] for each in points] == [3.0, 4.0]
+    assert [each["number"] for each in points] == [1, 2]
+    assert {each["run_id"] for each in points} == {"one"}
+    figures = {
+        (each["source"], each["name"]): (each["value"], each["unit"])
+        for each in found(archive, "figures")
+    }
+    assert figures == {
+        ("template_inverse", "inertia"): (0.00232, "kg·m²"),
+        ("fit polynomial", "c0"): (0.9, "N·m"),
+        ("zero", "tester.torque"): (0.0123, "N·m"),
+    }
+    assert [(each["name"], each["value"]) for each in found(archive, "inputs")] == [
+        ("specimen", "SN-1")
+    ]
+    files = {each["name"]: each["sha256"] for each in found(archive, "files")}
+    assert files == {"run.h5": "", "note.txt": hashlib.sha256(b"seen\n").hexdigest()}
+
+
+def test_only_what_is_new_or_changed_is_read_again(archive, runs):
+    first, second = store_run(runs), store_run(runs)
+    index(archive, [runs])
+    (again,) = index(archive, [runs])
+    assert (again.runs, again.new, again.changed) == (2, 0, 0)
+    (first / "report.html").write_text("<p>")
+    (once_more,) = index(archive, [runs])
+    assert (once_more.new, once_more.changed) == (0, 1)
+    known = (second / "run.h5").stat()
+    os.utime(second / "run.h5", ns=(known.st_atime_ns, known.st_mtime_ns + 1))
+    assert index(archive, [runs])[0].changed == 1
+
+
+def test_a_later_decision_is_the_verdict_in_force(archive, demo, tmp_path):
+    from rigrunner.cli.main import main  # noqa: PLC0415  (heavy, for this test alone)
+
+    folder = tmp_path / "decided" / demo.loaded.name
+    shutil.copytree(demo.loaded, folder)
+    limits = tmp_path / "limits.yaml"
+    limits.write_text(
+        "rigrunner: acceptance/1\nacceptance:\n  limits:\n  - of: torque\n    mean: yes\n"
+        "    max: 0.6 N·m\n    source: a drawing\n"
+        "    measurand: {nature: load_induced, condition: at_reversal, load: 1000 N}\n"
+        "  rule: simple\n"
+    )
+    words = ["decide", str(folder), "--acceptance", str(limits), "--by", "Ann", "--reason", "new"]
+    assert main(words) == 1
+    index(archive, [folder.parent])
+    (row,) = found(archive)
+    assert (row["verdict"], row["simulated"]) == ("fail", True)
+    first, second = found(archive, "decisions")
+    assert (first["file"], first["verdict"], first["in_force"]) == ("run.h5", "pass", False)
+    assert (second["file"], second["verdict"], second["in_force"]) == (
+        "decision-2.json",
+        "fail",
+        True,
+    )
+    assert (second["by"], second["why"]) == ("Ann", "new")
+
+
+def test_the_rows_of_a_real_run_are_the_numbers_of_its_result(archive, demo):
+    index(archive, [demo.folder])
+    (row,) = found(archive, specimen="DEMO-0001")
+    document = json.loads((demo.loaded / "result.json").read_text())
+    headline = document["headline"]["compensated"]
+    assert row["torque_nm"] == headline["value"]
+    assert row["expanded_nm"] == headline["expanded_uncertainty_95"]
+    assert row["verdict"] == document["decision"]["verdict"]
+    points = found(archive, "points", specimen="DEMO-0001")
+    compensated = document["compensations"]["template_inverse"]["points"]
+    assert [each["torque_nm"] for each in points] == [one["torque"]["value"] for one in compensated]
+    raw = [one["raw_peak"]["mean"]["value"] for one in document["points"]]
+    assert [each["raw_peak_nm"] for each in points] == raw
+    (inertia,) = (
+        each
+        for each in found(archive, "figures", specimen="DEMO-0001")
+        if (each["source"], each["name"]) == ("template_inverse", "inertia")
+    )
+    stated = document["compensations"]["template_inverse"]["parameters"]["inertia"]
+    assert (inertia["value"], inertia["u"]) == (stated["value"], stated["standard_uncertainty"])
+
+
+def test_a_damaged_file_is_listed_and_stops_nothing(archive, runs):
+    good, bad = store_run(runs, "good"), store_run(runs, "bad")
+    index(archive, [runs])
+    content = bytearray((bad / "run.h5").read_bytes())
+    (bad / "run.h5").chmod(0o644)
+    (bad / "run.h5").write_bytes(content[: len(content) // 2])
+    (worse := runs / "worse").mkdir()
+    (worse / "run.h5").write_bytes(b"nothing")
+    (done,) = index(archive, [runs])
+    assert [path for path, _ in done.unreadable] == ["bad", "worse"]
+    rows = {each["path"]: each for each in found(archive)}
+    assert rows["good"]["problem"] == ""
+    assert "truncated or damaged" in rows["bad"]["problem"]
+    assert rows["bad"]["specimen"] == rows["good"]["specimen"], "what was known of it is kept"
+    assert rows["worse"]["specimen"] is None
+    assert rows["good"]["folder"] == str(good)
+
+
+class Dying:
+    """Workers one of which does not survive a file."""
+
+    def outcomes(self, task, items, stop):
+        assert not stop.is_set()
+        for place, item in enumerate(items):
+            died = item.path == "deadly"
+            answer = (
+                Answer(None, "the process was ended by SIGSEGV") if died else Answer(task(item))
+            )
+            yield Done(place, item, answer)
+
+
+def test_a_file_that_ends_the_process_that_reads_it_is_one_more_that_cannot_be_read(archive, runs):
+    store_run(runs, "deadly")
+    store_run(runs, "good")
+    (done,) = index(archive, [runs], workers=Dying())
+    assert done.unreadable == (("deadly", "the process was ended by SIGSEGV"),)
+    assert [each["problem"] for each in found(archive)] == ["the process was ended by SIGSEGV", ""]
+    (again,) = index(archive, [runs])
+    assert (again.new, again.changed, again.unreadable) == (0, 1, ()), "it may have been killed"
+    assert [each["problem"] for each in found(archive)] == ["", ""]
+
+
+def test_processes_read_the_same_as_this_one(archive, runs):
+    for name in ("one", "two", "three"):
+        store_run(runs, name, inputs={"specimen": name})
+    told = []
+    index(archive, [runs], workers=Processes(2), progress=lambda *done: told.append(done))
+    assert (told[0], told[-1]) == ((0, 3), (3, 3))
+    tables = ("runs", "points", "figures", "inputs", "files")
+    parallel = {table: found(archive, table) for table in tables}
+    rebuild(archive, [runs])
+    for table, rows in parallel.items():
+        assert by_name(found(archive, table)) == by_name(rows)
+
+
+def by_name(rows):
+    return sorted(rows, key=lambda row: (row["run_id"], str(row)))
+
+
+def test_a_file_whose_texts_lead_elsewhere_is_refused(archive, runs):
+    folder = store_run(runs, "one")
+    (folder / "run.h5").chmod(0o644)
+    with h5py.File(folder / "run.h5", "r+") as file:
+        del file["entry/inputs"]
+        file["entry/inputs"] = h5py.ExternalLink("/etc/passwd", "/")
+    index(archive, [runs])
+    assert "is a link" in found(archive)[0]["problem"]
+
+
+@pytest.mark.parametrize(
+    "document",
+    [
+        {"headline": {"compensated": {"value": "0.7", "standard_uncertainty": True}}},
+        {"headline": None, "points": {}, "compensations": [], "fits": 3, "decision": "pass"},
+        {"headline": {"compensated": {"value": 10**400}}, "points": [1, None, []]},
+        {"points": [{"raw_peak": {"cycles_kept": 1 << 80}}], "compensations": {"a": None}},
+    ],
+)
+def test_a_result_of_other_shapes_gives_unknown_numbers(archive, runs, document):
+    store_run(runs, "odd", document)
+    (done,) = index(archive, [runs])
+    assert done.unreadable == ()
+    (row,) = found(archive)
+    assert (row["torque_nm"], row["u_nm"]) == (None, None)
+
+
+def test_a_result_that_is_not_a_number_is_unknown(archive, runs):
+    document = result_document(float("nan"))
+    store_run(runs, "nan", document)
+    store_run(runs, "inf", result_document(float("inf")))
+    index(archive, [runs])
+    assert [each["torque_nm"] for each in found(archive)] == [None, None]
+    assert found(archive, torque="-1..1 N·m") == []
+
+
+def test_names_that_are_odd_come_back_as_they_are(archive, runs):
+    odd = "O'Brien\"; DROP TABLE runs; -- %_ \N{GREEK SMALL LETTER MU} \u202e[a-z]"
+    store_run(runs, "one", inputs={"specimen": odd, odd: odd})
+    index(archive, [runs])
+    (row,) = found(archive, specimen=odd)
+    assert row["specimen"] == odd
+    assert [each["name"] for each in found(archive, "inputs", inputs={odd: odd})] == [
+        odd,
+        "specimen",
+    ]
+
+
+def test_what_no_database_takes_is_escaped(archive, runs):
+    measurand = {"name": "\udc80", "symbol": "T"}
+    store_run(runs, "one", result_document(measurand=measurand), inputs={"specimen": "a\0b"})
+    index(archive, [runs])
+    (row,) = found(archive)
+    assert (row["specimen"], row["measurand"]) == ("a\\x00b", "\\udc80")
+
+
+def test_texts_that_are_too_long_for_an_index_are_shortened(archive, runs):
+    rng = np.random.default_rng(1)
+    long = "".join(chr(each) for each in rng.integers(0x4E00, 0x9FFF, 10_000))
+    store_run(runs, "one", inputs={"specimen": long, long: long, "lot": "short"})
+    (done,) = index(archive, [runs])
+    assert done.unreadable == ()
+    (row,) = found(archive)
+    assert row["specimen"] == f"{long[:599]}…"
+    assert [each["value"] for each in found(archive, "inputs")][-1] == long
+    assert len(found(archive, lot="short")) == 1
+
+
+def test_a_path_that_is_too_long_for_an_index_is_named(archive, runs):
+    store_run(runs / ("a" * 250) / ("b" * 250) / ("c" * 200), "deep")
+    store_run(runs, "good")
+    (done,) = index(archive, [runs])
+    ((path, problem),) = done.unreadable
+    assert path.endswith("/deep")
+    assert "too long" in problem
+    assert [each["run_id"] for each in found(archive)] == ["good"]
+
+
+def test_a_file_of_a_far_future_and_a_pipe_end_nothing(archive, runs):
+    folder = store_run(runs, "one")
+    (folder / "note.txt").write_text("x")
+    with suppress(OSError, OverflowError):  # not every file system has such times
+        os.utime(folder / "note.txt", times=(0, 10**10))
+    (runs / "pipe").mkdir()
+    os.mkfifo(runs / "pipe" / "run.h5")
+    (done,) = index(archive, [runs])
+    assert [path for path, _ in done.unreadable] == ["pipe"]
+    assert "no regular file" in done.unreadable[0][1]
+
+
+def test_a_run_that_is_not_sealed_is_looked_at_each_time(archive, runs):
+    (runs / "open").mkdir()
+    write_run(runs / "open", TWO)
+    index(archive, [runs])
+    (row,) = found(archive)
+    assert (row["sealed"], row["recordings"], row["torque_nm"]) == (False, 2, None)
+    assert index(archive, [runs])[0].changed == 1
+
+
+def test_runs_are_found_at_any_depth_but_not_in_hidden_folders_or_behind_links(archive, runs):
+    store_run(runs / "2026" / "rig-1", "deep")
+    store_run(runs / ".hidden", "hidden")
+    (runs / "link").symlink_to(runs / "2026")
+    (done,) = index(archive, [runs])
+    assert done.runs == 1
+    assert found(archive)[0]["path"] == "2026/rig-1/deep"
+
+
+def test_a_run_whose_files_are_gone_is_kept_and_said_to_be_gone(archive, runs):
+    folder = store_run(runs, "gone")
+    store_run(runs, "here")
+    index(archive, [runs])
+    shutil.rmtree(folder)
+    for _ in range(2):
+        (done,) = index(archive, [runs])
+        assert done.missing == ("gone",)
+    assert {each["run_id"]: each["missing"] for each in found(archive)} == {
+        "gone": True,
+        "here": False,
+    }
+
+
+def test_a_run_that_was_moved_is_not_gone(archive, runs):
+    folder = store_run(runs, "one")
+    index(archive, [runs])
+    (runs / "2026").mkdir()
+    folder.rename(runs / "2026" / "one")
+    (done,) = index(archive, [runs])
+    assert done.missing == ()
+    assert [each["path"] for each in found(archive, copies=True)] == ["2026/one"]
+
+
+def test_a_copy_of_a_run_counts_once(archive, runs):
+    folder = store_run(runs, "one")
+    shutil.copytree(folder, runs / "copies" / "one")
+    index(archive, [runs])
+    assert len(found(archive)) == 1
+    assert len(found(archive, "points")) == 2
+    assert len(found(archive, copies=True)) == 2
+
+
+def test_a_rebuilt_archive_is_the_same_without_what_is_gone(archive, runs):
+    gone = store_run(runs, "gone")
+    store_run(runs, "here")
+    index(archive, [runs])
+    before = {table: found(archive, table) for table in ("runs", "points", "figures", "inputs")}
+    shutil.rmtree(gone)
+    rebuild(archive, [])
+    for table, rows in before.items():
+        assert found(archive, table) == [each for each in rows if each["run_id"] == "here"]
+
+
+def test_two_folders_are_in_one_archive(archive, tmp_path):
+    one, two = tmp_path / "a", tmp_path / "b"
+    store_run(one, "same-name")
+    store_run(two, "same-name")
+    assert [each.new for each in index(archive, [one, two])] == [1, 1]
+    assert {each["folder"] for each in found(archive)} == {
+        str(one / "same-name"),
+        str(two / "same-name"),
+    }
+
+
+def test_an_archive_in_its_folder_can_be_moved_with_it(runs, tmp_path):
+    store_run(runs, "one")
+    archive = open_archive(runs)
+    index(archive, [runs])
+    archive.close()
+    moved = tmp_path / "elsewhere"
+    runs.rename(moved)
+    (row,) = query(runs=moved)
+    assert row["folder"] == str(moved / "one")
+    archive = open_archive(moved)
+    assert index(archive, [moved])[0].new == 0
+    archive.close()
+
+
+def test_a_folder_that_is_none_and_a_single_run_are_refused(archive, runs):
+    with pytest.raises(UsageError, match="there is no folder"):
+        index(archive, [runs / "nowhere"])
+    folder = store_run(runs, "one")
+    with pytest.raises(UsageError, match="is a run"):
+        index(archive, [folder])
+
+
+def test_an_archive_of_another_version_is_refused_and_can_be_rebuilt(archive, runs):
+    store_run(runs, "one")
+    index(archive, [runs])
+    with archive.writing() as connection:
+        connection.exec_driver_sql("UPDATE archive SET value = '0'")
+        connection.exec_driver_sql("DROP TABLE figures")
+    with pytest.raises(DataError, match="is of version 0") as caught:
+        found(archive)
+    assert "rebuild" in caught.value.hint
+    rebuild(archive, [runs])
+    assert len(found(archive)) == 1
+
+
+def test_a_file_that_is_no_archive_is_refused(tmp_path):
+    (tmp_path / "text.sqlite").write_text("no database at all, but text\n" * 50)
+    with pytest.raises(DataError, match="did not do what it was asked") as caught:
+        query(database=str(tmp_path / "text.sqlite"))
+    assert "remove the file; 'rigrunner archive index FOLDER' makes it anew" in caught.value.hint
+    with pytest.raises(UsageError, match="there is no archive"):
+        query(database=str(tmp_path / "none.sqlite"))
+
+
+def test_a_folder_that_cannot_be_read_is_told(archive, runs, monkeypatch):
+    store_run(runs, "one")
+    (runs / "locked").mkdir()
+    plain = os.scandir
+
+    def scandir(path):
+        if str(path).endswith("locked"):
+            raise PermissionError(13, "Permission denied", str(path))
+        return plain(path)
+
+    monkeypatch.setattr(os, "scandir", scandir)
+    (told,) = index(archive, [runs])
+    assert told.unreadable == (("locked", "the folder cannot be read: Permission denied"),)

@@ -1,0 +1,96 @@
+"""Named results in an archive, on both engines: by name, value and coordinates."""
+
+from __future__ import annotations
+
+from contextlib import closing
+
+import pytest
+
+from helpers_archive import store_run
+from helpers_named_results import store_resistances
+from helpers_trends import on_day
+from rigrunner.api.errors import DataError, UsageError
+from rigrunner_fleet.archive import index, open_archive, query
+
+
+@pytest.fixture
+def archived(database, runs):
+    store_resistances(runs, "good", {0.0: 100.02, 100.0: 138.53}, started_utc=on_day(1))
+    store_resistances(runs, "bad", {0.0: 100.02, 100.0: 138.95}, "mΩ", started_utc=on_day(2))
+    store_run(runs, "torque")
+    with closing(open_archive(database=database)) as archive:
+        index(archive, [runs])
+    return database
+
+
+def found(database, **filters):
+    rows = query("results", database=database, **filters)
+    return [(row["run_id"], row["place"], row["value"], row["unit"]) for row in rows]
+
+
+def test_each_result_is_kept_as_it_is_stated_with_limit_and_verdict(archived):
+    (row,) = query("results", database=archived, result="resistance", where={"temperature": 100},
+                   verdict="fail")  # fmt: skip
+    stated = {
+        "run_id": "bad", "name": "resistance", "symbol": "R", "unit": "mΩ",
+        "measurand": "resistance of the sensor", "place": "chamber.temperature = 100 °C",
+        "value": 138950.0, "u": 5.0, "expanded": 10.0, "dof": float("inf"), "readings": 5,
+        "lower": 138203.0, "upper": 138808.0, "verdict": "fail", "si_unit": "Ω",
+    }  # fmt: skip
+    assert {name: row[name] for name in stated} == stated
+    assert row["si_value"] == pytest.approx(138.95)
+
+
+@pytest.mark.parametrize(
+    "where",
+    [
+        {"chamber.temperature": "100 °C"}, {"temperature": "373.15 K"}, {"temperature": 100},
+        {"temperature": "212 °F"},
+    ],
+)  # fmt: skip
+def test_a_coordinate_is_named_in_any_unit_with_its_role_or_without(archived, where):
+    at_100 = "chamber.temperature = 100 °C"
+    assert found(archived, where=where) == [
+        ("good", at_100, 138.53, "Ω"), ("bad", at_100, 138950.0, "mΩ"),
+    ]  # fmt: skip
+    assert len(query(database=archived, where=where)) == 2
+
+
+@pytest.mark.parametrize(
+    "where", [{"temperature": "100 Hz"}, {"chamber": "100 °C"}, {"temperature": "warm"},
+              {"temperature": 99}]
+)  # fmt: skip
+def test_another_coordinate_finds_nothing(archived, where):
+    assert found(archived, where=where) == []
+    assert len(query(database=archived, where=where)) == 0
+
+
+def test_a_range_holds_in_any_unit_and_at_the_place_that_is_named(archived):
+    wanted = {"resistance": "138.9..139 Ω"}
+    assert [run for run, *_ in found(archived, result=wanted)] == ["bad"]
+    assert found(archived, result=wanted, where={"temperature": 0}) == []
+    assert query(database=archived, result=wanted).column("run_id") == ["bad"]
+    assert found(archived, result={"resistance": "138.9..139 V"}) == []
+    assert len(query(database=archived, result=["resistance", "air"])) == 0, "every one is there"
+
+
+def test_what_is_no_place_is_refused(archived):
+    with pytest.raises(UsageError, match="'100 Grad'"):
+        found(archived, where={"temperature": "100 Grad"})
+
+
+def test_an_archive_of_version_1_is_brought_up_to_date_and_forgets_nothing(archived, runs):
+    (runs / "good").rename(runs.parent / "elsewhere")
+    with closing(open_archive(database=archived)) as archive:
+        index(archive, [runs])
+        with archive.writing() as connection:  # as the program before left it
+            connection.exec_driver_sql("DROP TABLE coordinates")
+            connection.exec_driver_sql("DROP TABLE results")
+            connection.exec_driver_sql("UPDATE archive SET value = '1' WHERE name = 'version'")
+        with pytest.raises(DataError, match="of version 1") as caught:
+            query(database=archived)
+        assert "archive index" in caught.value.hint
+        (looked,) = index(archive, [runs])
+    assert (looked.changed, looked.missing) == (2, ("good",))
+    assert [run for run, *_ in found(archived)] == ["bad", "bad"]
+    assert sorted(query(database=archived).column("run_id")) == ["bad", "good", "torque"]

@@ -1,0 +1,268 @@
+"""Queries on both engines, against a search of the same rows in Python."""
+
+from __future__ import annotations
+
+import random
+import re
+from contextlib import closing
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rigrunner.api.errors import UsageError
+from rigrunner.runfile.scan import FoundRun
+from rigrunner_fleet.archive import open_archive, query
+from rigrunner_fleet.archive.filters import filters_of
+from rigrunner_fleet.archive.querying import rows
+from rigrunner_fleet.archive.run_facts import RunFacts
+from rigrunner_fleet.archive.storing import root_of, store
+
+START = datetime(2026, 3, 1, 12, tzinfo=UTC)
+NAMES = ["SN-1", "SN-2", "sn-1", "S%", "S_1", "S\\1", "[S]", "SN?1", "É", "SN-1 ", "'", "", None]
+PATTERNS = ["SN-*", "*1", "S?1", "*", "[S]*", "S%*", "S\\*", "?", "É*"]
+TYPES = ["GE20", "GE25", None]
+TORQUES = [0.5, 0.7, 0.70001, 0.95, -0.1, None]
+FREQUENCIES = [1.0, 10.0, 35.0]
+
+
+HOURS = [*range(0, 100, 3), 36, 39]
+"""After START: among them the very moments that are asked for."""
+
+
+def many() -> list[dict]:
+    """Rows of runs, as indexing would store them: each name, and all else at random."""
+    draw = random.Random(1)  # noqa: S311  (no secret)
+    return [
+        {
+            "run_id": f"run-{number}",
+            "digest_sha256": f"{number:064d}",
+            "started_utc": START + timedelta(hours=HOURS[number % len(HOURS)]),
+            "specimen": NAMES[number % len(NAMES)],
+            "type": draw.choice(TYPES),
+            "rig": draw.choice(["rig-1", "rig-2"]),
+            "verdict": draw.choice(["pass", "fail", None]),
+            "torque_nm": draw.choice(TORQUES),
+            "simulated": draw.random() < 0.3,
+            "replayed": draw.random() < 0.3,
+            "points": [
+                (draw.choice(FREQUENCIES), draw.choice(TORQUES)) for _ in range(draw.randint(0, 3))
+            ],
+            "order": draw.choice(["A-1", "A-2", None]),
+            "inertia": draw.choice([0.0022, 0.0024, None]),
+        }
+        for number in range(5 * len(NAMES))
+    ]
+
+
+OPTIONS = {
+    "specimen": st.lists(st.sampled_from([*NAMES[:-2], *PATTERNS]), min_size=1, max_size=2),
+    "type": st.sampled_from(["GE20", "GE2?", "ge20"]),
+    "rig": st.sampled_from(["rig-1", "rig-*", "nothing"]),
+    "verdict": st.lists(st.sampled_from(["pass", "fail", "none"]), min_size=1, max_size=2),
+    "torque": st.sampled_from(["0.5..0.7 N·m", "0.7 N·m..", "..700.005 mN·m", "2..3 N·m"]),
+    "frequency": st.sampled_from(["10 Hz", "5..40 Hz", "60..60 rpm"]),
+    "since": st.sampled_from(["2026-03-01", "2026-03-03T05:00+02:00"]),
+    "until": st.sampled_from(["2026-03-02", "2026-03-03T05:00+02:00"]),
+    "real": st.just(True),  # noqa: FBT003  (a strategy of one value)
+    "inputs": st.sampled_from([{"order": "A-1"}, {"order": ["A-*"]}, {"none": "*"}]),
+    "figures": st.sampled_from(
+        [{"inertia": "0.002..0.0023 kg·m²"}, {"model/inertia": "0.0023 kg·m².."}]
+    ),
+}
+WORDS = st.lists(st.sampled_from(list(OPTIONS)), max_size=3, unique=True).flatmap(
+    lambda names: st.fixed_dictionaries({name: OPTIONS[name] for name in names})
+)
+"""Few at a time: many together leave nothing to compare."""
+
+
+def stored(archive, every):
+    """Put rows into an empty archive."""
+    archive.make()
+    archive.empty()
+    facts = [_facts(row) for row in every]
+    with archive.writing() as connection:
+        store(connection, root_of(connection, archive, Path("/nowhere")), facts)
+
+
+def _facts(row):
+    parts = {"points", "order", "inertia"}
+    run = {name: value for name, value in row.items() if name not in parts} | {"problem": ""}
+    return RunFacts(
+        FoundRun(row["run_id"], Path(row["run_id"]), ()),
+        run,
+        {
+            "points": [
+                {"number": number, "set_frequency_hz": frequency, "torque_nm": torque}
+                for number, (frequency, torque) in enumerate(row["points"], 1)
+            ],
+            "inputs": [{"name": "order", "value": row["order"]}] if row["order"] else [],
+            "figures": [
+                {"source": "model", "name": "inertia", "value": row["inertia"], "unit": "kg·m²"}
+            ],
+        },
+    )
+
+
+LIMITS = {
+    "0.5..0.7 N·m": (0.5, 0.7), "0.7 N·m..": (0.7, 9), "..700.005 mN·m": (-9, 0.700005),
+    "2..3 N·m": (2, 3), "10 Hz": (9.99999, 10.00001), "5..40 Hz": (5, 40), "60..60 rpm": (1, 1),
+    "0.002..0.0023 kg·m²": (0.002, 0.0023), "0.0023 kg·m²..": (0.0023, 9),
+}  # fmt: skip
+FIRST = {
+    "2026-03-01": datetime(2026, 3, 1, tzinfo=UTC),
+    "2026-03-03T05:00+02:00": datetime(2026, 3, 3, 3, tzinfo=UTC),
+}
+LAST = {
+    "2026-03-02": datetime(2026, 3, 2, 23, 59, 59, 999999, tzinfo=UTC),
+    "2026-03-03T05:00+02:00": datetime(2026, 3, 3, 3, tzinfo=UTC),
+}
+
+
+def alike(value, patterns):
+    """Say whether a text is like one of the patterns: another way than the databases'."""
+    patterns = [patterns] if isinstance(patterns, str) else patterns
+    return any(
+        value is not None
+        and re.fullmatch(
+            "".join({"*": "(?s:.*)", "?": "(?s:.)"}.get(sign, re.escape(sign)) for sign in pattern),
+            value,
+        )
+        for pattern in patterns
+    )
+
+
+def within(value, text):
+    low, high = LIMITS[text]
+    return value is not None and low <= value <= high
+
+
+def point_fits(point, words):
+    return within(point[0], words["frequency"]) and (
+        "torque" not in words or within(point[1], words["torque"])
+    )
+
+
+def fits(row, words):
+    """Say whether a row fits: the meaning of the filters, told once more in Python."""
+    checks = {
+        "specimen": lambda text: alike(row["specimen"], text),
+        "type": lambda text: alike(row["type"], text),
+        "rig": lambda text: alike(row["rig"], text),
+        "verdict": lambda allowed: (row["verdict"] or "none") in allowed,
+        "torque": lambda text: "frequency" in words or within(row["torque_nm"], text),
+        "frequency": lambda _: any(point_fits(each, words) for each in row["points"]),
+        "since": lambda text: row["started_utc"] >= FIRST[text],
+        "until": lambda text: row["started_utc"] <= LAST[text],
+        "real": lambda _: not (row["simulated"] or row["replayed"]),
+        "inputs": lambda wanted: all(
+            name == "order" and alike(row["order"], text) for name, text in wanted.items()
+        ),
+        "figures": lambda wanted: all(within(row["inertia"], text) for text in wanted.values()),
+    }
+    return all(checks[name](value) for name, value in words.items())
+
+
+def compare(archive, every, words):
+    """Ask the archive, and compare with the search in Python."""
+    found = rows(archive, "runs", filters_of(**words))
+    points = rows(archive, "points", filters_of(**words))
+    wanted = sorted(
+        (row for row in every if fits(row, words)),
+        key=lambda row: (row["started_utc"], int(row["run_id"][4:])),
+    )
+    assert found.column("run_id") == [row["run_id"] for row in wanted]
+    assert list(zip(points.column("run_id"), points.column("torque_nm"), strict=True)) == [
+        (row["run_id"], torque)
+        for row in wanted
+        for frequency, torque in row["points"]
+        if "frequency" not in words or point_fits((frequency, torque), words)
+    ]
+
+
+def test_a_query_finds_what_fits_and_nothing_else(database):
+    every = many()
+    with closing(open_archive(database=database)) as archive:
+        stored(archive, every)
+
+        @settings(max_examples=60, deadline=None)
+        @given(words=WORDS)
+        def check(words):
+            compare(archive, every, words)
+
+        check()
+        for name in (*NAMES[:-2], *PATTERNS):
+            compare(archive, every, {"specimen": [name]})
+        for name in ("since", "until"):
+            for text in FIRST if name == "since" else LAST:
+                compare(archive, every, {name: text})
+
+
+INJECTIONS = ["' OR '1'='1", "'; DROP TABLE runs; --", '" OR 1=1 --', "\\'; --", "%", "x' GLOB '*"]
+
+
+@pytest.mark.parametrize("text", INJECTIONS)
+def test_no_text_becomes_part_of_the_statement(database, text):
+    with closing(open_archive(database=database)) as archive:
+        stored(archive, _few())
+        for words in ({"specimen": text}, {"inputs": {text: text}}, {"specimen": f"{text}*"}):
+            assert len(rows(archive, "runs", filters_of(**words))) == 0
+        assert len(rows(archive, "runs", filters_of())) == 3
+
+
+def _few():
+    blank = {
+        "type": None, "rig": "rig-1", "verdict": "pass", "simulated": False, "replayed": False,
+        "points": [], "order": None, "inertia": None, "specimen": "SN-1", "torque_nm": 0.7,
+    }  # fmt: skip
+    return [
+        {
+            **blank,
+            "run_id": f"run-{day}",
+            "digest_sha256": str(day),
+            "started_utc": START + timedelta(days=day),
+        }
+        for day in range(3)
+    ]
+
+
+def test_a_limit_leaves_the_newest_runs_in_their_order(database):
+    with closing(open_archive(database=database)) as archive:
+        stored(archive, _few())
+        found = rows(archive, "runs", filters_of(), limit=2)
+        assert found.column("run_id") == ["run-1", "run-2"]
+        with pytest.raises(UsageError, match="leaves nothing"):
+            rows(archive, "runs", filters_of(), limit=0)
+
+
+def test_a_run_without_a_start_is_the_oldest_on_both_engines(database):
+    few = _few()
+    few[1]["started_utc"] = None
+    with closing(open_archive(database=database)) as archive:
+        stored(archive, few)
+        assert rows(archive, "runs", filters_of()).column("run_id") == ["run-1", "run-0", "run-2"]
+        assert rows(archive, "runs", filters_of(), limit=1).column("run_id") == ["run-2"]
+
+
+@pytest.mark.parametrize(
+    ("words", "what", "hint"),
+    [
+        ({"specimn": "A"}, "there is no filter 'specimn'", "did you mean 'specimen'"),
+        ({"verdict": "passed"}, "there is no verdict 'passed'", "conditional pass"),
+        ({"outcome": ["completed", "gone"]}, "there is no outcome 'gone'", "aborted"),
+        ({"torque": "0.7 N·m"}, "is no range", "0.5..0.8"),
+    ],
+)
+def test_a_filter_that_there_is_not_is_refused(words, what, hint):
+    with pytest.raises(UsageError, match=what) as caught:
+        filters_of(**words)
+    assert hint in caught.value.hint
+
+
+def test_a_table_that_there_is_not_is_refused(tmp_path):
+    with closing(open_archive(tmp_path)) as archive:
+        archive.make()
+    with pytest.raises(UsageError, match="no table 'roots'"):
+        query("roots", runs=tmp_path)

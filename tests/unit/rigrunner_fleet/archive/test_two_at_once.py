@@ -1,0 +1,70 @@
+"""Several processes index the same folder, and others search meanwhile."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import time
+from contextlib import closing, suppress
+
+import pytest
+
+from helpers_archive import store_run
+from rigrunner.api.errors import UsageError
+from rigrunner_fleet.archive import index, open_archive, query
+
+_RUNS, _PROCESSES = 15, 3
+
+
+_INDEX = """
+import sys
+from pathlib import Path
+from rigrunner.api.errors import UsageError
+from rigrunner_fleet.archive import index, open_archive
+archive = open_archive(database=sys.argv[1])
+for _ in range(3):
+    index(archive, [Path(sys.argv[2])], again=True)
+"""
+
+
+@pytest.fixture
+def many(runs):
+    first = store_run(runs, "run-0", inputs={"specimen": "SN"})
+    for number in range(1, _RUNS):
+        shutil.copytree(first, runs / f"run-{number}")
+    return runs
+
+
+def test_processes_that_index_at_once_leave_each_run_once(database, many):
+    command = [sys.executable, "-c", _INDEX, database, str(many)]
+    workers = [subprocess.Popen(command) for _ in range(_PROCESSES)]
+    seen = set()
+    while any(each.poll() is None for each in workers):
+        seen |= _state(database)
+        time.sleep(0.01)
+    assert [each.returncode for each in workers] == [0] * _PROCESSES
+    assert seen <= {(0, 0, 0)} | {(n, 2 * n, n) for n in range(_RUNS + 1)}, "no run is seen half"
+    assert _state(database) == {(_RUNS, 2 * _RUNS, _RUNS)}
+
+
+def _state(database: str) -> set[tuple[int, int, int]]:
+    """Return how many runs, points and inputs there are, in one state; nothing before the first."""
+    with closing(open_archive(database=database)) as archive, suppress(UsageError):
+        with archive.reading() as connection:
+            counts = connection.exec_driver_sql(
+                "SELECT (SELECT count(*) FROM runs), (SELECT count(*) FROM points),"
+                " (SELECT count(*) FROM inputs)"
+            ).one()
+        return {tuple(counts)}
+    return set()
+
+
+def test_a_search_while_a_transaction_writes_sees_the_state_before(database, many):
+    archive = open_archive(database=database)
+    index(archive, [many])
+    with archive.writing() as connection:
+        connection.exec_driver_sql("DELETE FROM runs")
+        assert len(query(database=database, copies=True)) == _RUNS
+    archive.close()
+    assert len(query(database=database, copies=True)) == 0

@@ -1,0 +1,148 @@
+"""How a result stands to its reference."""
+
+from __future__ import annotations
+
+from math import inf
+
+import pytest
+
+from rigrunner_fleet.golden.comparing import Move, Standing, by_gravity, compare, not_compared
+from rigrunner_fleet.golden.figures import AtFrequency, Figure, verdicts
+from rigrunner_fleet.golden.overall import Overall
+from rigrunner_fleet.golden.reference import Found
+from rigrunner_fleet.golden.words import details
+
+
+def found(torque=0.7, expanded=0.02, **other):
+    known = {
+        "sha256": repr((torque, expanded, other)),
+        "method": "energy",
+        "verdicts": {"run": "pass"},
+        "checks": {"cycles": True, "energy: steady": True},
+        "sources": ("energy",),
+        "figures": {
+            "result": Figure(torque, expanded, "N·m"),
+            "result at 5 Hz": Figure(torque, expanded, "N·m"),
+            "energy: torque at 5 Hz": Figure(torque, expanded, "N·m"),
+        },
+        "frequencies": (AtFrequency(5.0, "result at 5 Hz"),),
+    }
+    return Found(**{**known, **other})
+
+
+def without_result(**other):
+    return found(**{"figures": {}, "verdicts": {}, "frequencies": (), **other})
+
+
+REFUSED = Found(problem="no no-load recording")
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "standing"),
+    [
+        (found(), found(), Standing.EQUAL),
+        (found(), found(sha256="another"), Standing.OTHER),
+        (found(), found(0.7 + 1e-9), Standing.WITHIN),
+        (found(), found(0.701), Standing.BEYOND),
+        (found(), found(expanded=0.021), Standing.BEYOND),
+        (found(), found(expanded=None), Standing.BEYOND),
+        (found(expanded=None), found(0.700001, expanded=None), Standing.BEYOND),
+        (found(), found(checks={"cycles": False, "energy: steady": True}), Standing.CHECKS),
+        (found(), found(verdicts={"run": "fail"}), Standing.VERDICT),
+        (found(), found(verdicts={"run": "pass", "35 Hz": "fail"}), Standing.VERDICT),
+        (found(), REFUSED, Standing.REFUSED),
+        (found(), without_result(), Standing.REFUSED),
+        (REFUSED, found(), Standing.ACCEPTED),
+        (without_result(), found(), Standing.ACCEPTED),
+        (REFUSED, REFUSED, Standing.EQUAL),
+        (REFUSED, Found(problem="in other words"), Standing.OTHER),
+    ],
+)
+def test_each_standing(before, after, standing):
+    assert compare("run", before, after).standing is standing
+
+
+def test_the_tolerance_is_a_share_of_the_reference_s_uncertainty():
+    moved = found(0.7019)  # 0.095 U
+    assert compare("run", found(), moved, 0.1).standing is Standing.WITHIN
+    assert compare("run", found(), moved, 0.09).standing is Standing.BEYOND
+
+
+def test_a_shift_is_told_against_the_reference_s_uncertainty():
+    (result, at_5) = compare("run", found(), found(0.71, 0.03)).moves
+    assert (result.name, at_5.name) == ("result", "result at 5 Hz")
+    assert result.in_u == pytest.approx(0.5)
+    assert result.of_u == pytest.approx(0.5)
+
+
+def test_a_figure_in_another_unit_is_infinitely_far():
+    before, after = Figure(1.0, 0.1, "N·m"), Figure(1.0, 0.1, "mN·m")
+    assert Move(name="x", before=before, after=after).size == inf
+
+
+def test_a_method_that_takes_part_on_one_side_alone_is_no_move():
+    more = found(
+        sources=("energy", "other"),
+        figures={**found().figures, "other: torque at 5 Hz": Figure(1.0, 0.1, "N·m")},
+        checks={**found().checks, "other: can be applied": True},
+    )
+    assert compare("run", found(), more).standing is Standing.OTHER
+    gone = {**found().figures}
+    del gone["energy: torque at 5 Hz"], gone["result at 5 Hz"]
+    assert compare("run", found(), found(figures=gone)).standing is Standing.BEYOND
+
+
+def test_each_visit_of_a_frequency_has_its_verdict():
+    def decided(*parts):
+        told = [{"of": "5 Hz", "verdict": each} for each in parts]
+        return verdicts({"decision": {"verdict": "fail", "parts": told}})
+
+    assert decided("pass", "fail") == {"run": "fail", "5 Hz": "pass", "5 Hz (2)": "fail"}
+    before, after = (found(verdicts=decided(first, "fail")) for first in ("pass", "fail"))
+    assert compare("run", before, after).standing is Standing.VERDICT
+
+
+def test_the_gravest_come_first():
+    runs = [
+        compare("equal", found(), found()),
+        compare("small", found(), found(0.71)),
+        compare("large", found(), found(0.72)),
+        compare("flipped", found(), found(verdicts={"run": "fail"})),
+        not_compared("gone", found(), REFUSED, "there is no gone"),
+    ]
+    ordered = [each.name for each in sorted(runs, key=by_gravity)]
+    assert ordered == ["gone", "flipped", "large", "small", "equal"]
+
+
+def overall(*runs):
+    return Overall(runs=runs, tolerance=1e-6, made_by=())
+
+
+def test_over_all_runs():
+    moved = overall(
+        compare("a", found(), found(0.71)),
+        compare("b", found(), found(0.69)),
+        compare("c", found(), found(0.74)),
+        compare("d", found(), found(verdicts={"run": "fail"})),
+    )
+    # shifts of 0.5, -0.5, 2 and 0 U: mean 0.5, sum of squares about it 0 + 1 + 2.25 + 0.25
+    spread = moved.shifts()
+    assert (spread.n, spread.largest) == (4, pytest.approx(2.0))
+    assert spread.mean == pytest.approx(0.5)
+    assert spread.deviation == pytest.approx((3.5 / 3) ** 0.5)
+    (at_5,) = moved.by_frequency()
+    assert at_5.frequency_hz == 5
+    assert at_5.shift_nm.mean == pytest.approx(0.01)
+    assert moved.verdict_flips() == {("pass", "fail"): 1}
+    assert moved.exit_code == 1
+    assert overall(compare("a", found(), found())).exit_code == 0
+    assert overall(not_compared("a", found(), REFUSED, "gone")).exit_code == 5
+
+
+def test_words_on_a_run():
+    each = compare("run", found(), found(0.71, verdicts={"run": "fail"}))
+    assert list(details(each)) == [
+        "verdict: pass -> fail",
+        "result: 0.70000 -> 0.71000 N·m (+0.50 U)",
+        "result at 5 Hz: 0.70000 -> 0.71000 N·m (+0.50 U)",
+    ]

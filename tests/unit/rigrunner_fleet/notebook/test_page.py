@@ -1,0 +1,40 @@
+"""Every public member for notebooks is on its page, and nothing else."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import fields
+
+import pytest
+
+from helpers_docs import ROOT
+from rigrunner_fleet.archive import Rows
+from rigrunner_fleet.archive.filters import KNOWN
+from rigrunner_fleet.archive.schema import TABLES
+from rigrunner_fleet.notebook import Analysis, Run
+
+PYTHON = (ROOT / "docs/reference/python.md").read_text(encoding="utf-8")
+ARCHIVE = (ROOT / "docs/reference/archive.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("kind", [Rows, Run, Analysis])
+def test_every_public_member_is_on_the_page_of_python(kind):
+    (rows,) = re.findall(rf"^\| `{kind.__name__}` \|.*?\n\n", PYTHON, re.MULTILINE | re.DOTALL)
+    cells = "".join(re.findall(r"^\|[^|]*\|", rows, re.MULTILINE))
+    told = set(re.findall(r"`(\w+)(?:\([^`]*\))?`", cells)) - {kind.__name__, "len"}
+    members = {name for name in vars(kind) if not name.startswith("_")}
+    members |= {each.name for each in fields(kind)}
+    assert told == members
+
+
+def test_every_filter_is_on_the_page_of_python():
+    (paragraph,) = re.findall(r"The filters are.*?\n\n", PYTHON, re.DOTALL)
+    assert set(KNOWN) - set(re.findall(r"`(\w+)", paragraph)) == set()
+
+
+@pytest.mark.parametrize("name", list(TABLES))
+def test_every_column_is_on_the_page_of_the_archive(name):
+    (section,) = re.findall(rf"^### {name}\n(.*?)(?=^### |\Z)", ARCHIVE, re.MULTILINE | re.DOTALL)
+    first = "".join(re.findall(r"^\|[^|]*\|", section, re.MULTILINE))
+    columns = {column.name for column in TABLES[name].c}
+    assert set(re.findall(r"`(\w+)`", first)) == columns - {"id", "root", "stamp", "run"}

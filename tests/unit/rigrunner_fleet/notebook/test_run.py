@@ -1,0 +1,99 @@
+"""Runs for notebooks: what `rigrunner_fleet.open_run` and `rigrunner_fleet.analyse` give."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import rigrunner_fleet
+from helpers_runfile import TWO, write_run
+from rigrunner.api.errors import DataError, UsageError
+from rigrunner.runfile import seal
+
+pytestmark = pytest.mark.figures
+
+
+@pytest.fixture
+def small(tmp_path):
+    folder = tmp_path / "run"
+    folder.mkdir()
+    write_run(folder, TWO)
+    seal(folder)
+    return folder
+
+
+def test_samples_come_as_a_data_frame_over_time(small):
+    frame = rigrunner_fleet.open_run(small).to_pandas("001_10Hz")
+    assert list(frame.columns) == ["tester.angle", "tester.torque"]
+    assert frame.index.name == "time_s"
+    assert frame.index[1] == 1e-4
+    assert frame.attrs["units"] == {"tester.angle": "rad", "tester.torque": "N·m"}
+    np.testing.assert_array_equal(frame["tester.torque"], TWO[0].channels["tester.torque"])
+
+
+def test_samples_come_as_a_dataset_with_units(small):
+    found = rigrunner_fleet.open_run(small / "run.h5").to_xarray("002_20Hz")
+    assert dict(found.sizes) == {"time_s": 40_001}
+    assert found["tester.torque"].attrs["units"] == "N·m"
+    assert found.attrs["tester.frequency"] == 10.0
+    assert found.attrs["tester.temperature"] == 295.25
+
+
+def test_a_name_that_is_not_there_is_told_with_those_that_are(small):
+    run = rigrunner_fleet.open_run(small)
+    with pytest.raises(UsageError, match="no recording '1'") as caught:
+        run.recording("1")
+    assert "001_10Hz" in caught.value.hint
+    with pytest.raises(UsageError, match="nothing was measured as 'temperature'"):
+        run.measurements("temperature")
+
+
+def test_a_run_without_a_result_says_so_and_has_its_samples(small):
+    run = rigrunner_fleet.open_run(small)
+    assert run.result is None
+    assert len(run.points) == 0
+    assert len(run.plot("001_10Hz").figure.axes) == 2
+
+
+def test_the_points_of_a_run_are_those_of_its_result(quick):
+    run = rigrunner_fleet.open_run(quick.loaded)
+    document = json.loads((quick.loaded / "result.json").read_text())
+    wanted = document["compensations"]["template_inverse"]["points"]
+    assert run.points.column("torque_nm") == [each["torque"]["value"] for each in wanted]
+    inertia = document["compensations"]["template_inverse"]["parameters"]["inertia"]["value"]
+    assert inertia in run.figures.column("value")
+    axes = run.plot().figure.axes[0]
+    assert "limit" in [text.get_text() for text in axes.get_legend().get_texts()]
+    (raw, *_) = axes.lines
+    assert list(raw.get_ydata()) == run.points.column("raw_peak_nm")
+
+
+def test_a_run_analysed_again_gives_the_same_numbers(quick):
+    again = rigrunner_fleet.analyse(quick.loaded)
+    assert again.document["headline"] == rigrunner_fleet.open_run(quick.loaded).result["headline"]
+    assert again.points == rigrunner_fleet.open_run(quick.loaded).points
+    other = rigrunner_fleet.analyse(quick.loaded, quick.no_load)
+    assert other.points == again.points
+    assert other.plot().figure.axes
+
+
+def test_what_is_no_run_is_refused(tmp_path):
+    with pytest.raises(DataError, match="there is no run"):
+        rigrunner_fleet.open_run(tmp_path / "nowhere")
+
+
+def test_the_package_imports_nothing_before_it_is_asked():
+    script = (
+        "import rigrunner_fleet, sys\n"
+        "heavy = {'numpy', 'h5py', 'sqlalchemy', 'matplotlib', 'pandas'}\n"
+        "assert not heavy & set(sys.modules), heavy & set(sys.modules)\n"
+        "assert {'open_run', 'analyse', 'archive'} <= set(dir(rigrunner_fleet))\n"
+        "assert not hasattr(rigrunner_fleet, 'nothing')\n"
+        "rigrunner_fleet.archive.query\n"
+        "assert not {'scipy', 'matplotlib', 'pandas'} & set(sys.modules)\n"
+    )
+    subprocess.run([sys.executable, "-c", script], check=True)

@@ -1,0 +1,108 @@
+"""The state: every change is told once, and the whole is what the deltas add up to."""
+
+from __future__ import annotations
+
+import json
+from datetime import UTC, datetime
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rigrunner_panel.control import Control, short_name
+from rigrunner_panel.errors import PanelError
+from rigrunner_panel.view.board import SECTIONS, Board
+from rigrunner_panel.view.sections import AnalysingView, Readings, State
+
+NOW = datetime(2026, 3, 1, 12, tzinfo=UTC)
+
+CHANGE = st.one_of(
+    st.builds(lambda p: {"phase": p}, st.sampled_from(["idle", "running", "paused"])),
+    st.builds(lambda n: {"watchers": n}, st.integers(0, 3)),
+    st.builds(
+        lambda n: {"analysing": None if n == 0 else AnalysingView(what="x", done=n, of=9)},
+        st.integers(0, 3),
+    ),
+)
+
+
+@given(st.lists(st.one_of(CHANGE, st.none()), max_size=30))
+def test_a_screen_that_applies_all_deltas_shows_the_whole_state(changes):
+    board = Board()
+    shown = json.loads(board.state("me"))
+    for change in [*changes, None]:
+        if change is not None:
+            board.put(**change)
+            continue
+        delta = board.delta()
+        if delta is not None:
+            told = json.loads(delta)
+            assert told["seq"] == shown["seq"] + 1
+            shown |= {**told["changes"], "seq": told["seq"]}
+    assert shown == json.loads(board.state("me"))
+
+
+def test_the_state_is_of_the_model_that_is_published():
+    found = json.loads(Board().state("abc"))
+    assert set(found) == set(State.model_fields) == {*SECTIONS, "seq", "version", "you"}
+    State.model_validate(found)
+
+
+def test_what_stays_the_same_is_not_told():
+    board, calls = Board(), []
+    board.wake = lambda: calls.append(1)
+    board.put(phase="idle", readings=Readings())
+    assert (calls, board.delta()) == ([], None)
+    board.put(phase="running")
+    assert json.loads(board.delta())["changes"] == {"phase": "running"}
+    assert calls == [1]
+
+
+def test_a_value_that_is_not_finite_is_null_in_the_state():
+    board = Board()
+    board.put(readings=Readings(load_n=float("nan")))
+    text = board.state("me")
+    assert json.loads(text)["readings"]["load_n"] is None
+    assert "NaN" not in text
+
+
+@pytest.fixture
+def control():
+    return Control(Board())
+
+
+def test_the_first_has_control_and_the_second_is_told_who(control):
+    assert control.take("client-a", "Ann", NOW, take_over=False) is None
+    with pytest.raises(PanelError, match="Ann has control") as refused:
+        control.take("client-b", "Bob", NOW, take_over=False)
+    assert refused.value.status == 409
+    with pytest.raises(PanelError, match="Ann has control") as refused:
+        control.required("client-b")
+    assert (refused.value.status, refused.value.view.code) == (403, "not_in_control")
+    assert control.required("client-a") == "Ann"
+
+
+def test_taking_over_tells_from_whom(control):
+    control.take("client-a", "Ann", NOW, take_over=False)
+    assert control.take("client-b", "Bob", NOW, take_over=True).name == "Ann"
+    assert control.required("client-b") == "Bob"
+    assert control.take("client-b", "Bob B.", NOW, take_over=False) is None  # only a new name
+    control.release("client-b")
+    with pytest.raises(PanelError, match="nobody has control"):
+        control.required("client-b")
+
+
+def test_the_state_does_not_give_away_by_what_somebody_could_steer(control):
+    control.take("client-a", "Ann", NOW, take_over=False)
+    control.connected("client-a", 1)
+    shown = json.loads(control._board.state("x"))
+    assert shown["control"] == {
+        "client": short_name("client-a"),
+        "name": "Ann",
+        "since_utc": "2026-03-01T12:00:00.000Z",
+        "connected": True,
+    }
+    assert "client-a" not in json.dumps(shown)
+    control.connected("client-a", -1)
+    shown = json.loads(control._board.state("x"))
+    assert (shown["control"]["connected"], shown["watchers"]) == (False, 0)

@@ -1,0 +1,90 @@
+"""Connections that are hoarded: who wants to stop the rig still gets one."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from contextlib import contextmanager
+
+import pytest
+import uvicorn
+
+from rigrunner_panel.web import connections
+
+HALF = b"GET / HTTP/1.1\r\nHost: localhost\r\nX-Half: "
+WHOLE = b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"
+PATIENT_S = 20.0
+
+
+async def app(scope, receive, send):  # noqa: ARG001  (as ASGI has it)
+    await send({"type": "http.response.start", "status": 204, "headers": []})
+    await send({"type": "http.response.body", "body": b""})
+
+
+@pytest.fixture
+def address(monkeypatch):
+    monkeypatch.setattr(connections, "REQUEST_S", 0.2)
+    monkeypatch.setattr(connections, "MOST_OF_ONE", 5)
+    config = uvicorn.Config(
+        app, http=connections.Bounded, log_level="critical", lifespan="off", timeout_keep_alive=60
+    )
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        server = uvicorn.Server(config)
+        work = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
+        work.start()
+        yield listening.getsockname()
+        server.should_exit = True
+        work.join()
+
+
+@contextmanager
+def opened(address, said=b""):
+    with socket.create_connection(address, PATIENT_S) as connection:
+        connection.sendall(said)
+        yield connection
+
+
+def is_ended(connection):
+    try:
+        return connection.recv(1000) == b""
+    except ConnectionError:
+        return True
+
+
+@pytest.mark.parametrize("said", [b"", HALF])
+def test_a_request_that_does_not_come_is_not_waited_for(address, said):
+    with opened(address, said) as connection:
+        assert is_ended(connection)
+
+
+def test_nor_is_a_second_one_that_is_begun(address):
+    with opened(address, WHOLE) as connection:
+        assert connection.recv(1000).startswith(b"HTTP/1.1 204")
+        connection.sendall(HALF)
+        assert is_ended(connection)
+
+
+def test_who_asks_is_answered_as_long_as_he_goes_on(address):
+    with opened(address) as connection:
+        for _ in range(3):
+            connection.sendall(WHOLE)
+            assert connection.recv(1000).startswith(b"HTTP/1.1 204")
+            time.sleep(0.3)
+
+
+def test_one_address_has_no_more_than_its_share(address, monkeypatch):
+    monkeypatch.setattr(connections, "REQUEST_S", PATIENT_S)
+    with (
+        opened(address, WHOLE) as one,
+        opened(address, WHOLE) as two,
+        opened(address, WHOLE) as three,
+        opened(address, WHOLE) as four,
+        opened(address, WHOLE) as five,
+    ):
+        kept = (one, two, three, four, five)
+        assert all(each.recv(1000).startswith(b"HTTP/1.1 204") for each in kept)
+        with pytest.raises(ConnectionError), opened(address, WHOLE) as sixth:
+            assert sixth.recv(1000) == b"HTTP"
+        one.sendall(WHOLE)
+        assert one.recv(1000).startswith(b"HTTP/1.1 204")

@@ -1,0 +1,100 @@
+"""What a slow screen costs: nothing but its own old messages."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+
+import pytest
+
+from rigrunner_panel.web.hub import MOST_WAITING, Hub, Screen
+from rigrunner_panel.web.panel import Panel, Settings
+
+
+class SlowSocket:
+    """Takes one message each time that it is told to."""
+
+    def __init__(self):
+        self.ready = asyncio.Semaphore(0)
+        self.got = []
+
+    async def send_text(self, text):
+        await self.ready.acquire()
+        self.got.append(text)
+
+    send_bytes = send_text
+
+
+@pytest.fixture
+def panel(tmp_path):
+    return Panel(settings=Settings(runs=tmp_path, procedures=tmp_path))
+
+
+def read(socket, count):
+    async def work():
+        for _ in range(count):
+            socket.ready.release()
+            await asyncio.sleep(0)
+            await asyncio.sleep(0)
+
+    return work()
+
+
+async def screen_told(panel, told):
+    """Return a slow socket, its screen at work, and what was told before it read a thing."""
+    socket = SlowSocket()
+    screen = Screen(socket, "client-slow-1")
+    work = asyncio.create_task(screen.work(panel))
+    await asyncio.sleep(0)
+    for each in told:
+        screen.tell(each)
+    return socket, screen, work
+
+
+def test_a_screen_that_does_not_read_holds_few_messages_and_then_gets_the_whole_state(panel):
+    async def check():
+        told = [f"delta {n}" for n in range(10_000)]
+        socket, screen, work = await screen_told(panel, told)
+        assert len(screen._waiting) <= MOST_WAITING
+        panel.board.put(phase="running")
+        await read(socket, 3)
+        screen.tell("after")
+        await read(socket, 2)
+        work.cancel()
+        return socket.got
+
+    got = asyncio.run(check())
+    kinds = [json.loads(each)["type"] if each[0] == "{" else each for each in got]
+    assert kinds == ["state", "state", "after"]
+    assert json.loads(got[1])["state"]["phase"] == "running"
+
+
+def test_a_screen_that_keeps_up_gets_every_message_in_order(panel):
+    async def check():
+        told = [f"delta {n}" for n in range(MOST_WAITING)]
+        socket, _, work = await screen_told(panel, told)
+        await read(socket, MOST_WAITING + 1)
+        work.cancel()
+        return socket.got
+
+    got = asyncio.run(check())
+    assert json.loads(got[0])["type"] == "state"
+    assert got[1:] == [f"delta {n}" for n in range(MOST_WAITING)]
+
+
+@pytest.mark.parametrize("turns", range(6))
+def test_it_ends_though_something_changes_in_the_moment_in_which_it_is_to_end(panel, turns):
+    """A cancellation that was lost left the server waiting for it for ever when it was closed."""
+
+    async def check():
+        work = asyncio.create_task(Hub(panel).run())
+        await asyncio.sleep(0.1)
+        panel.board.wake()
+        for _ in range(turns):
+            await asyncio.sleep(0)
+        work.cancel()
+        ended, _ = await asyncio.wait({work}, timeout=60)
+        work.cancel()
+        assert ended
+
+    asyncio.run(check())

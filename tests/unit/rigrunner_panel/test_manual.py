@@ -1,0 +1,55 @@
+"""The manual page: what it shows of the rig is where that stands."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+from types import SimpleNamespace
+
+from helpers_devices import FakeTester, record
+from helpers_pausing import Person
+from rigrunner.api.events import Outcome
+from rigrunner.bus import Bus
+from rigrunner.clock import SimulatedClock
+from rigrunner.engine import run_by_hand
+from rigrunner.plan.actions import Plan
+from rigrunner.registry import load_registry
+from rigrunner.rig import Rig
+from rigrunner.workflow.locate import find_procedure, find_station
+from rigrunner.workflow.prepare import plan_run
+from rigrunner_panel.jobs.manual import Hand
+from rigrunner_panel.process.news import ManualNow
+from rigrunner_panel.process.orders import CloseManual, SetManually
+
+
+def done_by_hand(device, *wishes):
+    """Return how the session ended, and where its page showed the drives after each wish."""
+    clock, told, left = SimulatedClock(), [], [*wishes, CloseManual("me")]
+    planned = plan_run(
+        find_procedure("starting_torque_1000n"), find_station("simulated"), load_registry(), clock
+    )
+    planned = replace(planned, plan=Plan(()), devices={"tester": device})
+    inbox = SimpleNamespace(wish=lambda: left.pop(0), has_wish=lambda: bool(left))
+    link = SimpleNamespace(inbox=inbox, outbox=lambda _: None, send=told.append)
+    hand = Hand(planned, record("by hand"), link)
+    rig = Rig({"tester": device}, clock)
+    rig.connect()
+    summary = run_by_hand(
+        hand.steps, rig, Bus([hand]), clock, threading.Event(), "R1", interlocks=(),
+        pauses=Person([]),
+    )  # fmt: skip
+    views = [each.view for each in told if isinstance(each, ManualNow)]
+    return summary, [{each.name: each.set for each in view.drives} for view in views]
+
+
+def test_it_shows_where_a_drive_was_set():
+    summary, shown = done_by_hand(FakeTester(), SetManually("tester.frequency", 5.0, "me"))
+    assert summary.outcome is Outcome.COMPLETED
+    assert [each["tester.frequency"] for each in shown] == [3.0, 5.0]
+
+
+def test_a_drive_that_moved_though_its_set_failed_is_shown_where_it_stands():
+    device = FakeTester(read_back_offset=2.0)
+    summary, shown = done_by_hand(device, SetManually("tester.frequency", 20.0, "me"))
+    assert summary.passed_over
+    assert [each["tester.frequency"] for each in shown] == [5.0, 22.0]

@@ -1,0 +1,305 @@
+"""What passes between a panel and the process of its run: in order, and never in the run's way."""
+
+from __future__ import annotations
+
+import io
+import os
+import signal
+import threading
+import time
+from contextlib import suppress
+
+import numpy as np
+import pytest
+
+from rigrunner.api.data import Block
+from rigrunner.api.errors import AbortedError
+from rigrunner.api.events import Note, Outcome, RunEnded, Samples, Scanned
+from rigrunner.ending import ENDING, SUSPENDING, signal_name
+from rigrunner.engine import Choice, Decision, Interference, Paused, StopNow
+from rigrunner.engine.pausing import PauseWantedError
+from rigrunner.steps.confirm import Confirm
+from rigrunner_panel.live.watcher import ANALYST
+from rigrunner_panel.process.channel import Channel, ChannelClosedError
+from rigrunner_panel.process.inbox import Inbox
+from rigrunner_panel.process.launch import Process
+from rigrunner_panel.process.news import Answered, Asked, Curve, PausedNow, WentOn
+from rigrunner_panel.process.orders import Abort, AskPause, Decide, GiveAnswer, PutOnRecord, Stop
+from rigrunner_panel.process.outbox import MOST_CURVES, Outbox
+from rigrunner_panel.process.person import PanelAnswers, PanelPauses
+from rigrunner_panel.process.switch import Switch
+
+KNOWN = {"monotonic_s": 1.0, "utc": "2026-03-01T12:00:00.000Z"}
+BY, WHY = "Ann", "because"
+
+
+class Ends:
+    """Both ends of a channel, over real pipes."""
+
+    def __init__(self):
+        pipes = [os.pipe(), os.pipe()]
+        files = [(os.fdopen(r, "rb"), os.fdopen(w, "wb")) for r, w in pipes]
+        self.panel = Channel(files[0][0], files[1][1])
+        self.run = Channel(files[1][0], files[0][1])
+        self.files = [each for pair in files for each in pair]
+
+    def close(self):
+        for each in self.files[1::2]:
+            each.close()
+        time.sleep(0.05)
+        for each in self.files[::2]:
+            each.close()
+
+
+@pytest.fixture
+def ends():
+    found = Ends()
+    yield found
+    found.close()
+
+
+@pytest.fixture
+def inbox(ends):
+    found = Inbox(ends.run, Switch())
+    found.start()
+    return found
+
+
+def wait_for(condition):
+    until_s = time.monotonic() + 60
+    while not condition():
+        assert time.monotonic() < until_s
+        time.sleep(0.005)
+
+
+def test_messages_come_in_order_and_an_end_is_told(ends):
+    for number in range(100):
+        ends.panel.send(GiveAnswer(number, "x" * number, BY))
+    assert [ends.run.receive().prompt for _ in range(100)] == list(range(100))
+    ends.panel.close()
+    with pytest.raises(ChannelClosedError):
+        ends.run.receive()
+    with pytest.raises(ChannelClosedError):
+        ends.panel.send(1)
+
+
+@pytest.mark.parametrize("torn", [b"", b"\x80", b"\x80\x05\x95\x10", b"nonsense"])
+def test_a_torn_message_is_an_end(torn):
+    with pytest.raises(ChannelClosedError):
+        Channel(io.BytesIO(torn), io.BytesIO()).receive()
+
+
+def test_when_the_panel_is_gone_the_run_is_aborted(ends):
+    switch = Switch()
+    Inbox(ends.run, switch).start()
+    ends.panel.close()
+    wait_for(switch.is_set)
+    assert "the panel is gone" in str(switch.reason())
+
+
+def confirm(inbox, sent, switch=None):
+    answers = PanelAnswers(sent.append, inbox, switch or Switch(), "Bob")
+    return answers.confirm("s", Confirm("Ready?", None)), answers.by
+
+
+def test_an_answer_is_waited_for_and_says_who_gave_it(ends, inbox):
+    sent = []
+    ends.panel.send(GiveAnswer(99, "no", "an older prompt's"))
+    ends.panel.send(GiveAnswer(1, "yes", BY))
+    assert confirm(inbox, sent) == (True, BY)
+    asked, answered = sent
+    assert isinstance(asked, Asked)
+    assert (asked.number, asked.expected.choices) == (1, ("yes", "no"))
+    assert answered == Answered(1)
+
+
+def test_neither_a_stop_nor_a_pause_waits_for_an_answer(ends, inbox):
+    switch, sent = Switch(), []
+    switch.abort(BY, WHY)
+    with pytest.raises(AbortedError, match=WHY):
+        confirm(inbox, sent, switch)
+    ends.panel.send(AskPause(BY))
+    with pytest.raises(PauseWantedError):
+        confirm(inbox, sent)
+    assert sent[-1] == Answered(1)  # the screen's question is gone, too
+
+
+PAUSED = Paused("s", "p", "why", (), (Choice.RESUME, Choice.SKIP, Choice.ABORT))
+
+
+def test_a_second_click_does_not_end_the_next_pause(ends, inbox):
+    sent, looked = [], []
+    pauses = PanelPauses(sent.append, inbox)
+    ends.panel.send(AskPause(BY))
+    wait_for(pauses.wanted)
+    ends.panel.send(Decide(Decision(Choice.RESUME, BY)))
+    ends.panel.send(Decide(Decision(Choice.RESUME, BY)))
+    wait_for(lambda: inbox._decisions.qsize() == 2)
+    decided = threading.Timer(0.3, lambda: ends.panel.send(Decide(Decision(Choice.SKIP, BY, WHY))))
+    decided.start()
+    assert pauses.decide(PAUSED, lambda: looked.append(1)).choice is Choice.SKIP
+    assert sent == [PausedNow(PAUSED), WentOn()]
+    assert (pauses.wanted(), len(looked) > 1) == ("", True)
+    decided.join()
+
+
+def test_a_decision_that_came_with_the_pause_is_taken_at_once_if_it_can_be(ends, inbox):
+    pauses = PanelPauses([].append, inbox)
+    ends.panel.send(AskPause(BY, Decision(Choice.SKIP, BY, WHY)))
+    wait_for(pauses.wanted)
+    assert pauses.decide(PAUSED, lambda: None) == Decision(Choice.SKIP, BY, WHY)
+    ends.panel.send(AskPause(BY, Decision(Choice.REPEAT, BY)))  # cannot be done here
+    wait_for(pauses.wanted)
+    ends.panel.send(PutOnRecord(Interference("take over", BY)))
+    wait_for(lambda: not inbox._records.empty())
+    assert list(pauses.told()) == [Interference("take over", BY)]
+    later = threading.Timer(0.2, lambda: ends.panel.send(Decide(Decision(Choice.RESUME, BY))))
+    later.start()
+    assert pauses.decide(PAUSED, lambda: None).choice is Choice.RESUME
+    later.join()
+
+
+@pytest.fixture
+def installed():
+    """A switch that takes the signals of this process."""
+    former = {number: signal.getsignal(number) for number in (signal.SIGINT, *ENDING, *SUSPENDING)}
+    switch = Switch()
+    switch.install()
+    yield switch
+    for number, handler in former.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a thread cannot be interrupted so there")
+def test_stop_breaks_off_whatever_the_main_thread_waits_for_once(ends, installed):
+    Inbox(ends.run, installed).start()
+    os.kill(os.getpid(), signal.SIGINT)  # of the terminal: not the panel's
+    began_s = time.monotonic()
+    threading.Timer(0.1, lambda: ends.panel.send(Stop(BY, WHY))).start()
+    with pytest.raises(StopNow) as stopped, installed.interruptible():
+        time.sleep(60)
+    assert time.monotonic() - began_s < 30
+    assert (stopped.value.by, WHY in stopped.value.reason) == (BY, True)
+    ends.panel.send(Stop(BY, "again"))
+    time.sleep(0.1)  # the rig is being made safe: a second stop must not break that off
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a thread cannot be interrupted so there")
+def test_a_stop_before_the_job_interrupts_nothing_until_the_job_begins(installed):
+    installed.stop(BY, WHY)
+    time.sleep(0.05)  # a signal that is still on its way
+    done = []
+    with pytest.raises(StopNow, match=WHY), installed.interruptible():
+        done.append("the job")
+    assert done == []
+    time.sleep(0.05)  # it is raised once
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a thread cannot be interrupted so there")
+def test_a_stop_after_the_job_interrupts_nothing(installed):
+    with installed.interruptible():
+        pass
+    installed.stop(BY, WHY)
+    time.sleep(0.05)
+    assert installed.is_set()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals as POSIX has them")
+@pytest.mark.parametrize("number", [*ENDING, *SUSPENDING], ids=signal_name)
+def test_every_signal_that_ends_or_suspends_a_program_aborts_the_run(installed, number):
+    os.kill(os.getpid(), number)
+    wait_for(installed.is_set)  # another thread may have taken the signal
+    assert signal_name(number) in installed.reason().message
+    assert installed.reason().by == "signal"
+
+
+def test_once_the_run_has_ended_a_stop_interrupts_nothing():
+    switch = Switch()
+    switch(RunEnded(seq=1, outcome=Outcome.COMPLETED, **KNOWN))
+    switch.stop(BY, WHY)
+    assert switch.is_set()
+
+
+def test_while_the_rig_is_made_safe_a_stop_interrupts_nothing():
+    switch = Switch()
+    switch.let_be()
+    switch.stop(BY, WHY)
+    assert switch.is_set()
+
+
+def test_an_abort_says_who_and_why_and_the_first_one_counts(ends):
+    switch = Switch()
+    Inbox(ends.run, switch).start()
+    ends.panel.send(Abort(BY, WHY))
+    ends.panel.send(Abort("Bob", "too"))
+    wait_for(switch.is_set)
+    assert (switch.reason().by, switch.reason().message) == (BY, f"aborted at the panel: {WHY}")
+
+
+class StuckPipe:
+    """A panel that does not read."""
+
+    def __init__(self):
+        self.free = threading.Event()
+        self.sent = []
+
+    def write(self, content):
+        self.free.wait()
+        self.sent.append(content)
+
+    def flush(self):
+        pass
+
+
+def test_a_panel_that_does_not_read_loses_curves_and_no_event_and_the_run_never_waits():
+    pipe = StuckPipe()
+    outbox = Outbox(Channel(io.BytesIO(), pipe))
+    block = Block(1000.0, 0, 1.0, {"t.torque": np.zeros(1000)})
+    began_s = time.monotonic()
+    for number in range(1000):
+        outbox(Samples(seq=number, recording="r", block=block, **KNOWN))
+        outbox(Note(seq=number, step="s", text="t", **KNOWN))
+    assert time.monotonic() - began_s < 10
+    pipe.free.set()
+    outbox.close()
+    sizes = [len(each) for each in pipe.sent]
+    assert sum(size > 4000 for size in sizes) <= MOST_CURVES + 1
+    assert sum(size < 4000 for size in sizes) == 1000
+
+
+def test_of_a_quick_scan_a_panel_is_told_some_points_and_the_last(monkeypatch):
+    now_s = iter(np.arange(0.0, 10.0, 0.001))
+    monkeypatch.setattr("rigrunner_panel.process.outbox.monotonic", lambda: next(now_s))
+    pipe = io.BytesIO()
+    outbox = Outbox(Channel(io.BytesIO(), pipe))
+    for point in range(1000):
+        row = {"step": "s", "point": point, "measurement": "m", "setpoints": {}, "values": {}}
+        outbox(Scanned(seq=point, **row, **KNOWN))
+    outbox(Note(seq=1000, step="s", text="t", **KNOWN))
+    outbox.close()
+    told, channel = [], Channel(io.BytesIO(pipe.getvalue()), io.BytesIO())
+    with suppress(ChannelClosedError):
+        while True:
+            told.append(channel.receive().event.seq)
+    assert (told[0], told[-2:]) == (0, [999, 1000])
+    assert told == sorted(told)
+    assert len(told) == pytest.approx(1000 * 0.001 / 0.05 + 2, abs=1)
+
+
+def test_a_curve_is_what_was_recorded_in_half_the_bytes():
+    pipe = io.BytesIO()
+    outbox = Outbox(Channel(io.BytesIO(), pipe))
+    values = np.linspace(-1, 1, 50)
+    outbox(Samples(seq=1, recording="r", block=Block(1e3, 100, 1.0, {"t.a": values}), **KNOWN))
+    outbox.close()
+    curve = Channel(io.BytesIO(pipe.getvalue()), io.BytesIO()).receive()
+    assert isinstance(curve, Curve)
+    assert (curve.recording, curve.first_sample, curve.monotonic_s) == ("r", 100, 1.0)
+    assert curve.channels["t.a"].dtype == np.float32
+    assert curve.channels["t.a"] == pytest.approx(values, abs=1e-7)
+
+
+def test_a_file_in_the_present_folder_is_not_taken_for_a_module(tmp_path, monkeypatch):
+    (tmp_path / "numpy.py").write_text("raise SystemExit(3)", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert Process(ANALYST).close() == 0

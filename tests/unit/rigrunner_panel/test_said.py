@@ -1,0 +1,247 @@
+"""What the server says in English is said in the other language too, by the file of texts alone."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import rigrunner
+from helpers_lacking import lacking
+from helpers_said import sentences
+from rigrunner.api.quantity import parse_quantity
+from rigrunner.procedure.answers import AnswerError, Expected
+from rigrunner.steps.ask import Ask
+from rigrunner.steps.confirm import Confirm
+from rigrunner.workflow.locate import find_procedure, find_station
+from rigrunner.workflow.planning import planned_run
+from rigrunner_panel.jobs.preflight_paper import calibrations
+from rigrunner_panel.jobs.preflight_rig import rig_items
+
+ROOT = Path(rigrunner.__file__).parent
+PANEL = ROOT.parent / "rigrunner_panel"
+STATIC = PANEL / "static"
+ENGLISH = json.loads((STATIC / "texts/en.json").read_text(encoding="utf-8"))
+SAYS = {key: text for key, text in ENGLISH.items() if key.startswith("says.")}
+STEPS = sorted(f"steps/{each.name}" for each in (ROOT / "steps").glob("*.py"))
+SILENT = {  # modules of the panel that speak to the terminal, or to programs that use the API
+    "serve.py", "openapi.py", "operations.py", "requests.py", "answers.py", "app.py", "security.py",
+    "commands/__init__.py", "commands/panel.py",
+}  # fmt: skip
+SPEAKERS = [
+    *STEPS,
+    *sorted(
+        f"../{each.relative_to(ROOT.parent)}"
+        for each in PANEL.rglob("*.py")
+        if not each.as_posix().endswith(tuple(SILENT))
+    ),
+    "procedure/answers.py", "api/quantity.py", "engine/breaks.py", "engine/interlocks.py",
+    "engine/watching.py", "workflow/calibration.py", "workflow/noload.py", "workflow/rig_lock.py",
+]  # fmt: skip
+PIECES = {  # of sentences: these are put together and translated as a whole, see below
+    "Scan Q Q, reading Q", "between Q and Q, Q points", "at Q, 1 point",
+    "Measure Q, Q", "mean over Q s", "Record Q of Q, Q (Q s)", "Q cycles at Q Hz", "for a time",
+    "Keep statistics of Q of Q, Q (Q s)",
+    "Q to Q Q", "Q may be set to Q", "with code Q", "without a word",
+    "the process of the run ended Q", "Q or less", "Q or more", "Q to Q", "Q is out of range (Q)",
+    "Q, not Q", " or 'Q'", "write QQ", "Q: aborted while pausedQ", "Q again", "up to Q",
+    "from Q to Q", "Q days before this run", "Q day before this run",
+    "the calibration of Q was due on Q, Q", "Q is calibrated Q", "Q, but Q Q", "enter it; Q",
+    "the swing goes to", "recording Q is expected to reach", "Q is set to",
+    "; looked at and refused: Q", "there is no no-load run in QQ",
+    "the rig of station Q", "the instrument of 'Q' at Q", "Q is in useQ", " on station Q",
+    ": QQ, process Q, since Q", "; or start with",
+    "found energised: Q; made safe, read back now: Q",
+}  # fmt: skip
+NAMES = {  # of things and threads, and what stands in the log alone
+    "panel client Q", "the Q of Q", "no-load run", "zero Q", "interlock Q",
+    "from the rig's process",
+    "to the panel", "take over",
+    "a bug in the panel: the screen may be wrong, the run is not",
+}  # fmt: skip
+
+
+def shape(pattern: str) -> re.Pattern[str]:
+    """Return what matches a pattern where what fills its places is not known yet."""
+    open_places = re.sub(r"\{(said|list)\d*\}", "\1", pattern)
+    literal = re.escape(re.sub(r"\{\w+\}", "\0", open_places))
+    return re.compile(literal.replace("\0", "Q(?: Q)?").replace("\1", r"(?:Qs?|\w+)"))
+
+
+@pytest.mark.parametrize("module", SPEAKERS)
+def test_every_sentence_of_the_server_has_a_key(module):
+    shapes = [shape(each) for each in SAYS.values()]
+    unknown = [
+        f"{module}:{line}: {text!r} has no key 'says. ...' in static/texts"
+        for line, text in sentences(ROOT / module, without_problems=module in STEPS)
+        if text not in PIECES | NAMES and not any(each.fullmatch(text) for each in shapes)
+    ]
+    assert unknown == []
+
+
+def test_what_is_left_out_is_still_said_somewhere():
+    said = {
+        text
+        for module in SPEAKERS
+        for _, text in sentences(ROOT / module, without_problems=module in STEPS)
+    }
+    assert said >= PIECES | NAMES
+
+
+@pytest.fixture(scope="module")
+def translated(tmp_path_factory):
+    """What the screen's own code makes of English sentences on the German screen."""
+    if shutil.which("node") is None:
+        lacking("BROWSER", "there is no Node.js")
+    folder = tmp_path_factory.mktemp("said")
+    shutil.copy(STATIC / "js/said.js", folder / "said.mjs")
+    for language in ("en", "de"):
+        shutil.copy(STATIC / f"texts/{language}.json", folder)
+    program = """
+      import fs from 'fs';
+      import { translator } from './said.mjs';
+      const read = (name) => JSON.parse(fs.readFileSync(name));
+      const say = translator(read('en.json'), read('de.json'));
+      process.stdout.write(JSON.stringify(read(0).map(say)));
+    """
+
+    def translate(*texts: str) -> list[str]:
+        done = subprocess.run(
+            ["node", "--input-type=module", "-e", program],
+            cwd=folder, input=json.dumps(texts), capture_output=True, text=True, check=False,
+            timeout=60,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        return json.loads(done.stdout)
+
+    return translate
+
+
+@pytest.mark.parametrize(
+    ("english", "german"),
+    [
+        ("Set tester.load to 1000 N", "tester.load auf 1000 N setzen"),
+        ("Wait for 300 s: warm up", "300 s warten: warm up"),
+        (
+            "Scan tester.load between 10 N and 1 kN, 9 points, reading tester.load, a.b",
+            "tester.load zwischen 10 N und 1 kN durchfahren, 9 Punkte, tester.load, a.b lesen",
+        ),
+        (
+            "tester.load is 1000 N, above 500 N; not cleared yet",
+            "tester.load ist 1000 N, über 500 N; noch nicht behoben",
+        ),
+        (
+            "tester.a is 1 N, below 2 N; tester.b cannot be read: no sample came",
+            "tester.a ist 1 N, unter 2 N; tester.b ist nicht lesbar: es kam kein Messwert",
+        ),
+        (
+            "revision A: draft, not for certification",
+            "Revision A: Entwurf, nicht zur Bescheinigung",
+        ),
+        (
+            "the procedure was changed after its approval by A. Jones on 2026-01-02",
+            "das Verfahren wurde nach der Freigabe durch A. Jones am 2026-01-02 geändert",
+        ),
+        (
+            "TQ-7 (tester.torque) is calibrated up to 10 N·m, but the swing goes to 0.05 rad",
+            "TQ-7 (tester.torque) ist bis 10 N·m kalibriert, aber der Schwenk geht bis 0.05 rad",
+        ),
+        (
+            "stopped at the panel: stop button, before the run began",
+            "am Bildschirm angehalten: STOPP-Taste, bevor die Prüfung begann",
+        ),
+        ("load was raised from 900 N to 1000 N", "load: erhöht von 900 N auf 1000 N"),
+        (
+            "main: number 2 was removed: {settle: {cycles: 5}}",
+            "main: Nummer 2 ist entfallen: {settle: {cycles: 5}}",
+        ),
+        (
+            (
+                "at 5 Hz: 0.7261 and 0.7272 N·m: +0.0011 N·m, within their combined U of 0.0120 N·m"
+                " (E_n = 0.09)"
+            ),
+            (
+                "bei 5 Hz: 0.7261 und 0.7272 N·m: +0.0011 N·m, innerhalb ihres gemeinsamen U von"
+                " 0.0120 N·m (E_n = 0.09)"
+            ),
+        ),
+        (
+            (
+                "there is no no-load run in runs; looked at and refused: R1: its mandrel is 'a', "
+                "but 'b' is needed; R2: other"
+            ),
+            (
+                "in runs ist keine Leerlaufprüfung; angesehen und verworfen: R1: ihr mandrel "
+                "ist „a“, gebraucht wird „b“; R2: other"
+            ),
+        ),
+        ("the motor is hot", "the motor is hot"),  # of a device: nobody has translated it
+        ("the drive has no power", "the drive has no power"),
+        ("", ""),
+    ],
+)
+def test_a_sentence_is_said_in_german_whole_or_not_at_all(translated, english, german):
+    assert translated(english) == [german]
+
+
+def answers():
+    """What is told of wrong answers, and what is allowed."""
+    low, high = parse_quantity("15 °C"), parse_quantity("30 °C")
+    for limits in ({}, {"minimum": low}, {"maximum": high}, {"minimum": low, "maximum": high}):
+        asked = Expected(unit="°C", **limits)
+        yield asked.words
+        for wrong in ("warm", "5 ", "41", "23 N", "22,5", "1,000 K", "1 2 K", "1 quux", "1e999 K"):
+            try:
+                asked.accept(wrong)
+            except AnswerError as error:
+                yield from (error.message, error.hint)
+    for wrong in ("lef", "\0"):
+        try:
+            Expected(choices=("left", "right")).accept(wrong)
+        except AnswerError as error:
+            yield from (error.message, error.hint)
+
+
+def plans():
+    """What shipped procedures do, and what is found of the rig before them."""
+    station = find_station("simulated")
+    for name in ("no_load_inertia_sweep", "starting_torque_1000n"):
+        planned = planned_run(find_procedure(name), station)
+        own_words = (Confirm, Ask)
+        yield from (s.text for s in planned.plan.steps if not isinstance(s.action, own_words))
+        yield from (each.text for each in (*calibrations(planned), *rig_items(planned)))
+
+
+def put_together():
+    """What is made of pieces that are not met with above."""
+    yield from (
+        "Ramp tester.load to 1 kN in 10 s",
+        "Measure tester.load, tester.temperature, once",
+        "Measure tester.load, mean over 2 s",
+        "Scan tester.load between 10 N and 1 kN, 9 points, reading tester.load, tester.angle",
+        "Scan tester.load at 10 N, 1 point, reading tester.load",
+        "Record angle of tester, for a time (3 s)",
+        "tester.load may be set to 0 to 3000 N",
+        "tester.load is 20 N again",
+        "the process of the run ended with code 9",
+        "the process of the run ended without a word",
+        "main[1]: aborted while paused: wrong bearing",
+        "the calibration of TQ-7 (tester.torque) was due on 2021-01-01, 1 day before this run",
+        "TQ-7 (tester.torque) is calibrated up to 2 N·m, but recording 1 is expected to reach 3",
+        "TQ-7 (tester.load) is calibrated from 1 N to 2 N, but tester.load is set to 3 N",
+        "enter it; or start with --override tester.torque --by NAME --reason TEXT",
+        "there is no no-load run in my runs; looked at and refused: R1: it is old; R2: other",
+        "the rig of station bench-1 is in use: SSPB-NLI, process 77, since 2026-01-02T03:04:05Z",
+    )
+
+
+@pytest.mark.parametrize("source", [answers, plans, put_together])
+def test_what_is_really_said_is_said_in_german(translated, source):
+    texts = [each for each in source() if each]
+    assert len(texts) > 10
+    unchanged = {text for text, now in zip(texts, translated(*texts), strict=True) if text == now}
+    assert unchanged <= {"in °C"}  # the same in both languages

@@ -1,0 +1,142 @@
+"""The analysis of a run that goes on is the stored one: its last value is the run's own."""
+
+from __future__ import annotations
+
+import pytest
+
+from helpers_any_quantity import written
+from helpers_cli import call
+from helpers_workflow import quick_procedure, run
+from rigrunner.api.events import Samples, StepEnded, StepStarted
+from rigrunner.registry import load_registry
+from rigrunner.runfile import read
+from rigrunner.workflow.locate import find_procedure, find_station, run_names
+from rigrunner_panel.history import History
+from rigrunner_panel.live.so_far import result_so_far
+from rigrunner_panel.view.of_result import correction, live_view
+from rigrunner_panel.view.sections import LiveView
+
+
+class Onlooker:
+    """Analyses a run so far, inside the run: after each recording, and once within each."""
+
+    def __init__(self, runs, no_load):
+        self.runs, self.no_load = runs, no_load
+        self.registry = load_registry()
+        self.after, self.within = [], []
+        self._wanted_s, self._samples = 0.0, 0
+
+    def __call__(self, event):
+        if isinstance(event, StepStarted) and event.recording:
+            self._wanted_s, self._samples = 8 / event.setpoints["tester.frequency"], 0
+        elif isinstance(event, Samples):
+            self._samples += event.block.samples
+            enough = self._samples / event.block.rate_hz > self._wanted_s
+            if enough and len(self.within) == len(self.after):
+                self.within.append(self._found(event.recording))
+        elif isinstance(event, StepEnded) and event.recording:
+            self.after.append(self._found(""))
+
+    def _found(self, recording):
+        folder = self.runs / run_names(self.runs)[-1]
+        found = result_so_far(folder, self.registry, self.no_load, recording)
+        return None if found is None else found[0]
+
+
+@pytest.fixture(scope="module")
+def watched(tmp_path_factory):
+    """Run both procedures, the second one watched; return the onlooker and the finished run."""
+    folder = tmp_path_factory.mktemp("so_far")
+    runs = folder / "runs"
+    no_load = run(quick_procedure(folder, "no_load_inertia_sweep"), runs)
+    onlooker = Onlooker(runs, read(no_load.folder))
+    finished = run(quick_procedure(folder, "starting_torque_1000n"), runs, listeners=[onlooker])
+    assert finished.error is None
+    return onlooker, finished
+
+
+@pytest.mark.thorough
+def test_the_last_live_value_is_the_final_one_to_the_last_bit(watched):
+    onlooker, finished = watched
+    last = live_view(onlooker.after[-1], final=True)
+    final = live_view(finished.result, final=True)
+    assert last.points == final.points
+    assert last.headline == final.headline
+    assert last.raw_headline == final.raw_headline
+    assert last.checks == final.checks
+    assert len(final.points) == 5
+    assert (last.verdict, final.verdict) == ("", "pass")  # nothing is decided before the end
+
+
+def test_each_recording_adds_a_point_that_stays_as_it_is(watched):
+    onlooker, _ = watched
+    views = [live_view(each, final=False) for each in onlooker.after]
+    assert [len(each.points) for each in views] == [1, 2, 3, 4, 5]
+    assert [each.points[0].raw_nm for each in views] == [views[0].points[0].raw_nm] * 5
+
+
+def test_the_recording_that_goes_on_takes_part_with_its_whole_swings(watched):
+    onlooker, finished = watched
+    assert len(onlooker.within) == 5
+    for part, whole in zip(onlooker.within, finished.result.loaded, strict=True):
+        point = part.loaded[-1]
+        assert point.recording == whole.recording
+        assert 3 <= point.cycles < whole.cycles
+        assert point.peak_nm[0] == whole.peak_nm[0]
+
+
+def test_what_is_taken_from_the_swing_is_what_the_method_took(watched):
+    onlooker, _ = watched
+    name, taken = correction(onlooker.after[-1])
+    trace = onlooker.after[-1].compensations["template_inverse"].points[-1].trace
+    assert name == onlooker.after[-1].loaded[-1].recording
+    assert trace.raw_nm - taken == pytest.approx(trace.compensated_nm)
+
+
+def test_a_watched_stretch_is_analysed_in_place_of_the_recordings(watched):
+    onlooker, finished = watched
+    folder = finished.folder
+    stretch = read(folder).recordings[2]
+    found, _ = result_so_far(folder, onlooker.registry, onlooker.no_load, watched=stretch)
+    expected = finished.result.compensations["template_inverse"].points[2]
+    (point,) = live_view(found, final=False).points
+    assert point.recording == stretch.name
+    assert point.torque_nm == pytest.approx(expected.torque.value, abs=1e-3)
+
+
+def test_an_uncertainty_that_the_data_do_not_tell_is_none_here_and_in_the_history(
+    tmp_path,
+):
+    """Of the paper's tables there is one value for each set-point, and no scatter."""
+    finished = run(
+        find_procedure("paper_reproduction"), tmp_path / "runs", station=find_station("paper")
+    )
+    view = live_view(finished.result, final=True)
+    assert view.headline.U_nm is None
+    assert {point.U_nm for point in view.points} == {None}
+    assert LiveView.model_validate_json(view.model_dump_json()) == view
+    (item,) = History(tmp_path / "runs").items()
+    assert item.headline == view.headline
+
+
+def test_named_results_are_there_with_their_limits_while_the_run_goes_on(tmp_path):
+    """Of a supply whose values are written down: no torque, no recording, no swing."""
+    procedure, station = written(tmp_path)
+    runs = tmp_path / "runs"
+    done = call("run", procedure, "--station", station, "--unattended", "--runs", runs)
+    assert done.code == 0, done.err
+    result, acceptance = result_so_far(runs / run_names(runs)[0], load_registry(), None)
+    view = live_view(result, final=False, acceptance=acceptance)
+    assert (view.points, view.verdict) == ((), "")
+    voltages = [each for each in view.results if each.name == "voltage"]
+    assert [(each.place, each.value) for each in voltages] == [
+        ("0 A", 12.031), ("1 A", 12.022), ("2 A", 12.014), ("5 A", 11.987),
+    ]  # fmt: skip
+    assert {(each.lower, each.upper, each.unit) for each in voltages} == {(11.98, 12.1, "V")}
+    (regulation,) = (each for each in view.results if each.name == "regulation")
+    assert (regulation.place, regulation.lower, regulation.upper) == ("", None, 50.0)
+    (figure,) = view.figures
+    assert [point.x for point in figure.series[0].points] == [0, 1, 2, 5]
+    assert LiveView.model_validate_json(view.model_dump_json()) == view
+    (item,) = History(runs).items()
+    assert (item.headline, item.result) == (None, "regulation: 44.0 ± 3.1 mV")

@@ -1,0 +1,186 @@
+"""The screen's own files: words in two languages, modules that parse, and the pure functions."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import struct
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rigrunner_panel
+from helpers_lacking import lacking
+from rigrunner_panel.live.frames import frame
+
+STATIC = Path(rigrunner_panel.__file__).parent / "static"
+MODULES = sorted(path.resolve() for path in (STATIC / "js").rglob("*.js"))
+LITERAL = re.compile(r'"([a-z_]+(?:\.[a-zA-Z_]+)+|[a-z_]+)"')
+
+
+def words(language):
+    return json.loads((STATIC / "texts" / f"{language}.json").read_text(encoding="utf-8"))
+
+
+def test_both_languages_say_the_same_with_the_same_values():
+    english, german = words("en"), words("de")
+    assert list(english) == list(german)
+    for key, text in english.items():
+        names = sorted(re.findall(r"\{(?!article|list)(\w+)\}", text))  # German does without
+        assert sorted(re.findall(r"\{(\w+)\}", german[key])) == names, key
+        assert german[key].strip(), key
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_what_puts_a_question_away_is_not_called_as_what_aborts_a_run(language):
+    texts = words(language)
+    others = {text for key, text in texts.items() if key != "dialog.cancel"}
+    assert texts["dialog.cancel"] not in others
+
+
+def test_no_word_is_unused_and_none_is_missing():
+    code = "\n".join(each.read_text(encoding="utf-8") for each in MODULES)
+    known = set(words("en"))
+    asked = set(re.findall(r'\bt\("([^"]+)"', code))
+    assert asked <= known
+    named = set(LITERAL.findall(code))
+    prefixes = tuple(re.findall(r"`((?:\w+\.)+\w*)\$\{", code))
+    tails = set(re.findall(r"`\$\{key\}\.(\w+)`", code))
+    unused = {
+        key
+        for key in known - named
+        if not key.startswith((*prefixes, "says.")) and key.rpartition(".")[2] not in tails
+    }
+    assert unused == set()
+
+
+def test_the_page_has_nothing_inline_and_asks_nobody_else():
+    page = (STATIC / "index.html").read_text(encoding="utf-8")
+    assert not re.search(r"<style|\sstyle=|\son\w+=|<script(?![^>]*\ssrc=)", page)
+    for each in [STATIC / "index.html", *MODULES, *sorted((STATIC / "css").glob("*.css"))]:
+        text = each.read_text(encoding="utf-8")
+        assert not re.search(r"https?://", text), each
+        assert not re.search(r"\b(innerHTML|outerHTML|insertAdjacentHTML|eval)\b", text), each
+
+
+@pytest.fixture(scope="module")
+def scripts(tmp_path_factory):
+    """The modules where Node takes them for modules."""
+    if shutil.which("node") is None:
+        lacking("BROWSER", "there is no Node.js")
+    folder = tmp_path_factory.mktemp("static")
+    shutil.copytree(STATIC / "js", folder / "js")
+    (folder / "package.json").write_text('{"type": "module"}', encoding="utf-8")
+    return folder
+
+
+def node(folder, *words):
+    return subprocess.run(
+        ["node", *words], cwd=folder, capture_output=True, text=True, check=False, timeout=60
+    )
+
+
+def test_every_module_parses(scripts):
+    for each in sorted(scripts.rglob("*.js")):
+        checked = node(scripts, "--check", each)
+        assert checked.returncode == 0, checked.stderr
+
+
+def evaluated(scripts, module, expression):
+    program = (
+        f"import * as m from './js/{module}.js';process.stdout.write(JSON.stringify({expression}));"
+    )
+    done = node(scripts, "--input-type=module", "-e", program)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+@pytest.mark.parametrize(
+    ("expression", "expected"),
+    [
+        # two significant digits of the uncertainty (GUM 7.2.6)
+        ("m.withUncertainty(0.72613, 0.00948, 'N·m')", "0.7261 ± 0.0095 N·m"),
+        ("m.withUncertainty(0.72613, 0.00996, 'N·m')", "0.726 ± 0.010 N·m"),
+        ("m.withUncertainty(12.3456, 3.21, 'N·m')", "12.3 ± 3.2 N·m"),
+        ("m.withUncertainty(123.4, 12.6, 'N·m')", "123 ± 13 N·m"),
+        ("m.withUncertainty(0.5, null, 'N·m')", "0.500 N·m"),
+        ("m.withUncertainty(null, 0.1, 'N·m')", "\u2013"),
+        ("m.fixed(-1.25, 1)", "\u22121.3"),
+        ("m.fixed(-0.0001, 2)", "0.00"),
+        ("m.fixed(NaN, 2)", "\u2013"),
+        ("m.duration(3725.4)", "1:02:05"),
+        ("m.duration(59.6)", "1:00"),
+        ("m.duration(-3)", "0:00"),
+        ("m.bytes(999)", "999 B"),
+        ("m.bytes(663000)", "663 kB"),
+        ("m.bytes(79100000000)", "79.1 GB"),
+    ],
+)
+def test_numbers_are_shown_as_people_read_them(scripts, expression, expected):
+    assert evaluated(scripts, "format", expression) == expected
+
+
+def test_the_screen_reads_the_frames_that_the_server_writes(scripts):
+    sent = frame(
+        {"kind": "swing", "recording": "ä", "t_s": 1.5},
+        {"raw_nm": np.array([1.5, -2.25]), "angle_rad": np.array([0.5])},
+    )
+    assert struct.unpack_from("<I", sent)[0] % 4 == 0
+    buffer = f"new Uint8Array({list(sent)}).buffer"
+    read = evaluated(
+        scripts,
+        "link",
+        f"(f => ({{...f, curves: Object.fromEntries("
+        f"Object.entries(f.curves).map(([k, v]) => [k, [...v]]))}}))(m.decodeFrame({buffer}))",
+    )
+    assert (read["kind"], read["recording"], read["t_s"]) == ("swing", "ä", 1.5)
+    assert read["curves"] == {"raw_nm": [1.5, -2.25], "angle_rad": [0.5]}
+
+
+def test_columns_of_the_trend_are_joined_filled_in_and_bounded(scripts):
+    expression = """(() => {
+      const frame = (first, low, high) => ({ first, step_s: 0.1, reset: false,
+        curves: { min_nm: low, max_nm: high } });
+      let trend = { first: 0, stepS: 1, minimum: [], maximum: [] };
+      trend = m.joined(trend, frame(0, [1, 2], [3, 4]));
+      trend = m.joined(trend, frame(1, [-2, 5], [9, 6]));
+      const early = JSON.parse(JSON.stringify(trend));
+      const many = Array.from({ length: 1500 }, (_, i) => i);
+      trend = m.joined(trend, frame(3, many, many));
+      return { early, length: trend.minimum.length, first: trend.first,
+        last: trend.maximum.at(-1), start: trend.minimum[0] };
+    })()"""
+    read = evaluated(scripts, "store", expression)
+    known = {"first": 0, "stepS": 0.1, "channel": "", "minimum": [1, -2, 5]}
+    assert read["early"] == {**known, "maximum": [3, 9, 6]}
+    assert (read["length"], read["first"]) == (1200, 303)
+    assert (read["start"], read["last"]) == (300, 1499)
+
+
+def test_no_script_imports_itself_by_way_of_others():
+    left = {
+        path: {
+            (path.parent / found).resolve()
+            for found in re.findall(r'from "(\.[^"]+)"', path.read_text(encoding="utf-8"))
+        }
+        for path in MODULES
+    }
+    assert sum(map(len, left.values())) > len(MODULES)
+    while free := [path for path, needs in left.items() if not needs & left.keys()]:
+        for path in free:
+            del left[path]
+    assert [path.name for path in left] == []
+
+
+@pytest.mark.parametrize(("job", "kept"), [("{run: 'A', title: 'x'}", True), ("{run: ''}", False)])
+def test_a_curve_of_an_earlier_job_does_not_stay(scripts, job, kept):
+    done = (
+        "m.takeState({job: {run: 'A'}})",
+        "m.takeFrame({kind: 'swing', recording: '001'})",
+        f"m.takeChanges(2, {{job: {job}}})",
+        "m.store.lastSwing !== null",
+    )
+    assert evaluated(scripts, "store", f"({', '.join(done)})") is kept

@@ -1,0 +1,282 @@
+"""What a run tells, as the screen shows it."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+
+from rigrunner.api.events import (
+    Alarm,
+    InterlockCleared,
+    InterlockTripped,
+    Intervention,
+    MadeSafe,
+    Outcome,
+    RunEnded,
+    RunStarted,
+    Scanned,
+    StepEnded,
+    StepStarted,
+)
+from rigrunner.engine import Choice, Paused
+from rigrunner.procedure.answers import Expected
+from rigrunner_panel.live.asked import Analysed
+from rigrunner_panel.live.story import Story
+from rigrunner_panel.process import news
+from rigrunner_panel.view.board import Board
+from rigrunner_panel.view.sections import (
+    Finished,
+    JobView,
+    LiveView,
+    PlanView,
+    PreflightItem,
+    Readings,
+    StepView,
+)
+
+numbers = itertools.count()
+
+
+class NoLinks:
+    def picture(self, path):
+        return f"/api/pictures/{path}"
+
+    def of_run(self, _run):
+        return ()
+
+
+def step(index, point, frequency_hz=None):
+    return StepView(
+        index=index, path=f"main[{index}]", phase="main", action="record", text="",
+        point=point, estimated_s=10.0, frequency_hz=frequency_hz,
+    )  # fmt: skip
+
+
+PLAN = PlanView(
+    estimated_s=40.0, steps=(step(0, ""), step(1, "a", 5.0), step(2, "a", 5.0), step(3, "b", 9.0))
+)
+
+
+def event(kind, **fields):
+    return news.Happened(kind(seq=next(numbers), monotonic_s=0.0, utc="2026", **fields))
+
+
+def begun(index, recording=""):
+    known = {"step": f"main[{index}]", "index": index, "action": "record", "text": f"step {index}"}
+    return event(StepStarted, **known, recording=recording)
+
+
+def ended(index, *, ok=True, action="record", **more):
+    return event(StepEnded, step=f"main[{index}]", index=index, action=action, ok=ok, **more)
+
+
+@pytest.fixture
+def board():
+    return Board()
+
+
+@pytest.fixture
+def story(board):
+    job = JobView(kind="run", procedure="p", station="s", realtime=False)
+    story = Story(board, job, NoLinks())
+    story.take(news.Planned(PLAN, "nl", "Title"))
+    return story
+
+
+STARTED = {"run_id": "R1", "steps": 4, "estimated_s": 40.0}
+
+
+def test_phases_follow_what_happens(board, story):
+    def after(message):
+        story.take(message)
+        return board.get("phase")
+
+    assert board.get("phase") == "starting"
+    assert after(event(RunStarted, **STARTED)) == "running"
+    asked = news.Asked(7, "setup[0]", "confirm", "Ready?", "x.png", Expected(("yes", "no")))
+    assert after(asked) == "asking"
+    assert board.get("prompt").picture == "/api/pictures/x.png"
+    assert board.get("prompt").choices == ("yes", "no")
+    assert after(news.Answered(7)) == "running"
+    assert board.get("prompt") is None
+    story.asked("pause")
+    assert board.get("phase") == "pausing"
+    paused = Paused("main[1]", "a", "a pause was asked for", (), (Choice.RESUME, Choice.ABORT))
+    assert after(news.PausedNow(paused)) == "paused"
+    assert (board.get("asked"), board.get("pause").choices) == ("", ("resume", "abort"))
+    assert after(news.WentOn()) == "running"
+    assert after(event(Intervention, action="abort", by="interlock x")) == "ending"
+    assert after(event(RunEnded, outcome=Outcome.ABORTED)) == "analysing"
+    end = Finished(run="R1", folder="f", outcome="aborted", reason="", verdict="")
+    assert after(news.Ended(end)) == "finished"
+    assert board.get("finished") == end
+
+
+def test_steps_are_shown_as_they_go(board, story):
+    states = []
+    for message in (
+        begun(0), ended(0), begun(1, "001"), ended(1, ok=False), begun(1, "001"), ended(1),
+        begun(2, "002"), event(Intervention, action="skip", by="Ann"), begun(3, "003"),
+    ):  # fmt: skip
+        story.take(message)
+        states.append(board.get("progress").states)
+    assert states == [
+        "r...", "o...", "or..", "ox..", "or..", "oo..", "oor.", "oos.", "oosr",
+    ]  # fmt: skip
+    progress = board.get("progress")
+    assert (progress.recording, progress.done_s, progress.left_s) == ("003", 30.0, 10.0)
+
+
+def test_a_step_that_a_pause_broke_off_is_to_come_and_not_failed(board, story):
+    paused = Paused("main[1]", "a", "a pause was asked for", (), (Choice.RESUME,))
+    for message in (begun(0), ended(0), begun(1, "001"), ended(1, ok=False)):
+        story.take(message)
+    assert board.get("progress").states == "ox.."
+    story.take(news.PausedNow(paused))
+    assert board.get("progress").states == "o..."
+    assert board.get("progress").left_s == 30.0
+    story.take(begun(1, "001"))
+    assert board.get("progress").states == "or.."
+
+
+def test_what_was_set_and_read_is_known_in_its_units(board, story):
+    units = {"t.frequency": "Hz", "t.load": "N", "t.temperature": "K"}
+    story.take(ended(0, action="set", values={"t.frequency": 5.0}, units=units))
+    story.take(ended(0, action="set", values={"t.load": 1000.0}, units=units))
+    story.take(ended(1, values={"t.load": 998.0, "t.temperature": 296.15}, units=units))
+    found = board.get("readings")
+    assert (found.set_frequency_hz, found.set_load_n, found.load_n) == (5.0, 1000.0, 998.0)
+    assert found.temperature_c == pytest.approx(23.0)
+    assert found.values["t.temperature"].unit == "K"
+
+
+def test_a_load_that_was_set_is_what_was_read_back_and_not_what_was_read_before(board, story):
+    story.take(ended(0, values={"t.load": 0.4}, units={"t.load": "N"}))
+    story.take(ended(1, action="set", values={"t.load": 998.0}, units={"t.load": "N"}))
+    found = board.get("readings")
+    assert (found.set_load_n, found.load_n, found.load_utc) == (998.0, 998.0, "2026")
+
+
+def test_what_was_made_safe_stands_where_it_was_read_back(board, story):
+    units = {"t.load": "N", "t.frequency": "Hz"}
+    story.take(ended(0, action="set", values={"t.frequency": 5.0}, units=units))
+    story.take(ended(1, values={"t.load": 999.0, "t.frequency": 5.0}, units=units))
+    read_back = {"t.load": 1.5, "t.frequency": 0.0}
+    story.take(event(MadeSafe, what="t", read_back=read_back))
+    found = board.get("readings")
+    assert (found.set_load_n, found.load_n, found.load_utc) == (1.5, 1.5, "2026")
+    assert (found.set_frequency_hz, found.frequency_hz) == (0.0, 0.0)
+    assert found.values["t.load"].unit == "N"
+
+
+def scan_begun(index):
+    known = {"setpoints": {"t.frequency": 5.0}, "units": {"t.frequency": "Hz", "t.load": "N"}}
+    return event(
+        StepStarted, step=f"main[{index}]", index=index, action="scan", text="Scan", **known
+    )
+
+
+def row(point, load):
+    where = {"t.frequency": 5.0, "t.load": load}
+    known = {"setpoints": where, "values": {"t.load": load - 1, "t.temperature": 300.15}}
+    return event(Scanned, step="main[1]", point=point, measurement="loads", **known)
+
+
+def test_a_scan_shows_each_point_and_how_far_it_is(board):
+    scan = step(1, "").model_copy(update={"scan_points": 4, "action": "scan"})
+    story = Story(board, JobView(kind="run", procedure="p", station="s"), NoLinks())
+    story.take(news.Planned(PlanView(estimated_s=20.0, steps=(step(0, ""), scan)), "", "Title"))
+    units = {"t.frequency": "Hz"}
+    story.take(ended(0, action="set", values={"t.frequency": 5.0}, units=units))
+    story.take(scan_begun(1))
+    logged = board.get("log")
+    for point, load in enumerate((10.0, 20.0, 40.0)):
+        story.take(row(point, load))
+    readings, progress = board.get("readings"), board.get("progress")
+    assert (readings.set_load_n, readings.load_n) == (40.0, 39.0)
+    assert readings.temperature_c == pytest.approx(27.0)
+    assert readings.values["t.load"].unit == "N"
+    assert readings.set_frequency_hz == 5.0
+    assert (progress.scanned, progress.scan_points) == (3, 4)
+    assert (progress.done_s, progress.left_s) == (10.0 + 7.5, 2.5)
+    assert board.get("log") == logged
+    story.take(scan_begun(1))  # once more: from its first point
+    assert board.get("progress").scanned == 0
+    story.take(ended(1, action="scan"))
+    assert (board.get("progress").scanned, board.get("progress").scan_points) == (0, 0)
+    assert board.get("progress").states == "oo"
+
+
+def test_a_scan_does_not_forget_the_frequency_that_was_measured(board, story):
+    story.take(scan_begun(1))
+    measured = board.get("readings").model_copy(update={"frequency_hz": 5.01})
+    board.put(readings=measured)
+    story.take(row(0, 10.0))
+    assert board.get("readings").frequency_hz == 5.01
+
+
+def test_a_new_job_knows_nothing_of_the_rig_that_an_earlier_one_found(board, story):
+    story.take(ended(0, action="set", values={"tester.load": 1000.0}, units={"tester.load": "N"}))
+    Story(board, story.job, NoLinks())
+    assert board.get("readings") == Readings()
+
+
+def test_an_interlock_is_active_until_it_clears_and_lists_stay_short(board, story):
+    known = {"interlock": "hot", "does": "pause", "latency_s": 0.1}
+    story.take(event(InterlockTripped, source="interlock hot", text="too hot", **known))
+    assert [(one.text, one.active) for one in board.get("alarms")] == [("too hot", True)]
+    story.take(event(InterlockCleared, step="interlock hot", text="fine", interlock="hot"))
+    assert [one.active for one in board.get("alarms")] == [False]
+    for number in range(300):
+        story.take(event(Alarm, source="x", text=str(number)))
+    assert (len(board.get("alarms")), len(board.get("log"))) == (100, 100)
+    assert board.get("alarms")[-1].text == "299"
+
+
+LIVE = LiveView(recordings=1, final=False, method="m", problem="", taken_s=0.1)
+
+
+def test_the_run_s_own_result_is_the_last_that_is_shown(board, story):
+    story.take(event(RunStarted, **STARTED))
+    story.analysed(Analysed(LIVE))
+    assert board.get("live") == LIVE
+    final = LIVE.model_copy(update={"final": True, "recordings": 4})
+    end = Finished(run="R1", folder="f", outcome="completed", reason="", verdict="pass")
+    story.take(news.Ended(end, final))
+    story.analysed(Analysed(LIVE))  # an answer that came too late
+    assert board.get("live") == final
+
+
+def test_a_process_that_dies_without_a_word_is_told_with_what_to_do(board, story):
+    story.take(event(RunStarted, **STARTED))
+    story.lost(-9)
+    assert board.get("phase") == "finished"
+    assert "code -9" in board.get("finished").reason
+    assert "resume" in board.get("finished").hint
+    story.lost(-9)  # once is enough
+    assert board.get("phase") == "finished"
+
+
+@pytest.mark.parametrize(("code", "outcome"), [("aborted", "aborted"), ("device", "error")])
+def test_a_job_that_never_began_says_why(board, story, code, outcome):
+    story.take(news.Failed("it is so", "do this", code))
+    found = board.get("finished")
+    assert board.get("phase") == "finished"
+    assert (found.outcome, found.reason, found.hint) == (outcome, "it is so", "do this")
+    assert (found.run, found.sealed) == ("", False)
+
+
+def test_a_preflight_fills_and_lets_start_only_without_a_failure(board):
+    story = Story(board, JobView(kind="preflight", procedure="p", station="s"), NoLinks())
+    assert (board.get("phase"), board.get("preflight").done) == ("checking", False)
+    good = PreflightItem(kind="disk", name="disk", state="warn", text="little")
+    story.take(news.Checked(good))
+    assert board.get("preflight").items == (good,)
+    story.take(news.Ended())
+    assert (board.get("phase"), board.get("preflight").may_start) == ("idle", True)
+    story = Story(board, JobView(kind="preflight", procedure="p", station="s"), NoLinks())
+    story.take(news.Failed("no such file", "look", "invalid"))
+    found = board.get("preflight")
+    assert (found.done, found.may_start, found.items[0].state) == (True, False, "fail")
+    assert found.items[0].fix == "look"

@@ -1,0 +1,105 @@
+"""Each check of the other kinds of plugin fails one that is broken in just that way.
+
+That what ships passes them all is held by tests/contract/test_conformance.py.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from helpers_zoo_analysis import (
+    COMPENSATIONS,
+    DECISION_RULES,
+    FITS,
+    RULES,
+    DecisionRule,
+    compensation_registry,
+    decision_rule_registry,
+    fit_registry,
+    grubbs,
+    line,
+    proven,
+    rule_registry,
+)
+from helpers_zoo_files import (
+    FORMATS,
+    IMPORTERS,
+    SINKS,
+    Table,
+    format_registry,
+    importer_registry,
+    listener,
+    page,
+    sink_registry,
+)
+from helpers_zoo_results import ANALYSES, analysis_registry
+from helpers_zoo_units import UNITS, good_unit_registry, unit_registry
+from rigrunner_testing import State, checks, examine_one, subject
+from rigrunner_testing.settings import CHECKS as OF_EVERY_PLUGIN
+
+
+def own_checks(kind):
+    return {each.name: each for each in checks(kind) if each not in OF_EVERY_PLUGIN}
+
+
+def found(kind, name, registry):
+    return examine_one(
+        subject(kind, registry.plugins[0].record.name, registry=registry), own_checks(kind)[name]
+    )
+
+
+OF_KIND = {
+    "fit": (FITS, fit_registry),
+    "outlier_rule": (RULES, rule_registry),
+    "decision_rule": (DECISION_RULES, decision_rule_registry),
+    "report_format": (FORMATS, format_registry),
+    "event_sink": (SINKS, sink_registry),
+    "importer": (IMPORTERS, importer_registry),
+    "analysis": (ANALYSES, lambda make: make()),
+    "unit": (UNITS, unit_registry),
+}
+BROKEN = [(kind, name) for kind, (zoo, _) in OF_KIND.items() for name in zoo]
+GOOD = {
+    "fit": lambda: fit_registry(line, examples=()),
+    "outlier_rule": lambda: rule_registry(grubbs, examples=()),
+    "decision_rule": lambda: decision_rule_registry(DecisionRule(proven)),
+    "report_format": lambda: format_registry(page),
+    "event_sink": lambda: sink_registry(listener),
+    "importer": lambda: importer_registry(Table),
+    "analysis": analysis_registry,
+    "unit": good_unit_registry,
+}
+
+
+@pytest.mark.parametrize("kind", OF_KIND)
+def test_there_is_a_broken_one_for_every_check(kind):
+    assert set(OF_KIND[kind][0]) == set(own_checks(kind))
+
+
+def test_there_is_a_broken_compensation_for_every_check():
+    assert set(COMPENSATIONS) == set(own_checks("compensation"))
+
+
+def test_certificates_have_the_checks_of_reports():
+    assert own_checks("certificate_format") == own_checks("report_format")
+
+
+@pytest.mark.parametrize(("kind", "name"), BROKEN)
+def test_what_is_broken_fails(kind, name):
+    zoo, registry = OF_KIND[kind]
+    finding = found(kind, name, registry(zoo[name]))
+    assert finding.state is State.FAIL
+    assert finding.text
+
+
+@pytest.mark.parametrize(("kind", "name"), BROKEN)
+def test_what_keeps_to_everything_passes(kind, name):
+    finding = found(kind, name, GOOD[kind]())
+    assert finding.state is not State.FAIL, finding.text
+
+
+@pytest.mark.parametrize("name", COMPENSATIONS)
+def test_a_broken_compensation_fails(name):
+    finding = found("compensation", name, compensation_registry(**COMPENSATIONS[name]))
+    assert finding.state is State.FAIL
+    assert "Error: " not in finding.text

@@ -1,0 +1,64 @@
+"""The kit in pytest, as the tests of a stranger's package use it."""
+
+from __future__ import annotations
+
+from rigrunner_testing import checks
+
+pytest_plugins = ["pytester"]
+
+PLUGIN = ("-p", "rigrunner_testing.pytest_plugin", "-p", "no:cacheprovider", "--strict-markers")
+PACKAGE = """
+from pathlib import Path
+
+import pytest
+
+@pytest.mark.conformance("device", "hollow", drop_in=Path("plugins"))
+def test_it_conforms(conformance):
+    conformance()
+"""
+GOOD = """
+import pytest
+
+@pytest.mark.conformance("outlier_rule", "mad", {"threshold": 4.0})
+def test_it_conforms(conformance):
+    conformance()
+
+class TestWhereTheSettingsAreKnownInTheTestAlone:
+    @pytest.fixture
+    def conformance_settings(self):
+        return {"threshold": 5.0}
+
+    @pytest.mark.conformance("outlier_rule", "mad", {"threshold": "no number"})
+    def test_it_conforms(self, conformance):
+        conformance()
+"""
+HOLLOW = """
+from rigrunner.api.hooks import DeviceRecord, hookimpl
+
+api_version = 1
+
+@hookimpl
+def rigrunner_devices():
+    return [DeviceRecord(name="hollow", help="", factory=lambda settings, context: None)]
+"""
+
+
+def test_a_plugin_goes_through_every_check_and_what_does_not_apply_is_skipped(pytester):
+    pytester.makepyfile(test_good=GOOD)
+    done = pytester.runpytest_subprocess(*PLUGIN, "-rs")
+    done.assert_outcomes(passed=2 * (len(checks("outlier_rule")) - 2), skipped=2 * 2)
+    done.stdout.fnmatch_lines(["*it has no settings with units*", "*its record states no ex*"])
+
+
+def test_a_demand_that_is_not_met_fails_with_what_to_do(pytester):
+    pytester.makepyfile(test_hollow=PACKAGE)
+    pytester.mkdir("plugins").joinpath("hollow.py").write_text(HOLLOW)
+    done = pytester.runpytest_subprocess(*PLUGIN, "-k", "help_line or name_fits")
+    done.assert_outcomes(passed=1, failed=1)
+    done.stdout.fnmatch_lines(["*found: the record's help is empty*", "*fix: write one line*"])
+
+
+def test_without_a_marker_it_says_how_to_write_one(pytester):
+    pytester.makepyfile("def test_it_conforms(conformance): conformance()")
+    done = pytester.runpytest_subprocess(*PLUGIN)
+    assert "needs a marker, such as @pytest.mark.conformance('device'" in done.stdout.str()

@@ -1,0 +1,154 @@
+"""Each check on kinds of steps fails for a kind that is broken in just that way."""
+
+# ruff: noqa: ARG002  (the signature of an action)
+
+from __future__ import annotations
+
+import contextlib
+from dataclasses import dataclass
+
+import pytest
+
+from rigrunner.api.errors import AbortedError, InvalidFileError
+from rigrunner.api.hooks import StepRecord
+from rigrunner.api.settings import PositiveDuration
+from rigrunner.api.steps import NOTHING, Action, StepSettings
+from rigrunner.plan import make_plan
+from rigrunner.procedure import parse_procedure, step_kinds
+from rigrunner.registry import Registry, load_registry
+from rigrunner.registry.lookup import Plugin, Provider
+from rigrunner.station import parse_station
+from rigrunner_testing import conform, subject
+from rigrunner_testing.steps import (
+    STATION,
+    is_planned,
+    is_resumed_or_refuses,
+    leaves_the_rig_safe,
+    stops_when_asked,
+    takes_its_time,
+)
+
+LAB = Provider("lab", "1")
+
+
+class DwellStep(StepSettings):
+    """Time passes."""
+
+    time: PositiveDuration = 10.0
+    """How long."""
+
+
+@dataclass(frozen=True)
+class Dwell(Action):
+    kind = "dwell"
+    duration_s: float
+
+    def do(self, step, doing):
+        doing.wait(self.duration_s)
+        return NOTHING
+
+
+@dataclass
+class Thawed(Action):
+    """Is not frozen."""
+
+    kind = "dwell"
+
+
+class Deaf(Dwell):
+    """Lets time pass behind the engine's back."""
+
+    def do(self, step, doing):
+        doing.clock.sleep(self.duration_s)
+        return NOTHING
+
+
+class Slow(Dwell):
+    """Takes longer than it is planned for."""
+
+    def do(self, step, doing):
+        doing.wait(2 * self.duration_s)
+        return NOTHING
+
+
+class Swallowing(Dwell):
+    """Goes on when the run is to stop, as if it was done."""
+
+    def do(self, step, doing):
+        with contextlib.suppress(AbortedError):
+            doing.wait(self.duration_s)
+        return NOTHING
+
+
+class Bypassing(Dwell):
+    """Breaks the device, so that it cannot be made safe."""
+
+    def do(self, step, doing):
+        device = doing.rig.devices["tester"]
+        device.make_safe = device.set = None
+        return NOTHING
+
+
+def known(action, seconds=None):
+    def plan(settings, planning):
+        made = action(settings.time)
+        planning.emit(made, "Dwell", settings.time if seconds is None else seconds)
+
+    record = StepRecord(name="dwell", help="Time passes.", settings=DwellStep, factory=plan)
+    return Registry([*load_registry().plugins, Plugin("step", record, LAB)])
+
+
+def failed(action, check, seconds=None):
+    with pytest.raises(AssertionError) as raised:
+        conform(subject("step", "dwell", registry=known(action, seconds)), check)
+    return str(raised.value)
+
+
+@pytest.mark.parametrize(
+    "check",
+    [is_planned, takes_its_time, stops_when_asked, leaves_the_rig_safe, is_resumed_or_refuses],
+    ids=lambda check: check.name,
+)
+def test_a_sound_kind_passes(check):
+    assert not conform(subject("step", "dwell", registry=known(Dwell)), check)
+
+
+@pytest.mark.parametrize(
+    ("action", "check", "found"),
+    [
+        (lambda _: Thawed(), is_planned, "Thawed is no frozen dataclass"),
+        (Slow, takes_its_time, "it took 20 s and was planned for 10 s"),
+        (Deaf, stops_when_asked, "after it was asked to"),
+        (Swallowing, is_resumed_or_refuses, "it ended as if it was done"),
+        (Bypassing, leaves_the_rig_safe, "the rig was left"),
+    ],
+    ids=["not frozen", "slow", "deaf", "swallows the stop", "unsafe"],
+)
+def test_a_broken_kind_fails(action, check, found):
+    assert found in failed(action, check)
+
+
+PROCEDURE = """\
+rigrunner: procedure/2
+id: LAB-1
+revision: "A"
+title: With a step of the lab's own
+measurand: {symbol: Td, name: torque}
+uses: {tester: swing_tester}
+main: [{dwell: {time: 3 s}}]
+"""
+
+
+def test_a_procedure_may_have_a_kind_of_the_labs_own_where_that_is_known():
+    kinds = step_kinds(known(Dwell))
+    (step,) = parse_procedure(PROCEDURE, "p.yaml", kinds=kinds).model.main
+    assert (step.kind, step.settings.time) == ("dwell", 3.0)
+    with pytest.raises(InvalidFileError, match="unknown step 'dwell'"):
+        parse_procedure(PROCEDURE, "p.yaml")
+
+
+def test_the_text_of_a_stored_run_is_read_where_a_kind_is_missing_and_cannot_be_planned():
+    stored = parse_procedure(PROCEDURE, "p.yaml", stored=True)
+    assert stored.model.main[0].kind == "dwell"
+    with pytest.raises(InvalidFileError, match="is not installed here"):
+        make_plan(stored, parse_station(STATION, "s.yaml"), {})

@@ -1,0 +1,19 @@
+"""Names of 0.1.0 that plugins made then use."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+
+import pytest
+
+import rigrunner_testing
+
+
+def test_the_kit_is_found_by_its_old_name_with_a_warning():
+    sys.modules.pop("rigrunner.testing", None)
+    with pytest.warns(DeprecationWarning, match="rigrunner_testing"):
+        old = importlib.import_module("rigrunner.testing")
+    assert old.subject is rigrunner_testing.subject
+    with pytest.raises(AttributeError):
+        _ = old.nothing_like_that
