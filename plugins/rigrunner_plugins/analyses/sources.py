@@ -73,13 +73,16 @@ def groups(
             f"{f' at {there}' if measured and there else ''}",
             hint="measure or record it in the procedure, at one step together",
         )
-    found: dict[tuple[CoordinateValue, ...], list[Part]] = {}
+    found: dict[tuple[object, ...], list[Part]] = {}
     for part in chosen:
-        found.setdefault(tuple(_key(part, per)), []).append(part)
-    return [_group(dict(zip(per, key, strict=True)), each) for key, each in found.items()]
+        found.setdefault(tuple(each.usual for each in _place_by(part, per)), []).append(part)
+    return [
+        _group(dict(zip(per, _place_by(each[0], per), strict=True)), each)
+        for each in found.values()
+    ]
 
 
-def _key(part: Part, per: Iterable[str]) -> Iterator[CoordinateValue]:
+def _place_by(part: Part, per: Iterable[str]) -> Iterator[CoordinateValue]:
     for name in per:
         if name not in part.place:
             known = ", ".join(part.place) or "none"
@@ -146,7 +149,8 @@ def _place(of: Recording | Measurement) -> dict[str, CoordinateValue]:
     """Return the set-points and coordinates of a recording or row, with time and cycles by then."""
     known = {**of.setpoints, **of.coordinates}
     found = {
-        name: CoordinateValue.of_si(value, of.units.get(name, "")) for name, value in known.items()
+        name: CoordinateValue.of_si(value, of.units.get(name, ""), of.written_in.get(name, ""))
+        for name, value in known.items()
     }
     if of.elapsed_s is not None:
         found["elapsed"] = CoordinateValue(of.elapsed_s, "s")

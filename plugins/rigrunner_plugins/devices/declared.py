@@ -71,7 +71,7 @@ class DeclaredChannel(DeclaredQuantity):
 
     def info(self, name: str) -> ChannelInfo:
         """Return what others are to know of the channel."""
-        return ChannelInfo(name, self.si_unit, self.title or name)
+        return ChannelInfo(name, self.si_unit, self.title or name, shown_in=self.unit)
 
 
 class DeclaredReading(Settings):

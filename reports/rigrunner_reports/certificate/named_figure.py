@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.ticker import FuncFormatter
 
+from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.plots.results import limit_lines
 from rigrunner_reports.plots.canvas import INK, PRIMARY, VERMILION, Plot, draw
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from rigrunner.api.certificate import Certificate, LimitStatement, NamedResult
+    from rigrunner.api.certificate import Certificate, CoordinatePart, LimitStatement, NamedResult
     from rigrunner_reports.certificate.wording import Wording
 
 FEWEST_POINTS = 2
@@ -37,8 +38,8 @@ def _figure(certificate: Certificate, results: Sequence[NamedResult], wording: W
     first = results[0]
     ((axis, at),) = first.coordinates.items()
     symbol = first.symbol or first.name
-    x = [float(value.value) for each in results for value in each.coordinates.values()]
-    limits = _limits(certificate, first.name, axis)
+    x = [_number(each.coordinates[axis], at.unit) for each in results]
+    limits = _limits(certificate, first.name, axis, at.unit)
 
     def paint(figure: Figure) -> None:
         axes = figure.subplots()
@@ -78,14 +79,18 @@ def _figure(certificate: Certificate, results: Sequence[NamedResult], wording: W
 
 
 def _limits(
-    certificate: Certificate, name: str, axis: str
+    certificate: Certificate, name: str, axis: str, symbol: str
 ) -> list[tuple[list[float], list[float]]]:
     stated = certificate.conformity.statements if certificate.conformity else ()
-    return list(limit_lines(_held(each, axis) for each in stated if each.named == name))
+    return list(limit_lines(_held(each, axis, symbol) for each in stated if each.named == name))
 
 
-def _held(stated: LimitStatement, axis: str) -> tuple[float | None, float, float]:
+def _held(stated: LimitStatement, axis: str, symbol: str) -> tuple[float | None, float, float]:
     place = stated.coordinates.get(axis)
-    x = None if place is None or isinstance(place.value, str) else place.value
+    x = None if place is None or isinstance(place.value, str) else _number(place, symbol)
     lower, upper = stated.lower, stated.upper
     return x, -inf if lower is None else lower, inf if upper is None else upper
+
+
+def _number(place: CoordinatePart, symbol: str) -> float:
+    return float(CoordinateValue(place.value, place.unit).in_unit(symbol).value)

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api.coordinates import written_text
+from rigrunner.api.units import unit as unit_of
 from rigrunner_reports.plots.canvas import BLUE, Plot, draw
 from rigrunner_reports.plots.results import span_text
 from rigrunner_reports.plots.thinning import places_of_extremes
@@ -28,13 +30,13 @@ def recorded_curves(recording: Recording) -> Plot:
     panels: list[Series] = []
     alt = []
     for name, samples in list(recording.channels.items())[:MOST_CHANNELS]:
-        values, unit = np.asarray(samples), recording.units.get(name, "")
+        values, unit = _shown(np.asarray(samples), recording.units.get(name, ""),
+                              recording.written_in.get(name, ""))  # fmt: skip
         places = places_of_extremes(values, most=MOST_SAMPLES)
         panels.append((f"{name}\n{unit}", places / recording.rate_hz, values[places]))
         alt.append(f"{name}: {span_text(values, unit)}")
     where = ", ".join(
-        f"{name} {value:.6g} {recording.units.get(name, '')}".rstrip()
-        for name, value in recording.setpoints.items()
+        f"{name} {_set_text(recording, name, value)}" for name, value in recording.setpoints.items()
     )
     more = len(recording.channels) - len(panels)
     left_out = f" {more} more channels are not drawn." if more else ""
@@ -56,18 +58,38 @@ def table_curves(rows: Sequence[Measurement]) -> Plot | None:
     alt = []
     for name in list(rows[0].values)[:MOST_CHANNELS]:
         found = [row for row in rows if name in row.values and (not axis or axis in row.setpoints)]
-        values, unit = np.array([row.values[name] for row in found]), rows[0].units.get(name, "")
-        x = (
-            np.array([row.setpoints[axis] for row in found])
+        values, unit = _shown(np.array([row.values[name] for row in found]),
+                              rows[0].units.get(name, ""), _common(found, name))  # fmt: skip
+        x, x_unit = (
+            _shown(np.array([row.setpoints[axis] for row in found]),
+                   rows[0].units.get(axis, ""), _common(rows, axis))
             if axis
-            else np.arange(1, len(found) + 1)
-        )
+            else (np.arange(1, len(found) + 1), "")
+        )  # fmt: skip
         places = places_of_extremes(values, most=MOST_SAMPLES)
         panels.append((f"{name}\n{unit}", np.asarray(x, float)[places], values[places]))
         alt.append(f"{name}: {span_text(values, unit)}")
-    label = f"set {axis} / {rows[0].units.get(axis) or '1'}" if axis else "row"
+    label = f"set {axis} / {x_unit or '1'}" if axis else "row"
     caption = f"Table {rows[0].name}, over {axis or 'its rows'}."
     return Plot(caption, "; ".join(alt), _stacked(panels, label, mark="o"))
+
+
+def _set_text(recording: Recording, name: str, value: float) -> str:
+    return written_text(value, recording.units.get(name, ""), recording.written_in.get(name, ""))
+
+
+def _common(rows: Sequence[Measurement], name: str) -> str:
+    """Return the unit in which all rows have it written; '' where they differ."""
+    written = {row.written_in.get(name, "") for row in rows}
+    return written.pop() if len(written) == 1 else ""
+
+
+def _shown(si: Array, si_unit: str, written_in: str) -> tuple[Array, str]:
+    """Return values in the unit in which people see them, shape (n,), and that unit."""
+    if not written_in:
+        return si, si_unit
+    known = unit_of(written_in)
+    return (si - known.offset) / known.factor, known.symbol
 
 
 def _stacked(panels: Sequence[Series], label: str, mark: str = "") -> bytes:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.coordinates import (
     coordinates_text,
+    measured_column,
     with_unit,
     written_column,
     written_text,
@@ -111,21 +112,21 @@ def measured_table(name: str, rows: Sequence[Measurement]) -> MeasuredTable:
     told = list(dict.fromkeys(member for row in rows for member in row.readings))
     placed = [written_column(rows, name, units.get(name, "")) for name in coordinates + setpoints]
     heads = [*coordinates, *(f"set {name}" for name in setpoints)]
-    columns = [
-        *(f"{member} / {units.get(member) or '1'}" for member in values),
-    ]
+    read = [measured_column(rows, member, units.get(member) or "1") for member in values]
     return MeasuredTable(
         name=name,
         columns=(
             *(with_unit(head, unit) for head, (unit, _) in zip(heads, placed, strict=True)),
-            *columns,
+            *(
+                f"{member} / {unit}" if unit else member
+                for member, (unit, _) in zip(values, read, strict=True)
+            ),
             *(with_unit(member, units.get(member, "")) for member in told),
         ),
         rows=tuple(
             (
                 (
-                    *(column[index] for _, column in placed),
-                    *_cells(row, values),
+                    *(column[index] for _, column in (*placed, *read)),
                     *(reading_text(row.readings.get(member, "")) for member in told),
                 ),
                 _row_verdict(row),
@@ -134,11 +135,6 @@ def measured_table(name: str, rows: Sequence[Measurement]) -> MeasuredTable:
         ),
         left_out=max(0, len(rows) - MOST_ROWS),
     )
-
-
-def _cells(row: Measurement, values: Sequence[str]) -> tuple[str, ...]:
-    found = [row.values.get(member) for member in values]
-    return tuple("" if value is None else f"{value:.6g}" for value in found)
 
 
 def _row_verdict(row: Measurement) -> VerdictView | None:

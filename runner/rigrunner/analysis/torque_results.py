@@ -31,7 +31,9 @@ def torque_at(
         source = None if isinstance(point, StartPoint) else recorded.get(point.recording)
         if source is not None:
             coordinates |= {
-                name: CoordinateValue.of_si(value, source.units.get(name, ""))
+                name: CoordinateValue.of_si(
+                    value, source.units.get(name, ""), source.written_in.get(name, "")
+                )
                 for name, value in source.coordinates.items()
             }
         yield MeasurementResult(

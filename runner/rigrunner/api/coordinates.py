@@ -17,6 +17,8 @@ from rigrunner.api.units import from_si, si_symbol, unit
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from rigrunner.api.data import Measurement
+
 Coordinate = bool | int | float | str
 
 
@@ -30,17 +32,19 @@ class CoordinateValue:
 
     value: float | str
     unit: str = ""
-    """Of the number, as shown: temperatures in °C, everything else in SI units."""
+    """Of the number, as shown: the one in which a person wrote it."""
 
     @classmethod
-    def of_si(cls, value: float | str, si_unit: str = "") -> CoordinateValue:
-        """Return the coordinate of an SI value, of a temperature in °C; or of a label."""
+    def of_si(cls, value: float | str, si_unit: str = "", written_in: str = "") -> CoordinateValue:
+        """Return the coordinate of an SI value as it is written; or of a label.
+
+        Where it is not known how it is written: in SI units, temperatures in °C.
+        """
         if isinstance(value, bool):
             return cls("yes" if value else "no")
         if isinstance(value, str) or not si_unit:
             return cls(value)
-        shown = unit("°C" if unit(si_unit).dimension == "temperature" else si_unit)
-        known = unit(si_unit)
+        known, shown = unit(si_unit), unit(written_in or usual_unit(si_unit))
         number = (value * known.factor + known.offset - shown.offset) / shown.factor
         return cls(float(f"{number:.12g}"), shown.symbol)
 
@@ -52,12 +56,38 @@ class CoordinateValue:
             return cls(float(number), str(found.get("unit") or ""))
         return cls(str(found))
 
+    @property
+    def usual(self) -> CoordinateValue:
+        """The same in the unit that values have where nobody wrote one: equal for equal values."""
+        if isinstance(self.value, str) or not self.unit:
+            return self
+        found = self.in_unit(usual_unit(si_symbol(unit(self.unit).dimension)))
+        return CoordinateValue(float(f"{found.value:.10g}"), found.unit)
+
+    def in_unit(self, symbol: str) -> CoordinateValue:
+        """Return the number in another unit of its kind; a text stays as it is."""
+        if isinstance(self.value, str) or self.unit == symbol:
+            return self
+        known, shown = unit(self.unit or "1"), unit(symbol or "1")
+        si = self.value * known.factor + known.offset
+        return CoordinateValue(float(f"{(si - shown.offset) / shown.factor:.12g}"), symbol)
+
     def __str__(self) -> str:
         """Return it in words: '2 A', 'final'."""
         if isinstance(self.value, str):
             return self.value
         number = f"{self.value:.{DIGITS}g}"
         return number if self.unit in {"", "1"} else f"{number} {self.unit}"
+
+
+def usual_unit(si_unit: str) -> str:
+    """Return the unit in which a value is shown where nobody wrote one: °C for K."""
+    return "°C" if unit(si_unit).dimension == "temperature" else si_unit
+
+
+def is_told(written_in: str, si_unit: str) -> bool:
+    """Say whether a unit as written has to be kept beside the SI unit to be shown again."""
+    return bool(written_in) and not written_in == si_unit == usual_unit(si_unit)
 
 
 def place_text(coordinates: Mapping[str, CoordinateValue]) -> str:
@@ -135,7 +165,19 @@ def written_column(rows: Sequence[Placed], name: str, unit: str) -> tuple[str, l
     Where rows write it in several units each cell has its own, and the column none.
     """
     values = [row.coordinates.get(name, row.setpoints.get(name, "")) for row in rows]
-    units = [row.written_in.get(name, "") for row in rows]
+    return _column(values, [row.written_in.get(name, "") for row in rows], unit)
+
+
+def measured_column(rows: Sequence[Measurement], name: str, unit: str) -> tuple[str, list[str]]:
+    """Return the unit of a column of measured values, and its cells, '' of one without a value.
+
+    In the unit in which the channel is declared, or its set-point is written.
+    """
+    values = [row.values.get(name, "") for row in rows]
+    return _column(values, [row.written_in.get(name, "") for row in rows], unit)
+
+
+def _column(values: Sequence[Coordinate], units: Sequence[str], unit: str) -> tuple[str, list[str]]:
     written = {each for each, value in zip(units, values, strict=True) if value != ""}
     if len(written) == 1:
         (one,) = written

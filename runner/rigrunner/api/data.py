@@ -98,7 +98,8 @@ class Recording:
     """How many cycles the device had moved in by then, since the run began `main`; None where
     nothing moves in cycles."""
     written_in: Mapping[str, str] = field(default_factory=dict)
-    """By drive and coordinate, the unit in which the procedure writes it, where it is not SI."""
+    """Where that is not SI: by drive and coordinate the unit in which the procedure writes it, by
+    channel the one in which people see it."""
 
     @property
     def samples(self) -> int:
@@ -145,7 +146,8 @@ class Measurement:
     expected: tuple[ReadingLimit, ...] = ()
     """What these may be, where the procedure says so."""
     written_in: Mapping[str, str] = field(default_factory=dict)
-    """By drive and coordinate, the unit in which the procedure writes it, where it is not SI."""
+    """Where that is not SI: by drive and coordinate the unit in which the procedure writes it, by
+    channel the one in which people see it."""
 
     @property
     def decisions(self) -> tuple[LimitDecision, ...]:

@@ -162,6 +162,8 @@ class ChannelInfo:
     long_name: str
     streams: bool = True
     """Whether a device that is Streaming streams it; False: it is only read."""
+    shown_in: str = ""
+    """The unit in which people see it, such as °C for K; '' for `unit`."""
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.coordinates import with_unit, written_column
+from rigrunner.api.coordinates import measured_column, with_unit, written_column
 from rigrunner.api.readings import reading_text
 from rigrunner.cli.table import table
 
@@ -32,10 +32,11 @@ def _table(name: str, measurements: Sequence[Measurement]) -> str:
     placed = [written_column(rows, name, units.get(name, "")) for name in coordinates + setpoints]
     heads = [*coordinates, *(f"set {name}" for name in setpoints)]
     header = [with_unit(head, unit) for head, (unit, _) in zip(heads, placed, strict=True)]
-    header += [f"{member} / {units.get(member, '1')}" for member in values]
+    read = [measured_column(rows, member, units.get(member, "1")) for member in values]
+    header += [f"{member} / {unit}" if unit else member
+               for member, (unit, _) in zip(values, read, strict=True)]  # fmt: skip
     cells = [
-        [column[index] for _, column in placed]
-        + [_cell(one.values.get(member)) for member in values]
+        [column[index] for _, column in (*placed, *read)]
         + [reading_text(one.readings.get(member, "")) for member in told]
         for index, one in enumerate(rows)
     ]
@@ -57,7 +58,3 @@ def _verdict(row: Measurement) -> str:
     if missed:
         return f"FAIL: {', '.join(missed)}"
     return "pass" if row.decisions else ""
-
-
-def _cell(value: float | None) -> str:
-    return "" if value is None else f"{value:.6g}"

@@ -184,7 +184,10 @@ def _measured(plan: Plan) -> Iterator[Measured]:
             here |= {"elapsed": "s", "cycles": ""} if cyclic else {"elapsed": "s"}
         here |= {name: symbols.get(name, "") for name in setpoints}
         values = {**step.coordinates, **setpoints}
-        place = {name: CoordinateValue.of_si(values[name], here[name]) for name in values}
+        place = {
+            name: CoordinateValue.of_si(value, here[name], step.written_in.get(name, ""))
+            for name, value in values.items()
+        }
         if record := recordings.get(action.recording):
             members = [Member(record.role, name) for name in record.channels]
             known: dict[str, str] = {member: record.units[member] for member in members}

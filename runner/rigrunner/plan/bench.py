@@ -50,6 +50,15 @@ class Bench:
             return None
         return self._find(device.channels, "channel", member, path, key=key)
 
+    def shown_in(self) -> dict[str, str]:
+        """Return the unit in which people see each channel, 'role.name', where it says one."""
+        return {
+            Member(role, info.name): info.shown_in
+            for role, device in self._devices.items()
+            for info in device.channels
+            if info.shown_in
+        }
+
     def reading(self, member: Member) -> ReadingInfo | None:
         """Return what a role's device tells that is no number; None for any other name."""
         device = self._devices.get(member.role) if member.role in self._uses else None

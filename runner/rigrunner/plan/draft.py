@@ -6,6 +6,7 @@ from collections import Counter
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+from rigrunner.api.coordinates import is_told
 from rigrunner.api.quantity import LONGEST_S, readable
 from rigrunner.plan.actions import PlannedStep, Terms
 
@@ -61,7 +62,7 @@ class Place:
 
     def at(self, name: str, value: Coordinate, unit: str = "", written_in: str = "") -> Place:
         """Return the same place with a coordinate more."""
-        written = {name: written_in} if written_in not in {"", unit} else {}
+        written = {name: written_in} if written_in and is_told(written_in, unit or "1") else {}
         units = {**self.coordinate_units, name: unit} if unit else self.coordinate_units
         return replace(
             self,
@@ -138,6 +139,10 @@ class Scene:
             place.points,
             place.coordinates,
             place.coordinate_units,
-            {**self.drives.written(), **place.written_in},
+            {
+                **(self.bench.shown_in() if action.reads else {}),
+                **self.drives.written(),
+                **place.written_in,
+            },
         )
         self.draft.steps.append(step)

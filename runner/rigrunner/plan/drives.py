@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from rigrunner.api.coordinates import is_told
 from rigrunner.api.member import Member
 
 if TYPE_CHECKING:
@@ -56,8 +57,9 @@ class DriveStates:
         return dict(self._standing.units)
 
     def written(self) -> dict[str, str]:
-        """Return the unit in which each set-point is written, where that is another one."""
-        return {n: each for n, each in self._standing.written.items() if each != self.units()[n]}
+        """Return the unit in which each set-point is written, where that has to be kept."""
+        units = self._standing.units
+        return {n: each for n, each in self._standing.written.items() if is_told(each, units[n])}
 
     def changed(self, before: Mapping[str, float]) -> Iterator[tuple[Member, float, str]]:
         """Yield each drive that stands elsewhere than before, with where and in which unit."""

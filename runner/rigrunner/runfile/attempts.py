@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from rigrunner.api.data import Measurement
 from rigrunner.api.events import RECORDED, Scanned, StepEnded, StepStarted
 from rigrunner.api.member import channel_of
+from rigrunner.api.units import unit
 from rigrunner.runfile.elapsed import cycles_of, main_began, seconds_since
 
 if TYPE_CHECKING:
@@ -146,8 +147,19 @@ def _placed(row: Measurement, started: StepStarted | None, began: datetime | Non
         units={**row.units, **units},
         elapsed_s=seconds_since(began, row.utc),
         cycles=cycles_of(started, row.values),
-        written_in={name: told[name] for name in (*row.setpoints, *found) if name in told},
+        written_in={
+            **{name: each for name in row.values if (each := _shown_in(name, told))},
+            **{name: told[name] for name in (*row.setpoints, *found) if name in told},
+        },
     )
+
+
+def _shown_in(name: str, told: Mapping[str, str]) -> str:
+    """Return the unit in which people see a value; a spread on another scale than K stays in it."""
+    channel = channel_of(name)
+    shown, statistic = told.get(channel, ""), name.removeprefix(channel)
+    follows = statistic in {"", ".mean", ".minimum", ".maximum"}
+    return shown if shown and (follows or not unit(shown).offset) else ""
 
 
 def _with_readings(row: Measurement, event: StepEnded, started: StepStarted | None) -> Measurement:

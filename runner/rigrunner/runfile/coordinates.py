@@ -48,12 +48,11 @@ def read_coordinates(parent: h5py.Group) -> tuple[dict[str, Coordinate], dict[st
 
 def write_written(parent: h5py.Group, written_in: Mapping[str, str]) -> None:
     """Let each set-point and coordinate of a recording have the number and unit as written."""
-    for name, symbol in written_in.items():
-        for member in _kept(parent):
-            if str(member.attrs["name"]) == name:
-                value = member.attrs["value"] if "value" in member.attrs else member[()]
-                number = from_si(float(value), symbol)
-                member.attrs.update({"written": number, "written_in": symbol})
+    for member in _kept(parent):
+        if symbol := written_in.get(str(member.attrs["name"])):
+            value = member.attrs["value"] if "value" in member.attrs else member[()]
+            number = from_si(float(value), symbol)
+            member.attrs.update({"written": number, "written_in": symbol})
 
 
 def write_written_columns(table: h5py.Group, rows: Sequence[Measurement]) -> None:
@@ -63,7 +62,11 @@ def write_written_columns(table: h5py.Group, rows: Sequence[Measurement]) -> Non
     """
     for member in _kept(table):
         name = str(member.attrs["name"])
-        there = [one for one in rows if name in one.setpoints or name in one.coordinates]
+        there = [
+            one
+            for one in rows
+            if name in one.setpoints or name in one.coordinates or name in one.values
+        ]
         written = {one.written_in.get(name, "") for one in there}
         if len(written) == 1 and (symbol := written.pop()):
             numbers = [from_si(float(each), symbol) for each in member[()]]
@@ -80,7 +83,7 @@ def read_written(parent: h5py.Group) -> dict[str, str]:
 
 
 def _kept(parent: h5py.Group) -> Iterator[h5py.Group | h5py.Dataset]:
-    for group in ("setpoints", _GROUP):
+    for group in ("setpoints", _GROUP, "values"):
         if group in parent:
             yield from parent[group].values()
 

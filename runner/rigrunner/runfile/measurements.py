@@ -70,8 +70,8 @@ def write_measurements(
             table["cycles"] = _bounds(one.cycles for one in rows)
         write_coordinate_columns(table, rows)
         _write_columns(table, "setpoints", [one.setpoints for one in rows], rows)
-        write_written_columns(table, rows)
         _write_columns(table, "values", [one.values for one in rows], rows)
+        write_written_columns(table, rows)
         if any(one.readings for one in rows):
             _write_readings(table, rows)
         if any(one.recording for one in rows):

@@ -105,7 +105,7 @@ def facts_of(
         written_in={
             name: each
             for name, each in started.written_in.items()
-            if name in started.setpoints or name in started.coordinates
+            if name in started.setpoints or name in started.coordinates or name in shape.channels
         },
     )
 
@@ -159,7 +159,14 @@ def _facts(group: h5py.Group, columns: Mapping[str, h5py.Dataset]) -> RecordingF
         units={**setpoint_units, **condition_units, **coordinate_units, **units},
         conditions=conditions,
         coordinates=coordinates,
-        written_in=read_written(group),
+        written_in={
+            **{
+                name: str(item.attrs["shown_in"])
+                for name, item in columns.items()
+                if "shown_in" in item.attrs
+            },
+            **read_written(group),
+        },
     )
 
 
@@ -240,6 +247,8 @@ def _new_column(group: h5py.Group, channel: str, facts: RecordingFacts) -> h5py.
     column.attrs["long_name"] = f"{channel} / {unit}" if unit else str(channel)
     if unit is not None:
         column.attrs["units"] = unit
+    if channel in facts.written_in:
+        column.attrs["shown_in"] = facts.written_in[channel]
     return column
 
 

@@ -34,7 +34,8 @@ def over_coordinate(found: Sequence[Limited]) -> tuple[Figure, ...]:
     groups: dict[str, list[Point]] = {}
     for result, limits, missed in found:
         others = [str(value) for name, value in result.coordinates.items() if name != axis]
-        groups.setdefault(", ".join(others), []).append(_point(result, axis, limits, missed))
+        x = float(result.coordinates[axis].in_unit(found[0][0].coordinates[axis].unit).value)
+        groups.setdefault(", ".join(others), []).append(_point(result, x, limits, missed))
     series = tuple(
         Series(name, tuple(sorted(points, key=lambda point: point.x)))
         for name, points in groups.items()
@@ -67,12 +68,12 @@ def _from_middle(point: Point) -> Point:
     return replace(point, y=point.y - middle, lower=-half, upper=half)
 
 
-def _point(result: MeasurementResult, axis: str, limits: Limits | None, missed: bool) -> Point:  # noqa: FBT001  (as a row has it)
+def _point(result: MeasurementResult, x: float, limits: Limits | None, missed: bool) -> Point:  # noqa: FBT001  (as a row has it)
     width = expanded(result.estimate)
     ends = (None, None) if limits is None else (limits.lower, limits.upper)
     lower, upper = (end if end is not None and isfinite(end) else None for end in ends)
     return Point(
-        x=float(result.coordinates[axis].value),
+        x=x,
         y=result.estimate.value,
         U=width if isfinite(width) else None,
         lower=lower,
@@ -85,7 +86,7 @@ def _axis(results: Sequence[MeasurementResult]) -> str | None:
     """Return the coordinate that is a number and has the most values, the first of several."""
     best, most = None, LEAST - 1
     for name in results[0].coordinates:
-        values = {each.coordinates[name].value for each in results}
+        values = {each.coordinates[name].usual.value for each in results}
         if not any(isinstance(value, str) for value in values) and len(values) > most:
             best, most = name, len(values)
     return best

@@ -29,7 +29,7 @@ def named_results(document: object, decision: object) -> list[Row]:
 
 
 def coordinates(document: object) -> list[Row]:
-    """Return a row for each coordinate of each named result."""
+    """Return a row for each coordinate of each named result, in units by which runs compare."""
     return [
         {"number": order, **_coordinate(name, found)}
         for order, each in _numbered(document)
@@ -57,7 +57,7 @@ def _result(order: int, each: Row, judged: dict[str, list[Row]]) -> Row:
         "name": key(each.get("name")),
         "symbol": text(each.get("symbol")),
         "measurand": text(each.get("text")),
-        "place": text(place_text(coordinates_in(each))),
+        "place": text(place_text({n: at.usual for n, at in coordinates_in(each).items()})),
         "value": value,
         "u": number(at(found, "standard_uncertainty")),
         "expanded": number(at(found, "expanded_uncertainty_95")),
@@ -85,7 +85,8 @@ def _badness(part: Row) -> int:
     return WORST_FIRST.index(verdict) if verdict in WORST_FIRST else len(WORST_FIRST)
 
 
-def _coordinate(name: str, found: CoordinateValue) -> Row:
+def _coordinate(name: str, as_written: CoordinateValue) -> Row:
+    found = as_written.usual
     is_number = not isinstance(found.value, str)
     return {
         "name": key(name),

@@ -50,8 +50,9 @@ def set_of(recording: Recording) -> xr.Dataset:
 
 
 def frame_of_measurements(measurements: Sequence[Measurement], name: str) -> pd.DataFrame:
-    """Return the rows of one name: time, coordinates, set-points, values.
+    """Return the rows of one name: time, coordinates, set-points, values, all in SI units.
 
+    `attrs` has the units by name, and as `shown_in` the units in which people wrote or see them.
     Raises UsageError where there is none.
     """
     rows = [each for each in measurements if each.name == name]
@@ -61,6 +62,7 @@ def frame_of_measurements(measurements: Sequence[Measurement], name: str) -> pd.
     pandas = imported("pandas")
     frame: pd.DataFrame = pandas.DataFrame([_cells(each) for each in rows])
     frame.attrs["units"] = {key: unit for each in rows for key, unit in each.units.items()}
+    frame.attrs["shown_in"] = {key: unit for each in rows for key, unit in each.written_in.items()}
     return frame
 
 

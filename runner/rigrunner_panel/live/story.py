@@ -218,7 +218,7 @@ class Story:
         if self._track is not None:
             self._track.end(event.index, ok=event.ok)
             self._track.leave_out(range(event.index + 1, event.index + 1 + event.leaves))
-        readings = readings_after(self._board.get("readings"), event)
+        readings = readings_after(self._board.get("readings"), event, self._begun)
         if event.recording and not readings.frequency_utc:  # its swings were measured until now
             readings = readings.model_copy(update={"frequency_utc": event.utc})
         self._board.put(readings=readings)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from rigrunner.api.member import Member
 from rigrunner_panel.view.sections import Reading
@@ -16,10 +16,18 @@ if TYPE_CHECKING:
 ICE_K = 273.15
 
 
-def readings_after(known: Readings, event: StepEnded) -> Readings:
+class Units(NamedTuple):
+    """The units of values, by name: SI, and in which people see them where that is known."""
+
+    si: Mapping[str, str]
+    shown_in: Mapping[str, str]
+
+
+def readings_after(known: Readings, event: StepEnded, begun: StepStarted | None) -> Readings:
     """Return the readings with what a step set, read or measured."""
     found = _set if event.action in ("set", "ramp") else _read
-    return found(known, event.values, event.units, event.utc)
+    told = begun.written_in if begun is not None else {}
+    return found(known, event.values, Units(event.units, told), event.utc)
 
 
 def readings_at(known: Readings, event: Scanned, scan: StepStarted) -> Readings:
@@ -35,19 +43,19 @@ def readings_at(known: Readings, event: Scanned, scan: StepStarted) -> Readings:
                 update |= {"set_frequency_hz": value, "frequency_hz": None, "frequency_utc": ""}
             case "load":
                 update |= {"set_load_n": value, "load_n": None, "load_utc": ""}
-    at_set = _with(known.model_copy(update=update), own, scan.units)
-    return _read(at_set, event.values, scan.units, event.utc)
+    units = Units(scan.units, scan.written_in)
+    at_set = _with(known.model_copy(update=update), own, units)
+    return _read(at_set, event.values, units, event.utc)
 
 
 def readings_safe(known: Readings, event: MadeSafe) -> Readings:
     """Return the readings with what was read back when a device was made safe."""
     units = {name: each.unit for name, each in known.values.items()}
-    return _set(known, event.read_back, units, event.utc)
+    shown = {name: each.shown_in for name, each in known.values.items()}
+    return _set(known, event.read_back, Units(units, shown), event.utc)
 
 
-def _set(
-    known: Readings, read_back: Mapping[str, float], units: Mapping[str, str], utc: str
-) -> Readings:
+def _set(known: Readings, read_back: Mapping[str, float], units: Units, utc: str) -> Readings:
     update: dict[str, object] = {}
     for name, value in read_back.items():
         match Member.parse(name).name:
@@ -58,9 +66,7 @@ def _set(
     return _read(known.model_copy(update=update), read_back, units, utc)
 
 
-def _read(
-    known: Readings, values: Mapping[str, float], units: Mapping[str, str], utc: str
-) -> Readings:
+def _read(known: Readings, values: Mapping[str, float], units: Units, utc: str) -> Readings:
     update: dict[str, object] = {}
     for name, value in values.items():
         match Member.parse(name).name:
@@ -73,6 +79,9 @@ def _read(
     return _with(known.model_copy(update=update), values, units)
 
 
-def _with(known: Readings, values: Mapping[str, float], units: Mapping[str, str]) -> Readings:
-    found = {name: Reading(value=value, unit=units.get(name, "")) for name, value in values.items()}
+def _with(known: Readings, values: Mapping[str, float], units: Units) -> Readings:
+    found = {
+        name: Reading.of(value, units.si.get(name, ""), units.shown_in.get(name, ""))
+        for name, value in values.items()
+    }
     return known.model_copy(update={"values": {**known.values, **found}})

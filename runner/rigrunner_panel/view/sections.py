@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, Self
 
 from pydantic import BaseModel, ConfigDict
 
+from rigrunner.api.coordinates import usual_unit
 from rigrunner.api.figures import Figure
+from rigrunner.api.units import from_si
 from rigrunner_panel.view.manual import ManualView
 
 Phase = Literal[
@@ -121,10 +123,19 @@ class Progress(Section):
 
 
 class Reading(Section):
-    """One value that was read or set, in SI units."""
+    """One value that was read or set: in SI units, and as people see it."""
 
     value: float
     unit: str
+    shown: float
+    shown_in: str
+
+    @classmethod
+    def of(cls, value: float, unit: str, written_in: str = "") -> Self:
+        """Return a reading; where nobody wrote a unit, temperatures are shown in °C."""
+        symbol = written_in or (usual_unit(unit) if unit else "")
+        shown = from_si(value, symbol) if symbol else value
+        return cls(value=value, unit=unit, shown=float(f"{shown:.9g}"), shown_in=symbol)
 
 
 class Readings(Section):

@@ -117,12 +117,20 @@ def sources(run: RunData, settings: CurveSettings) -> Iterator[Source]:
             f"{settings.of} was not measured{f' at {where}' if measured and where else ''}",
             hint="measure or record it in the procedure, together with what it is over",
         )
-    groups: dict[tuple[CoordinateValue, ...], list[Part]] = {}
+    groups: dict[tuple[object, ...], list[Part]] = {}
     for part in chosen:
-        groups.setdefault(tuple(_coordinate(part, name) for name in settings.per), []).append(part)
-    for key, found in groups.items():
-        place = dict(zip(settings.per, key, strict=True))
-        also = [part for part in measured if all(part.place.get(n) == v for n, v in place.items())]
+        key = tuple(_coordinate(part, name).usual for name in settings.per)
+        groups.setdefault(key, []).append(part)
+    for found in groups.values():
+        place = {name: found[0].place[name] for name in settings.per}
+        keys = {name: each.usual for name, each in place.items()}
+        also = [
+            part
+            for part in measured
+            if all(
+                name in part.place and part.place[name].usual == key for name, key in keys.items()
+            )
+        ]
         yield _source(run, settings, place, found, also)
 
 

@@ -22,7 +22,8 @@ class OtherChannel(Settings):
 
     def info(self, name: str) -> ChannelInfo:
         """Return what others are to know of the channel."""
-        return ChannelInfo(name, si_symbol(unit(self.unit).dimension), self.title or name)
+        si_unit = si_symbol(unit(self.unit).dimension)
+        return ChannelInfo(name, si_unit, self.title or name, shown_in=self.unit)
 
 
 class OtherDrive(Settings):

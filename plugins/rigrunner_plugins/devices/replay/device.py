@@ -45,7 +45,12 @@ class Replay:
     def channels(self) -> Sequence[ChannelInfo]:
         """The channels of the settings, in SI units."""
         return tuple(
-            ChannelInfo(name, si_symbol(unit(channel.unit).dimension), channel.title or name)
+            ChannelInfo(
+                name,
+                si_symbol(unit(channel.unit).dimension),
+                channel.title or name,
+                shown_in=channel.unit,
+            )
             for name, channel in self._settings.channels.items()
         )
 

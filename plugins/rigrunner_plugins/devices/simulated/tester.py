@@ -40,7 +40,7 @@ CHANNELS = (
     ChannelInfo("velocity", "rad/s", "Angular velocity of the swing"),
     ChannelInfo("index", "1", "One pulse in every turn of the crank"),
     ChannelInfo("load", "N", "Radial load"),
-    ChannelInfo("temperature", "K", "Temperature of the bearing"),
+    ChannelInfo("temperature", "K", "Temperature of the bearing", shown_in="°C"),
     ChannelInfo("humidity", "1", "Relative humidity"),
 )
 

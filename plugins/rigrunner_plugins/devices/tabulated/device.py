@@ -35,8 +35,11 @@ class Tabulated:
     @property
     def channels(self) -> Sequence[ChannelInfo]:
         """The columns that are no set-points."""
-        names = self._settings.channels
-        return [ChannelInfo(name, self._settings.unit(name), name.capitalize()) for name in names]
+        told = self._settings
+        return [
+            ChannelInfo(name, told.unit(name), name.capitalize(), shown_in=told.written_in(name))
+            for name in told.channels
+        ]
 
     @property
     def drives(self) -> Sequence[DriveInfo]:

@@ -41,6 +41,10 @@ class TabulatedSettings(Settings):
         """Return the SI unit of a column."""
         return si_symbol(self.rows[0][column].dimension)
 
+    def written_in(self, column: str) -> str:
+        """Return the unit in which a column begins."""
+        return self.rows[0][column].unit.symbol
+
     def place(self, row: Row) -> tuple[float, ...]:
         """Return where a row stands: its set-points in SI units."""
         return tuple(row[name].si for name in self.set_points)

@@ -32,7 +32,7 @@ class RoomThermometerSettings(Settings):
 class RoomThermometer(Driver):
     """Values are in the SI unit of their kind: kelvin, newton, metre, second."""
 
-    channels = (ChannelInfo("temperature", "K", "Room temperature"),)
+    channels = (ChannelInfo("temperature", "K", "Room temperature", shown_in="°C"),)
     non_blocking = True
 
     def __init__(self, settings: RoomThermometerSettings, context: DeviceContext) -> None:

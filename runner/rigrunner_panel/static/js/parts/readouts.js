@@ -29,12 +29,10 @@ export function hasSwing(state) {
 }
 
 const MOST_VALUES = 5;
-const ICE_K = 273.15;
 
-// The latest values by name, temperatures in °C as everywhere.
-function valueText({ value, unit }) {
-  if (unit === "K") return `${plain(Number((value - ICE_K).toPrecision(9)))} °C`;
-  return unit && unit !== "1" ? `${plain(value)} ${unit}` : plain(value);
+// The latest values by name, in the units in which they are written.
+function valueText({ shown, shown_in: unit }) {
+  return unit && unit !== "1" ? `${plain(shown)} ${unit}` : plain(shown);
 }
 
 export function readouts() {
