@@ -17,8 +17,6 @@ from rigrunner.api.units import from_si, si_symbol, unit
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from rigrunner.api.data import Measurement
-
 Coordinate = bool | int | float | str
 
 
@@ -114,6 +112,20 @@ class Placed(Protocol):
         ...
 
 
+class Read(Protocol):
+    """What has values that were read: a row of a table."""
+
+    @property
+    def values(self) -> Mapping[str, float]:
+        """By channel, each in the SI unit."""
+        ...
+
+    @property
+    def written_in(self) -> Mapping[str, str]:
+        """The units in which people see them, where that is not SI."""
+        ...
+
+
 def labels_of(coordinates: Mapping[str, Coordinate]) -> dict[str, Coordinate]:
     """Return the coordinates that say what differs: all but counters, which count the same."""
     return {
@@ -168,7 +180,7 @@ def written_column(rows: Sequence[Placed], name: str, unit: str) -> tuple[str, l
     return _column(values, [row.written_in.get(name, "") for row in rows], unit)
 
 
-def measured_column(rows: Sequence[Measurement], name: str, unit: str) -> tuple[str, list[str]]:
+def measured_column(rows: Sequence[Read], name: str, unit: str) -> tuple[str, list[str]]:
     """Return the unit of a column of measured values, and its cells, '' of one without a value.
 
     In the unit in which the channel is declared, or its set-point is written.
