@@ -9,8 +9,8 @@ import pytest
 
 from helpers_cli import call
 from rigrunner.api.coordinates import CoordinateValue
-from rigrunner.notebook import open_run
 from rigrunner.runfile import read
+from rigrunner_fleet.notebook import open_run
 
 STATION = """\
 rigrunner: station/1
