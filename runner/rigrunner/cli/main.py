@@ -28,6 +28,7 @@ COMMANDS = {
         "run": "Run a procedure on a station.",
         "resume": "Resume an interrupted run.",
         "recover": "Close an interrupted run as it is, or salvage a damaged one.",
+        "queue": "Queue specimens and run them one after the other.",
         "demo": "Run both procedures on the simulated rig and write the report.",
     },
     "Prepare": {

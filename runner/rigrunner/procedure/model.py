@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field
 
-from rigrunner.api.settings import ListOf, PlainText, Settings
+from rigrunner.api.settings import ListOf, PlainText, Settings, YesNo
 from rigrunner.api.units import QuantityError, unit, units_of
 from rigrunner.interlock import Interlock
 from rigrunner.procedure.acceptance import Acceptance
@@ -52,6 +52,8 @@ class Procedure(Settings):
     """One line for lists and for the report."""
     description: PlainText = ""
     """Why, and how, in as many words as it takes."""
+    automatic_start: YesNo = False
+    """Whether the next run of a queue may start by itself; otherwise a person starts each one."""
     measurand: Measurand | None = None
     """Of the analysis of torque; others name their results themselves."""
     inputs: dict[Name, Input] = Field(default_factory=dict)

@@ -67,11 +67,13 @@ def execute(
     pauses: Pauses | None = None,
     progress: Progress = unseen,
     person: Person = NOBODY,
+    told: Sequence[Interference] = (),
 ) -> FinishedRun:
     """Connect the rig, run the plan, seal the folder and write the report.
 
     `operator` is who does it, or else the input of that name; a rig that stands energised before
-    the run is reported to `person`. Raises InvalidFileError where a
+    the run is reported to `person`. What people said of the run before it is `told`, for its
+    record. Raises InvalidFileError where a
     calibration keeps the run from starting and is not overridden, a DeviceError if the rig cannot
     be connected or another run has it, and DataError if the folder cannot be made; from then on
     what happens is in the FinishedRun, and the rig is made safe on every way.
@@ -95,6 +97,7 @@ def execute(
         pauses=pauses,
         progress=progress,
         person=person,
+        told=told,
     )
 
 
@@ -112,6 +115,7 @@ def carry_out(
     progress: Progress = unseen,
     seam: Seam | None = None,
     person: Person = NOBODY,
+    told: Sequence[Interference] = (),
 ) -> FinishedRun:
     """Connect the rig, run the plan into the folder that is `opened`, seal it, write the report.
 
@@ -133,7 +137,7 @@ def carry_out(
             overrides,
             pauses=pauses,
             seam=seam,
-            before=before,
+            before=(*told, *before),
             watches_drives=planned.tape is None or planned.tape.watches_drives,
             inputs=inputs,
             results=partial(result_by_now, folder, planned.procedure.model, planned.registry),

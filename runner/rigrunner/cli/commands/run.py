@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
 import click
@@ -72,20 +71,15 @@ def command(
 
     PROCEDURE is a file, or the name of a shipped procedure.
     """
-    from rigrunner.cli.answers import TerminalAnswers
+    from rigrunner.cli.attending import attended_run
     from rigrunner.cli.finishing import tell_finished
     from rigrunner.cli.left_rig import TerminalPerson
     from rigrunner.cli.output import message, no_time_limits
-    from rigrunner.cli.pausing import TerminalPauses
-    from rigrunner.cli.progress import shown_progress
-    from rigrunner.cli.stopping import stop_on_signals
-    from rigrunner.engine import UnattendedAnswers
     from rigrunner.workflow.by_hand.settling import settle_left
-    from rigrunner.workflow.inputs import answer_inputs, read_answers, with_operator
+    from rigrunner.workflow.inputs import read_answers, with_operator
     from rigrunner.workflow.noload import no_load_for
     from rigrunner.workflow.overrides import overrides_for
     from rigrunner.workflow.planning import planned_run
-    from rigrunner.workflow.record import execute
     from rigrunner.workflow.taping import inputs_on, overrides_on, tape_for
 
     if debugger:
@@ -110,29 +104,16 @@ def command(
         message(f"{planned.procedure.model.id} is a {planned.approval.sentence()}")
     if replay is not None:
         message(f"Replaying the tape {replay}: no instrument is asked.")
-    with (
-        stop_on_signals(attended=not alone) as stop,
-        shown_progress() as progress,
-        tape or nullcontext(),
-    ):
-        answers = UnattendedAnswers() if alone else TerminalAnswers(stop, progress)
-        known = {**inputs_on(tape), **filed, **named}
-        inputs = answer_inputs(planned.procedure, known, answers)
-        person = inputs.get("operator", answers.by)
-        finished = execute(
-            planned,
-            runs=runs,
-            inputs=inputs,
-            no_load=chosen,
-            answers=answers,
-            stop=stop,
-            listeners=[stop, progress],
-            operator=operator or "",
-            overrides=overrides,
-            pauses=None if alone else TerminalPauses(stop, progress, operator or person),
-            progress=progress.analysing,
-            person=here,
-        )
+    finished = attended_run(
+        planned,
+        {**inputs_on(tape), **filed, **named},
+        runs=runs,
+        no_load=chosen,
+        operator=operator or "",
+        alone=alone,
+        person=here,
+        overrides=overrides,
+    )
     tell_finished(finished, as_json=as_json)
     for text in tape.notes() if tape else ():
         if text not in str(finished.error):

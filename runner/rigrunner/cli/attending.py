@@ -1,0 +1,66 @@
+"""A planned run with a person at the terminal, or on its own."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from typing import TYPE_CHECKING
+
+from rigrunner.cli.answers import TerminalAnswers
+from rigrunner.cli.pausing import TerminalPauses
+from rigrunner.cli.progress import shown_progress
+from rigrunner.cli.stopping import stop_on_signals
+from rigrunner.engine import UnattendedAnswers
+from rigrunner.workflow.inputs import answer_inputs
+from rigrunner.workflow.record import execute
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from rigrunner.api.events import EventSink
+    from rigrunner.engine import Interference, Override
+    from rigrunner.workflow.finish import FinishedRun
+    from rigrunner.workflow.left_energised import Person
+    from rigrunner.workflow.prepare import Planned
+
+
+def attended_run(
+    planned: Planned,
+    known: Mapping[str, str],
+    *,
+    runs: Path,
+    no_load: Path | None,
+    operator: str,
+    alone: bool,
+    person: Person,
+    overrides: Sequence[Override] = (),
+    listeners: Sequence[EventSink] = (),
+    told: Sequence[Interference] = (),
+) -> FinishedRun:
+    """Ask for the inputs that are not known, and do the run; raises as `execute`.
+
+    `alone`: the procedure's own answers are taken, and nobody may pause.
+    """
+    with (
+        stop_on_signals(attended=not alone) as stop,
+        shown_progress() as progress,
+        planned.tape or nullcontext(),
+    ):
+        answers = UnattendedAnswers() if alone else TerminalAnswers(stop, progress)
+        inputs = answer_inputs(planned.procedure, known, answers)
+        who = operator or inputs.get("operator", answers.by)
+        return execute(
+            planned,
+            runs=runs,
+            inputs=inputs,
+            no_load=no_load,
+            answers=answers,
+            stop=stop,
+            listeners=[stop, progress, *listeners],
+            operator=operator,
+            overrides=overrides,
+            pauses=None if alone else TerminalPauses(stop, progress, who),
+            progress=progress.analysing,
+            person=person,
+            told=told,
+        )

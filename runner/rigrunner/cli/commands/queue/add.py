@@ -1,0 +1,104 @@
+"""`rigrunner queue add`: specimens from the command line, a file or a scanner."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.cli.options import (
+    named_values,
+    procedure_argument,
+    runs_option,
+    set_option,
+    station_option,
+)
+from rigrunner.cli.queueing import by_option
+from rigrunner.workflow.locate import find_procedure, find_station
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.procedure import LoadedProcedure
+
+LONGEST_FILE = 1_000_000
+
+
+@click.command(name="add")
+@procedure_argument
+@click.argument("specimens", nargs=-1)
+@station_option
+@runs_option
+@set_option
+@click.option(
+    "--file",
+    "listed",
+    type=click.Path(path_type=Path, allow_dash=True, dir_okay=False),
+    help="A list of specimens, one a line, or a CSV whose first line names inputs; - for stdin.",
+)
+@click.option("--propose", is_flag=True, help="Let a person release the entries first.")
+@by_option
+def command(
+    procedure: str,
+    specimens: tuple[str, ...],
+    station: str,
+    given: tuple[str, ...],
+    *,
+    runs: Path,
+    listed: Path | None,
+    propose: bool,
+    by: str,
+) -> None:
+    """Add specimens to the queue.
+
+    PROCEDURE is a file, or the name of a shipped procedure. Name procedure and station as seen from
+    the lab folder, so that the panel finds them too. Inputs that are not given are asked when the
+    run starts.
+    """
+    from rigrunner.cli.output import result
+    from rigrunner.clock import WallClock
+    from rigrunner.procedure import load_procedure
+    from rigrunner.queue import Draft, Queue
+
+    loaded = load_procedure(find_procedure(procedure))
+    find_station(station)
+    common = named_values(given)
+    drafts = [
+        Draft(procedure=procedure, station=station, inputs=each)
+        for each in _inputs(loaded, specimens, listed, common)
+    ]
+    for entry in Queue(runs).add(drafts, by, WallClock().utc(), proposed=propose):
+        result(f"{entry.id}  {entry.specimen}  {entry.state}")
+
+
+def _inputs(
+    procedure: LoadedProcedure,
+    specimens: tuple[str, ...],
+    listed: Path | None,
+    common: dict[str, str],
+) -> Iterator[dict[str, str]]:
+    from rigrunner.queue import accepted_inputs, read_list
+
+    asked = procedure.inputs
+    if not specimens and listed is None:
+        yield accepted_inputs(common, asked)
+    for each in specimens:
+        yield accepted_inputs({**common, "specimen": each}, asked)
+    if listed is not None:
+        for item in read_list(_text(listed), asked, str(listed)):
+            yield {**accepted_inputs(common, asked), **item.inputs}
+
+
+def _text(path: Path) -> str:
+    from rigrunner.api.errors import DataError
+
+    try:
+        if str(path) == "-":
+            return sys.stdin.read(LONGEST_FILE)
+        if path.stat().st_size > LONGEST_FILE:
+            raise DataError(f"{path} is longer than {LONGEST_FILE} bytes", hint="add it in parts")
+        return path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise DataError(f"cannot read {path}: {error}") from error

@@ -1,0 +1,44 @@
+"""`rigrunner queue list`: the entries in the order of their runs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.cli.options import json_option, runs_option
+from rigrunner.cli.output import message, result, result_json
+from rigrunner.cli.table import table
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@click.command(name="list")
+@runs_option
+@json_option
+def command(*, runs: Path, as_json: bool) -> None:
+    """List the entries of the queue in the order of their runs."""
+    from rigrunner.queue import Queue
+
+    shown = Queue(runs).shown()
+    if as_json:
+        result_json(
+            [
+                {**each.entry.model_dump(), "status": each.status, "outcome": each.outcome}
+                for each in shown
+            ]
+        )
+        return
+    if not shown:
+        message("The queue is empty.")
+        return
+    rows = [
+        (
+            str(each.entry.id), each.entry.specimen, each.entry.procedure, each.entry.station,
+            each.outcome or each.status, each.entry.by, each.entry.reason or each.entry.run,
+        )
+        for each in shown
+    ]  # fmt: skip
+    header = ("entry", "specimen", "procedure", "station", "status", "by", "reason or run")
+    result(table(header, rows, "r"))

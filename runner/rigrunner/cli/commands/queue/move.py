@@ -1,0 +1,23 @@
+"""`rigrunner queue move`: another order."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.cli.options import runs_option
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@click.command(name="move")
+@click.argument("entry", type=int)
+@click.option("--before", type=int, metavar="ENTRY", help="The entry to follow it; last without.")
+@runs_option
+def command(entry: int, before: int | None, *, runs: Path) -> None:
+    """Move an entry in front of another one, or to the end."""
+    from rigrunner.queue import Queue
+
+    Queue(runs).move(entry, before)

@@ -1,0 +1,72 @@
+"""`rigrunner queue next`: the next specimen, as `rigrunner run` runs it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.cli.options import json_option, runs_option
+from rigrunner.cli.queueing import by_option
+from rigrunner.workflow.locate import find_procedure, find_station
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner.api.errors import ExitCode
+
+
+@click.command(name="next")
+@click.option("--station", default="", help="Take the next specimen of this station only.")
+@click.option("--unattended", is_flag=True, help="Take the procedure's own answers.")
+@click.option("--realtime", is_flag=True, help="Let a simulated rig take its real time.")
+@by_option
+@runs_option
+@json_option
+def command(
+    *, station: str, unattended: bool, realtime: bool, by: str, runs: Path, as_json: bool
+) -> ExitCode:
+    """Run the next specimen of the queue.
+
+    Its entry is marked as started before the run begins, so that no specimen runs twice.
+    """
+    from rigrunner.api.errors import UsageError
+    from rigrunner.cli.attending import attended_run
+    from rigrunner.cli.finishing import tell_finished
+    from rigrunner.cli.left_rig import TerminalPerson
+    from rigrunner.cli.output import message
+    from rigrunner.queue import Queue
+    from rigrunner.workflow.by_hand.settling import settle_left
+    from rigrunner.workflow.inputs import with_operator
+    from rigrunner.workflow.noload import no_load_for
+    from rigrunner.workflow.planning import planned_run
+
+    queue = Queue(runs)
+    entry = queue.next(station)
+    if entry is None:
+        raise UsageError("no entry of the queue waits", hint="see 'rigrunner queue list'")
+    file = find_station(entry.station)
+    planned = planned_run(find_procedure(entry.procedure), file, realtime=realtime)
+    here = TerminalPerson(attended=not unattended)
+    settle_left(file, here)
+    chosen = no_load_for(planned, runs, entry.no_load)
+    known = with_operator(entry.inputs, entry.operator or None, planned.procedure)
+    message(f"Entry {entry.id}: {entry.specimen or entry.procedure} on {entry.station}")
+    with queue.started(entry.id, by):
+        try:
+            finished = attended_run(
+                planned,
+                known,
+                runs=runs,
+                no_load=chosen,
+                operator=entry.operator,
+                alone=unattended,
+                listeners=[queue.began(entry.id)],
+                person=here,
+                told=entry.told(),
+            )
+        except BaseException as error:
+            queue.give_back(entry.id, f"the run did not begin: {error}")
+            raise
+    tell_finished(finished, as_json=as_json)
+    return finished.exit_code

@@ -1,0 +1,7 @@
+"""The queue of specimens: what is to be run next, in a file that survives a crash."""
+
+from rigrunner.queue.entries import Draft
+from rigrunner.queue.intake import accepted_inputs, read_list
+from rigrunner.queue.store import Queue
+
+__all__ = ["Draft", "Queue", "accepted_inputs", "read_list"]

@@ -1,0 +1,64 @@
+"""`rigrunner queue`: specimens are queued, run and repeated without a browser."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from helpers_cli import call
+
+PAIR = ("no_load_inertia_sweep", "--station", "simulated")
+
+
+@pytest.fixture
+def runs(tmp_path):
+    return ("--runs", tmp_path / "runs")
+
+
+def listed(runs):
+    return json.loads(call("queue", "list", "--json", *runs).out)
+
+
+def test_a_queue_runs_without_a_browser(runs, tmp_path):
+    add = ("queue", "add", *PAIR, *runs)
+    assert call(*add, "--set", "operator=Ann", "--by", "Ann").out == "1    waiting\n"
+    assert call(*add, "--propose", "--by", "LIMS").out == "2    proposed\n"
+    done = call("queue", "next", "--unattended", "--by", "Ann", *runs)
+    assert done.code == 0, done.err
+    first, second = listed(runs)
+    assert (first["status"], first["outcome"]) == ("done", "completed")
+    assert (tmp_path / "runs" / first["run"] / "run.h5").is_file()
+    assert second["status"] == "proposed"
+    waits = call("queue", "next", "--unattended", *runs)
+    assert (waits.code, "no entry of the queue waits" in waits.err) == (2, True)
+    assert call("queue", "repeat", "1", "--reason", "a bump", "--by", "Ann", *runs).code == 0
+    assert call("queue", "next", "--unattended", *runs).code == 0
+    again = listed(runs)[1]
+    assert (again["id"], again["repeats"], again["outcome"]) == (3, 1, "completed")
+    log = (tmp_path / "runs" / again["run"] / "run.log").read_text(encoding="utf-8")
+    assert "repeat test by Ann: entry 3 of the queue repeats entry 1; reason: a bump" in log
+    assert call("queue", "clear", *runs).err == "Removed 2 entries.\n"
+    assert [each["id"] for each in listed(runs)] == [2]
+
+
+def test_a_run_that_cannot_begin_holds_its_entry(runs, tmp_path):
+    broken = tmp_path / "broken.yaml"
+    plan = call("queue", "add", "starting_torque_1000n", "SN-1", "--station", "simulated", *runs)
+    assert plan.code == 0, plan.err
+    refused = call("queue", "next", "--unattended", *runs)
+    assert "no no-load run" in refused.err
+    assert listed(runs)[0]["status"] == "waiting", "nothing was started"
+    assert call("queue", "skip", "1", *runs).code == 2
+    assert call("queue", "skip", "1", "--reason", "lost", *runs).code == 0
+    broken.write_text("specimen,lot\nSN-2,L\nSN-3\n", encoding="utf-8")
+    add = ("queue", "add", "starting_torque_1000n", "--station", "simulated", *runs)
+    refused = call(*add, "--file", broken)
+    assert refused.code == 3
+    assert "broken.yaml:3: error: got 1 cells, expected 2: specimen, lot" in refused.err
+    broken.write_text("specimen,lot\nSN-2,L\nSN-3,L\n", encoding="utf-8")
+    assert call(*add, "--file", broken).code == 0
+    assert call("queue", "move", "3", "--before", "2", *runs).code == 0
+    assert call("queue", "hold", "3", "--reason", "wait", *runs).code == 0
+    assert call("queue", "release", "3", *runs).code == 0
+    assert [each["inputs"]["specimen"] for each in listed(runs)] == ["SN-1", "SN-3", "SN-2"]

@@ -1,0 +1,205 @@
+"""The queue of specimens: order, states, and that nothing runs twice by mistake."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from datetime import UTC, datetime
+
+import pytest
+
+from rigrunner.api.errors import DataError, InvalidFileError, UsageError
+from rigrunner.api.events import RunStarted
+from rigrunner.procedure.questions import Input
+from rigrunner.queue import Draft, Queue, accepted_inputs, read_list
+
+NOW = datetime(2026, 11, 23, 12, tzinfo=UTC)
+ASKED = {
+    "specimen": Input(ask="Serial number"),
+    "type": Input(ask="Type", choices=["GE20", "GE30"]),
+    "room": Input(ask="Room", unit="°C", min="15 °C", max="30 °C"),
+}
+
+
+def draft(specimen, procedure="p.yaml", station="s.yaml"):
+    return Draft(procedure=procedure, station=station, inputs={"specimen": specimen})
+
+
+@pytest.fixture
+def queue(tmp_path):
+    found = Queue(tmp_path / "runs")
+    found.add([draft("SN-1"), draft("SN-2"), draft("SN-3")], "Ann", NOW)
+    return found
+
+
+def specimens(queue, *statuses):
+    return [each.entry.specimen for each in queue.shown() if each.status in statuses]
+
+
+def test_entries_are_run_in_the_order_that_a_person_gave_them(queue):
+    queue.move(3, before=1)
+    assert specimens(queue, "waiting") == ["SN-3", "SN-1", "SN-2"]
+    queue.move(3, before=None)
+    queue.move(1, before=1)
+    assert specimens(queue, "waiting") == ["SN-1", "SN-2", "SN-3"]
+    assert queue.next().specimen == "SN-1"
+
+
+def test_what_is_held_skipped_or_proposed_does_not_start(queue):
+    queue.hold(1, "Ann", "wrong ring")
+    queue.skip(2, "Ann", "lost")
+    queue.add([draft("SN-4")], "LIMS", NOW, proposed=True)
+    assert queue.next().specimen == "SN-3"
+    for number in (1, 2, 4):
+        with pytest.raises(UsageError, match="expected waiting"), queue.started(number, "Ann"):
+            raise AssertionError
+    queue.release(4, "Ann")
+    queue.release(1, "Ann")
+    assert specimens(queue, "waiting") == ["SN-1", "SN-3", "SN-4"]
+    assert queue.get(4).by == "Ann"
+
+
+def test_an_entry_is_on_the_disk_as_started_before_its_run(queue):
+    with queue.started(1, "Ann"):
+        stored = json.loads(queue.path.read_text(encoding="utf-8"))["entries"][0]
+        assert (stored["state"], stored["run"]) == ("started", "")
+        assert specimens(Queue(queue.path.parent), "running") == ["SN-1"]
+        with pytest.raises(UsageError, match="running"), queue.started(1, "Bob"):
+            raise AssertionError
+        began = RunStarted(
+            seq=1, utc="", monotonic_s=0.0, run_id="20261123_X", steps=1, estimated_s=1.0
+        )
+        queue.began(1)(began)
+    assert queue.get(1).run == "20261123_X"
+
+
+def test_after_a_crash_the_queue_asks_and_runs_nothing(queue):
+    program = f"""
+import os
+from pathlib import Path
+from rigrunner.queue import Queue
+with Queue(Path({str(queue.path.parent)!r})).started(1, "Ann"):
+    os._exit(9)
+"""
+    done = subprocess.run([sys.executable, "-c", program], check=False, timeout=60)
+    assert done.returncode == 9
+    assert specimens(queue, "interrupted") == ["SN-1"]
+    with pytest.raises(UsageError, match="was interrupted"):
+        queue.next()
+    again = queue.repeat(1, "Ann", "the machine lost its power", NOW)
+    assert queue.next() == again
+    assert (again.specimen, again.repeats) == ("SN-1", 1)
+    (told,) = again.told()
+    assert (told.by, told.reason) == ("Ann", "the machine lost its power")
+    assert specimens(queue, "closed") == ["SN-1"]
+    with pytest.raises(UsageError, match="repeated already: entry 4"):
+        queue.repeat(1, "Ann", "once more", NOW)
+
+
+def test_a_run_that_could_not_begin_gives_its_entry_back(queue):
+    with queue.started(1, "Ann"):
+        queue.give_back(1, "no device answers")
+    assert (queue.get(1).state, queue.get(1).reason) == ("held", "no device answers")
+    with queue.started(2, "Ann"):
+        queue._replace(2, run="20261123_X")
+        queue.give_back(2, "its run has begun")
+    assert queue.get(2).state == "started"
+
+
+def test_the_same_specimen_twice_is_refused_and_nothing_of_the_list_is_added(queue):
+    with pytest.raises(InvalidFileError) as refused:
+        queue.add([draft("SN-9"), draft(" sn-2".strip()), draft("SN-9")], "Ann", NOW)
+    assert [each.message for each in refused.value.problems] == [
+        "SN-2 is in the queue already: entry 2, waiting",
+        "SN-9 is in the queue already: entry 4, waiting",
+    ]
+    assert len(queue.entries()) == 3
+    queue.add([draft("SN-2", procedure="other.yaml")], "Ann", NOW)
+    queue.skip(2, "Ann", "lost")
+    queue.add([draft("SN-2")], "Ann", NOW)
+
+
+def test_numbers_are_given_once_and_what_is_over_can_be_cleared(queue):
+    queue.skip(3, "Ann", "lost")
+    assert queue.clear(station="other.yaml") == 0
+    assert queue.clear() == 1
+    assert [each.id for each in queue.add([draft("SN-5")], "Ann", NOW)] == [4]
+
+
+def test_a_file_that_is_no_queue_is_left_alone(queue):
+    queue.path.write_text('{"rigrunner": "queue/2"}', encoding="utf-8")
+    with pytest.raises(DataError, match="queue of this version"):
+        queue.hold(1, "Ann")
+    assert queue.path.read_text(encoding="utf-8") == '{"rigrunner": "queue/2"}'
+
+
+def test_two_processes_add_at_the_same_time_and_none_is_lost(queue):
+    program = f"""
+from datetime import UTC, datetime
+from pathlib import Path
+from rigrunner.queue import Draft, Queue
+import sys
+queue = Queue(Path({str(queue.path.parent)!r}))
+for i in range(10):
+    inputs = {{"specimen": f"{{sys.argv[1]}}-{{i}}"}}
+    queue.add([Draft(procedure="p", station="s", inputs=inputs)], "x", datetime.now(UTC))
+"""
+    jobs = [subprocess.Popen([sys.executable, "-c", program, name]) for name in "AB"]
+    assert [job.wait(120) for job in jobs] == [0, 0]
+    numbers = [each.id for each in queue.entries()]
+    assert len(numbers) == len(set(numbers)) == 23
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("SN-1\r\n\r\n  SN-2 \n", [(1, {"specimen": "SN-1"}), (3, {"specimen": "SN-2"})]),
+        ("SN-1, left\n", [(1, {"specimen": "SN-1, left"})]),
+        (
+            '\ufeffspecimen;Type;room\nSN-1;ge20;\n"SN;2";GE30;20\n',
+            [
+                (2, {"specimen": "SN-1", "type": "GE20"}),
+                (3, {"specimen": "SN;2", "type": "GE30", "room": "20 °C"}),
+            ],
+        ),
+    ],
+)
+def test_lists_are_read_as_people_write_them(text, found):
+    assert [(each.line, each.inputs) for each in read_list(text, ASKED)] == found
+
+
+def test_every_line_that_is_not_accepted_is_named():
+    text = "specimen,type\nSN-1,GE99\nSN-2\n,GE20\nSN-4,GE20\n"
+    with pytest.raises(InvalidFileError) as refused:
+        read_list(text, ASKED, "list.csv")
+    assert [str(each.location) for each in refused.value.problems] == [
+        "list.csv:2", "list.csv:3", "list.csv:4",
+    ]  # fmt: skip
+    assert "expected one of: GE20, GE30" in refused.value.problems[0].message
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("\n \n", "the list is empty"),
+        ("specimen,typ\nSN-1,GE20\n", "got the column 'typ'"),
+        ("specimen,type\n", "a header and no specimen"),
+        ("x\n" * 1001, "1001 lines, expected at most 1000"),
+    ],
+)
+def test_a_list_that_is_none_is_refused(text, why):
+    with pytest.raises(UsageError, match=why):
+        read_list(text, ASKED)
+
+
+@pytest.mark.parametrize("text", ["SN\x1b[2J", "SN\u202e1", "S" * 3000, "a\x00b"])
+def test_hostile_specimens_are_refused(text):
+    with pytest.raises(InvalidFileError):
+        read_list(text, ASKED)
+
+
+def test_inputs_that_are_not_asked_for_are_refused():
+    assert accepted_inputs({"type": "ge20"}, ASKED) == {"type": "GE20"}
+    with pytest.raises(UsageError, match="no input 'lot'"):
+        accepted_inputs({"lot": "L"}, ASKED)
