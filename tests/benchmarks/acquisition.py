@@ -44,7 +44,6 @@ from benchmarks.frame import (
     repeated,
 )
 from helpers_devices import plan_of, record
-from helpers_runfile import header_of
 from rigrunner.api.devices import DeviceContext
 from rigrunner.api.events import StepEnded, StepStarted
 from rigrunner.bus import Bus
@@ -52,6 +51,7 @@ from rigrunner.clock import WallClock
 from rigrunner.engine import UnattendedAnswers, run_plan
 from rigrunner.rig import Rig
 from rigrunner.runfile import RunWriter, read
+from unit.runfile.helpers_runfile import header_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

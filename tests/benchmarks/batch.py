@@ -23,14 +23,14 @@ from threading import Event
 from typing import TYPE_CHECKING
 
 from benchmarks.frame import Figure, Spread, Work, at_least, at_most, paired, repeated
-from helpers_jobs import Squares
-from helpers_reanalysis import reanalysed
 from helpers_workflow import run
 from rigrunner.clock import SimulatedClock
 from rigrunner.jobs import InProcess, Processes, journal
 from rigrunner.study.coverage import run_coverage
 from rigrunner.study.going import Going
 from rigrunner.workflow.locate import find_procedure
+from unit.jobs.helpers_jobs import Squares
+from unit.rigrunner_fleet.reanalysis.helpers_reanalysis import reanalysed
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -31,7 +31,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from benchmarks.frame import Figure, Spread, Work, allocated_peak, at_most
 from helpers_long import short_blocks
-from helpers_runfile import write_run
 from helpers_workflow import quick_procedure, run, station_file
 from rigrunner.analysis import waveforms
 from rigrunner.analysis.prepare import prepare_point
@@ -42,6 +41,7 @@ from rigrunner.runfile.loose import PART_GROUP
 from rigrunner.runfile.recordings import read_facts
 from rigrunner.signal.blocks import BLOCK
 from rigrunner.workflow.stored import run_data
+from unit.runfile.helpers_runfile import write_run
 
 if TYPE_CHECKING:
     from benchmarks.frame import Scale

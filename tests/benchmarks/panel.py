@@ -22,7 +22,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from helpers_panel import INPUTS, Screen, ready, rig_process, served
+from e2e.helpers_panel import INPUTS, Screen, ready, rig_process, served
 from helpers_workflow import quick_procedure, run, station_file
 from rigrunner.api.events import RunStarted, StepEnded, StepStarted
 from rigrunner.clock import SimulatedClock

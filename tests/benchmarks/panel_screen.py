@@ -22,8 +22,8 @@ from playwright.sync_api import sync_playwright
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
+from e2e.panel.helpers_screen import Screen, browser_path, running_panel
 from helpers_cli import call
-from helpers_screen import Screen, browser_path, running_panel
 
 # uPlot clears the canvas each time it draws; the newest swing is then the one that came last
 PROBE = """

@@ -22,10 +22,9 @@ sys.path.append(str(Path(__file__).resolve().parent.parent))  # behind what PYTH
 
 import numpy as np
 
-import helpers_setpoints
 import rigrunner
+from benchmarks import helpers_setpoints
 from benchmarks.setpoints import Bench
-from helpers_analysis import acceptance, analysed, recording, run_of
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
@@ -34,6 +33,7 @@ from rigrunner.runfile import RunWriter
 from rigrunner.workflow.locate import find_station
 from rigrunner.workflow.prepare import plan_run
 from rigrunner.workflow.record import header_of, rig_of
+from unit.analysis.helpers_analysis import acceptance, analysed, recording, run_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -31,9 +31,9 @@ from benchmarks.frame import (
     paired,
     repeated,
 )
-from helpers_report import long_result, report_input
 from rigrunner_reports.plots import canvas
 from rigrunner_reports.render import html
+from unit.rigrunner_reports.helpers_report import long_result, report_input
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -44,7 +44,7 @@ TESTS = Path(__file__).resolve().parent.parent
 COLD = f"""
 import sys
 sys.path.insert(0, {str(TESTS)!r})
-from helpers_report import report_input
+from unit.rigrunner_reports.helpers_report import report_input
 from rigrunner_reports.render import html
 html(report_input())
 """

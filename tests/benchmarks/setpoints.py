@@ -48,7 +48,7 @@ from benchmarks.frame import (
     peer,
     seconds,
 )
-from helpers_setpoints import LIMIT_NM, lab_of, loads_n
+from benchmarks.helpers_setpoints import LIMIT_NM, lab_of, loads_n
 from rigrunner.api.events import StepStarted
 from rigrunner.bus import Bus
 from rigrunner.clock import WallClock

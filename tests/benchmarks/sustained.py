@@ -16,7 +16,7 @@ import h5py
 
 from benchmarks import fast_tester
 from benchmarks.frame import Figure, Spread, at_most
-from helpers_panel import INPUTS, Screen, ready, served, started_by
+from e2e.helpers_panel import INPUTS, Screen, ready, served, started_by
 from helpers_workflow import ALL_FREQUENCIES, edited, run
 from rigrunner.clock import WallClock
 from rigrunner.workflow.locate import find_procedure, shipped_folder

@@ -14,7 +14,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from helpers_tamper import Flip, flips, issue, letterhead, quick_runs
+from e2e.helpers_tamper import Flip, flips, issue, letterhead, quick_runs
 
 COUNT, SEED = 200, 17025
 WORDS = {

@@ -12,14 +12,14 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from helpers_analysis import MEASURAND, registry
-from helpers_motion import BY_ENTRY, run_by
 from helpers_thorough import first
+from reference.helpers_motion import BY_ENTRY, run_by
 from rigrunner.analysis.analyse import analyse
 from rigrunner.api.data import Measurement
 from rigrunner.procedure import AnalysisSpec
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+from unit.analysis.helpers_analysis import MEASURAND, registry
 
 OF_STARTS = {"breakaway_peak"}
 """These take starts from rest, not swings."""

@@ -7,16 +7,16 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from helpers_conformance import (
+from helpers_lacking import require_pdf
+from rigrunner.api.errors import PluginError
+from rigrunner.registry import load_registry
+from rigrunner_testing import checks, subject
+from unit.rigrunner_plugins.devices.helpers_conformance import (
     NOT_APPLICABLE,
     applicable,
     assert_it_conforms,
     assert_not_applicable,
 )
-from helpers_lacking import require_pdf
-from rigrunner.api.errors import PluginError
-from rigrunner.registry import load_registry
-from rigrunner_testing import checks, subject
 
 pytestmark = pytest.mark.figures
 

@@ -21,10 +21,10 @@ import pytest
 from pymeasure.adapters import Adapter
 from pymeasure.instruments import Instrument
 
-from helpers_instruments import instrument
 from rigrunner.api.devices import Device
 from rigrunner.api.errors import DeviceError
 from rigrunner_plugins.devices.pymeasure.binding import instrument_class, properties_of
+from unit.rigrunner_plugins.devices.helpers_instruments import instrument
 
 PAGE = Path(__file__).parents[2] / "docs/how-to/use-a-pymeasure-driver.md"
 NO_INSTRUMENTS = {"pymeasure.instruments.fakes"}

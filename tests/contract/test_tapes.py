@@ -6,11 +6,11 @@ import threading
 
 import pytest
 
-from helpers_opcua import DRIVE, Bench
 from rigrunner.api.devices import DeviceContext, Readable, Settable, Streaming
 from rigrunner.clock import SimulatedClock, WallClock
 from rigrunner.registry import load_registry
 from rigrunner.tape import RecordedTape, ReplayedTape, TapedFile, TapedPlugin, TapeManifest
+from unit.rigrunner_plugins.devices.helpers_opcua import DRIVE, Bench
 
 REGISTRY = load_registry()
 FAULTY = {

@@ -11,9 +11,9 @@ from contextlib import closing
 
 import pytest
 
-from helpers_archive import result_document, store_run
 from helpers_cli import call
 from rigrunner_fleet.archive import index, open_archive
+from unit.rigrunner_fleet.archive.helpers_archive import result_document, store_run
 
 
 @pytest.fixture(scope="module")

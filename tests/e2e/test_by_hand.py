@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from helpers_terminal import Terminal
+from e2e.helpers_terminal import Terminal
 from rigrunner.api.errors import ExitCode
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")

@@ -4,16 +4,77 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
-from helpers_population import HEADER, law_rows, population_rows
+from rigrunner.study import coverage_rigs as rigs
 from rigrunner.study.coverage_case import limits
 from rigrunner.study.coverage_plots import FIGURES
 from rigrunner.study.coverage_rigs import FREQUENCIES_HZ, torque_instrument
 from rigrunner.study.coverage_table import ROW_HEADER, held_text
+from rigrunner.study.populations import PAUSE_S
 from rigrunner.study.share import Share
 from rigrunner.study.tools import tools
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.study.bench import Range
+    from rigrunner.study.coverage_rigs import Limits
+
+HEADER = ("rigs of", "quantity", "from", "to", "unit")
+BOTH = "both"
+MINUTE_S = 60.0
+
+
+def population_rows(instrument: TorqueInstrument, limits: Limits) -> list[list[str]]:
+    """Return what is drawn evenly between which values, in the order of HEADER."""
+    return [
+        *(_range(BOTH, each) for each in rigs.COMMON),
+        *(_range(name, each) for name, ranges in rigs.RANGES.items() for each in ranges),
+        *_measuring(),
+        *_stated(instrument, limits),
+    ]
+
+
+def law_rows() -> list[list[str]]:
+    """Return the laws of friction of each simulator, each as likely as the others."""
+    return [[name, ", ".join(laws)] for name, laws in rigs.LAWS.items()]
+
+
+def _range(simulator: str, each: Range) -> list[str]:
+    unit = f"times {each.times}" if each.times else each.unit
+    return [simulator, each.setting, f"{each.low:g}", f"{each.high:g}", unit]
+
+
+def _measuring() -> Iterator[list[str]]:
+    low, high = rigs.CYCLES
+    yield [BOTH, "cycles of a recording", str(low), str(high), "1"]
+    low_hz, high_hz = rigs.CORNER_HZ
+    yield [BOTH, "low-pass corner, as registered", f"{low_hz:g}", f"{high_hz:g}", "Hz"]
+    low_s, high_s = PAUSE_S
+    yield [BOTH, "pause between the runs", f"{low_s / MINUTE_S:g}", f"{high_s / MINUTE_S:g}", "min"]
+
+
+def _stated(instrument: TorqueInstrument, limits: Limits) -> Iterator[list[str]]:
+    """Yield what the budget states: the register's limits, and those of the methods' settings."""
+    accuracy = instrument.accuracy
+    drift = "zero drift, in the long run"
+    yield _either_way("sensor gain error", 100 * accuracy.gain, "%")
+    yield _either_way("sensor offset", accuracy.offset, "N·m")
+    yield _either_way(drift, accuracy.drift, "N·m")
+    yield _either_way("sensor non-linearity", 100 * accuracy.nonlinearity, "% of full scale")
+    yield _either_way("low-pass corner against the register", 100 * limits.low_pass_tolerance, "%")
+    yield _either_way("inertia under load", 100 * limits.inertia_mismatch, "%")
+    yield _either_way("load", 100 * limits.load_tolerance, "%")
+    yield _either_way("support friction under load", 100 * limits.support_load_dependence, "%")
+
+
+def _either_way(quantity: str, limit: float, unit: str) -> list[str]:
+    return [BOTH, quantity, f"{-limit:g}", f"{limit:g}", unit]
+
 
 pytestmark = pytest.mark.figures
 

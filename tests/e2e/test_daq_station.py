@@ -12,7 +12,6 @@ import nidaqmx.utils
 import numpy as np
 import pytest
 
-from helpers_daqmx import FakeDriver
 from helpers_rigs import make_rig, true_starting_torque_nm
 from helpers_workflow import quick_procedure, run, station_file
 from rigrunner.api.errors import DeviceLostError
@@ -26,6 +25,7 @@ from rigrunner_plugins.devices.simulated.sampling import (
 )
 from rigrunner_plugins.devices.simulated.sensor_errors import draw_constant_errors
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+from unit.rigrunner_plugins.devices.helpers_daqmx import FakeDriver
 
 START = datetime(2026, 3, 1, 12, 0, tzinfo=UTC)
 HZ_PER_V, N_PER_V = 5.0, 300.0

@@ -17,10 +17,10 @@ import h5py
 import pytest
 import yaml
 
+from e2e.helpers_served import served_command
 from helpers_docs import ROOT, code_blocks, links, matches, pages
 from helpers_figures import drawn
 from helpers_lacking import require_pdf
-from helpers_served import served_command
 from rigrunner.api.errors import ExitCode
 from rigrunner.api.hooks import HookSpecs
 from rigrunner.cli.lazy import LazyGroup

@@ -11,9 +11,9 @@ from itertools import count
 
 import pytest
 
+from e2e.helpers_lsp import YamlServer
 from helpers_docs import ROOT, code_blocks, pages
 from helpers_lacking import lacking
-from helpers_lsp import YamlServer
 from rigrunner.station import parse_station
 
 PROCEDURES = ROOT / "procedures"

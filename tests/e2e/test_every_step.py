@@ -6,7 +6,7 @@ from collections import Counter
 
 import pytest
 
-from helpers_every_step import planned_moment, run_with_fault
+from e2e.helpers_every_step import planned_moment, run_with_fault
 from rigrunner.api.calling import ThreadCaller
 from rigrunner.api.events import InterlockTripped, MadeSafe, RunEnded, StepEnded, StepStarted
 from rigrunner.plan.actions import Phase

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from helpers_every_step import FAST, moment_procedure
+from e2e.helpers_every_step import FAST, moment_procedure
 from helpers_workflow import START, edited
 from rigrunner.api.errors import DeviceError
 from rigrunner.api.events import Outcome, StepEnded

@@ -14,8 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from helpers_cli import call
-from helpers_forgery import (
+from e2e.helpers_forgery import (
     appended,
     forged_pdf,
     resealed,
@@ -23,8 +22,9 @@ from helpers_forgery import (
     with_banner,
     with_content,
 )
+from e2e.helpers_tamper import RUN_FILE, issue, letterhead, quick_runs
+from helpers_cli import call
 from helpers_lacking import require_pdf
-from helpers_tamper import RUN_FILE, issue, letterhead, quick_runs
 from rigrunner.proof.seal import FORMS
 from rigrunner.workflow.verifying.document import read_contents
 from rigrunner.workflow.verifying.forms import Form

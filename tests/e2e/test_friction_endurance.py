@@ -14,8 +14,8 @@ from itertools import pairwise
 import h5py
 import pytest
 
+from e2e.helpers_resume import take_up
 from helpers_cli import call
-from helpers_resume import take_up
 from rigrunner.api.errors import DataError
 from rigrunner.runfile import read
 from rigrunner.workflow.locate import find_procedure, find_station

@@ -8,8 +8,8 @@ import re
 import numpy as np
 import pytest
 
+from e2e.helpers_trends import index_all
 from helpers_cli import call
-from helpers_trends import index_all
 from helpers_workflow import START, edited, quick_procedure, run, station_file
 from rigrunner.clock import SimulatedClock
 from rigrunner.workflow.locate import find_procedure

@@ -12,8 +12,8 @@ from contextlib import ExitStack, contextmanager, suppress
 import psutil
 import pytest
 
-from helpers_panel import Screen, ready, rig_process, served
-from helpers_supply import GUARDED, SupplyLab
+from e2e.helpers_panel import Screen, ready, rig_process, served
+from e2e.helpers_supply import GUARDED, SupplyLab
 from rigrunner.api.events import Alarm, Intervention, MadeSafe, RunEnded, StepStarted
 from rigrunner.rig_state import read_marker
 from rigrunner.runfile import read

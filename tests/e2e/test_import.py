@@ -6,10 +6,10 @@ import json
 
 import pytest
 
+from e2e.helpers_numbers import numbers
 from helpers_certificate import issue, make_letterhead
 from helpers_cli import call
-from helpers_importing import OPERATOR, SPECIMEN, WRITERS, export
-from helpers_numbers import numbers
+from unit.rigrunner_plugins.importers.helpers_importing import OPERATOR, SPECIMEN, WRITERS, export
 
 pytestmark = pytest.mark.thorough
 

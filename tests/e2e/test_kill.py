@@ -12,11 +12,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import helpers_kill
+from e2e import helpers_kill
 from helpers_devices import RATE_HZ, samples_of
-from helpers_runfile import recording
+from helpers_docs import ROOT
 from rigrunner.api.errors import DataError
 from rigrunner.runfile import read, seal
+from unit.runfile.helpers_runfile import recording
 
 KILLS = int(os.environ.get("RIGRUNNER_KILLS", "20"))
 """A longer form: RIGRUNNER_KILLS=300 pytest tests/e2e/test_kill.py."""
@@ -27,8 +28,10 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="kill -9 needs a
 @pytest.fixture(scope="module")
 def killed(tmp_path_factory) -> list[Path]:
     folder = tmp_path_factory.mktemp("kills")
-    program = [sys.executable, helpers_kill.__file__, str(folder), str(KILLS), "20260301"]
-    done = subprocess.run(program, capture_output=True, text=True, check=True, timeout=600)
+    program = [sys.executable, "-m", "e2e.helpers_kill", str(folder), str(KILLS), "20260301"]
+    done = subprocess.run(
+        program, cwd=ROOT / "tests", capture_output=True, text=True, check=True, timeout=600
+    )
     return [Path(json.loads(line)["folder"]) for line in done.stdout.splitlines()]
 
 
@@ -93,9 +96,9 @@ FOLDS = """
 import os, random, signal, sys, time
 from pathlib import Path
 
-from helpers_runfile import emitter_of, end_recording, header_of, recording, send_samples
-from helpers_runfile import start_recording
 from rigrunner.runfile import RunWriter
+from unit.runfile.helpers_runfile import emitter_of, end_recording, header_of, recording
+from unit.runfile.helpers_runfile import send_samples, start_recording
 
 folder, kills = Path(sys.argv[1]), int(sys.argv[2])
 one, lives = recording(samples=200_000), random.Random(20260301)
@@ -121,8 +124,7 @@ for number in range(kills):
 def test_a_kill_while_a_finished_recording_is_folded_loses_nothing_of_it(tmp_path):
     kills = max(10, KILLS // 2)
     program = [sys.executable, "-c", FOLDS, str(tmp_path), str(kills)]
-    path = os.pathsep.join([str(Path(helpers_kill.__file__).parent), *sys.path])
-    subprocess.run(program, check=True, timeout=300, env={**os.environ, "PYTHONPATH": path})
+    subprocess.run(program, cwd=ROOT / "tests", check=True, timeout=300)
     states, whole = Counter(), recording(samples=200_000)
     for folder in sorted(tmp_path.glob("run*")):
         files = {path.suffix for path in folder.rglob("0*")}

@@ -13,7 +13,8 @@ import sys
 
 import pytest
 
-import helpers_kill_resume
+from e2e import helpers_kill_resume
+from helpers_docs import ROOT
 
 KILLS = int(os.environ.get("RIGRUNNER_KILLS", "6"))
 SEED = 20260301
@@ -23,9 +24,16 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="kill -9 needs a
 
 @pytest.mark.thorough
 def test_every_killed_run_is_readable_and_resumed_to_the_numbers_of_an_undisturbed_one(tmp_path):
-    program = [sys.executable, helpers_kill_resume.__file__, str(tmp_path), str(KILLS), str(SEED)]
+    program = [sys.executable, "-m", "e2e.helpers_kill_resume", tmp_path, str(KILLS), str(SEED)]
     one_thread = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    done = subprocess.run(program, capture_output=True, text=True, check=False, env=one_thread)
+    done = subprocess.run(
+        program,
+        cwd=ROOT / "tests",
+        capture_output=True,
+        text=True,
+        check=False,
+        env=one_thread,
+    )
     assert done.returncode == 0, done.stderr
     kills = [json.loads(line) for line in done.stdout.splitlines()]
     print("\n".join(helpers_kill_resume.table(kills)))  # noqa: T201  (the table, for pytest -s)

@@ -10,7 +10,8 @@ import sys
 
 import pytest
 
-import helpers_setpoints
+from benchmarks import helpers_setpoints
+from helpers_docs import ROOT
 from rigrunner.runfile import read
 
 POINTS = 5_000
@@ -37,8 +38,9 @@ def test_every_point_that_was_reported_is_there(tmp_path, seed, way):
 
 def killed_after(points: int, folder, way: str) -> list[float]:
     """Kill a run once it has reported so many points; return all that it had reported."""
-    program = [sys.executable, helpers_setpoints.__file__, str(folder), str(POINTS), way]
-    with subprocess.Popen(program, stdout=subprocess.PIPE, text=True) as running:
+    program = [sys.executable, "-m", "benchmarks.helpers_setpoints", str(folder), str(POINTS), way]
+    folder = ROOT / "tests"
+    with subprocess.Popen(program, cwd=folder, stdout=subprocess.PIPE, text=True) as running:
         lines = [running.stdout.readline() for _ in range(points)]
         running.kill()
         lines += running.stdout.readlines()

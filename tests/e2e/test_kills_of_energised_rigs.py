@@ -13,6 +13,8 @@ import sys
 
 import pytest
 
+from helpers_docs import ROOT
+
 pytestmark = [
     pytest.mark.skipif(not hasattr(os, "fork"), reason="kill -9 needs a Unix"),
     pytest.mark.in_real_time,
@@ -22,10 +24,10 @@ SEED = 20261122
 
 
 def test_no_kill_leaves_a_live_rig_that_nobody_is_told_of(tmp_path):
-    import helpers_rig_kills  # noqa: PLC0415  (of Unix alone)
+    from e2e import helpers_rig_kills  # noqa: PLC0415  (of Unix alone)
 
-    program = [sys.executable, helpers_rig_kills.__file__, str(tmp_path), str(KILLS), str(SEED)]
-    done = subprocess.run(program, capture_output=True, text=True, check=False)
+    program = [sys.executable, "-m", "e2e.helpers_rig_kills", tmp_path, str(KILLS), str(SEED)]
+    done = subprocess.run(program, cwd=ROOT / "tests", capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     kills = [json.loads(each) for each in done.stdout.splitlines() if each.startswith("{")]
     print(helpers_rig_kills.table(kills))  # noqa: T201  (the table, for pytest -s)

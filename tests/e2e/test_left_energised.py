@@ -12,9 +12,9 @@ import time
 
 import pytest
 
+from e2e.helpers_panel import Screen, ready, rig_process, served
+from e2e.helpers_supply import SupplyLab
 from helpers_cli import call
-from helpers_panel import Screen, ready, rig_process, served
-from helpers_supply import SupplyLab
 from rigrunner.api.errors import ExitCode
 from rigrunner.api.events import Intervention, Prompt, RunStarted
 from rigrunner.rig_state import read_marker

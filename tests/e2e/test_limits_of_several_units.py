@@ -8,9 +8,9 @@ import pytest
 
 from helpers_certificate import issue, make_letterhead
 from helpers_cli import call
-from helpers_html import read_html
 from helpers_workflow import quick_procedure, run
 from rigrunner.workflow.locate import find_station
+from unit.rigrunner_reports.helpers_html import read_html
 
 pytestmark = pytest.mark.figures
 

@@ -7,11 +7,11 @@ import time
 import pytest
 
 from helpers_cli import call
-from helpers_lines import HANG_UP, ScriptedPeer
 from rigrunner.api.errors import ExitCode
 from rigrunner.runfile import read
 from rigrunner.workflow.locate import run_names
 from rigrunner.workflow.new_plugin import NewPlugin
+from unit.api.helpers_lines import HANG_UP, ScriptedPeer
 
 LATE = object()
 """In place of an answer: the usual one, after the driver's time limit."""

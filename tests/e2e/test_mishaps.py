@@ -12,14 +12,14 @@ from pathlib import Path
 import pytest
 
 import rigrunner
+from e2e.helpers_resume import FEWER, NO_LOAD, interrupted, take_up
 from helpers_cli import call
-from helpers_resume import FEWER, NO_LOAD, interrupted, take_up
-from helpers_runfile import disk_full_beyond
 from helpers_workflow import START, quick_procedure, run
 from rigrunner.api.errors import DataError, ExitCode
 from rigrunner.api.events import Alarm, MadeSafe, Outcome, RunEnded, Samples, StepEnded
 from rigrunner.clock import SimulatedClock
 from rigrunner.runfile import read
+from unit.runfile.helpers_runfile import disk_full_beyond
 
 NOBODY = 65_534
 

@@ -9,10 +9,13 @@ from math import sqrt
 import numpy as np
 import pytest
 
-from helpers_archive import store_run
+from e2e.helpers_trends import index_all, on_day
 from helpers_cli import call
-from helpers_named_results import resistance_document, store_resistances
-from helpers_trends import index_all, on_day
+from unit.rigrunner_fleet.archive.helpers_archive import store_run
+from unit.rigrunner_fleet.archive.helpers_named_results import (
+    resistance_document,
+    store_resistances,
+)
 
 SHIFTED_FROM = 24
 LIMITS = ("--lower", "138.203 Ω", "--upper", "138808 mΩ")

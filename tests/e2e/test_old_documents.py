@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from e2e.helpers_forgery import resealed
 from helpers_cli import call
-from helpers_forgery import resealed
 from rigrunner.analysis.revisions import OWN
 from rigrunner.certificate.content import REVISION
 from rigrunner.proof.contents import content_in

@@ -11,8 +11,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from helpers_panel import INPUTS, Screen, process_is_gone, ready, rig_process, served
-from helpers_terminal import Terminal
+from e2e.helpers_panel import INPUTS, Screen, process_is_gone, ready, rig_process, served
+from e2e.helpers_terminal import Terminal
 from helpers_workflow import quick_procedure, run, station_file
 from rigrunner.api.events import Intervention, MadeSafe, RunEnded
 from rigrunner.clock import SimulatedClock

@@ -8,7 +8,6 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from helpers_analysis import LOADED_SPEC, acceptance, analysed, recording, run_of
 from helpers_cli import call
 from helpers_workflow import edited, station_file
 from rigrunner.api.data import Measurement
@@ -17,6 +16,7 @@ from rigrunner.api.verdict import Verdict
 from rigrunner.certificate.results import results_of
 from rigrunner.procedure import AnalysisSpec
 from rigrunner.workflow.locate import find_procedure
+from unit.analysis.helpers_analysis import LOADED_SPEC, acceptance, analysed, recording, run_of
 
 TODAY = datetime.now(UTC).date()
 SHIPPED = "starting_torque_1000n"

@@ -8,8 +8,8 @@ import h5py
 import numpy as np
 import pytest
 
+from e2e.helpers_numbers import numbers
 from helpers_cli import call
-from helpers_numbers import numbers
 
 STATION = """\
 rigrunner: station/1

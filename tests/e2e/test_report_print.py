@@ -9,8 +9,8 @@ import subprocess
 import pytest
 
 from helpers_lacking import lacking
-from helpers_report import loaded_result, no_load_result, report_input
 from rigrunner_reports.render import html
+from unit.rigrunner_reports.helpers_report import loaded_result, no_load_result, report_input
 
 pytestmark = pytest.mark.figures
 

@@ -69,7 +69,7 @@ def rigrunner_outlier_rules():
 MAKE = """
 import sys
 from pathlib import Path
-from helpers_tamper import issue, letterhead
+from e2e.helpers_tamper import issue, letterhead
 from helpers_workflow import quick_procedure, run
 
 folder = Path(sys.argv[1])

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import h5py
 import pytest
 
+from e2e.helpers_resume import Snapshot
 from helpers_cli import call
-from helpers_resume import Snapshot
 from helpers_workflow import run, station_file
 from rigrunner.api.events import Intervention, Scanned, StepEnded, StepStarted
 from rigrunner.runfile import read

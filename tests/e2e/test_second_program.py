@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from helpers_supply import SupplyLab
+from e2e.helpers_supply import SupplyLab
 from rigrunner.api.errors import ExitCode
 from rigrunner.runfile import read
 from rigrunner.workflow.locate import run_names

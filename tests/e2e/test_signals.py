@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from helpers_every_step import FAST
-from helpers_terminal import PROGRAM, Terminal
+from e2e.helpers_every_step import FAST
+from e2e.helpers_terminal import PROGRAM, Terminal
 from helpers_workflow import edited
 from rigrunner.api.events import Intervention, MadeSafe, RunEnded, StepEnded
 from rigrunner.ending import ENDING, SUSPENDING, signal_name

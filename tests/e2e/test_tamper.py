@@ -10,9 +10,9 @@ import shutil
 
 import pytest
 
+from e2e.helpers_forgery import resealed
+from e2e.helpers_tamper import RUN_FILE, flips, issue, letterhead, quick_runs
 from helpers_cli import call
-from helpers_forgery import resealed
-from helpers_tamper import RUN_FILE, flips, issue, letterhead, quick_runs
 
 
 @pytest.fixture(scope="module")

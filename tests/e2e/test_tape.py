@@ -10,8 +10,8 @@ from types import SimpleNamespace
 
 import pytest
 
+from e2e.helpers_terminal import PROGRAM
 from helpers_cli import call
-from helpers_terminal import PROGRAM
 from helpers_workflow import quick_procedure
 from rigrunner.api.errors import DeviceRejectedError, ExitCode
 from rigrunner.runfile import read

@@ -7,9 +7,9 @@ import json
 import numpy as np
 import pytest
 
-from helpers_archive import estimate, result_document, store_run
+from e2e.helpers_trends import index_all, on_day, store_results
 from helpers_cli import call
-from helpers_trends import index_all, on_day, store_results
+from unit.rigrunner_fleet.archive.helpers_archive import estimate, result_document, store_run
 
 SHIFTED_FROM = 34
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from e2e.helpers_resume import take_up
 from helpers_cli import call
-from helpers_resume import take_up
 from helpers_workflow import run
 from rigrunner.api.events import Note
 from rigrunner.runfile import read

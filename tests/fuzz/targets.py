@@ -21,8 +21,6 @@ from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 from scipy.io import savemat
 
 from helpers_certificate import issue, make_letterhead
-from helpers_importing import lvm_text, write_matlab_73
-from helpers_runfile import DOCUMENT, PLOT, header_of, recording, write_run
 from helpers_workflow import run
 from rigrunner.api.data import Block
 from rigrunner.api.errors import DeviceTimeoutError
@@ -59,6 +57,8 @@ from rigrunner_plugins.importers.lvm_file import LvmImporter
 from rigrunner_plugins.importers.matlab_file import MatlabImporter
 from rigrunner_plugins.importers.settings import LvmSettings, TableSettings
 from rigrunner_plugins.importers.tdms_file import TdmsImporter
+from unit.rigrunner_plugins.importers.helpers_importing import lvm_text, write_matlab_73
+from unit.runfile.helpers_runfile import DOCUMENT, PLOT, header_of, recording, write_run
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -12,14 +12,14 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from helpers_analysis import MEASURAND, registry
-from helpers_motion import BY_ENTRY, random_rig, run_by
 from helpers_rigs import true_starting_torque_nm
+from reference.helpers_motion import BY_ENTRY, random_rig, run_by
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.document import document
 from rigrunner.api.analysis import Consequence
 from rigrunner.procedure import AnalysisSpec
 from rigrunner.signal.uncertainty import coverage_factor
+from unit.analysis.helpers_analysis import MEASURAND, registry
 
 pytestmark = pytest.mark.thorough
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from helpers_analysis import analysed, no_load_spec
 from helpers_rigs import IDEAL_SENSORS, run_data
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+from unit.analysis.helpers_analysis import analysed, no_load_spec
 
 
 @pytest.mark.parametrize("inertia_kgm2", [0.002, 0.003])

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import pytest
 
-from helpers_modbus import crc, device, mbap, rtu, rtu_peer, tcp_peer
 from rigrunner.api.errors import DeviceRejectedError
+from unit.rigrunner_plugins.devices.helpers_modbus import crc, device, mbap, rtu, rtu_peer, tcp_peer
 
 UNIT = 17
 PROBE = ("03 00 00 00 01", "03 02 00 00")

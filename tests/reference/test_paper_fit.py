@@ -8,7 +8,7 @@ from math import log
 import numpy as np
 import pytest
 
-from helpers_exact import exact_least_squares
+from reference.helpers_exact import exact_least_squares
 from rigrunner.api.data import Points
 from rigrunner_plugins.compensations.paper_equation import published_curve
 from rigrunner_plugins.fits.aicc import AiccFit

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from helpers_analysis import RIG, analysed, instrument, swing_point
 from helpers_rigs import run_data, true_starting_torque_nm
 from rigrunner.api.analysis import Sweep
 from rigrunner.signal.uncertainty import coverage_factor
@@ -15,6 +14,7 @@ from rigrunner_plugins.compensations.paper_peak_settings import PaperPeakSetting
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
 from rigrunner_plugins.fits.polynomial import PolynomialFit
 from rigrunner_plugins.fits.settings import PolynomialSettings
+from unit.analysis.helpers_analysis import RIG, analysed, instrument, swing_point
 
 TABLE_1 = {1.0: 0.88, 10.0: 2.16, 20.0: 4.31}
 

@@ -12,8 +12,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from helpers_exact import exact_least_squares
 from helpers_workflow import run
+from reference.helpers_exact import exact_least_squares
 from rigrunner.analysis.document import document
 from rigrunner.api.analysis import Consequence
 from rigrunner.workflow.locate import find_procedure, find_station

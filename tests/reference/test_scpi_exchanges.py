@@ -13,11 +13,11 @@ from math import pi
 
 import pytest
 
-from helpers_instruments import instrument, merged
-from helpers_peers import Script, SerialPeer, SocketPeer, peer
 from rigrunner.api.devices import Identity
 from rigrunner.api.errors import DeviceRejectedError
 from rigrunner_plugins.devices.visa.blocks import whole_block
+from unit.rigrunner_plugins.devices.helpers_instruments import instrument, merged
+from unit.rigrunner_plugins.devices.helpers_peers import Script, SerialPeer, SocketPeer, peer
 
 IDN = (b"*IDN?\n", b"HEWLETT-PACKARD,34401A,0,11-5-2\n")
 NO_ERROR = (b"SYST:ERR?\n", b'+0,"No error"\n')

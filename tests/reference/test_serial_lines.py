@@ -14,10 +14,10 @@ import threading
 
 import pytest
 
-from helpers_instruments import instrument, merged
-from helpers_peers import Script, SerialPeer
 from rigrunner.api.errors import DeviceRejectedError
 from rigrunner_plugins.devices.serial_ascii.settings import SerialAsciiSettings
+from unit.rigrunner_plugins.devices.helpers_instruments import instrument, merged
+from unit.rigrunner_plugins.devices.helpers_peers import Script, SerialPeer
 
 AND = {
     "termination": "CRLF",

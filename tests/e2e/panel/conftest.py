@@ -8,7 +8,14 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect, sync_playwright
 
-from helpers_screen import WITHIN_S, Screen, browser_path, quick_lab, require_driver, running_panel
+from e2e.panel.helpers_screen import (
+    WITHIN_S,
+    Screen,
+    browser_path,
+    quick_lab,
+    require_driver,
+    running_panel,
+)
 
 FLAGS = (
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",

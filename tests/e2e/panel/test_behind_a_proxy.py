@@ -25,9 +25,9 @@ from playwright.sync_api import sync_playwright
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
+from e2e.panel.helpers_screen import Screen, browser_path, require_driver, running_panel
 from helpers_docs import ROOT, code_blocks
 from helpers_lacking import lacking
-from helpers_screen import Screen, browser_path, require_driver, running_panel
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from playwright.sync_api import expect
 
-from helpers_screen import axe_script
+from e2e.panel.helpers_screen import axe_script
 
 GRAVE = {"serious", "critical"}
 DESK = {"width": 1280, "height": 720}

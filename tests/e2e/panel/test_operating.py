@@ -7,7 +7,7 @@ import json
 import pytest
 from playwright.sync_api import expect
 
-from helpers_screen import LOADED, NAME, STATION
+from e2e.panel.helpers_screen import LOADED, NAME, STATION
 
 CERTIFICATE = {  # in the order in which Tab comes to them
     "Customer": "A customer",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from playwright.sync_api import expect
 
-from helpers_screen import ASKS, NAME
+from e2e.panel.helpers_screen import ASKS, NAME
 
 RANGE = "is out of range (15 °C to 30 °C)"
 

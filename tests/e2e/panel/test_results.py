@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from playwright.sync_api import expect
 
+from e2e.panel.helpers_screen import running_panel
 from helpers_any_quantity import PROCEDURE, STATION
-from helpers_screen import running_panel
 
 
 @pytest.fixture

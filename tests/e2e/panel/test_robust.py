@@ -9,7 +9,7 @@ import psutil
 import pytest
 from playwright.sync_api import Error, expect
 
-from helpers_screen import (
+from e2e.panel.helpers_screen import (
     NAME,
     NO_LOAD,
     OVERDUE,

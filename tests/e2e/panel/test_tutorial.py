@@ -7,9 +7,9 @@ import re
 import pytest
 from playwright.sync_api import expect
 
+from e2e.panel.helpers_screen import running_panel
 from helpers_cli import call
 from helpers_docs import ROOT
-from helpers_screen import running_panel
 
 TUTORIAL = ROOT / "docs/tutorial/panel.md"
 STEP = re.compile(

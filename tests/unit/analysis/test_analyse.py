@@ -5,12 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helpers_analysis import acceptance, analysed, instrument, no_load_spec, recording, run_of, spec
 from rigrunner.analysis.document import document
 from rigrunner.api.analysis import Consequence
 from rigrunner.api.errors import DataError, PluginError
 from rigrunner.api.verdict import Verdict
 from rigrunner.workflow.plot import sweep_plot
+from unit.analysis.helpers_analysis import (
+    acceptance,
+    analysed,
+    instrument,
+    no_load_spec,
+    recording,
+    run_of,
+    spec,
+)
 
 FREQUENCIES = (2.0, 4.0, 6.0, 8.0, 10.0)
 SCATTER = np.array([0.01, -0.01, 0.0, 0.02, -0.02, 0.0, 0.01, -0.01, 0.005, -0.005])

@@ -8,7 +8,6 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 import pytest
 
-from helpers_analysis import MEASURAND
 from helpers_rigs import run_data, true_starting_torque_nm
 from rigrunner.analysis.analyse import analyse
 from rigrunner.api.errors import DataError
@@ -16,6 +15,7 @@ from rigrunner.procedure import AnalysisSpec
 from rigrunner.registry import load_registry
 from rigrunner.signal.coverage import expanded
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+from unit.analysis.helpers_analysis import MEASURAND
 
 FREQUENCIES = (5.0, 10.0, 20.0, 30.0, 35.0)
 START = datetime(2026, 1, 1, 12, tzinfo=UTC)

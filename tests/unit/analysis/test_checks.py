@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helpers_analysis import RATIO, recording, run_of, spec, swing_point
 from rigrunner.analysis.checks import (
     friction_check,
     positive_check,
@@ -15,6 +14,7 @@ from rigrunner.analysis.checks import (
 from rigrunner.analysis.prepare import prepare_point
 from rigrunner.api.data import Estimate
 from rigrunner.signal.kinematics import swing_angle
+from unit.analysis.helpers_analysis import RATIO, recording, run_of, spec, swing_point
 
 PEAKS = np.linspace(1.99, 2.01, 12)
 

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helpers_analysis import RIG, instrument, swing_point
 from rigrunner.analysis.clocks import CLOCKS, SHARE, alignment_u_s, alignments
 from rigrunner.analysis.phase import ALIGNMENT, CLOCK_NOTE, compensated
 from rigrunner.api.analysis import CompensatedPoint, Compensation, Component, PeakPoint, Sweep
 from rigrunner.api.data import Estimate, Recording
 from rigrunner.api.errors import DataError
 from rigrunner.signal.swings import with_swings
+from unit.analysis.helpers_analysis import RIG, instrument, swing_point
 
 HERTZ = 10.0
 BASE = Component("scatter", 0.01, 9.0, "normal", common=False)

@@ -4,7 +4,6 @@ from math import inf, isnan, nan
 
 import pytest
 
-from helpers_analysis import AT_REVERSAL
 from rigrunner.analysis.verdict import decision as deciding
 from rigrunner.analysis.verdict.evidence import Evidence
 from rigrunner.analysis.verdict.rule import AppliedRule
@@ -15,6 +14,7 @@ from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import Acceptance
 from rigrunner.registry import load_registry
+from unit.analysis.helpers_analysis import AT_REVERSAL
 
 REGISTRY = load_registry()
 RAW = Estimate(3.0, 0.01)

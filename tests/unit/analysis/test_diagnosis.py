@@ -7,11 +7,11 @@ from math import inf, sqrt
 import numpy as np
 import pytest
 
-from helpers_analysis import RATIO, recording, run_of, swing_point
 from rigrunner.analysis.diagnosis import Diagnosed, diagnose
 from rigrunner.api.analysis import CompensatedPoint, Compensation, Component
 from rigrunner.api.data import Estimate
 from rigrunner.signal.kinematics import swing_angle
+from unit.analysis.helpers_analysis import RATIO, recording, run_of, swing_point
 
 PEAKS = np.linspace(0.9, 1.1, 12)
 

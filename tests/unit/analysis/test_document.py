@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from helpers_analysis import acceptance, analysed, recording, run_of, spec
 from rigrunner.analysis.document import document
+from unit.analysis.helpers_analysis import acceptance, analysed, recording, run_of, spec
 
 SCATTER = np.array([0.01, -0.01, 0.0, 0.02, -0.02, 0.0, 0.01, -0.01, 0.005, -0.005])
 

@@ -5,7 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helpers_analysis import (
+from rigrunner.analysis.binding import bind
+from rigrunner.analysis.verdict.evidence import forbidden, without_scatter
+from rigrunner.api.analysis import Check, Compensation, Consequence
+from rigrunner.api.verdict import Verdict
+from rigrunner.procedure import Acceptance
+from rigrunner_plugins.compensations.checks import positive
+from unit.analysis.helpers_analysis import (
     AT_REVERSAL,
     acceptance,
     analysed,
@@ -15,12 +21,6 @@ from helpers_analysis import (
     spec,
     swing_point,
 )
-from rigrunner.analysis.binding import bind
-from rigrunner.analysis.verdict.evidence import forbidden, without_scatter
-from rigrunner.api.analysis import Check, Compensation, Consequence
-from rigrunner.api.verdict import Verdict
-from rigrunner.procedure import Acceptance
-from rigrunner_plugins.compensations.checks import positive
 
 SCATTER = np.array([0.01, -0.01, 0.0, 0.02, -0.02, 0.0, 0.01, -0.01, 0.005, -0.005])
 SINGLE = "A single value shows no scatter (at 5 Hz): the uncertainty lacks its type A part"

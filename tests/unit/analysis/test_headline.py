@@ -4,10 +4,10 @@ from math import inf, sqrt
 
 import pytest
 
-from helpers_analysis import instrument, swing_point
 from rigrunner.analysis.headline import compensated_mean, raw_peak_mean
 from rigrunner.api.analysis import CompensatedPoint, Component
 from rigrunner.api.data import Estimate
+from unit.analysis.helpers_analysis import instrument, swing_point
 
 
 def point(value, *components):

@@ -10,13 +10,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from helpers_analysis import recording, run_of, spec
 from rigrunner.analysis import live
 from rigrunner.analysis.live import Windows
 from rigrunner.analysis.motion import find_motion
 from rigrunner.analysis.prepare import prepare_point
 from rigrunner.api.data import Block
 from rigrunner.api.errors import DataError
+from unit.analysis.helpers_analysis import recording, run_of, spec
 
 PEAKS = 2 + 0.01 * np.arange(60)
 

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from helpers_analysis import RIG, run_of
 from rigrunner.analysis.load import with_known_load
 from rigrunner.api.instruments import OtherInstrument
+from unit.analysis.helpers_analysis import RIG, run_of
 
 CELL = {
     "channel": "tester.load",

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helpers_analysis import RATE_HZ, RATIO, RIG, recording, run_of, spec
 from rigrunner.analysis.motion_checks import motion_check
 from rigrunner.analysis.prepare import prepare_point
 from rigrunner.api.analysis import MotionSource, SwingPoint
 from rigrunner.api.errors import DataError
 from rigrunner.signal.kinematics import angular_velocity
+from unit.analysis.helpers_analysis import RATE_HZ, RATIO, RIG, recording, run_of, spec
 
 PEAKS = np.linspace(1.9, 2.1, 12)
 HERTZ = 7.3

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from helpers_analysis import analysed, recording, run_of
 from rigrunner.api.gauge import NamedStudy
+from unit.analysis.helpers_analysis import analysed, recording, run_of
 
 FREQUENCIES = (2.0, 4.0, 6.0, 8.0, 10.0)
 SCATTER = np.array([0.01, -0.01, 0.0, 0.02, -0.02, 0.0, 0.01, -0.01, 0.005, -0.005])

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-from helpers_analysis import RIG, instrument, run_of, swing_point
 from rigrunner.analysis.one_setup import setup_check, unloaded_check
 from rigrunner.api.analysis import Bias, CompensatedPoint
 from rigrunner.api.data import Estimate
 from rigrunner.api.filters import LowPass
+from unit.analysis.helpers_analysis import RIG, instrument, run_of, swing_point
 
 CHANNEL = "tester.torque"
 PEAKS = [1.0] * 6

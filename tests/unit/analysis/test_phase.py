@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helpers_analysis import RIG, instrument, swing_point
 from rigrunner.analysis.phase import COMMON, NOTE, OWN, compensated
 from rigrunner.api.analysis import CompensatedPoint, Compensation, Component, Sweep
 from rigrunner.api.data import Estimate
 from rigrunner.signal.swings import with_swings
+from unit.analysis.helpers_analysis import RIG, instrument, swing_point
 
 BASE = Component("scatter", 0.01, 9.0, "normal", common=False)
 

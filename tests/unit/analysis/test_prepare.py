@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helpers_analysis import RATIO, recording, run_of, spec
 from rigrunner.analysis.prepare import prepare_point
 from rigrunner.api.analysis import MotionSource, Rejection, SwingPoint
 from rigrunner.api.errors import DataError
@@ -13,6 +12,7 @@ from rigrunner.signal.kinematics import swing_angle
 from rigrunner_plugins.outlier_rules.grubbs import Grubbs
 from rigrunner_plugins.outlier_rules.pauta import pauta
 from rigrunner_plugins.outlier_rules.settings import GrubbsSettings
+from unit.analysis.helpers_analysis import RATIO, recording, run_of, spec
 
 GRUBBS = Grubbs(GrubbsSettings())
 PEAKS = np.array([2.00, 2.02, 1.99, 2.01, 2.03, 1.98, 2.00, 2.01])

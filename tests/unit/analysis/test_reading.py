@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from helpers_analysis import analysed, no_load_spec, recording, run_of
 from rigrunner.analysis.reading import torque_reading
 from rigrunner.api.data import Recording
 from rigrunner.api.instruments import TorqueInstrument
+from unit.analysis.helpers_analysis import analysed, no_load_spec, recording, run_of
 
 CHANNEL = "tester.torque"
 POINTS = [

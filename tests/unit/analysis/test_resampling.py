@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helpers_analysis import RIG, instrument, swing_point
 from rigrunner.analysis.resampling import another_sensor, other_cycles
 from rigrunner.api.analysis import Sweep
+from unit.analysis.helpers_analysis import RIG, instrument, swing_point
 
 PEAKS = np.array([2.0, 2.2, 1.8, 2.4, 1.6])
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helpers_analysis import RIG, instrument, swing_point
 from rigrunner.analysis.sampling import with_half_the_samples
 from rigrunner.api.analysis import CompensatedPoint, Compensation, Sweep
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
+from unit.analysis.helpers_analysis import RIG, instrument, swing_point
 
 SIZE = 1024
 PHASE = 2 * np.pi * np.arange(SIZE) / SIZE

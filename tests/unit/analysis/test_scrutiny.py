@@ -8,7 +8,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from helpers_analysis import (
+from rigrunner.analysis.analyse import analyse
+from rigrunner.analysis.scrutiny import Scrutiny
+from rigrunner.api.analysis import CompensatedPoint, Rejection
+from rigrunner.api.data import Points
+from rigrunner.api.errors import PluginError
+from rigrunner.procedure import AnalysisSpec, Measurand
+from unit.analysis.helpers_analysis import (
     LOADED_SPEC,
     PAPER_PEAK,
     acceptance,
@@ -17,12 +23,6 @@ from helpers_analysis import (
     registry,
     run_of,
 )
-from rigrunner.analysis.analyse import analyse
-from rigrunner.analysis.scrutiny import Scrutiny
-from rigrunner.api.analysis import CompensatedPoint, Rejection
-from rigrunner.api.data import Points
-from rigrunner.api.errors import PluginError
-from rigrunner.procedure import AnalysisSpec, Measurand
 
 HERTZ = (5, 10, 15, 20)
 NAN = float("nan")

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helpers_analysis import LOADED_SPEC, analysed, recording, run_of
 from rigrunner.analysis.document import document
 from rigrunner.analysis.sources import of_this_run, sources
 from rigrunner.api.analysis import MotionSource
@@ -13,6 +12,7 @@ from rigrunner.api.data import Measurement
 from rigrunner.api.errors import DataError
 from rigrunner.procedure import AnalysisSpec
 from rigrunner.signal.peaks import mean_peak, peak_points
+from unit.analysis.helpers_analysis import LOADED_SPEC, analysed, recording, run_of
 
 HERTZ = (1.0, 10.0, 20.0, 35.0)
 THIS_RUN = AnalysisSpec.model_validate(

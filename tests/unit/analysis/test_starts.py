@@ -6,12 +6,19 @@ from math import sqrt
 import numpy as np
 import pytest
 
-from helpers_analysis import MEASURAND, RATE_HZ, analysed, instrument, recording, run_of
 from rigrunner.api.analysis import StartPoint
 from rigrunner.api.data import Recording
 from rigrunner.api.errors import DataError
 from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import Acceptance, AnalysisSpec
+from unit.analysis.helpers_analysis import (
+    MEASURAND,
+    RATE_HZ,
+    analysed,
+    instrument,
+    recording,
+    run_of,
+)
 
 SPEC = {"starts": {}, "compensations": ["breakaway_peak"]}
 PEAKS = [0.30, 0.31, 0.29, 0.305, 0.295, 0.30]

@@ -7,7 +7,6 @@ from math import inf, sqrt
 import numpy as np
 import pytest
 
-from helpers_analysis import analysed, instrument, recording, run_of, spec
 from rigrunner.analysis.document import document
 from rigrunner.analysis.draws import draw_pipeline
 from rigrunner.analysis.validation import validate
@@ -16,6 +15,7 @@ from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
 from rigrunner.cli.summary import summary
 from rigrunner.procedure import MonteCarloSpec
+from unit.analysis.helpers_analysis import analysed, instrument, recording, run_of, spec
 
 PEAKS = 2 + 0.1 * np.array([1, -1, 0.5, -0.5, 2, -2, 1.5, -1.5, 0.0, 0.7])
 U_PEAKS = PEAKS.std(ddof=1) / sqrt(len(PEAKS))

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from helpers_analysis import recording, run_of, spec
 from helpers_long import short_blocks
 from rigrunner.analysis import waveforms
 from rigrunner.analysis.checks import run_checks
@@ -14,6 +13,7 @@ from rigrunner.signal.averaging import robust_mean
 from rigrunner.signal.cycles import resample
 from rigrunner.signal.repeatability import standard_error
 from rigrunner.signal.swings import kept_cycles
+from unit.analysis.helpers_analysis import recording, run_of, spec
 
 
 def keep_all(values):  # noqa: ARG001  (a rule takes values)

@@ -8,8 +8,6 @@ from types import SimpleNamespace
 import pytest
 from pydantic import ValidationError
 
-from helpers_lines import HANG_UP, peer
-from helpers_peers import SerialPeer
 from rigrunner.api import line_link, lines
 from rigrunner.api.devices import ChannelInfo, DeviceContext, DriveInfo, Identity, Patience
 from rigrunner.api.errors import (
@@ -26,6 +24,8 @@ from rigrunner.api.line_link import LineLink
 from rigrunner.api.lines import LineDriver, LineSettings
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import Plugin, Provider, Registry
+from unit.api.helpers_lines import HANG_UP, peer
+from unit.rigrunner_plugins.devices.helpers_peers import SerialPeer
 
 IDENTITY = b"Example,lamp,0007,1.2\n"
 SCRIPT = {b"*IDN?\n": IDENTITY, b"LEVEL?\n": b"0.25\n", b"LEVEL 0\n": b"ok\n"}

@@ -13,9 +13,9 @@ import sys
 import pytest
 
 from helpers_cli import call
-from helpers_reanalysis import lab_of, results
 from helpers_workflow import quick_procedure, run
 from rigrunner.clock import SimulatedClock
+from unit.rigrunner_fleet.reanalysis.helpers_reanalysis import lab_of, results
 
 ANALYSIS = "rigrunner: analysis/1\nanalysis:\n  primary: energy\n"
 

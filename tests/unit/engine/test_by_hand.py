@@ -8,7 +8,6 @@ from dataclasses import replace
 import pytest
 
 from helpers_devices import FakeTester, Listener, record
-from helpers_pausing import Person
 from rigrunner.api.errors import DeviceRejectedError
 from rigrunner.api.events import Intervention, MadeSafe, Outcome, RunEnded, StepEnded, StepStarted
 from rigrunner.api.member import Member
@@ -20,6 +19,7 @@ from rigrunner.engine.run import Run
 from rigrunner.plan.actions import Interlock, Phase, PlannedStep, Terms
 from rigrunner.rig import Rig
 from rigrunner.steps.set_drives import SetDrive
+from unit.engine.helpers_pausing import Person
 
 
 def step(action, **terms):

@@ -7,7 +7,6 @@ from dataclasses import replace
 import pytest
 
 from helpers_devices import MAIN, FakeTester, Listener, plan_of, record, run
-from helpers_pausing import Patient, Person, decided, pausing_run, sweep
 from rigrunner.api.errors import DeviceLostError
 from rigrunner.api.events import (
     Alarm,
@@ -30,6 +29,7 @@ from rigrunner.steps.scan import Scan
 from rigrunner.steps.set_drives import SetDrive
 from rigrunner.steps.settle import Settle
 from rigrunner.steps.zero import Zero
+from unit.engine.helpers_pausing import Patient, Person, decided, pausing_run, sweep
 
 SECOND = "main[0].sweep[1]"
 ZERO = Zero("tester", "torque", "N·m", within=0.05, duration_s=0.2)

@@ -8,7 +8,6 @@ import msgspec
 import pytest
 
 from helpers_devices import MAIN, SETUP, FakeTester, Listener, plan_of, record, run
-from helpers_pausing import decided, pausing_run, sweep
 from rigrunner.api.errors import DataError, DeviceLostError
 from rigrunner.api.events import (
     RESUME_RUN,
@@ -25,6 +24,7 @@ from rigrunner.plan.actions import Terms
 from rigrunner.steps.measure import Measure
 from rigrunner.steps.set_drives import SetDrive
 from rigrunner.steps.zero import Zero
+from unit.engine.helpers_pausing import decided, pausing_run, sweep
 
 SECOND = "main[0].sweep[1]"
 

@@ -10,10 +10,10 @@ from collections import Counter
 
 import pytest
 
-from helpers_cluster import two_workers
-from helpers_jobs import Squares
 from rigrunner.api.errors import DataError, MissingPackageError, UsageError
 from rigrunner.jobs import Cluster
+from unit.jobs.helpers_cluster import two_workers
+from unit.jobs.helpers_jobs import Squares
 
 dask = pytest.importorskip("dask")
 pytest.importorskip("distributed")

@@ -8,8 +8,8 @@ import time
 
 import pytest
 
-from helpers_jobs import Squares, environment, hang
 from rigrunner.jobs import InProcess, Processes, usable_cores
+from unit.jobs.helpers_jobs import Squares, environment, hang
 
 NEVER = threading.Event()
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from pypdf import PdfWriter
 
-from helpers_forgery import appended, sealed_pdf
+from e2e.helpers_forgery import appended, sealed_pdf
 from rigrunner.api.errors import DataError
 from rigrunner.proof.pdf import first_difference
 from rigrunner.proof.pdf_seals import additions_to

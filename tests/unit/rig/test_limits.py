@@ -7,7 +7,6 @@ from contextlib import nullcontext
 import pytest
 
 from helpers_devices import FakeTester
-from helpers_pausing import Patient
 from rigrunner.api.devices import DriveInfo
 from rigrunner.api.errors import DeviceLostError, DeviceRejectedError, DeviceTimeoutError
 from rigrunner.api.quantity import parse_quantity
@@ -15,6 +14,7 @@ from rigrunner.clock import SimulatedClock
 from rigrunner.rig import Rig
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.station.limits import Combination, DriveLimits
+from unit.engine.helpers_pausing import Patient
 
 
 def quantities(**values: str):

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from helpers_panel import parse_frame
+from e2e.helpers_panel import parse_frame
 from rigrunner_panel.live.curves import Curves
 from rigrunner_panel.live.frames import frame
 from rigrunner_panel.live.swing import PHASES, SwingCutter

@@ -7,7 +7,6 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 from helpers_devices import FakeTester, record
-from helpers_pausing import Person
 from rigrunner.api.events import Outcome
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
@@ -20,6 +19,7 @@ from rigrunner.workflow.prepare import plan_run
 from rigrunner_panel.jobs.manual import Hand
 from rigrunner_panel.process.news import ManualNow
 from rigrunner_panel.process.orders import CloseManual, SetManually
+from unit.engine.helpers_pausing import Person
 
 
 def done_by_hand(device, *wishes):

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from helpers_analysis import RIG
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.data import Measurement, Recording, RunData
 from rigrunner.api.errors import DataError, PluginError
 from rigrunner.api.instruments import OtherInstrument
 from rigrunner.registry import load_registry
+from unit.analysis.helpers_analysis import RIG
 
 STRD = Path(__file__).parents[2] / "reference" / "strd"
 START = "2026-01-05T10:00:00+00:00"

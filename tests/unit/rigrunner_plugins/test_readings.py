@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy import signal, stats
 
-from helpers_analysis import RIG
 from rigrunner.api.data import Measurement, Recording, RunData
 from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import OtherInstrument, TorqueInstrument
 from rigrunner.registry import load_registry
 from rigrunner.signal.coverage import expanded
+from unit.analysis.helpers_analysis import RIG
 
 UNITS = {"meter.voltage": "V", "load.current": "A", "shunt.voltage": "V", "room.temperature": "K"}
 START = "2026-01-05T10:00:00+00:00"

@@ -12,7 +12,6 @@ from typing import get_args
 import pytest
 
 from helpers_certificate import NOW, ORDER, make_letterhead
-from helpers_html import read_html
 from rigrunner.api.analysis import Check, Consequence
 from rigrunner.api.certificate import (
     Authorisation,
@@ -37,6 +36,7 @@ from rigrunner.workflow.certifying.certify import read_source
 from rigrunner_reports.certificate.pdf import pdf_maker
 from rigrunner_reports.certificate.render import html
 from rigrunner_reports.certificate.texts import names, shipped, shipped_languages
+from unit.rigrunner_reports.helpers_html import read_html
 
 pytestmark = pytest.mark.figures
 

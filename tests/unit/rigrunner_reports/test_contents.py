@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import pytest
 
-from helpers_report import loaded_result, no_load_result, report_input
 from rigrunner.api.data import Measurement
 from rigrunner.api.limits import ValueLimit
 from rigrunner_reports.contents import contents
 from rigrunner_reports.page import make_page
 from rigrunner_reports.render import html
+from unit.rigrunner_reports.helpers_report import loaded_result, no_load_result, report_input
 
 
 @pytest.mark.parametrize("result", [loaded_result, no_load_result])

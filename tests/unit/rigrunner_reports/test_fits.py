@@ -4,11 +4,11 @@ from dataclasses import dataclass, replace
 
 import pytest
 
-from helpers_html import read_html
-from helpers_report import PolynomialCurve, no_load_result, report_input
 from rigrunner.api.analysis import Candidate
 from rigrunner_reports.render import html
 from rigrunner_reports.view.fits import CandidateView, fit_views
+from unit.rigrunner_reports.helpers_html import read_html
+from unit.rigrunner_reports.helpers_report import PolynomialCurve, no_load_result, report_input
 
 TRIED = (
     Candidate("T = c0 + c1·f + c2·f²", 3, -30.158, 0.050629, chosen=True),

@@ -3,8 +3,8 @@ from __future__ import annotations
 import subprocess
 import sys
 
-from helpers_report import report_input
 from rigrunner.registry import load_registry
+from unit.rigrunner_reports.helpers_report import report_input
 
 
 def test_html_is_found_through_the_entry_point():

@@ -9,12 +9,18 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
-from helpers_html import read_html
-from helpers_report import TRUTH_NM, deciding, loaded_result, no_load_result, report_input
 from rigrunner.api.analysis import Bias, Check, Consequence
 from rigrunner.api.checks import skipped
 from rigrunner.api.verdict import Verdict
 from rigrunner_reports.render import css_string, html
+from unit.rigrunner_reports.helpers_html import read_html
+from unit.rigrunner_reports.helpers_report import (
+    TRUTH_NM,
+    deciding,
+    loaded_result,
+    no_load_result,
+    report_input,
+)
 
 pytestmark = pytest.mark.figures
 

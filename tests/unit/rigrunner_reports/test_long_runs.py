@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from matplotlib.figure import Figure
 
-from helpers_report import loaded_result, long_result, report_input
 from rigrunner_reports.page import make_page
 from rigrunner_reports.plots import canvas, cycles
 from rigrunner_reports.plots.thinning import MOST_POINTS, THINNED, places_of_extremes
 from rigrunner_reports.render import html
 from rigrunner_reports.view.cycles import MOST_ROWS, rejections
 from rigrunner_reports.view.run import shown_events
+from unit.rigrunner_reports.helpers_report import loaded_result, long_result, report_input
 
 pytestmark = pytest.mark.figures
 

@@ -9,7 +9,6 @@ import pytest
 from matplotlib import style
 from matplotlib.figure import Figure
 
-from helpers_report import RATIO, TRUTH_NM, deciding, loaded_result, no_load_result, report_input
 from rigrunner.api.verdict import Limits
 from rigrunner_reports.plots import canvas
 from rigrunner_reports.plots.cycles import cycle_values
@@ -18,6 +17,14 @@ from rigrunner_reports.plots.frequency import _methods, _raw_and_compensated, ov
 from rigrunner_reports.plots.kinematics import motion
 from rigrunner_reports.plots.swing import compensated_swings, loops, over_phase, recorded_swings
 from rigrunner_reports.view.points import set_points
+from unit.rigrunner_reports.helpers_report import (
+    RATIO,
+    TRUTH_NM,
+    deciding,
+    loaded_result,
+    no_load_result,
+    report_input,
+)
 
 pytestmark = pytest.mark.figures
 

@@ -2,11 +2,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from helpers_report import loaded_result, report_input
 from rigrunner.api.data import Estimate
 from rigrunner.api.validation import Agreement, EquationTrials, PipelineDraws, Validation
 from rigrunner_reports.render import html
 from rigrunner_reports.view.validation import validation
+from unit.rigrunner_reports.helpers_report import loaded_result, report_input
 
 GUM = Estimate(0.7273, 0.00479)
 

@@ -8,16 +8,6 @@ from math import inf, nan
 import numpy as np
 import pytest
 
-from helpers_report import (
-    INSTRUMENT,
-    PAPER_ERRORS,
-    TEMPLATE_ERRORS,
-    TRUTH_NM,
-    deciding,
-    loaded_result,
-    no_load_result,
-    report_input,
-)
 from rigrunner.api.analysis import MotionSource
 from rigrunner.api.checks import skipped
 from rigrunner.api.data import Estimate
@@ -36,6 +26,16 @@ from rigrunner_reports.view.instruments import instruments
 from rigrunner_reports.view.meaning import meaning
 from rigrunner_reports.view.methods import methods
 from rigrunner_reports.view.points import set_points, true_parameter, true_torque
+from unit.rigrunner_reports.helpers_report import (
+    INSTRUMENT,
+    PAPER_ERRORS,
+    TEMPLATE_ERRORS,
+    TRUTH_NM,
+    deciding,
+    loaded_result,
+    no_load_result,
+    report_input,
+)
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helpers_zoo import BROKEN, Press, press
 from rigrunner_testing import Nonconformity, State, checks, conform, examine_one, subject
+from unit.rigrunner_testing.helpers_zoo import BROKEN, Press, press
 
 CHECKS = {each.name: each for each in checks("device")}
 

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import pytest
 
-from helpers_zoo_analysis import (
+from rigrunner_testing import State, checks, examine_one, subject
+from rigrunner_testing.settings import CHECKS as OF_EVERY_PLUGIN
+from unit.rigrunner_testing.helpers_zoo_analysis import (
     COMPENSATIONS,
     DECISION_RULES,
     FITS,
@@ -21,7 +23,7 @@ from helpers_zoo_analysis import (
     proven,
     rule_registry,
 )
-from helpers_zoo_files import (
+from unit.rigrunner_testing.helpers_zoo_files import (
     FORMATS,
     IMPORTERS,
     SINKS,
@@ -32,10 +34,8 @@ from helpers_zoo_files import (
     page,
     sink_registry,
 )
-from helpers_zoo_results import ANALYSES, analysis_registry
-from helpers_zoo_units import UNITS, good_unit_registry, unit_registry
-from rigrunner_testing import State, checks, examine_one, subject
-from rigrunner_testing.settings import CHECKS as OF_EVERY_PLUGIN
+from unit.rigrunner_testing.helpers_zoo_results import ANALYSES, analysis_registry
+from unit.rigrunner_testing.helpers_zoo_units import UNITS, good_unit_registry, unit_registry
 
 
 def own_checks(kind):

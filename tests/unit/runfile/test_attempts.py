@@ -5,7 +5,11 @@ from __future__ import annotations
 import h5py
 import pytest
 
-from helpers_runfile import (
+from rigrunner.api.events import Outcome, RunEnded, RunStarted, Scanned, StepEnded, StepStarted
+from rigrunner.api.limits import ValueLimit
+from rigrunner.runfile import RunWriter, read, seal
+from rigrunner.runfile.attempts import measured, superseded
+from unit.runfile.helpers_runfile import (
     assert_same_recording,
     emitter_of,
     end_recording,
@@ -14,10 +18,6 @@ from helpers_runfile import (
     send_samples,
     start_recording,
 )
-from rigrunner.api.events import Outcome, RunEnded, RunStarted, Scanned, StepEnded, StepStarted
-from rigrunner.api.limits import ValueLimit
-from rigrunner.runfile import RunWriter, read, seal
-from rigrunner.runfile.attempts import measured, superseded
 
 
 def written(folder, attempts, measured=()):

@@ -11,7 +11,6 @@ import h5py
 import numpy as np
 import pytest
 
-from helpers_runfile import START, header_of
 from rigrunner.api.data import Block, Measurement
 from rigrunner.api.events import Outcome, RunEnded, RunStarted, Samples, StepEnded, StepStarted
 from rigrunner.bus import Bus, Emitter
@@ -19,6 +18,7 @@ from rigrunner.clock import SimulatedClock
 from rigrunner.runfile import RunWriter, read, seal
 from rigrunner.runfile.digest import RecordingDigest
 from rigrunner.runfile.measurements import measurement_digest
+from unit.runfile.helpers_runfile import START, header_of
 
 OLD = Path(__file__).parents[2] / "data" / "0.1.0" / "table" / "run.h5"
 COORDINATES = {"phase": "wear", "dwell": 60.0, "aged": True, "block": 3}

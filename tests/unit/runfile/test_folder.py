@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from helpers_runfile import START
 from rigrunner.api.errors import DataError
 from rigrunner.runfile import create_run_folder, folder, read
 from rigrunner.runfile.folder import RunFolder, safe_name
+from unit.runfile.helpers_runfile import START
 
 
 def test_folder_is_named_by_time_procedure_and_specimen(tmp_path):

@@ -11,7 +11,13 @@ from pathlib import Path
 import pytest
 
 from helpers_devices import FakeTester, run
-from helpers_runfile import (
+from rigrunner.api.errors import DataError
+from rigrunner.api.events import MadeSafe, Outcome, StepEnded
+from rigrunner.runfile import RunWriter, loose, read, seal, sealing
+from rigrunner.runfile.folder import RunFolder
+from rigrunner.runfile.folding import Folding
+from rigrunner.runfile.journal import JournalWriter, Kind
+from unit.runfile.helpers_runfile import (
     TWO,
     assert_same_recording,
     emitter_of,
@@ -20,12 +26,6 @@ from helpers_runfile import (
     send_samples,
     start_recording,
 )
-from rigrunner.api.errors import DataError
-from rigrunner.api.events import MadeSafe, Outcome, StepEnded
-from rigrunner.runfile import RunWriter, loose, read, seal, sealing
-from rigrunner.runfile.folder import RunFolder
-from rigrunner.runfile.folding import Folding
-from rigrunner.runfile.journal import JournalWriter, Kind
 
 FOLD = "rigrunner.runfile.writer.fold"
 

@@ -7,7 +7,6 @@ import os
 import h5py
 import pytest
 
-from helpers_runfile import TWO, write_run
 from rigrunner.api.errors import DataError
 from rigrunner.runfile.hdf5 import (
     is_checksummed,
@@ -18,6 +17,7 @@ from rigrunner.runfile.hdf5 import (
     read_text,
     write_text,
 )
+from unit.runfile.helpers_runfile import TWO, write_run
 
 
 @pytest.mark.parametrize("read_only", [False, True])

@@ -9,11 +9,11 @@ import h5py
 import numpy as np
 import pytest
 
-from helpers_runfile import recording, write_run
 from rigrunner.runfile import read, sealing
 from rigrunner.runfile.hdf5 import new_file
 from rigrunner.runfile.interrupts import uninterrupted
 from rigrunner.runfile.patient_file import PatientFile
+from unit.runfile.helpers_runfile import recording, write_run
 
 
 def ctrl_c():

@@ -10,7 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from helpers_devices import NthCall
-from helpers_runfile import (
+from rigrunner.api.errors import DataError
+from rigrunner.runfile import RunWriter, read, seal
+from rigrunner.runfile.journal import MAGIC, JournalWriter, Kind, read_records, unread_bytes
+from unit.runfile.helpers_runfile import (
     assert_same_recording,
     disk_full_beyond,
     emitter_of,
@@ -21,9 +24,6 @@ from helpers_runfile import (
     start_recording,
     write_run,
 )
-from rigrunner.api.errors import DataError
-from rigrunner.runfile import RunWriter, read, seal
-from rigrunner.runfile.journal import MAGIC, JournalWriter, Kind, read_records, unread_bytes
 
 RECORDS = ((Kind.HEADER, b"{}"), (Kind.EVENT, b"x" * 70), (Kind.BLOCK, b""), (Kind.BLOCK, b"yz"))
 

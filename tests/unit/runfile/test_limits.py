@@ -9,7 +9,6 @@ from pathlib import Path
 import h5py
 import pytest
 
-from helpers_runfile import emitter_of, header_of
 from rigrunner.api.data import Measurement
 from rigrunner.api.events import (
     LimitMissed,
@@ -22,6 +21,7 @@ from rigrunner.api.events import (
 from rigrunner.api.limits import ValueLimit
 from rigrunner.runfile import RunWriter, codec, read, seal
 from rigrunner.runfile.measurements import measurement_digest
+from unit.runfile.helpers_runfile import emitter_of, header_of
 
 OLD = Path(__file__).parents[2] / "data" / "0.1.0" / "table" / "run.h5"
 LIMIT = ValueLimit("press.torque", None, 0.5, "N·m", 0.01)

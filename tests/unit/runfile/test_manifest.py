@@ -9,10 +9,10 @@ import h5py
 import numpy as np
 import pytest
 
-from helpers_runfile import DOCUMENT, PLOT, TWO, recording, write_run
 from rigrunner.api.errors import DataError
 from rigrunner.runfile import file_differences, read, read_info, seal
 from rigrunner.runfile.manifest import differences, object_digest, stored_items
+from unit.runfile.helpers_runfile import DOCUMENT, PLOT, TWO, recording, write_run
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,6 @@ from __future__ import annotations
 import h5py
 import pytest
 
-from helpers_runfile import TWO, write_run
 from rigrunner.api.errors import DataError
 from rigrunner.runfile import (
     file_differences,
@@ -16,6 +15,7 @@ from rigrunner.runfile import (
     refuse_crashing,
 )
 from rigrunner.runfile.hdf5 import is_checksummed
+from unit.runfile.helpers_runfile import TWO, write_run
 
 
 def test_a_run_and_what_is_none_are_left_to_the_reader(tmp_path):

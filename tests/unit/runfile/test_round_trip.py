@@ -12,21 +12,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
-from helpers_runfile import (
-    DOCUMENT,
-    PLOT,
-    TRUTH,
-    TWO,
-    assert_same_recording,
-    emit_zero,
-    emitter_of,
-    end_recording,
-    header_of,
-    recording,
-    send_samples,
-    start_recording,
-    write_run,
-)
 from rigrunner.api.data import Recording
 from rigrunner.api.events import (
     Alarm,
@@ -48,6 +33,21 @@ from rigrunner.runfile import (
     seal,
 )
 from rigrunner.runfile.hdf5 import read_text
+from unit.runfile.helpers_runfile import (
+    DOCUMENT,
+    PLOT,
+    TRUTH,
+    TWO,
+    assert_same_recording,
+    emit_zero,
+    emitter_of,
+    end_recording,
+    header_of,
+    recording,
+    send_samples,
+    start_recording,
+    write_run,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path

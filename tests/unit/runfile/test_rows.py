@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from helpers_runfile import header_of
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import RunStarted, Scanned, StepStarted
 from rigrunner.runfile import codec, read
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.journal import JournalWriter, Kind
 from rigrunner.runfile.rows import Rows
+from unit.runfile.helpers_runfile import header_of
 
 FIRST = Scanned(
     seq=7, monotonic_s=1.5, utc="2026-03-01T12:00:00.000Z", step="main[0].scan", point=0,

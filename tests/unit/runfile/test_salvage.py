@@ -7,8 +7,8 @@ from pathlib import Path
 import h5py
 import pytest
 
-from helpers_runfile import TWO, header_of, write_run
 from rigrunner.runfile.salvage import read_damaged
+from unit.runfile.helpers_runfile import TWO, header_of, write_run
 
 PLACES = tuple(f"recordings/{each.name}" for each in TWO)
 

@@ -14,10 +14,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from helpers_runfile import recording, write_run
 from rigrunner.api.errors import DataError
 from rigrunner.runfile import read, scratch, seal
 from rigrunner.runfile.stored_samples import StoredSamples
+from unit.runfile.helpers_runfile import recording, write_run
 
 RECORDED = recording(samples=12_500)
 PIECE = 1000

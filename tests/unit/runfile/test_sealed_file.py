@@ -7,9 +7,9 @@ import h5py
 import numpy as np
 import pytest
 
-from helpers_runfile import DOCUMENT, PLOT, TWO, header_of, recording, write_run
 from rigrunner.api.errors import DataError
 from rigrunner.runfile import read, read_info, read_truth, seal
+from unit.runfile.helpers_runfile import DOCUMENT, PLOT, TWO, header_of, recording, write_run
 
 
 @pytest.fixture

@@ -7,10 +7,10 @@ import os
 import numpy as np
 import pytest
 
-from helpers_runfile import recording, write_run
 from rigrunner.api.errors import DataError
 from rigrunner.runfile import read, seal
 from rigrunner.runfile.stored_samples import StoredSamples
+from unit.runfile.helpers_runfile import recording, write_run
 
 TWO = [recording("001_10Hz"), recording("002_20Hz", seed=2)]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import h5py
 import pytest
 
-from helpers_runfile import DOCUMENT, PLOT, TWO, write_run
 from rigrunner.api.errors import DataError
 from rigrunner.runfile import read_summary
+from unit.runfile.helpers_runfile import DOCUMENT, PLOT, TWO, write_run
 
 
 @pytest.fixture

@@ -6,11 +6,18 @@ from contextlib import closing
 
 import numpy as np
 
-from helpers_runfile import TWO, emitter_of, end_recording, header_of, send_samples, start_recording
 from rigrunner.runfile import RunWriter, read_without_samples, tail_of
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.journal import JournalWriter, Kind, read_records, skip_records
 from rigrunner.runfile.loose import open_samples
+from unit.runfile.helpers_runfile import (
+    TWO,
+    emitter_of,
+    end_recording,
+    header_of,
+    send_samples,
+    start_recording,
+)
 
 MUCH = 1 << 40
 

@@ -10,7 +10,12 @@ import h5py
 import pytest
 
 from helpers_devices import FakeTester, Listener, run
-from helpers_runfile import (
+from rigrunner.api.errors import DataError
+from rigrunner.api.events import MadeSafe, Outcome, RunEnded, RunStarted, Scanned, StepEnded
+from rigrunner.runfile import RunWriter, read, read_truth, seal
+from rigrunner.runfile.folder import RunFolder
+from rigrunner.runfile.journal import JournalWriter, Kind
+from unit.runfile.helpers_runfile import (
     TWO,
     disk_full_beyond,
     emitter_of,
@@ -21,11 +26,6 @@ from helpers_runfile import (
     start_recording,
     write_run,
 )
-from rigrunner.api.errors import DataError
-from rigrunner.api.events import MadeSafe, Outcome, RunEnded, RunStarted, Scanned, StepEnded
-from rigrunner.runfile import RunWriter, read, read_truth, seal
-from rigrunner.runfile.folder import RunFolder
-from rigrunner.runfile.journal import JournalWriter, Kind
 
 
 def test_what_the_engine_records_is_stored_whole(tmp_path):

@@ -9,7 +9,6 @@ from itertools import pairwise
 import pytest
 
 from helpers_devices import FakeTester, Listener, NthCall, record, run
-from helpers_pausing import Person, decided
 from rigrunner.api.errors import DataError, DeviceLostError, DeviceTimeoutError
 from rigrunner.api.events import (
     Alarm,
@@ -36,6 +35,7 @@ from rigrunner.station.limits import DriveLimits
 from rigrunner.steps.scan import Scan
 from rigrunner.steps.set_drives import SetDrive
 from rigrunner.steps.settle import Settle
+from unit.engine.helpers_pausing import Person, decided
 
 LOADS = (10.0, 20.0, 30.0)
 UNITS = {"tester.load": "N", "tester.torque": "N·m", "tester.frequency": "Hz"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from helpers_setpoints import lab_of
+from benchmarks.helpers_setpoints import lab_of
 from helpers_workflow import run
 from rigrunner.runfile import read
 from rigrunner.runfile.journal import JournalWriter

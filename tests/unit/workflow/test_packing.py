@@ -12,13 +12,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from helpers_archive import store_run
 from helpers_cli import call
-from helpers_runfile import recording, write_run
 from rigrunner.api.errors import DataError, RigrunnerError, UsageError
 from rigrunner.workflow.packing.contents import LISTING, is_safe, parse_contents
 from rigrunner.workflow.packing.pack import _listed, pack
 from rigrunner.workflow.packing.unpack import unpack
+from unit.rigrunner_fleet.archive.helpers_archive import store_run
+from unit.runfile.helpers_runfile import recording, write_run
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,15 @@ from dataclasses import replace
 import h5py
 import pytest
 
-from helpers_resume import FEWER, NO_LOAD, Snapshot, interrupted, interrupted_at, resumable, take_up
+from e2e.helpers_resume import (
+    FEWER,
+    NO_LOAD,
+    Snapshot,
+    interrupted,
+    interrupted_at,
+    resumable,
+    take_up,
+)
 from helpers_workflow import FEW_FREQUENCIES, quick_procedure, run, station_file
 from rigrunner.api.errors import DataError, DeviceLostError, ExitCode, UsageError
 from rigrunner.api.events import (

@@ -9,8 +9,8 @@ import h5py
 import numpy as np
 import pytest
 
+from e2e.helpers_tamper import ORDER, letterhead
 from helpers_cli import call
-from helpers_tamper import ORDER, letterhead
 from helpers_workflow import START
 from rigrunner.api.errors import DataError, ExitCode, UsageError
 from rigrunner.clock import SimulatedClock

@@ -6,8 +6,8 @@ import sys
 
 import pytest
 
+from e2e.helpers_supply import SupplyLab
 from helpers_cli import call
-from helpers_supply import SupplyLab
 from rigrunner.api.errors import DeviceError, ExitCode
 from rigrunner.api.lines import LineSettings
 from rigrunner.registry import load_registry

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from helpers_report import deciding, loaded_result
 from rigrunner.api.errors import ExitCode
 from rigrunner.api.events import Outcome
 from rigrunner.api.verdict import Verdict
 from rigrunner.workflow.finish import FinishedRun, verdict_code
+from unit.rigrunner_reports.helpers_report import deciding, loaded_result
 
 
 @pytest.mark.parametrize(

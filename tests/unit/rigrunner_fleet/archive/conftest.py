@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import psycopg
 import pytest
 
-from helpers_archive import postgresql_server
+from unit.rigrunner_fleet.archive.helpers_archive import postgresql_server
 
 if TYPE_CHECKING:
     from pathlib import Path

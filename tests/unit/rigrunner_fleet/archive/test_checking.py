@@ -12,11 +12,11 @@ from itertools import count
 import h5py
 import pytest
 
-from helpers_archive import store_run
 from helpers_cli import call
 from rigrunner.jobs import InProcess
 from rigrunner_fleet.archive import index, open_archive, rebuild
 from rigrunner_fleet.archive.checking import Look, Pace, check
+from unit.rigrunner_fleet.archive.helpers_archive import store_run
 
 START = datetime(2026, 3, 1, 12, 0, tzinfo=UTC)
 

@@ -14,12 +14,12 @@ import h5py
 import numpy as np
 import pytest
 
-from helpers_archive import result_document, store_run
-from helpers_runfile import TWO, write_run
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.jobs import Processes
 from rigrunner.jobs.done import Answer, Done
 from rigrunner_fleet.archive import index, open_archive, query, rebuild
+from unit.rigrunner_fleet.archive.helpers_archive import result_document, store_run
+from unit.runfile.helpers_runfile import TWO, write_run
 
 
 @pytest.fixture

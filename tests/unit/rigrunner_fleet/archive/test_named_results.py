@@ -6,11 +6,11 @@ from contextlib import closing
 
 import pytest
 
-from helpers_archive import store_run
-from helpers_named_results import store_resistances
-from helpers_trends import on_day
+from e2e.helpers_trends import on_day
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner_fleet.archive import index, open_archive, query
+from unit.rigrunner_fleet.archive.helpers_archive import store_run
+from unit.rigrunner_fleet.archive.helpers_named_results import store_resistances
 
 
 @pytest.fixture

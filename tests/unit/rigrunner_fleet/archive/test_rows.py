@@ -14,9 +14,9 @@ import pandas as pd
 import pyarrow.parquet
 import pytest
 
-from helpers_archive import result_document, store_run
 from rigrunner.api.errors import MissingPackageError, UsageError
 from rigrunner_fleet.archive import Rows, index, open_archive, query
+from unit.rigrunner_fleet.archive.helpers_archive import result_document, store_run
 
 WHEN = datetime(2026, 3, 1, 12, 0, 0, 1000, tzinfo=UTC)
 SMALL = Rows(

@@ -10,9 +10,9 @@ from contextlib import closing, suppress
 
 import pytest
 
-from helpers_archive import store_run
 from rigrunner.api.errors import UsageError
 from rigrunner_fleet.archive import index, open_archive, query
+from unit.rigrunner_fleet.archive.helpers_archive import store_run
 
 _RUNS, _PROCESSES = 15, 3
 

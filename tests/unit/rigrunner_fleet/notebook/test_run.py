@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import rigrunner_fleet
-from helpers_runfile import TWO, write_run
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.runfile import seal
+from unit.runfile.helpers_runfile import TWO, write_run
 
 pytestmark = pytest.mark.figures
 

@@ -10,8 +10,6 @@ import threading
 
 import pytest
 
-from helpers_cluster import busy_pid, two_workers
-from helpers_reanalysis import batch, lab_of, reanalysed, results
 from helpers_workflow import run
 from rigrunner.analysis.document import document
 from rigrunner.api.errors import AbortedError, DataError, UsageError
@@ -24,6 +22,8 @@ from rigrunner_fleet.reanalysis import batch as module
 from rigrunner_fleet.reanalysis.changes import Changes
 from rigrunner_fleet.reanalysis.selection import choose
 from rigrunner_fleet.reanalysis.task import Reanalysis
+from unit.jobs.helpers_cluster import busy_pid, two_workers
+from unit.rigrunner_fleet.reanalysis.helpers_reanalysis import batch, lab_of, reanalysed, results
 
 
 @pytest.fixture(scope="module")

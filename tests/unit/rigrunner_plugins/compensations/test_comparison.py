@@ -7,12 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helpers_sweeps import compensate, errors_nm, prepared, sweep
 from rigrunner.signal.coverage import expanded
 from rigrunner_plugins.compensations.comparison import LINE, compared
 from rigrunner_plugins.compensations.settings import TemplateInverseSettings
 from rigrunner_plugins.compensations.template_inverse import TemplateInverse
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+from unit.rigrunner_plugins.compensations.helpers_sweeps import (
+    compensate,
+    errors_nm,
+    prepared,
+    sweep,
+)
 
 HERTZ = (3.0, 5.0, 8.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0)
 RIG = RigParameters()

@@ -9,11 +9,11 @@ import pytest
 
 from helpers_rigs import INSTRUMENT
 from helpers_rigs import RIG as DESCRIBED
-from helpers_sweeps import compensate, no_fit, prepared
 from rigrunner.analysis.binding import bind
 from rigrunner.api.analysis import Sweep
 from rigrunner.signal.coverage import expanded
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+from unit.rigrunner_plugins.compensations.helpers_sweeps import compensate, no_fit, prepared
 
 FREQUENCIES = (1.0, 5.0, 8.0, 10.0, 15.0, 20.0, 25.0, 28.0, 32.0, 35.0)
 SOUND = RigParameters()

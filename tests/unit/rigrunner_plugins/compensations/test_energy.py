@@ -3,12 +3,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helpers_sweeps import FEW, sweep
 from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.compensations.energy import Energy
 from rigrunner_plugins.compensations.settings import EnergySettings
 from rigrunner_plugins.compensations.swing import make_swing, running_torque
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+from unit.rigrunner_plugins.compensations.helpers_sweeps import FEW, sweep
 
 SWING = make_swing(2 / 45, 1024)
 

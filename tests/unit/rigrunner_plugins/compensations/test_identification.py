@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from helpers_rigs import INSTRUMENT
-from helpers_sweeps import prepared
 from rigrunner.api.errors import DataError
 from rigrunner_plugins.compensations import identification
 from rigrunner_plugins.compensations.bearing import mean_swing
@@ -15,6 +14,7 @@ from rigrunner_plugins.compensations.model_template import no_load_model
 from rigrunner_plugins.compensations.swing import make_swing, measured_ratio
 from rigrunner_plugins.devices.swing_tester_ode.parameters import OdeParameters
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+from unit.rigrunner_plugins.compensations.helpers_sweeps import prepared
 
 
 def identified(parameters, seed=0):

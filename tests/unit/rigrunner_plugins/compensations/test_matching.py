@@ -2,10 +2,10 @@ from dataclasses import replace
 
 import pytest
 
-from helpers_sweeps import FEW, sweep
 from rigrunner.api.errors import DataError
 from rigrunner_plugins.compensations.matching import pairs
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+from unit.rigrunner_plugins.compensations.helpers_sweeps import FEW, sweep
 
 
 @pytest.fixture(scope="module")

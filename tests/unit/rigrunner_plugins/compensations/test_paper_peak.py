@@ -6,7 +6,6 @@ from math import inf
 import numpy as np
 import pytest
 
-from helpers_analysis import RIG, instrument, swing_point
 from rigrunner.api.analysis import Sweep
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
@@ -15,6 +14,7 @@ from rigrunner_plugins.compensations.paper_peak_settings import PaperPeakSetting
 from rigrunner_plugins.compensations.peak_budget import SAME_PHASE
 from rigrunner_plugins.fits.polynomial import PolynomialFit
 from rigrunner_plugins.fits.settings import PolynomialSettings
+from unit.analysis.helpers_analysis import RIG, instrument, swing_point
 
 FIT = PolynomialFit(PolynomialSettings())
 PLUS_MINUS = np.array([0.01, -0.01] * 5)

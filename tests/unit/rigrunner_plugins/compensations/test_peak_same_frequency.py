@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helpers_analysis import RIG, instrument, swing_point
 from rigrunner.api.analysis import MotionSource, PeakPoint, Sweep
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
 from rigrunner_plugins.compensations.peak_budget import ENTERED, SAME_PHASE, SINGLE_VALUES
 from rigrunner_plugins.compensations.peak_same_frequency import PeakSameFrequency
 from rigrunner_plugins.compensations.peak_same_frequency_settings import PeakSameFrequencySettings
+from unit.analysis.helpers_analysis import RIG, instrument, swing_point
 
 WIGGLE = np.array([-0.02, 0.01, 0.0, 0.02, -0.01])
 """Standard deviation 0.0158 N·m."""

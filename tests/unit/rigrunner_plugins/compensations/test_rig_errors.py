@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helpers_sweeps import FEW, compensate, sweep
 from rigrunner.api.validation import Drawable
 from rigrunner_plugins.compensations.model_inverse import ModelInverse
 from rigrunner_plugins.compensations.settings import InverseSettings, TemplateInverseSettings
 from rigrunner_plugins.compensations.template_inverse import TemplateInverse
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+from unit.rigrunner_plugins.compensations.helpers_sweeps import FEW, compensate, sweep
 
 
 class Extreme:

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from helpers_rigs import INSTRUMENT
-from helpers_sweeps import FEW, sweep
 from rigrunner.api.filters import MeasuredResponse
 from rigrunner.api.transducer import TransducerErrors
 from rigrunner.registry import load_registry
 from rigrunner.signal.response import butterworth
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+from unit.rigrunner_plugins.compensations.helpers_sweeps import FEW, sweep
 
 REGISTRY = load_registry()
 SOURCE = "DKD-K-12345"

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from helpers_rigs import INSTRUMENT
-from helpers_sweeps import FEW, compensate, errors_nm, sweep
 from helpers_thorough import first
 from rigrunner.analysis.headline import compensated_mean
 from rigrunner.api.errors import DataError
@@ -17,6 +16,7 @@ from rigrunner_plugins.compensations.comparison import SLIP
 from rigrunner_plugins.compensations.drive_line import DriveLine
 from rigrunner_plugins.compensations.settings import TemplateInverseSettings
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+from unit.rigrunner_plugins.compensations.helpers_sweeps import FEW, compensate, errors_nm, sweep
 
 RIG = RigParameters()
 

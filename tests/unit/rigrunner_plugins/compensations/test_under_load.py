@@ -9,7 +9,6 @@ import pytest
 
 from helpers_rigs import INSTRUMENT
 from helpers_rigs import RIG as DESCRIBED
-from helpers_sweeps import compensate, errors_nm, no_fit, prepared, sweep
 from helpers_thorough import first
 from rigrunner.api.analysis import Sweep
 from rigrunner.signal.coverage import expanded
@@ -18,6 +17,13 @@ from rigrunner_plugins.compensations.swing import make_swing, measured_ratio, sp
 from rigrunner_plugins.compensations.under_load import line_under_load
 from rigrunner_plugins.devices.swing_tester_ode.parameters import OdeParameters
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+from unit.rigrunner_plugins.compensations.helpers_sweeps import (
+    compensate,
+    errors_nm,
+    no_fit,
+    prepared,
+    sweep,
+)
 
 FREQUENCIES = (1.0, 5.0, 10.0, 15.0, 20.0, 28.0, 35.0)
 

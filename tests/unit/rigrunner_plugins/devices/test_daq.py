@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from nidaqmx.error_codes import DAQmxErrors
 
-from helpers_daqmx import FakeDriver
 from rigrunner.api.devices import Approaching, DeviceContext, KnowsStream, Readable, Streaming
 from rigrunner.api.errors import (
     DeviceLostError,
@@ -29,6 +28,7 @@ from rigrunner.rig import Rig
 from rigrunner.yamlfile import parse, validate
 from rigrunner_plugins.devices.daq import failures
 from rigrunner_plugins.devices.daq.settings import DaqSettings
+from unit.rigrunner_plugins.devices.helpers_daqmx import FakeDriver
 
 # NIDAQmx.h
 NEWTON_METERS, FULL_BRIDGE, INTERNAL, MILLIVOLTS_PER_VOLT = 15881, 10182, 10200, 15897

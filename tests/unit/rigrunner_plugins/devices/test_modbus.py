@@ -9,7 +9,6 @@ from contextlib import contextmanager
 
 import pytest
 
-from helpers_modbus import FREQUENCY, device, modbus_line
 from rigrunner.api.errors import DeviceNotFoundError, DeviceRejectedError, MissingPackageError
 from rigrunner_plugins.devices.modbus.grouping import Span
 from rigrunner_plugins.devices.modbus.places import Place
@@ -17,6 +16,7 @@ from rigrunner_plugins.devices.modbus.served.inverter import NOTHING_HEARD, OVER
 from rigrunner_plugins.devices.modbus.served.press import Press
 from rigrunner_plugins.devices.modbus.served.server import ModbusServer
 from rigrunner_plugins.devices.simulated.plant import Plant
+from unit.rigrunner_plugins.devices.helpers_modbus import FREQUENCY, device, modbus_line
 
 FLOAT = {"type": "float32", "word_order": "little", "unit": "N"}
 LOAD = {

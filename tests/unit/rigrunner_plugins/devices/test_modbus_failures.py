@@ -8,18 +8,6 @@ import time
 import pytest
 
 from helpers_devices import Listener, plan_of, run
-from helpers_modbus import (
-    FREQUENCY,
-    HANG_UP,
-    SILENCE,
-    After,
-    Cable,
-    device,
-    mbap,
-    rtu,
-    rtu_peer,
-    tcp_peer,
-)
 from rigrunner.api.errors import (
     DeviceLostError,
     DeviceNotFoundError,
@@ -38,6 +26,18 @@ from rigrunner_plugins.devices.modbus.served.inverter import (
 )
 from rigrunner_plugins.devices.modbus.served.server import ModbusServer
 from rigrunner_plugins.devices.simulated.plant import Plant
+from unit.rigrunner_plugins.devices.helpers_modbus import (
+    FREQUENCY,
+    HANG_UP,
+    SILENCE,
+    After,
+    Cable,
+    device,
+    mbap,
+    rtu,
+    rtu_peer,
+    tcp_peer,
+)
 
 CHANNELS = {"torque": {"input": 0, "unit": "N·m"}}
 MAIN = (SetDrive("tester", "frequency", 10.0, "Hz"), SetDrive("tester", "frequency", 20.0, "Hz"))

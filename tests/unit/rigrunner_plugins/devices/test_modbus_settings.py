@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from helpers_modbus import FREQUENCY, device, rtu_peer
 from rigrunner.registry import load_registry
 from rigrunner_plugins.devices.modbus.opening import open_client
 from rigrunner_plugins.devices.modbus.settings import ModbusSettings
+from unit.rigrunner_plugins.devices.helpers_modbus import FREQUENCY, device, rtu_peer
 
 TCP = {"tcp": {"host": "127.0.0.1"}}
 CHANNEL = {"frequency": {"input": 1, "unit": "Hz"}}

@@ -11,10 +11,7 @@ import pytest
 from asyncua import ua
 from pydantic import ValidationError
 
-from helpers_conformance import applicable, assert_it_conforms, assert_not_applicable
 from helpers_devices import plan_of, run
-from helpers_modbus import Cable
-from helpers_opcua import APPLICATION, DRIVE, PASSWORD, Bench, device
 from rigrunner.api.errors import (
     DeviceLostError,
     DeviceNotFoundError,
@@ -30,6 +27,13 @@ from rigrunner_plugins.devices.opcua.settings import OpcUaSettings
 from rigrunner_plugins.devices.opcua.types import TYPES, encode
 from rigrunner_plugins.devices.opcua.units import UNECE, symbol_of, unit_id
 from rigrunner_testing import subject
+from unit.rigrunner_plugins.devices.helpers_conformance import (
+    applicable,
+    assert_it_conforms,
+    assert_not_applicable,
+)
+from unit.rigrunner_plugins.devices.helpers_modbus import Cable
+from unit.rigrunner_plugins.devices.helpers_opcua import APPLICATION, DRIVE, PASSWORD, Bench, device
 
 TORQUE = {"node": "ns=2;s=Torque", "unit": "N·m"}
 

@@ -6,8 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from helpers_instruments import REGISTRY, instrument, merged
-from helpers_peers import HANG_UP, SILENCE, Lines, SocketPeer, peer
 from rigrunner.api.devices import Approaching, Device, Identity, Readable
 from rigrunner.api.errors import (
     DeviceLostError,
@@ -19,6 +17,8 @@ from rigrunner.api.errors import (
 from rigrunner.rig import Rig
 from rigrunner_plugins.devices.pymeasure.binding import instrument_class
 from rigrunner_plugins.devices.pymeasure.units import unit_told
+from unit.rigrunner_plugins.devices.helpers_instruments import REGISTRY, instrument, merged
+from unit.rigrunner_plugins.devices.helpers_peers import HANG_UP, SILENCE, Lines, SocketPeer, peer
 
 HERE = Path(__file__).parent
 SIMULATED = {"backend": "instruments.yaml@sim", "simulated": "yes"}

@@ -6,8 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from helpers_instruments import instrument
-from helpers_modbus import mbap, tcp_peer
 from rigrunner.api.devices import DeviceContext, Observing, ReadingInfo
 from rigrunner.api.errors import DeviceRejectedError, PluginError
 from rigrunner.clock import SimulatedClock
@@ -15,6 +13,8 @@ from rigrunner.rig import Rig
 from rigrunner_plugins.devices.composite.device import make as make_composite
 from rigrunner_plugins.devices.composite.settings import CompositeSettings
 from rigrunner_plugins.devices.text.readings import ReadingInText
+from unit.rigrunner_plugins.devices.helpers_instruments import instrument
+from unit.rigrunner_plugins.devices.helpers_modbus import mbap, tcp_peer
 
 
 def reading(text, **settings):

@@ -13,8 +13,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from helpers_devices import FakeTester, plan_of
-from helpers_instruments import REGISTRY, instrument, merged
-from helpers_peers import SILENCE, Lines, SerialPeer
 from rigrunner.api.devices import Device, Identity, Readable, Streaming
 from rigrunner.api.errors import (
     DeviceError,
@@ -31,6 +29,8 @@ from rigrunner.engine import UnattendedAnswers, run_plan
 from rigrunner.rig import Rig
 from rigrunner_plugins.devices.serial_ascii.hearing import Hearing
 from rigrunner_plugins.devices.serial_ascii.settings import SerialAsciiSettings
+from unit.rigrunner_plugins.devices.helpers_instruments import REGISTRY, instrument, merged
+from unit.rigrunner_plugins.devices.helpers_peers import SILENCE, Lines, SerialPeer
 
 RATE_HZ = 200.0
 CELL = {

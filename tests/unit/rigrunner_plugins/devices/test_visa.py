@@ -6,8 +6,6 @@ import time
 
 import pytest
 
-from helpers_instruments import REGISTRY, instrument, merged
-from helpers_peers import HANG_UP, SILENCE, Lines, SerialPeer, SocketPeer, peer
 from rigrunner.api.devices import Approaching, Device, Identity, Readable, Streaming
 from rigrunner.api.errors import (
     DeviceLostError,
@@ -15,6 +13,15 @@ from rigrunner.api.errors import (
     DeviceRejectedError,
     DeviceTimeoutError,
     PluginError,
+)
+from unit.rigrunner_plugins.devices.helpers_instruments import REGISTRY, instrument, merged
+from unit.rigrunner_plugins.devices.helpers_peers import (
+    HANG_UP,
+    SILENCE,
+    Lines,
+    SerialPeer,
+    SocketPeer,
+    peer,
 )
 
 SOURCE = {

@@ -11,8 +11,6 @@ import pytest
 import yaml
 
 from helpers_docs import ROOT, code_blocks
-from helpers_instruments import instrument, merged
-from helpers_peers import HANG_UP, SILENCE, Lines, SocketPeer, peer
 from rigrunner.api.devices import Streaming
 from rigrunner.api.errors import (
     DeviceError,
@@ -22,6 +20,8 @@ from rigrunner.api.errors import (
     PluginError,
 )
 from rigrunner.rig import Rig
+from unit.rigrunner_plugins.devices.helpers_instruments import instrument, merged
+from unit.rigrunner_plugins.devices.helpers_peers import HANG_UP, SILENCE, Lines, SocketPeer, peer
 
 RATE_HZ = 10_000
 STREAM = {

@@ -7,9 +7,9 @@ from math import inf, nan, sqrt
 import numpy as np
 import pytest
 
-from helpers_equation import findings, instrument, run_of
 from rigrunner.api.errors import DataError
 from rigrunner.signal.coverage import factor
+from unit.rigrunner_plugins.equation.helpers_equation import findings, instrument, run_of
 
 UNITS = {"meter.voltage": "V", "meter.current": "A", "room.temperature": "K"}
 VOLT = np.array([5.007, 4.994, 5.005, 4.990, 4.999])

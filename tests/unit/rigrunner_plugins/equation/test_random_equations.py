@@ -13,8 +13,8 @@ import GTC
 import numpy as np
 import pytest
 
-from helpers_equation import findings, run_of
 from rigrunner.signal.coverage import factor
+from unit.rigrunner_plugins.equation.helpers_equation import findings, run_of
 
 COUNT = 200
 TRIALS = 40_000

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from helpers_exact import exact_least_squares
+from reference.helpers_exact import exact_least_squares
 from rigrunner.api.errors import DataError
 from rigrunner_plugins.fits.least_squares import solve
 

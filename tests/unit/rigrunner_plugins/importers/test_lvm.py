@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from helpers_importing import lvm_text
 from rigrunner.api.errors import DataError, RigrunnerError
 from rigrunner.api.importing import NotInFileError
 from rigrunner_plugins.importers.lvm_file import LvmImporter
 from rigrunner_plugins.importers.settings import LvmSettings
+from unit.rigrunner_plugins.importers.helpers_importing import lvm_text
 
 BOTH = {"angle": "Angle", "torque": "Torque"}
 NUMBERS = {"Angle": [0.25, -1.5, 3e-7], "Torque": [-12.5, 0.0, 1e5]}

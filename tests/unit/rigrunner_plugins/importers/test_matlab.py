@@ -7,10 +7,10 @@ import pytest
 from scipy.io import savemat
 from scipy.sparse import csc_array
 
-from helpers_importing import write_matlab_73
 from rigrunner.api.errors import DataError
 from rigrunner.api.importing import NotInFileError
 from rigrunner_plugins.importers.matlab_file import MatlabImporter
+from unit.rigrunner_plugins.importers.helpers_importing import write_matlab_73
 
 X = np.array([1.0, -2.5, 1e-9])
 MATRIX = np.array([[1.0, 10.0], [2.0, 20.0], [3.0, 30.0]])

@@ -6,7 +6,6 @@ import threading
 
 import pytest
 
-from helpers_pausing import Person
 from rigrunner.api.errors import ExitCode
 from rigrunner.api.events import Outcome
 from rigrunner.clock import SimulatedClock
@@ -14,6 +13,7 @@ from rigrunner.registry import load_registry
 from rigrunner.workflow.by_hand.points import by_hand, record_by_hand
 from rigrunner.workflow.locate import find_procedure, find_station
 from rigrunner.workflow.prepare import plan_run
+from unit.engine.helpers_pausing import Person
 
 
 @pytest.mark.parametrize("name", ["starting_torque_1000n", "no_load_inertia_sweep"])

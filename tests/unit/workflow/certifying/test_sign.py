@@ -6,9 +6,9 @@ import shutil
 
 import pytest
 
+from e2e.helpers_forgery import forged_pdf, resealed
 from helpers_certificate import issue, make_letterhead
 from helpers_cli import call
-from helpers_forgery import forged_pdf, resealed
 from helpers_lacking import require_pdf
 from rigrunner.proof.signature import parse_signature
 

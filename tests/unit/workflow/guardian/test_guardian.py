@@ -10,8 +10,8 @@ from queue import SimpleQueue
 
 import pytest
 
+from e2e.helpers_supply import GUARDED, SupplyLab
 from helpers_cli import call
-from helpers_supply import GUARDED, SupplyLab
 from rigrunner.workflow.guardian import main
 from rigrunner.workflow.guardian.guarding import debugger_at
 

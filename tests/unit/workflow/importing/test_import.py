@@ -532,7 +532,7 @@ def test_the_rig_of_another_program_cannot_be_run(lab):
 
 
 def test_dates_of_the_file_must_be_those_of_the_run(lab):
-    from helpers_importing import lvm_text  # noqa: PLC0415  (npTDMS comes with it)
+    from unit.rigrunner_plugins.importers.helpers_importing import lvm_text  # noqa: PLC0415  (npTDMS comes with it)
 
     angle, torque = np.cos(63 * TIME).tolist(), TORQUE_MNM.tolist()
     for name, day in (("a.lvm", "2026/03/02"), ("b.lvm", "2026/03/05")):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from helpers_zoo import registry_of
 from rigrunner.api.errors import PluginError
 from rigrunner.api.hooks import UnitRecord
 from rigrunner.api.unit_tables import UnitDefinition
 from rigrunner.api.units import define
+from unit.rigrunner_testing.helpers_zoo import registry_of
 
 OUNCE = UnitDefinition("zooOz", "mass", "kg", 0.028349523125, spellings=("zoooz",))
 TWICE = replace(OUNCE, symbol="zooTwice", spellings=())

@@ -1,7 +1,7 @@
 """A plan of many set-points on a device that costs nothing: what is left is the program itself.
 
-They are points of a scan, or steps of a sweep. Run as a program, `python helpers_setpoints.py
-FOLDER POINTS [sweep]` prints each point that is done.
+They are points of a scan, or steps of a sweep. Run as a program, in tests/, `python -m
+benchmarks.helpers_setpoints FOLDER POINTS [sweep]` prints each point that is done.
 """
 
 from __future__ import annotations

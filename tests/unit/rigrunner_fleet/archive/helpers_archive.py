@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from helpers_lacking import lacking
-from helpers_runfile import header_of, recording, write_run
 from rigrunner.runfile import seal
+from unit.runfile.helpers_runfile import header_of, recording, write_run
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -7,7 +7,6 @@ from math import isinf
 
 import numpy as np
 
-from helpers_zoo import registry_of
 from rigrunner.api.analysis import (
     CompensatedPoint,
     Compensation,
@@ -30,6 +29,7 @@ from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.api.verdict import Verdict, Zone
 from rigrunner.registry import load_registry
 from rigrunner.signal.coverage import expanded
+from unit.rigrunner_testing.helpers_zoo import registry_of
 
 SHIPPED = load_registry()
 STARTING = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)

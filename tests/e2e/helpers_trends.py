@@ -5,8 +5,8 @@ from __future__ import annotations
 from contextlib import closing
 from datetime import UTC, datetime, timedelta
 
-from helpers_archive import estimate, result_document, store_run
 from rigrunner_fleet.archive import index, open_archive
+from unit.rigrunner_fleet.archive.helpers_archive import estimate, result_document, store_run
 
 FIRST_DAY = datetime(2026, 1, 1, 12, tzinfo=UTC)
 

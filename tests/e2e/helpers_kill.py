@@ -1,8 +1,9 @@
 """Kills a process that records runs, again and again, and says what it had been told was kept.
 
-Run as a program: `python helpers_kill.py FOLDER KILLS SEED`. It imports once and forks a writer per
-kill. A writer records and seals one run after the other through the real engine, and notes each
-recording in a file once the run file has taken its end. Prints one JSON line per kill.
+Run as a program, in tests/: `python -m e2e.helpers_kill FOLDER KILLS SEED`. It imports once and
+forks a writer per kill. A writer records and seals one run after the other through the real engine,
+and notes each recording in a file once the run file has taken its end. Prints one JSON line per
+kill.
 """
 
 from __future__ import annotations
@@ -18,9 +19,9 @@ from pathlib import Path
 import numpy as np
 
 from helpers_devices import FakeTester, plan_of, record, run
-from helpers_runfile import header_of
 from rigrunner.api.events import Event, StepEnded
 from rigrunner.runfile import RunWriter
+from unit.runfile.helpers_runfile import header_of
 
 RECORDINGS = 4
 SECONDS = 2.5

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from functools import cache
 
-from helpers_analysis import RIG
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.data import Measurement, RunData
 from rigrunner.api.instruments import OtherInstrument
 from rigrunner.api.units import unit
 from rigrunner.registry import load_registry
+from unit.analysis.helpers_analysis import RIG
 
 START = "2026-01-05T10:00:00+00:00"
 

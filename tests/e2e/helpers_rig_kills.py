@@ -1,12 +1,12 @@
 """Kills what drives an energised rig, again and again, and says what became of rig and samples.
 
-Run as a program: `python tests/helpers_rig_kills.py FOLDER KILLS SEED`. The rig is a file that
-outlives every process (`helpers_supply`). Killed by SIGKILL at a random instant are, in turn: the
-process of a run, that and its guardian, a run's process under the panel, the panel's server, and
-both of these. After each kill two things must be so. No row is lost of which a listener was told.
-The rig is safe, or the next start tells of it before it asks a person anything; after that start
-it is safe, and no marker is left. Prints one JSON line per kill and a table of all; ends with a
-traceback at the first kill after which it is not so.
+Run as a program, in tests/: `python -m e2e.helpers_rig_kills FOLDER KILLS SEED`. The rig is a file
+that outlives every process (`helpers_supply`). Killed by SIGKILL at a random instant are, in turn:
+the process of a run, that and its guardian, a run's process under the panel, the panel's server,
+and both of these. After each kill two things must be so. No row is lost of which a listener was
+told. The rig is safe, or the next start tells of it before it asks a person anything; after that
+start it is safe, and no marker is left. Prints one JSON line per kill and a table of all; ends with
+a traceback at the first kill after which it is not so.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from pathlib import Path
 
 import psutil
 
-from helpers_panel import Screen, ready, rig_process, served
-from helpers_supply import GUARDED, SupplyLab
+from e2e.helpers_panel import Screen, ready, rig_process, served
+from e2e.helpers_supply import GUARDED, SupplyLab
 from rigrunner.api.errors import DataError
 from rigrunner.cli.main import main
 from rigrunner.rig_state import is_held, read_marker, shared_folder

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from helpers_archive import estimate, store_run
+from unit.rigrunner_fleet.archive.helpers_archive import estimate, store_run
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

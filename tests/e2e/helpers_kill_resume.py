@@ -1,8 +1,8 @@
 """Kills whole runs, their sealing and their resumption, again and again, and checks what is left.
 
-Run as a program: `python helpers_kill_resume.py FOLDER KILLS SEED`. It imports once and forks a
-process per kill. Each run is killed at a random instant and resumed; most resumptions are
-killed as well; at last one is left to its end. After each kill what is on the disk is checked
+Run as a program, in tests/: `python -m e2e.helpers_kill_resume FOLDER KILLS SEED`. It imports once
+and forks a process per kill. Each run is killed at a random instant and resumed; most resumptions
+are killed as well; at last one is left to its end. After each kill what is on the disk is checked
 against a run that was never disturbed. Prints one JSON line per kill; ends with a traceback at the
 first thing that is not as it has to be.
 """
@@ -19,8 +19,8 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from helpers_kill import Noter
-from helpers_resume import NO_LOAD, take_up
+from e2e.helpers_kill import Noter
+from e2e.helpers_resume import NO_LOAD, take_up
 from helpers_workflow import START, quick_procedure, station_file
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import RunEnded, StepEnded, StepStarted

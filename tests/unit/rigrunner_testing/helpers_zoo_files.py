@@ -11,7 +11,6 @@ import time
 
 import numpy as np
 
-from helpers_zoo import registry_of
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Alarm, Samples
 from rigrunner.api.hooks import (
@@ -21,6 +20,7 @@ from rigrunner.api.hooks import (
     ReportFormatRecord,
 )
 from rigrunner.api.importing import Column, NotInFileError
+from unit.rigrunner_testing.helpers_zoo import registry_of
 
 KEPT = []
 

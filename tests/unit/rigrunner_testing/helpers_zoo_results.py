@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from helpers_zoo import registry_of
 from rigrunner.api.findings import Findings, NeededChannel, ResultDefinition
 from rigrunner.api.hooks import AnalysisRecord, NoSettings
 from rigrunner.registry import load_registry
+from unit.rigrunner_testing.helpers_zoo import registry_of
 
 TOLD = {
     "of": "meter.voltage",
