@@ -21,6 +21,7 @@ from rigrunner.study.tools import tools
 from rigrunner_testing.check import AnyCheck, Nonconformity, check, demand
 
 if TYPE_CHECKING:
+    from rigrunner.api.analysis.requirements import Requirements
     from rigrunner.api.findings import Findings, NeededChannel, ResultDefinition
     from rigrunner_testing.subjects import Subject
 
@@ -44,12 +45,12 @@ def says_what_it_yields(subject: Subject) -> None:
     demand(not twice, f"it yields '{twice[:1]}' twice")
 
 
-@check(fix="give `requires` one NeededChannel for each channel that it reads, as 'role.name'")
+@check(fix="let `requires` give Requirements: a NeededChannel for each channel, as 'role.name'")
 def says_what_it_requires(subject: Subject) -> None:
-    """From its settings alone it says which channels must be measured."""
-    needed = _needed(subject)
-    demand(needed, "it requires no channel")
-    for each in needed:
+    """From its settings alone it says which channels and results it needs."""
+    needs = _needs(subject)
+    demand(needs.channels or needs.results, "it requires neither a channel nor a result")
+    for each in needs.channels:
         if each.or_coordinate:
             continue
         try:
@@ -114,8 +115,12 @@ def _definitions(subject: Subject) -> tuple[ResultDefinition, ...]:
     return tuple(_record(subject).yields(_told(subject)))
 
 
+def _needs(subject: Subject) -> Requirements:
+    return subject.registry.requires(subject.kind, subject.name, subject.settings)
+
+
 def _needed(subject: Subject) -> tuple[NeededChannel, ...]:
-    return tuple(_record(subject).requires(_told(subject)))
+    return _needs(subject).channels
 
 
 def _made(subject: Subject) -> Any:

@@ -170,10 +170,10 @@ class Readings:
     def _component(
         self, error: ReadingError, name: str, channel: str, group: Group, scale: float
     ) -> Component:
-        effect = abs(self._effect(error, channel, group)) * scale
+        effect = self._effect(error, channel, group) * scale
         return Component(
             name=name,
-            u=effect * error.u,
+            u=abs(effect) * error.u,
             dof=error.dof,
             distribution=error.distribution,
             common=True,
@@ -181,6 +181,7 @@ class Readings:
             unit="1" if error.acts == "gain" else group.units[channel],
             input_u=error.u,
             sensitivity=effect,
+            shared=error.acts != "each",
         )
 
     def _effect(self, error: ReadingError, channel: str, group: Group) -> float:

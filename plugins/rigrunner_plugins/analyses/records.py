@@ -10,7 +10,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from rigrunner.api.analysis import Fit
-    from rigrunner.api.findings import Analysis, NeededChannel, Objection, ResultDefinition
+    from rigrunner.api.analysis.requirements import Requirements
+    from rigrunner.api.findings import Analysis, Objection, ResultDefinition
     from rigrunner_plugins.analyses.curve.settings import CurveSettings
     from rigrunner_plugins.analyses.equation.settings import EquationSettings
     from rigrunner_plugins.analyses.settings import ReadingsSettings
@@ -103,7 +104,7 @@ def _yields(settings: AnySettings) -> tuple[ResultDefinition, ...]:
     return settings.yields()
 
 
-def _requires(settings: AnySettings) -> tuple[NeededChannel, ...]:
+def _requires(settings: AnySettings) -> Requirements:
     return settings.requires()
 
 

@@ -13,6 +13,7 @@ from pydantic import (
     model_validator,
 )
 
+from rigrunner.api.analysis.requirements import Requirements
 from rigrunner.api.findings import NeededChannel, ResultDefinition
 from rigrunner.api.member import NAME
 from rigrunner.api.places import CoordinateKey, Place
@@ -128,14 +129,15 @@ class ReadingsSettings(Settings):
         """Return the one result."""
         return (self.result.definition(self.per),)
 
-    def requires(self) -> tuple[NeededChannel, ...]:
+    def requires(self) -> Requirements:
         """Return the channels that it reads."""
         named = (("of", self.of), ("minus", self.minus), ("divided_by", self.divided_by))
-        return tuple(
+        channels = tuple(
             NeededChannel(name=name, key=(key,), enters=(self.result.name,))
             for key, name in named
             if name is not None
         )
+        return Requirements(channels=channels)
 
     def objections(self, units: Mapping[str, str]) -> Iterator[Objection]:
         """Yield what does not fit the units in which the channels are measured."""

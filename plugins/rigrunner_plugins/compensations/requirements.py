@@ -21,7 +21,7 @@ def of_paper_peak(settings: PaperPeakSettings) -> Requirements:
     """Return what the compensation `paper_peak` needs."""
     if settings.coefficients == "published":
         return Requirements(starts=False)
-    return Requirements(starts=False, fit=True, no_load_frequencies=1, within_no_load_range=True)
+    return Requirements(starts=False, fit=True, points=1, within_no_load_range=True)
 
 
 def of_peak_same_frequency(settings: PeakSameFrequencySettings) -> Requirements:
@@ -34,7 +34,7 @@ def of_template_inverse(settings: TemplateInverseSettings) -> Requirements:
     return Requirements(
         starts=False,
         phase=True,
-        no_load_frequencies=LEAST_FREQUENCIES,
+        points=LEAST_FREQUENCIES,
         frequency_match=settings.frequency_match,
     )
 
@@ -42,7 +42,7 @@ def of_template_inverse(settings: TemplateInverseSettings) -> Requirements:
 def of_model_inverse(_: Any) -> Requirements:
     """Return what the compensation `model_inverse` needs."""
     return Requirements(
-        starts=False, phase=True, no_load_frequencies=LEAST_FREQUENCIES, within_no_load_range=True
+        starts=False, phase=True, points=LEAST_FREQUENCIES, within_no_load_range=True
     )
 
 

@@ -31,30 +31,30 @@ def least_points_of_aicc(coefficients: int) -> int:
 
 def of_polynomial(settings: PolynomialSettings) -> Requirements:
     """Return what the fit `polynomial` needs."""
-    return Requirements(no_load_frequencies=least_points(settings.degree + 1))
+    return Requirements(points=least_points(settings.degree + 1))
 
 
 def of_basis(settings: BasisSettings) -> Requirements:
     """Return what the fit `basis` needs."""
-    return Requirements(no_load_frequencies=least_points(len(settings.powers)))
+    return Requirements(points=least_points(len(settings.powers)))
 
 
 def of_aicc(settings: AiccSettings) -> Requirements:
     """Return what the fit `aicc` needs: points for the smallest of its candidates."""
     smallest = min(len(powers) for powers in settings.candidates)
-    return Requirements(no_load_frequencies=least_points_of_aicc(smallest))
+    return Requirements(points=least_points_of_aicc(smallest))
 
 
 def of_expression(settings: ExpressionSettings) -> Requirements:
     """Return what the fit `expression` needs."""
-    return Requirements(no_load_frequencies=least_points(len(settings.start)))
+    return Requirements(points=least_points(len(settings.start)))
 
 
 def of_inertia_physical(_: Any) -> Requirements:
     """Return what the fit `inertia_physical` needs."""
-    return Requirements(no_load_frequencies=least_points(PHYSICAL))
+    return Requirements(points=least_points(PHYSICAL))
 
 
 def of_pchip(_: Any) -> Requirements:
     """Return what the fit `pchip` needs."""
-    return Requirements(no_load_frequencies=LEAST_OF_PCHIP)
+    return Requirements(points=LEAST_OF_PCHIP)

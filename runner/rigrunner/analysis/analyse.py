@@ -13,6 +13,7 @@ from rigrunner.analysis.diagnosis import Diagnosed, diagnose
 from rigrunner.analysis.fitting import first_fit, fitted
 from rigrunner.analysis.headline import budget_of_mean, compensated_mean, raw_peak_mean
 from rigrunner.analysis.load import with_known_load
+from rigrunner.analysis.named import findings_of
 from rigrunner.analysis.named_study import with_study
 from rigrunner.analysis.phase import compensated
 from rigrunner.analysis.prepare import prepare_point
@@ -143,8 +144,8 @@ class _Analysis:
             compensations[self.spec.primary] = primary
         headline, problem = self._headline(compensations)
         raw = self._raw_headline(loaded)
-        found = [self._make("analysis", each)(self.whole_run) for each in self.analyses]
         torque = self._torque(loaded, primary, headline, raw)
+        found = findings_of(self.whole_run, self.analyses, self.lookup, known=torque.results)
         named = Findings(
             results=tuple(result for each in (torque, *found) for result in each.results),
             means=tuple(mean for each in (torque, *found) for mean in each.means),

@@ -9,7 +9,7 @@ from rigrunner.api.fit_choice import chosen_fits
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rigrunner.api.analysis import Fit
+    from rigrunner.api.analysis import Fit, Requirements
     from rigrunner.api.findings import ResultDefinition
     from rigrunner.api.fit_choice import FitChoice
     from rigrunner.api.measurand import MeasurandKind
@@ -36,6 +36,10 @@ class Lookup(Protocol):
 
     def definitions(self, name: str, settings: Mapping[str, Any]) -> tuple[ResultDefinition, ...]:
         """Return the results that an analysis names, by its settings; raise PluginError."""
+        ...
+
+    def requires(self, kind: str, name: str, settings: Mapping[str, Any]) -> Requirements:
+        """Return what a plugin of the analysis needs of a run; raise PluginError."""
         ...
 
     def revision(self, kind: str, name: str) -> int:

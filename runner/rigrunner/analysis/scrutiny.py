@@ -36,6 +36,7 @@ if TYPE_CHECKING:
         Fit,
         OutlierRule,
         PeakPoint,
+        Requirements,
         Sweep,
     )
     from rigrunner.api.data import Array, Points, RunData
@@ -83,6 +84,10 @@ class Scrutiny:
     def yields(self, compensation: str) -> MeasurandKind | None:
         """Return which torque a compensation yields, if its plugin says."""
         return self.lookup.yields(compensation)
+
+    def requires(self, kind: str, name: str, settings: Mapping[str, Any]) -> Requirements:
+        """Return what a plugin of the analysis needs of a run; raise PluginError."""
+        return self.lookup.requires(kind, name, settings)
 
     def revision(self, kind: str, name: str) -> int:
         """Return the revision of an installed plugin; raise PluginError."""

@@ -138,6 +138,28 @@ class NeededChannel:
     """The results that its values enter."""
     or_coordinate: bool = False
     """Whether a set-point, counter or label of that name serves where no such channel is read."""
+    quantity: str = ""
+    """The kind of quantity that it must be, such as 'voltage'; '' for any."""
+    spans: tuple[float, float] | None = None
+    """The least and the greatest value that it must reach, in the SI unit. It is asked of
+    set-points: what is read is not known beforehand."""
+    x_of: str = ""
+    """Of the x of a fit, the field of the settings that names the fit: as many different set-points
+    are asked for as that fit needs."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NeededResult:
+    """A result of another analysis, which is made first and stands in `RunData.results`."""
+
+    name: str
+    key: tuple[str | int, ...]
+    """Where the settings name it, such as ('inputs', 'R')."""
+    per: tuple[str, ...] | None = None
+    """The only coordinates that may tell its values apart; None: any."""
+    independent: bool = False
+    """Whether it counts as independent of the others, but for the lines that their budgets share:
+    two such results of one analysis are refused, as their scatter is one."""
 
 
 Objection = tuple[tuple[str | int, ...], str, str] | tuple[tuple[str | int, ...], str, str, int]

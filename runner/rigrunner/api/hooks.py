@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import CompensationMethod, Fit, OutlierRule
     from rigrunner.api.devices import Device, DeviceContext
     from rigrunner.api.events import EventSink
-    from rigrunner.api.findings import Analysis, NeededChannel, Objection, ResultDefinition
+    from rigrunner.api.findings import Analysis, Objection, ResultDefinition
     from rigrunner.api.importing import Importer
     from rigrunner.api.letterhead import CertificateInput
     from rigrunner.api.measurand import MeasurandKind
@@ -216,10 +216,11 @@ class AnalysisRecord(PluginRecord):
     """Makes the analysis, of the settings, and of each fit that they name: see `FitChoice`."""
     yields: Callable[[Any], tuple[ResultDefinition, ...]]
     """Gives, of the settings, the results that it makes."""
-    requires: Callable[[Any], tuple[NeededChannel, ...]] = nothing
-    """Gives, of the settings, the channels that must be measured."""
+    requires: Callable[[Any], Requirements] = needs_nothing
+    """Gives, of the settings, what it needs of a run: above all the channels to measure."""
     objections: Callable[[Any, Mapping[str, str]], Iterable[Objection]] = nothing
-    """Gives, of the settings and the SI unit of each channel, what does not fit."""
+    """Gives, of the settings and the units of what it needs, by name, what does not fit. That of a
+    channel is its SI unit, that of a result the one in which it is stated."""
     trial_units: Mapping[str, str] = field(default_factory=dict)
     """The SI unit of each channel that `trial` names: the conformance kit makes up values of it."""
 

@@ -5,27 +5,36 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
+from itertools import combinations, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from pydantic import TypeAdapter, ValidationError
 
 from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.errors import PluginError
+from rigrunner.api.fit_choice import FitChoice
 from rigrunner.api.member import Member, channel_of
 from rigrunner.api.places import PlaceValue, is_at
+from rigrunner.api.units import unit, with_article
 from rigrunner.plan.actions import Phase
+from rigrunner.plan.requirements import Requirer, check_cycles
+from rigrunner.procedure.named_results import definitions_of
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from rigrunner.api.findings import NeededChannel, Objection, ResultDefinition
+    from rigrunner.api.analysis import Requirements
+    from rigrunner.api.findings import NeededChannel, NeededResult, Objection, ResultDefinition
+    from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.quantity import Quantity
-    from rigrunner.plan.actions import Plan
+    from rigrunner.plan.actions import Plan, Recorded
     from rigrunner.procedure import LoadedProcedure, NamedAnalysisRef
     from rigrunner.station import LoadedStation
     from rigrunner.yamlfile.document import Path
 
+_SAME = 1e-6
 _PLACE = TypeAdapter[Mapping[str, PlaceValue]](Mapping[str, PlaceValue])
 
 
@@ -38,6 +47,8 @@ class Measured(NamedTuple):
     """Of its set-points and coordinates; '' of one that has none."""
     place: Mapping[str, CoordinateValue]
     """The values of these, as far as they are known beforehand."""
+    recorded: Recorded | None = None
+    """Where it is recorded; None of a row."""
 
     def may_be_at(self, where: Mapping[str, Quantity | str]) -> bool:
         """Say whether it is at a place, as far as that is known."""
@@ -52,14 +63,18 @@ class AnalysisLookup(Protocol):
         """Return the results that it names; raise PluginError."""
         ...
 
-    def channels_of(self, name: str, settings: Mapping[str, Any]) -> tuple[NeededChannel, ...]:
-        """Return the channels that it needs; raise PluginError."""
+    def yields(self, compensation: str) -> MeasurandKind | None:
+        """Return which torque a compensation yields; raise PluginError for an unknown one."""
+        ...
+
+    def requires(self, kind: str, name: str, settings: Mapping[str, Any]) -> Requirements:
+        """Return what a plugin needs with these settings; raise PluginError."""
         ...
 
     def objections(
         self, name: str, settings: Mapping[str, Any], units: Mapping[str, str]
     ) -> tuple[Objection, ...]:
-        """Return what does not fit the units of these channels; raise PluginError."""
+        """Return what does not fit the units of what it needs; raise PluginError."""
         ...
 
 
@@ -71,16 +86,23 @@ def check_analyses(
     measured = tuple(_measured(plan))
     judged = procedure.model.acceptance.limits if procedure.model.acceptance else ()
     limited = {limit.of for limit in judged}
+    made = {each.name: (at, each) for at, each in definitions_of(procedure, lookup)}
+    uses: list[_Use] = []
     for path, plugin in procedure.model.named_analyses_at:
         try:
-            needed = lookup.channels_of(plugin.name, plugin.settings)
+            needs = lookup.requires("analysis", plugin.name, plugin.settings)
         except PluginError:
             continue  # told by the check of the plugins
-        use = _Use(procedure, (*path, plugin.name), plugin, needed, measured, problems)
-        if use.is_measured():
-            use.check_units(lookup)
-            use.check_coordinates(lookup)
-            _check_register(station, needed, limited, problems)
+        uses.append(
+            _Use(procedure, (*path, plugin.name), plugin, needs, measured, made, lookup, problems)
+        )
+    for use in uses:
+        if use.has_results() and use.is_measured():
+            use.check_units()
+            use.check_coordinates()
+            use.check_recordings()
+            _check_register(station, use.needs.channels, limited, problems)
+    _refuse_circles(uses)
     problems.stop_if_any()
 
 
@@ -91,9 +113,45 @@ class _Use:
     procedure: LoadedProcedure
     at: Path
     plugin: NamedAnalysisRef
-    needed: tuple[NeededChannel, ...]
+    needs: Requirements
     measured: tuple[Measured, ...]
+    made: Mapping[str, tuple[Path, ResultDefinition]]
+    """The results of the procedure by name, each with where the analysis stands that makes it."""
+    lookup: AnalysisLookup
     problems: Problems
+
+    @property
+    def needed(self) -> tuple[NeededChannel, ...]:
+        """The channels that it needs."""
+        return self.needs.channels
+
+    def has_results(self) -> bool:
+        """Add a problem for each needed result that it cannot have; say whether there is none."""
+        complete = True
+        for each in self.needs.results:
+            if each.name not in self.made:
+                near = difflib.get_close_matches(each.name, self.made, n=1)
+                listed = f"results: {', '.join(self.made) or 'none'}"
+                hint = f"did you mean '{near[0]}'?" if near else listed
+                self.complain(each.key, f"there is no result '{each.name}'", hint)
+                complete = False
+                continue
+            per = self.made[each.name][1].per
+            apart = [name for name in per if each.per is not None and name not in each.per]
+            if apart:
+                message = f"there is a result '{each.name}' for each {' and '.join(apart)}"
+                self.complain(each.key, message, f"add it: 'per: [{', '.join(per)}]'")
+                complete = False
+        known = [each for each in self.needs.results if each.independent and each.name in self.made]
+        for one, other in combinations(known, 2):
+            if self.made[one.name][0] == self.made[other.name][0]:
+                message = (
+                    f"'{one.name}' and '{other.name}' are of one analysis: their scatter is one"
+                )
+                hint = "compute it there, where their correlation is known"
+                self.complain(other.key, message, hint)
+                complete = False
+        return complete
 
     def is_measured(self) -> bool:
         """Add a problem for each channel that no step measures; say whether there is none."""
@@ -111,26 +169,43 @@ class _Use:
             hint = f"did you mean '{near[0]}'?" if near else listed
             how = "measured or set" if each.or_coordinate else "measured"
             self.complain(each.key, f"{each.name} is {how} in no step", hint)
-        if missing or self.places:
+        if missing or self.places or not self.needed:
             return not missing
         message = f"{self.together} are measured in no step together"
         self.problems.add(self.procedure.document, self.at, message, "name them in one step",
                           key=True)  # fmt: skip
         return False
 
-    def check_units(self, lookup: AnalysisLookup) -> None:
-        """Add what does not fit the units of the channels."""
+    def check_units(self) -> None:
+        """Add what does not fit the units of the channels and results."""
         known: dict[str, str] = {}
         for measured in self.measured:
             known = {**measured.coordinate_units, **known, **measured.units}
         units = {each.name: known[each.name] for each in self.needed}
+        for each in self.needed:
+            is_a = unit(units[each.name] or "1").dimension
+            if each.quantity not in {"", is_a}:
+                message = f"{each.name} is {with_article(is_a)}"
+                self.complain(each.key, message, f"expected {with_article(each.quantity)}")
+                return
+        units |= {each.name: self.made[each.name][1].unit for each in self.needs.results}
         told = self.plugin.settings
-        for key, message, hint, *column in lookup.objections(self.plugin.name, told, units):
+        for key, message, hint, *column in self.lookup.objections(self.plugin.name, told, units):
             self.complain(key, message, hint, *column)
 
-    def check_coordinates(self, lookup: AnalysisLookup) -> None:
+    def check_coordinates(self) -> None:
         """Add a problem for each coordinate by which results cannot be told apart."""
         where = _where(self.plugin.settings)
+        named = self.lookup.definitions(self.plugin.name, self.plugin.settings)
+        per = sorted({name for each in named for name in each.per})
+        if not self.needed:
+            of_results = {name for each in self.needs.results for name in
+                          self.made[each.name][1].per}  # fmt: skip
+            for name in per:
+                if name not in of_results:
+                    message = f"'{name}' tells none of the results apart that it is made of"
+                    self.complain(("per",), message, f"there are: {', '.join(sorted(of_results))}")
+            return
         chosen = [each for each in self.places if each.may_be_at(where)]
         if not chosen:
             known = {
@@ -140,12 +215,81 @@ class _Use:
             self.complain(("where",), message, f"there are: {', '.join(sorted(known))}")
             return
         everywhere = frozenset.intersection(*(frozenset(each.coordinate_units) for each in chosen))
-        named = lookup.definitions(self.plugin.name, self.plugin.settings)
-        for name in sorted({name for each in named for name in each.per} - everywhere):
+        for name in sorted(set(per) - everywhere):
             near = difflib.get_close_matches(name, everywhere, n=1)
             listed = f"set by then: {', '.join(sorted(everywhere)) or 'none'}"
             message = f"'{name}' is not set wherever {self.together} is measured"
             self.complain(("per",), message, f"did you mean '{near[0]}'?" if near else listed)
+        for each in self.needed:
+            self._check_set_points(each, chosen, per)
+
+    def _check_set_points(
+        self, needed: NeededChannel, chosen: Iterable[Measured], per: Iterable[str]
+    ) -> None:
+        """Add a problem where set-points do not reach far enough, or are too few for a fit."""
+        least = self._points_of_fit(needed)
+        if needed.spans is None and not least:
+            return
+        groups: dict[tuple[CoordinateValue | None, ...], set[float]] = {}
+        for each in chosen:
+            at = each.place.get(needed.name)
+            if (
+                at is None
+                or isinstance(at.value, str)
+                or any(name not in each.place for name in per)
+            ):
+                return  # read, or not known beforehand
+            known = unit(at.unit or "1")
+            key = tuple(each.place[name] for name in per)
+            groups.setdefault(key, set()).add(at.value * known.factor + known.offset)
+        symbol = next((each.coordinate_units.get(needed.name, "") for each in chosen), "")
+        for values in groups.values():
+            low, high = min(values), max(values)
+            if needed.spans is not None:
+                first, last = needed.spans
+                margin = _SAME * max(abs(low), abs(high))
+                if first < low - margin or last > high + margin:
+                    asked = _from_to(first, last, symbol)
+                    message = f"{needed.name} must reach {asked}, and is set"
+                    hint = "set it there too, or ask for values within it"
+                    self.complain(needed.key, f"{message} {_from_to(low, high, symbol)}", hint)
+                    return
+            if len(values) < least:
+                message = f"the fit needs {least} different values of {needed.name}"
+                hint = "set more, or take a fit with fewer parameters"
+                self.complain((needed.x_of,), f"{message}, got {len(values)}", hint)
+                return
+
+    def _points_of_fit(self, needed: NeededChannel) -> int:
+        """Return how many different x the fit needs of which this is the x; 0 of none."""
+        told = self.plugin.settings.get(needed.x_of) if needed.x_of else None
+        if told is None:
+            return 0
+        try:
+            fit = FitChoice.model_validate(told)
+            return self.lookup.requires("fit", fit.name, fit.settings).points
+        except (PluginError, ValidationError):
+            return 0  # told by the check of the plugins
+
+    def check_recordings(self) -> None:
+        """Add a problem for each recording that is too slow, or has too few cycles."""
+        needs, name = self.needs, f"the analysis '{self.plugin.name}'"
+        if not (needs.rate_hz or needs.cycles):
+            return
+        where = _where(self.plugin.settings)
+        chosen = [each.recorded for each in self.places if each.may_be_at(where)]
+        recorded = [each for each in chosen if each is not None]
+        if not recorded:
+            message = f"{name} needs a recording, and only single values are measured"
+            self.complain((), message, "add a record step")
+        for each in recorded:
+            rate_hz = each.record.sample_rate_hz
+            if rate_hz is not None and rate_hz < needs.rate_hz:
+                message = f"{name} needs at least {needs.rate_hz:g} samples per second"
+                message += f", got {rate_hz:g}"
+                self.problems.add(each.document, each.path, message, "sample faster", key=True)
+            if needs.cycles:
+                check_cycles(each, [Requirer(name, self.at, needs)], self.problems)
 
     @property
     def places(self) -> list[Measured]:
@@ -174,7 +318,8 @@ class _Use:
 
 
 def _measured(plan: Plan) -> Iterator[Measured]:
-    recordings = {each.record.name: each.record for each in plan.recordings}
+    recorded = {each.record.name: each for each in plan.recordings}
+    recordings = {name: each.record for name, each in recorded.items()}
     for step in plan.steps:
         action, of = step.action, step.coordinate_units
         setpoints, symbols = action.known
@@ -191,7 +336,7 @@ def _measured(plan: Plan) -> Iterator[Measured]:
         if record := recordings.get(action.recording):
             members = [Member(record.role, name) for name in record.channels]
             known: dict[str, str] = {member: record.units[member] for member in members}
-            yield Measured(known, here, place)
+            yield Measured(known, here, place, recorded.get(action.recording))
         if found := action.statistics:
             units: dict[str, str] = {name: symbols[channel_of(name)] for name in found}
             yield Measured(units, here, place)
@@ -201,6 +346,30 @@ def _measured(plan: Plan) -> Iterator[Measured]:
                 names = {name: rows.units.get(name, "") for name in each}
                 fixed = {name: at for name, at in place.items() if name != action.led}
                 yield Measured(read, {**here, **names}, fixed)
+
+
+def _refuse_circles(uses: Iterable[_Use]) -> None:
+    """Add a problem where results are made of each other."""
+    by_place = {use.at: use for use in uses}
+    needed: dict[Path, dict[Path, NeededResult]] = {
+        at: {use.made[each.name][0]: each for each in use.needs.results if each.name in use.made}
+        for at, use in by_place.items()
+    }
+    try:
+        TopologicalSorter({at: sorted(of, key=str) for at, of in needed.items()}).prepare()
+    except CycleError as error:
+        circle: list[Path] = error.args[1]  # each is needed by the next, the last is the first
+        of, at = circle[-2], circle[-1]
+        made = " -> ".join(dict.fromkeys(needed[b][a].name for a, b in pairwise(circle)))
+        use, each = by_place[at], needed[at][of]
+        message = f"'{each.name}' is made of this result itself: {made}"
+        use.complain(each.key, message, "name a channel, or a result that needs none of these")
+
+
+def _from_to(low: float, high: float, symbol: str) -> str:
+    """Return 'from 1 A to 2 A' of values in an SI unit, temperatures in °C."""
+    ends = [str(CoordinateValue.of_si(each, symbol)) for each in (low, high)]
+    return f"{ends[0]} to {ends[1]}" if low < high else ends[0]
 
 
 def _where(settings: Mapping[str, Any]) -> Mapping[str, Quantity | str]:

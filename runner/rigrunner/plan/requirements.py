@@ -96,7 +96,7 @@ def no_load_problems(
     """Yield who needs more than the set-points without load give, in words, and a way out."""
     frequencies = sorted({point.frequency_hz for point in no_load})
     for each in needed:
-        least = each.needs.no_load_frequencies
+        least = each.needs.points
         if len(frequencies) < least:
             got = ", ".join(f"{hz:g} Hz" for hz in frequencies) or "none"
             message = f"{each.name} needs {least} different frequencies without load, got {got}"
@@ -178,13 +178,13 @@ def _check_recordings(
         return
     for recorded in plan.recordings:
         _check_load(recorded, problems)
-        _check_cycles(recorded, needed, problems)
+        check_cycles(recorded, needed, problems)
         _check_rate(recorded, problems)
         _check_phase(recorded, needed, problems)
     _check_own_no_load(procedure, points_of_plan(plan), needed, problems)
 
 
-def _check_cycles(recorded: Recorded, needed: Iterable[Requirer], problems: Problems) -> None:
+def check_cycles(recorded: Recorded, needed: Iterable[Requirer], problems: Problems) -> None:
     """Ask for enough whole cycles: a recording is of one period more than it has whole ones."""
     record = recorded.record
     frequency_hz = record.cycle_frequency_hz or 0.0

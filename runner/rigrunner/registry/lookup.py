@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import Fit
     from rigrunner.api.devices import Device, DeviceContext
-    from rigrunner.api.findings import NeededChannel, Objection, ResultDefinition
+    from rigrunner.api.findings import Objection, ResultDefinition
     from rigrunner.api.hooks import PluginRecord
     from rigrunner.api.measurand import MeasurandKind
 
@@ -192,16 +192,10 @@ class Registry:
         with _named(self.find("analysis", name)):
             return tuple(record.yields(told))
 
-    def channels_of(self, name: str, settings: Mapping[str, Any]) -> tuple[NeededChannel, ...]:
-        """Return the channels that an analysis needs, by its settings; raise PluginError."""
-        record, told = self._analysis(name), self.validated("analysis", name, settings)
-        with _named(self.find("analysis", name)):
-            return tuple(record.requires(told))
-
     def objections(
         self, name: str, settings: Mapping[str, Any], units: Mapping[str, str]
     ) -> tuple[Objection, ...]:
-        """Return what of an analysis does not fit the units of its channels; raise PluginError."""
+        """Return what of an analysis does not fit the units of what it needs; raise PluginError."""
         record, told = self._analysis(name), self.validated("analysis", name, settings)
         with _named(self.find("analysis", name)):
             return tuple(record.objections(told, units))
@@ -218,10 +212,16 @@ class Registry:
     def requires(self, kind: str, name: str, settings: Mapping[str, Any]) -> Requirements:
         """Return what a plugin of the analysis needs of a run; raise PluginError."""
         record, validated = self.find(kind, name).record, self.validated(kind, name, settings)
-        if not isinstance(record, (OutlierRuleRecord, FitRecord, CompensationRecord)):
+        if not isinstance(
+            record, (AnalysisRecord, OutlierRuleRecord, FitRecord, CompensationRecord)
+        ):
             return Requirements()
         with _named(self.find(kind, name)):
-            return record.requires(validated)
+            found = record.requires(validated)
+            if not isinstance(found, Requirements):
+                what = f"the {kind.replace('_', ' ')} '{name}' requires {found!r:.60}"
+                raise PluginError(what, hint="return Requirements(channels=(...))")
+            return found
 
     def rejects(self, rule: str) -> bool:
         """Say whether an outlier rule can reject anything; raise PluginError."""

@@ -242,7 +242,8 @@ def _of_named_analyses(planned: Planned) -> Iterator[Member]:
         for name in each.record.channels
     }
     for plugin in planned.procedure.model.named_analyses:
-        for each in planned.registry.channels_of(plugin.name, plugin.settings):
+        needed = planned.registry.requires(plugin.kind, plugin.name, plugin.settings)
+        for each in needed.channels:
             if not each.or_coordinate or each.name in known:
                 yield channel_of(each.name)
     for step in planned.plan.steps:

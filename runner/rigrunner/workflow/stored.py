@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.analyse import analyse
+from rigrunner.analysis.named import findings_of, makers_of
 from rigrunner.analysis.progress import unseen
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.data import RunData
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.analysis.progress import Progress
-    from rigrunner.api.findings import Findings
     from rigrunner.api.quantity import Estimate
     from rigrunner.api.results import Result
     from rigrunner.procedure import Acceptance, Procedure
@@ -110,12 +110,14 @@ def result_by_now(folder: Path, procedure: Procedure, registry: Registry, name: 
 
     Raises DataError where there is none.
     """
-    for each in procedure.named_analyses:
-        if name in (one.name for one in registry.definitions(each.name, each.settings)):
-            analysis = Scrutiny(registry).make("analysis", each.name, each.settings)
-            found: Findings = analysis(run_data(read(folder)))
-            return next(one.estimate for one in reversed(found.results) if one.name == name)
-    raise DataError(f"no analysis names the result '{name}'")
+    makers = makers_of(name, procedure.named_analyses, registry)
+    if not makers:
+        raise DataError(f"no analysis names the result '{name}'")
+    found = findings_of(run_data(read(folder)), makers, Scrutiny(registry))
+    results = [one.estimate for each in found for one in each.results if one.name == name]
+    if not results:
+        raise DataError(f"there is no result '{name}' as yet")
+    return results[-1]
 
 
 def is_analysed(stored: StoredRun, procedure: Procedure) -> bool:

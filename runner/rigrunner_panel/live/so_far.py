@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.analyse import analyse
+from rigrunner.analysis.named import findings_of
 from rigrunner.analysis.prepare import prepare_point
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.errors import DataError
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     from rigrunner.analysis.analyse import Prepare
     from rigrunner.api.data import Recording, RunData
-    from rigrunner.api.findings import MeasurementResult
     from rigrunner.api.results import Result
     from rigrunner.procedure import Acceptance, AnalysisSpec, Measurand, NamedAnalysisRef
     from rigrunner.registry import Registry
@@ -55,11 +54,14 @@ class LiveAnalysis:
             lookup=self.registry,
             prepare=self.prepare,
         )
-        named: list[MeasurementResult] = []
-        for each in self.analyses:
-            made = Scrutiny(self.registry).make("analysis", each.name, each.settings)
-            with suppress(DataError):
-                named += made(run).results
+        others = findings_of(
+            run,
+            self.analyses,
+            Scrutiny(self.registry),
+            known=found.results,
+            as_far_as_possible=True,
+        )
+        named = tuple(result for each in others for result in each.results)
         return replace(found, results=(*found.results, *named))
 
 

@@ -23,6 +23,7 @@ from rigrunner.api.analysis import (
     OutlierRule,
     PeakPoint,
     Rejection,
+    Requirements,
     Spreading,
     Sweep,
     SwingPoint,
@@ -462,7 +463,9 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
             help="The first voltage.",
             factory=FirstVoltage,
             yields=lambda _: (FIRST,),
-            requires=lambda _: (NeededChannel(name="meter.voltage", key=()),),
+            requires=lambda _: Requirements(
+                channels=(NeededChannel(name="meter.voltage", key=()),)
+            ),
             trial_units={"meter.voltage": "V"},
         )
     ]

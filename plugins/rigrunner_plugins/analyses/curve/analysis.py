@@ -293,4 +293,5 @@ class _Error:
             unit="1" if self.error.acts == "gain" else self.unit,
             input_u=self.error.u,
             sensitivity=effect,
+            shared=self.error.acts != "each",
         )

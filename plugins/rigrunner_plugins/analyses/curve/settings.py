@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
+from rigrunner.api.analysis.requirements import Requirements
 from rigrunner.api.findings import NeededChannel, ResultDefinition
 from rigrunner.api.fit_choice import FitChoice
 from rigrunner.api.member import NAME
@@ -245,8 +246,8 @@ class CurveSettings(Settings):
         """Return the results, in the order of the settings."""
         return tuple(each.definition(self.per) for _, each in self.results.all_of())
 
-    def requires(self) -> tuple[NeededChannel, ...]:
-        """Return the channels and coordinates that it reads."""
+    def requires(self) -> Requirements:
+        """Return the channels and coordinates that it reads, and how far x must reach."""
         names = tuple(each.name for _, each in self.results.all_of())
         ways = {
             each.label: ("results", *key, "between")
@@ -254,7 +255,7 @@ class CurveSettings(Settings):
             if isinstance(each, BothWays)
         }
         several = len(self.over) > 1
-        return (
+        channels = (
             NeededChannel(name=self.of, key=("of",), enters=names),
             *(
                 NeededChannel(
@@ -262,6 +263,8 @@ class CurveSettings(Settings):
                     key=("over", name) if several else ("over",),
                     enters=names,
                     or_coordinate=True,
+                    spans=self._span(name),
+                    x_of="" if several else "fit",
                 )
                 for name, source in self.over.items()
             ),
@@ -270,6 +273,12 @@ class CurveSettings(Settings):
                 for label, key in ways.items()
             ),
         )
+        return Requirements(channels=channels)
+
+    def _span(self, regressor: str) -> tuple[float, float] | None:
+        """Return the least and the greatest x at which a value is asked for; None for none."""
+        at = [self.at(each)[regressor].si for each in self.results.value if not each.extrapolate]
+        return (min(at), max(at)) if at else None
 
     def objections(self, units: Mapping[str, str]) -> Iterator[Objection]:
         """Yield what does not fit the SI units of y and x; '' of one that has none."""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.analysis import Check, Component
 from rigrunner.api.errors import DataError
 from rigrunner.api.findings import Findings, MeasurementResult
-from rigrunner.api.uncertainty import Differentiable
+from rigrunner.api.units import si_symbol, unit
 from rigrunner.signal.monte_carlo.intervals import numerical_tolerance
 from rigrunner.signal.propagation import propagate
 from rigrunner_plugins.analyses.equation.evaluated import (
@@ -24,6 +24,11 @@ from rigrunner_plugins.analyses.equation.evaluated import (
     tried,
 )
 from rigrunner_plugins.analyses.equation.model import inputs_of
+from rigrunner_plugins.analyses.equation.results import (
+    groups_of_results,
+    missing_results,
+    results_at,
+)
 from rigrunner_plugins.analyses.equation.second_order import added_variance
 from rigrunner_plugins.analyses.equation.shown import both_methods, formulas, tables
 from rigrunner_plugins.analyses.sources import groups
@@ -34,7 +39,9 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Estimate, RunData
     from rigrunner.api.findings import ResultDefinition
     from rigrunner.api.uncertainty import MeasurementModel
+    from rigrunner_plugins.analyses.equation.model import Inputs
     from rigrunner_plugins.analyses.equation.settings import EquationSettings
+    from rigrunner_plugins.analyses.settings import ResultSettings
     from rigrunner_plugins.analyses.sources import Group
 
 CURVATURE = "curvature of the model (second order)"
@@ -52,8 +59,14 @@ class EquationAnalysis:
     def __call__(self, run: RunData) -> Findings:
         """Return the results at each place; raise DataError where the model has no value."""
         settings = self.settings
-        names = [str(each.of) for each in settings.inputs.values()]
-        found = groups(run, names, per=settings.per, where=settings.where, table=settings.table)
+        names = [each.of for each in settings.channels.values()]
+        if missing := missing_results(run, settings):
+            return Findings(checks=(missing,))
+        found = (
+            groups(run, names, per=settings.per, where=settings.where, table=settings.table)
+            if names
+            else groups_of_results(run, settings)
+        )
         definitions = settings.yields()
         by_place = [self._at(run, group, definitions) for group in found]
         evaluated = [each for place in by_place for each in place]
@@ -66,7 +79,7 @@ class EquationAnalysis:
             notes=tuple(_notes(settings, order)),
             formulas=tuple(formulas(settings)),
             tables=(
-                *tables(settings, by_place, found[0].units),
+                *tables(settings, by_place, _units(found[0], run)),
                 *(
                     table
                     for name in names_of(order)
@@ -80,15 +93,25 @@ class EquationAnalysis:
     def _at(
         self, run: RunData, group: Group, definitions: Sequence[ResultDefinition]
     ) -> list[Evaluated]:
-        inputs = inputs_of(run, self.settings, group)
+        results = results_at(run, self.settings, group.place)
+        inputs = inputs_of(run, self.settings, group, results)
+        read = [len(group.times_s)] if self.settings.channels else []
+        readings = min([*read, *(each.readings for each in results.values())])
         return [
-            self._evaluated(inputs.model(self.settings, told), definition, group)
+            self._evaluated(inputs, told, definition, group, readings)
             for told, definition in zip(self.settings.all_results, definitions, strict=True)
         ]
 
     def _evaluated(
-        self, model: MeasurementModel, definition: ResultDefinition, group: Group
+        self,
+        inputs: Inputs,
+        told: ResultSettings,
+        definition: ResultDefinition,
+        group: Group,
+        readings: int,
     ) -> Evaluated:
+        tree = inputs.tree(self.settings, told)
+        model = inputs.model(tree)
         value = model.value
         if not isfinite(value):
             place = ", ".join(f"{name} = {each}" for name, each in group.place.items())
@@ -100,9 +123,16 @@ class EquationAnalysis:
             found = propagate(model)
         except ValueError as error:
             raise DataError(f"{definition.name}: {error}") from error
-        components = tuple(_in_unit(model, each, definition.unit) for each in found.components)
+        components = tuple(
+            replace(
+                _in_unit(model, each, definition.unit), shared=each.name not in inputs.own_lines
+            )
+            for each in found.components
+        )
         estimate = replace(found.estimate, unit=definition.unit)
-        added = self._added(model, estimate)
+        added = 0.0
+        if self.settings.second_order is not False and not isnan(estimate.u):
+            added = self._added(added_variance(model, tree), estimate)
         if added > 0:
             estimate = _widened(estimate, added)
             components += (_curvature(added, definition.unit),)
@@ -111,20 +141,21 @@ class EquationAnalysis:
             estimate=estimate,
             components=components,
             coordinates=group.place,
-            readings=len(group.times_s),
+            readings=readings,
         )
         return Evaluated(result, model, found.estimate.u, added)
 
-    def _added(self, model: MeasurementModel, estimate: Estimate) -> float:
-        """Return the variance of second order that enters; 0 where it does not matter."""
-        equation = model.equation
-        if self.settings.second_order is False or isnan(estimate.u):
-            return 0.0
-        assert isinstance(equation, Differentiable)  # noqa: S101  (a Tree)
-        added = added_variance(model, equation)
+    def _added(self, added: float, estimate: Estimate) -> float:
+        """Return how much of the variance of second order enters; 0 where it does not matter."""
         whole = sqrt(max(estimate.u**2 + added, 0.0))
         matters = abs(whole - estimate.u) > numerical_tolerance(estimate.u, DIGITS)
         return added if self.settings.second_order or matters else 0.0
+
+
+def _units(group: Group, run: RunData) -> dict[str, str]:
+    """Return the SI units of channels and results."""
+    of_results = {each.name: si_symbol(unit(each.of.unit).dimension) for each in run.results}
+    return {**group.units, **of_results}
 
 
 def _in_unit(model: MeasurementModel, component: Component, symbol: str) -> Component:
@@ -192,14 +223,14 @@ def _notes(settings: EquationSettings, found: Sequence[Evaluated]) -> Iterator[s
             f" the terms of second order (GUM 5.1.2, note), and {most.first_order_u:.2g} without."
         )
     first = found[0].result.name
-    stated = [name for name, told in settings.inputs.items() if not told.instrument]
+    stated = [name for name, told in settings.channels.items() if not told.instrument]
     if stated:
         yield (
             f"{first}: of {', '.join(stated)} the errors that the register states are not used:"
             " they are among the constants, or left out."
         )
     single = any(each.result.readings == 1 for each in found)
-    if single and any(told.instrument and not told.scatter for told in settings.inputs.values()):
+    if single and any(told.instrument and not told.scatter for told in settings.channels.values()):
         yield (
             f"{first}: a value is a single reading, which shows no scatter: its uncertainty is the"
             " instrument's alone."

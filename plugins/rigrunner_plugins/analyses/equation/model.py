@@ -8,20 +8,22 @@ are the same wherever its channel enters; what was read together keeps its obser
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import inf, sqrt
+from math import inf, isfinite, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api.analysis import Component
 from rigrunner.api.uncertainty import Distribution, Input, Line, MeasurementModel
 from rigrunner.api.units import si_symbol, unit
 from rigrunner.signal.expression.evaluation import evaluated
 from rigrunner_plugins.analyses.statistics import mean_scatter
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Collection, Iterator, Mapping, Sequence
 
     from rigrunner.api.data import Array, RunData
+    from rigrunner.api.findings import MeasurementResult
     from rigrunner_plugins.analyses.equation.settings import EquationSettings
     from rigrunner_plugins.analyses.equation.text import Model
     from rigrunner_plugins.analyses.settings import ResultSettings
@@ -34,10 +36,12 @@ TOGETHER = "readings"
 
 @dataclass(frozen=True)
 class Effect:
-    """An error of an instrument, and whether it acts as a share of the reading."""
+    """An input that moves a quantity: by `slope` (input - `at`), of a gain times the reading."""
 
     name: str
-    is_gain: bool
+    is_gain: bool = False
+    slope: float = 1.0
+    at: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +57,7 @@ class Tree:
     fixed: Mapping[str, float]
     """What has no uncertainty, in SI units."""
     effects: Mapping[str, tuple[Effect, ...]]
-    """Of each channel, by what the model calls it."""
+    """Of each channel or result, by what the model calls it."""
     factor: float
     offset: float
 
@@ -75,7 +79,7 @@ class Tree:
             if name in own:
                 own[name] = 1.0 + np.asarray(sum(inputs[gain] for gain in gains))
             for each in effects:
-                own[each.name] = mean if each.is_gain else np.array(1.0)
+                own[each.name] = mean if each.is_gain else np.array(each.slope)
         for equation in self.model.equations:
             names = equation.expression.names()
             value, slopes = evaluated(equation.expression, values, names)
@@ -94,7 +98,8 @@ class Tree:
             mean = self._mean(name, inputs)
             total = mean
             for each in effects:
-                total = total + inputs[each.name] * (mean if each.is_gain else 1.0)
+                moved = each.slope * (inputs[each.name] - each.at)
+                total = total + moved * (mean if each.is_gain else 1.0)
             values[name] = total
         return values
 
@@ -111,15 +116,19 @@ class Inputs:
     effects: dict[str, tuple[Effect, ...]] = field(default_factory=dict)
     r: dict[tuple[str, str], float] = field(default_factory=dict)
     """The correlation of two inputs, by their names."""
+    own_lines: set[str] = field(default_factory=set)
+    """Errors that may be others at each reading: other results do not share them."""
     lines: dict[str, str] = field(default_factory=dict)
     """Of each input that is correlated, its line in the budget."""
 
-    def model(self, settings: EquationSettings, result: ResultSettings) -> MeasurementModel:
-        """Return the measurement model of one result."""
+    def tree(self, settings: EquationSettings, result: ResultSettings) -> Tree:
+        """Return the equation of one result."""
         stated = unit(result.unit)
-        parsed = settings.parsed
-        tree = Tree(parsed, settings.called(result), self.fixed, self.effects, stated.factor,
-                    stated.offset)  # fmt: skip
+        return Tree(settings.parsed, settings.called(result), self.fixed, self.effects,
+                    stated.factor, stated.offset)  # fmt: skip
+
+    def model(self, tree: Tree) -> MeasurementModel:
+        """Return the measurement model of one result."""
         names = [each.name for each in self.inputs]
         correlation = np.eye(len(names)) if self.r else None
         if correlation is not None:
@@ -130,8 +139,16 @@ class Inputs:
         return MeasurementModel(tuple(self.inputs), tree, correlation, lines)
 
 
-def inputs_of(run: RunData, settings: EquationSettings, group: Group) -> Inputs:
-    """Return what is known of each input of the model at one place."""
+def inputs_of(
+    run: RunData,
+    settings: EquationSettings,
+    group: Group,
+    results: Mapping[str, MeasurementResult],
+) -> Inputs:
+    """Return what is known of each input of the model at one place.
+
+    `results` are those of other analyses that hold there, by what the model calls them.
+    """
     found = Inputs()
     found.fixed |= {name: each.si for name, each in settings.parsed.literals.items()}
     _enter_readings(found, settings, group)
@@ -151,6 +168,10 @@ def inputs_of(run: RunData, settings: EquationSettings, group: Group) -> Inputs:
             )
         else:
             found.fixed[name] = told.value.si
+    taken = {*settings.inputs, *settings.constants, *settings.parsed.literals}
+    taken |= {each.name for each in settings.parsed.equations}
+    for name, result in results.items():
+        _enter_result(found, name, result, taken)
     for each in settings.correlations:
         one, other = each.between
         if one in settings.constants:
@@ -164,7 +185,7 @@ def inputs_of(run: RunData, settings: EquationSettings, group: Group) -> Inputs:
 def _enter_readings(found: Inputs, settings: EquationSettings, group: Group) -> None:
     """Enter the mean of each channel, with its scatter and their observed correlation."""
     scattered: dict[str, tuple[float, float]] = {}
-    for name, told in settings.inputs.items():
+    for name, told in settings.channels.items():
         values = group.values[told.of]
         if told.scatter is not None:
             dof = inf if told.degrees_of_freedom is None else told.degrees_of_freedom
@@ -202,7 +223,7 @@ def _enter_instruments(
     """Enter each error that the register states of a channel; return them by what has them."""
     known: dict[str, Input] = {}
     by_input: dict[str, list[Input]] = {}
-    for name, told in settings.inputs.items():
+    for name, told in settings.channels.items():
         by_input[name], effects = [], list[Effect]()
         largest = float(np.abs(group.values[told.of]).max())
         for error in run.reading_errors(told.of, largest) if told.instrument else ():
@@ -214,10 +235,67 @@ def _enter_instruments(
                       common=True),
             )  # fmt: skip
             by_input[name].append(one)
-            effects.append(Effect(called, error.acts == "gain"))
+            effects.append(Effect(called, is_gain=error.acts == "gain"))
+            if error.acts == "each":
+                found.own_lines.add(called)
         found.effects[name] = tuple(effects)
     found.inputs += known.values()
     return by_input
+
+
+def _enter_result(
+    found: Inputs, name: str, result: MeasurementResult, taken: Collection[str]
+) -> None:
+    """Enter a result by the lines of its budget; a line that another input has too is one input.
+
+    `taken` are the names of the model itself.
+    """
+    stated, estimate = unit(result.of.unit), result.estimate
+    found.fixed[name] = estimate.value * stated.factor + stated.offset
+    effects: list[Effect] = []
+    for line in result.components or _whole(result):
+        if line.u == 0:
+            continue
+        known = next((each for each in found.inputs if each.name == line.name), None)
+        error = _error_of(line)
+        if error is not None and known == error:
+            slope = line.sensitivity * stated.factor
+        elif error is not None and known is None and line.name not in taken:
+            slope = line.sensitivity * stated.factor
+            found.inputs.append(error)
+        else:
+            slope, error = 1.0, _part_of(line, result, stated.factor)
+            found.inputs.append(error)
+        effects.append(Effect(error.name, slope=slope, at=error.value))
+    found.effects[name] = tuple(effects)
+
+
+def _error_of(line: Component) -> Input | None:
+    """Return the error that a line is of, if another result may have the same; else None."""
+    stated = isfinite(line.value) and isfinite(line.input_u) and isfinite(line.sensitivity)
+    if not (line.common and line.shared and stated):
+        return None
+    return Input(line.name, line.value, line.input_u, line.dof, _shape(line), line.unit,
+                 common=True)  # fmt: skip
+
+
+def _part_of(line: Component, result: MeasurementResult, factor: float) -> Input:
+    """Return a line as an error of the result alone, in its SI unit."""
+    symbol = si_symbol(unit(result.of.unit).dimension)
+    name, u = f"{line.name}, of {result.name}", line.u * factor
+    return Input(name, 0.0, u, line.dof, _shape(line), symbol, common=line.common)
+
+
+def _shape(line: Component) -> Distribution:
+    is_known = line.distribution in set(Distribution)
+    return Distribution(line.distribution) if is_known else Distribution.NORMAL
+
+
+def _whole(result: MeasurementResult) -> tuple[Component, ...]:
+    """Return the uncertainty of a result without a budget as its only line."""
+    estimate = result.estimate
+    shape = Distribution.T if estimate.dof < inf else Distribution.NORMAL
+    return (Component("uncertainty", estimate.u, estimate.dof, str(shape), common=False),)
 
 
 def _pairs(one: Sequence[Input], other: Sequence[Input]) -> Iterator[tuple[str, str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from functools import cached_property
 from math import inf, sqrt
@@ -17,7 +18,8 @@ from pydantic import (
     model_validator,
 )
 
-from rigrunner.api.findings import NeededChannel, ResultDefinition
+from rigrunner.api.analysis import Requirements
+from rigrunner.api.findings import NeededChannel, NeededResult, ResultDefinition
 from rigrunner.api.member import NAME, Member
 from rigrunner.api.places import Place
 from rigrunner.api.quantity import Quantity
@@ -142,11 +144,16 @@ class ConstantSettings(Settings):
         return width.si
 
 
-class InputSettings(Settings):
-    """A channel whose readings enter the model."""
+def _source(value: str) -> str:
+    """Return the name of a result, or a channel."""
+    return value if re.fullmatch(NAME, value) else Member.parse(value)
 
-    of: Member
-    """The channel, such as meter.voltage."""
+
+class InputSettings(Settings):
+    """A channel whose readings enter the model, or a result of another analysis."""
+
+    of: Annotated[str, AfterValidator(_source)]
+    """The channel, such as meter.voltage; or a result by its name, such as resistance."""
     instrument: YesNo = True
     """Whether the register says what its readings may be off by; else the constants do."""
     scatter: Width | None = None
@@ -158,7 +165,14 @@ class InputSettings(Settings):
     def _fits_together(self) -> Self:
         if self.scatter is None and self.degrees_of_freedom is not None:
             raise ValueError("'degrees_of_freedom' belongs to 'scatter'")
+        if not self.is_channel and (self.scatter is not None or not self.instrument):
+            raise ValueError("'instrument' and 'scatter' belong to a channel; this is a result")
         return self
+
+    @property
+    def is_channel(self) -> bool:
+        """Whether it is read; else it is a result of another analysis."""
+        return isinstance(self.of, Member)
 
 
 class CorrelationSettings(Settings):
@@ -203,7 +217,8 @@ class EquationSettings(Settings):
     results: ListOf[ResultSettings] = ()
     """The same of several, which share their inputs."""
     inputs: Annotated[Mapping[Symbol, AnyInput], Field(min_length=1, max_length=30)]
-    """The channels, by what the model calls them; all are measured at one step together."""
+    """The channels, by what the model calls them; all are measured at one step together. A name
+    without a dot is a result of another analysis, with its uncertainty."""
     constants: Annotated[Mapping[Symbol, Constant], Field(max_length=50)] = Field(
         default_factory=dict
     )
@@ -270,6 +285,8 @@ class EquationSettings(Settings):
             raise ValueError(f"{where}: '{one}' and '{other}' are named twice")
         if (one in self.inputs) != (other in self.inputs):
             raise ValueError(f"{where}: an input and a constant; allowed are two of one sort")
+        if any(name in self.from_results for name in (one, other)):
+            raise ValueError(f"{where}: how results are correlated follows from their budgets")
         if one in self.constants:
             first, second = self.constants[one], self.constants[other]
             if not (first.standard_uncertainty and second.standard_uncertainty):
@@ -293,24 +310,47 @@ class EquationSettings(Settings):
         """Return what the model calls a result: its symbol where that is a name, else its name."""
         return _called(result)
 
+    @property
+    def channels(self) -> Mapping[str, InputSettings]:
+        """The inputs that are read."""
+        return {name: each for name, each in self.inputs.items() if each.is_channel}
+
+    @property
+    def from_results(self) -> Mapping[str, InputSettings]:
+        """The inputs that are results of other analyses."""
+        return {name: each for name, each in self.inputs.items() if not each.is_channel}
+
     def yields(self) -> tuple[ResultDefinition, ...]:
         """Return the results."""
         return tuple(each.definition(self.per) for each in self.all_results)
 
-    def requires(self) -> tuple[NeededChannel, ...]:
-        """Return the channels that it reads."""
-        return tuple(
-            NeededChannel(
-                name=each.of,
-                key=("inputs", name),
-                enters=tuple(result.name for result in self.all_results) if each.instrument else (),
-            )
-            for name, each in self.inputs.items()
+    def requires(self) -> Requirements:
+        """Return the channels that it reads, and the results of other analyses."""
+        return Requirements(
+            channels=tuple(
+                NeededChannel(
+                    name=each.of,
+                    key=("inputs", name),
+                    enters=tuple(result.name for result in self.all_results)
+                    if each.instrument
+                    else (),
+                )
+                for name, each in self.channels.items()
+            ),
+            results=tuple(
+                NeededResult(
+                    name=each.of,
+                    key=("inputs", name),
+                    per=(*self.per, *self.where),
+                    independent=True,
+                )
+                for name, each in self.from_results.items()
+            ),
         )
 
     def objections(self, units: Mapping[str, str]) -> Iterator[Objection]:
-        """Yield what does not fit the units in which the channels are measured."""
-        kinds = {name: Kind.of_unit(units[each.of], is_channel=True)
+        """Yield what does not fit the units of the channels and of the results of others."""
+        kinds = {name: Kind.of_unit(units[each.of], is_channel=each.is_channel)
                  for name, each in self.inputs.items()}  # fmt: skip
         for name, told in self.inputs.items():
             dimension = unit(units[told.of]).dimension

@@ -96,7 +96,7 @@ def _on_its_scale(
     settings: EquationSettings, name: str, value: float, symbol: str
 ) -> tuple[float, str]:
     """Return an estimate in SI as it is shown: temperatures on a scale in °C."""
-    is_channel = name in settings.inputs
+    is_channel = name in settings.channels
     is_point = is_channel or (
         name in settings.constants and bool(settings.constants[name].value.unit.offset)
     )
@@ -118,7 +118,8 @@ def _inputs(
     for name, told in settings.inputs.items():
         if name in fixed:
             value, symbol = _on_its_scale(settings, name, fixed[name], units[told.of])
-            rows.append((name, value, "no scatter", "", "", symbol))
+            how = "no scatter" if told.is_channel else f"result {told.of}, by its budget"
+            rows.append((name, value, how, "", "", symbol))
     for name, constant in settings.constants.items():
         if name in fixed:
             stated = constant.value

@@ -37,6 +37,9 @@ class Component:
     """The input's standard uncertainty."""
     sensitivity: float = nan
     """The torque's change in N·m over the input's; 1 for a line of several inputs."""
+    shared: bool = True
+    """Whether a line of this name in another result is the same error. False of an error that may
+    be another one at each reading: nobody states what two results have of it in common."""
 
 
 @dataclass(frozen=True, eq=False)

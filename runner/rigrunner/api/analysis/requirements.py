@@ -7,6 +7,10 @@ number it is.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rigrunner.api.findings import NeededChannel, NeededResult
 
 LEAST_CYCLES = 5
 """Whole cycles in a recording of swings, after gross errors: with fewer, neither a gross error nor
@@ -25,13 +29,19 @@ LEAST_SAMPLES_PER_CYCLE = 16
 
 @dataclass(frozen=True, kw_only=True)
 class Requirements:
-    """What an outlier rule, a fit or a compensation needs, known from its settings alone.
+    """What an analysis, an outlier rule, a fit or a compensation needs, from its settings alone.
 
     The defaults ask for nothing.
     """
 
+    channels: tuple[NeededChannel, ...] = ()
+    """What must be measured, in one step together."""
+    results: tuple[NeededResult, ...] = ()
+    """Results of other analyses of the procedure: these are made first."""
     cycles: int = 0
     """Whole cycles in each recording; of starts from rest: starts at each speed and load."""
+    rate_hz: float = 0.0
+    """Samples per second, in each recording of its channels."""
     starts: bool | None = None
     """True: the recordings must be starts from rest. False: swings. None: either will do."""
     phase: bool = False
@@ -39,8 +49,9 @@ class Requirements:
     an angle, an angular velocity, or a channel called 'index'."""
     fit: bool = False
     """Whether the procedure must name a fit."""
-    no_load_frequencies: int = 0
-    """Different frequencies without load."""
+    points: int = 0
+    """Different x: of a fit those of the values that it is through, of a compensation frequencies
+    without load."""
     frequency_match: float | None = None
     """How far, relatively, the no-load frequency of each loaded one may be; None: no pairs."""
     within_no_load_range: bool = False

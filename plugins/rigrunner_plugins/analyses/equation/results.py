@@ -1,0 +1,92 @@
+"""The results of other analyses that enter a model, and the places where they hold."""
+
+from __future__ import annotations
+
+from math import isclose
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.analysis import Check
+from rigrunner.api.errors import DataError
+from rigrunner.api.places import is_at
+from rigrunner_plugins.analyses.sources import Group
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.coordinates import CoordinateValue
+    from rigrunner.api.data import RunData
+    from rigrunner.api.findings import MeasurementResult
+    from rigrunner_plugins.analyses.equation.settings import EquationSettings
+
+_SAME = 1e-9
+
+
+def missing_results(run: RunData, settings: EquationSettings) -> Check | None:
+    """Return a check that fails where another analysis left out what the model needs."""
+    known = {each.name for each in run.results}
+    missing = [each.of for each in settings.from_results.values() if each.of not in known]
+    if not missing:
+        return None
+    names = " and ".join(each.name for each in settings.all_results)
+    return Check(
+        f"inputs of {names}",
+        ok=False,
+        text=f"there is no result {missing[0]}, of which {names} is made",
+        advice=f"see why there is no {missing[0]}",
+        decisive=True,
+    )
+
+
+def groups_of_results(run: RunData, settings: EquationSettings) -> list[Group]:
+    """Return the places where results hold, of a model that reads nothing else.
+
+    Raises DataError where they hold nowhere together.
+    """
+    named = {each.of for each in settings.from_results.values()}
+    places: dict[tuple[CoordinateValue, ...], Group] = {}
+    for each in run.results:
+        at = each.coordinates
+        apart = all(name in at for name in settings.per)
+        fits = is_at({k: v for k, v in settings.where.items() if k in at}, at)
+        if each.name in named and apart and fits:
+            place = {name: at[name] for name in settings.per}
+            group = Group(place, {}, {}, np.zeros(0), in_a_row=False, step_s=0.0)
+            places.setdefault(tuple(place.values()), group)
+    if not places:
+        raise DataError(f"{' and '.join(sorted(named))} hold at none of the places asked for")
+    return list(places.values())
+
+
+def results_at(
+    run: RunData, settings: EquationSettings, place: Mapping[str, CoordinateValue]
+) -> dict[str, MeasurementResult]:
+    """Return the results that hold at a place, by what the model calls them; raise DataError."""
+    return {
+        name: _at(run, settings, told.of, place) for name, told in settings.from_results.items()
+    }
+
+
+def _at(
+    run: RunData, settings: EquationSettings, name: str, place: Mapping[str, CoordinateValue]
+) -> MeasurementResult:
+    found = [
+        each
+        for each in run.results
+        if each.name == name
+        and all(_is_same(value, place[key]) for key, value in each.coordinates.items()
+                if key in place)
+        and is_at({k: v for k, v in settings.where.items() if k in each.coordinates},
+                  each.coordinates)
+    ]  # fmt: skip
+    if len(found) != 1:
+        at = ", ".join(f"{key} = {value}" for key, value in place.items())
+        raise DataError(f"got {len(found)} results {name}{f' at {at}' if at else ''}, expected one")
+    return found[0]
+
+
+def _is_same(one: CoordinateValue, other: CoordinateValue) -> bool:
+    if isinstance(one.value, str) or isinstance(other.value, str):
+        return one == other
+    return one.unit == other.unit and isclose(one.value, other.value, rel_tol=_SAME)

@@ -1,0 +1,90 @@
+"""The analyses that name their results, each after those whose results it needs."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext, suppress
+from dataclasses import replace
+from graphlib import CycleError, TopologicalSorter
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError
+from rigrunner.api.findings import Findings
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from rigrunner.analysis.lookup import Lookup
+    from rigrunner.api.data import RunData
+    from rigrunner.api.findings import MeasurementResult
+    from rigrunner.procedure import NamedAnalysisRef
+
+
+def findings_of(
+    run: RunData,
+    analyses: Sequence[NamedAnalysisRef],
+    lookup: Lookup,
+    *,
+    known: Iterable[MeasurementResult] = (),
+    as_far_as_possible: bool = False,
+) -> tuple[Findings, ...]:
+    """Return what each analysis found in a run, in the order in which they are given.
+
+    `known` are results that are there already. `as_far_as_possible`: one that cannot be made finds
+    nothing. Raises DataError otherwise, and for analyses whose results are made of each other.
+    """
+    results = list(known)
+    needed = [
+        frozenset(
+            name.name for name in lookup.requires(each.kind, each.name, each.settings).results
+        )
+        for each in analyses
+    ]
+    found = [Findings()] * len(analyses)
+    for index in _in_order(analyses, needed, lookup):
+        each = analyses[index]
+        given = replace(run, results=tuple(one for one in results if one.name in needed[index]))
+        with suppress(DataError) if as_far_as_possible else nullcontext():
+            found[index] = lookup.make(each.kind, each.name, each.settings)(given)
+            results += found[index].results
+    return tuple(found)
+
+
+def makers_of(
+    name: str, analyses: Sequence[NamedAnalysisRef], lookup: Lookup
+) -> tuple[NamedAnalysisRef, ...]:
+    """Return the analyses without which there is no result of that name; none of an unknown one."""
+    by_name = _by_name(analyses, lookup)
+    needed, waiting = set[int](), [name]
+    while waiting:
+        index = by_name.get(waiting.pop())
+        if index is not None and index not in needed:
+            needed.add(index)
+            each = analyses[index]
+            of = lookup.requires(each.kind, each.name, each.settings).results
+            waiting += [one.name for one in of]
+    return tuple(each for index, each in enumerate(analyses) if index in needed)
+
+
+def _by_name(analyses: Sequence[NamedAnalysisRef], lookup: Lookup) -> dict[str, int]:
+    return {
+        definition.name: index
+        for index, each in enumerate(analyses)
+        for definition in lookup.definitions(each.name, each.settings)
+    }
+
+
+def _in_order(
+    analyses: Sequence[NamedAnalysisRef], needed: Sequence[frozenset[str]], lookup: Lookup
+) -> Iterable[int]:
+    if not any(needed):
+        return range(len(analyses))
+    by_name = _by_name(analyses, lookup)
+    graph = {
+        index: sorted(by_name[name] for name in names if name in by_name)
+        for index, names in enumerate(needed)
+    }
+    try:
+        return tuple(TopologicalSorter(graph).static_order())
+    except CycleError as error:
+        circle = " -> ".join(analyses[index].name for index in error.args[1])
+        raise DataError(f"analyses need results of each other: {circle}") from error

@@ -1,0 +1,148 @@
+"""What analyses require of a run is asked before anything moves, each with its line."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from helpers_any_quantity import written
+from helpers_cli import call
+
+PROCEDURE = """\
+rigrunner: procedure/2
+id: PSU-TWO
+revision: "A"
+title: Regulation of a power supply, of its own results
+inputs: {specimen: {ask: Serial number, unattended: PSU-1}}
+uses: {bench: supply_bench}
+main:
+  - sweep:
+      set: bench.current
+      over: [0 A, 1 A, 2 A, 5 A]
+      steps:
+        - measure: {channels: [bench.voltage, bench.ripple]}
+analysis:
+  - equation:
+      result: {name: regulation, text: load regulation, unit: "%"}
+      model: (none - full) / none
+      inputs: {none: idle, full: loaded}
+  - readings: {of: bench.voltage, where: {bench.current: 0 A}, result: {name: idle, unit: V}}
+  - readings: {of: bench.voltage, where: {bench.current: 5 A}, result: {name: loaded, unit: V}}
+  - readings: {of: bench.voltage, per: bench.current, result: {name: voltage, unit: V}}
+  - equation:
+      result: {name: share, unit: "%"}
+      per: bench.current
+      model: U / none
+      inputs: {U: voltage, none: idle}
+acceptance:
+  rule: guard_band_u
+  limits:
+    - {of: regulation, max: 0.5 %, source: data sheet}
+    - {of: share, each: bench.current, min: 99 %, source: data sheet}
+"""
+CURVE = """
+  - curve:
+      of: bench.voltage
+      over: bench.current
+      fit: {polynomial: {degree: 1}}
+      results: {value: {name: at, at: 4 A, unit: V}}
+"""
+HERE = "per: bench.current, result: {name: voltage"
+
+
+def checked(folder, *changes):
+    procedure, station = written(folder, *changes, procedure=PROCEDURE)
+    return call("check", procedure, "--station", station)
+
+
+def line_of(text, folder):
+    lines = (folder / "supply.yaml").read_text(encoding="utf-8").splitlines()
+    return next(index for index, each in enumerate(lines, 1) if text in each)
+
+
+def test_results_of_results_are_made_limited_and_reported(tmp_path):
+    procedure, station = written(tmp_path, procedure=PROCEDURE)
+    called = call("run", procedure, "--station", station, "--unattended", "--runs", tmp_path / "r")
+    assert called.code == 0, called.err
+    (folder,) = (tmp_path / "r").iterdir()
+    found = json.loads((folder / "result.json").read_text(encoding="utf-8"))["results"]
+    (regulation,) = [each["estimate"] for each in found if each["name"] == "regulation"]
+    assert regulation["value"] == pytest.approx(100 * (12.031 - 11.987) / 12.031)
+    u = 100 * 0.002 / 3**0.5 * (2 / 12.031**2) ** 0.5  # of two readings, each within 2 mV
+    assert regulation["standard_uncertainty"] == pytest.approx(u, rel=0.01)
+    shares = [each["estimate"]["value"] for each in found if each["name"] == "share"]
+    assert shares == pytest.approx([100 * v / 12.031 for v in (12.031, 12.022, 12.014, 11.987)])
+    assert "load regulation" in (folder / "report.html").read_text(encoding="utf-8")
+    assert call("verify", folder).code == 0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "at", "message"),
+    [
+        ("full: loaded", "full: loadet", "full: loadet", "there is no result 'loadet'"),
+        (
+            "of: bench.voltage, where: {bench.current: 0 A}, result: {name: idle",
+            "of: bench.voltage, per: bench.current, result: {name: idle",
+            "full: loaded",
+            "there is a result 'idle' for each bench.current",
+        ),
+        (
+            (
+                "  - readings: {of: bench.voltage, where: {bench.current: 0 A}, result: {name: idle, "
+                "unit: V}}\n"
+            ),
+            (
+                "  - equation: {result: {name: idle, unit: V}, model: r * V,\n"
+                "               inputs: {r: regulation, V: loaded}}\n"
+            ),
+            "none: idle, full",
+            "is made of this result itself",
+        ),
+        ("model: U / none", "model: U + none / none", "model: U + none", "a number"),
+        (
+            HERE,
+            HERE.replace("voltage", "voltage, text: x").replace("bench.current", "[bench.voltage]"),
+            "per: [bench.voltage]",
+            "'bench.voltage' is not set wherever",
+        ),
+        (
+            "acceptance:",
+            CURVE.replace("4 A", "6 A")[1:] + "acceptance:",
+            "over: bench.current",
+            "bench.current must reach 6 A, and is set 0 A to 5 A",
+        ),
+        (
+            "acceptance:",
+            CURVE.replace("degree: 1", "degree: 3")[1:] + "acceptance:",
+            "fit: {",
+            "the fit needs 5 different values of bench.current, got 4",
+        ),
+    ],
+    ids=["unknown", "per", "circle", "kind", "coordinate", "spans", "points"],
+)
+def test_what_a_run_would_not_give_is_refused_with_its_line(tmp_path, old, new, at, message):
+    called = checked(tmp_path, (old, new))
+    assert called.code == 3, called.out
+    assert message in called.err
+    refused = next(each for each in called.err.splitlines() if message in each)
+    assert f"supply.yaml:{line_of(at, tmp_path)}:" in refused
+
+
+def test_a_curve_within_its_set_points_is_accepted(tmp_path):
+    called = checked(tmp_path, ("acceptance:", CURVE[1:] + "acceptance:"))
+    assert called.code == 0, called.err
+
+
+def test_two_results_of_one_curve_are_refused(tmp_path):
+    """Slope and intercept are correlated by their scatter: the curve itself knows the value."""
+    several = CURVE.replace(
+        "{value: {name: at, at: 4 A, unit: V}}",
+        "{value: {name: at, at: 4 A, unit: V}, slope: {name: slope, unit: mΩ}}",
+    )[1:] + (
+        "  - equation: {result: {name: sum, unit: V}, model: a + s * i,\n"
+        "               constants: {i: 1 A}, inputs: {a: at, s: slope}}\n"
+    )
+    called = checked(tmp_path, ("acceptance:", several + "acceptance:"))
+    assert called.code == 3
+    assert "'at' and 'slope' are of one analysis" in called.err

@@ -1,0 +1,140 @@
+"""Equations of results of other analyses: value, u and correlation, against GTC."""
+
+from __future__ import annotations
+
+from functools import cache
+from math import sqrt
+
+import GTC
+import numpy as np
+import pytest
+
+from helpers_equation import instrument, run_of
+from rigrunner.analysis.named import findings_of
+from rigrunner.analysis.scrutiny import Scrutiny
+from rigrunner.api.errors import DataError
+from rigrunner.procedure import NamedAnalysisRef
+from rigrunner.registry import load_registry
+
+UNITS = {"meter.voltage": "V", "meter.current": "A"}
+VOLT = np.array([5.007, 4.994, 5.005, 4.990, 2.504, 2.497, 2.501, 2.506])
+AMPERE = np.array([19.66, 19.64, 19.64, 19.68, 9.81, 9.83, 9.84, 9.80]) / 1000
+PLACES = [2.0] * 4 + [1.0] * 4
+METERS = (
+    instrument("meter.voltage", "voltage", {"gain": "0.1 %", "offset": "2 mV"}),
+    instrument("meter.current", "current", {"gain": "0.2 %"}),
+)
+registry = cache(load_registry)
+
+
+def readings(name, at, of="meter.voltage", unit="V"):
+    where = {"where": {"load.current": f"{at} A"}} if at else {"per": ["load.current"]}
+    return ("readings", {"of": of, "result": {"name": name, "unit": unit}, **where})
+
+
+def equation(name, unit, model, inputs, **more):
+    return ("equation", {"result": {"name": name, "unit": unit}, "model": model,
+                         "inputs": inputs, **more})  # fmt: skip
+
+
+def found(*analyses, meters=METERS, places=PLACES):
+    columns = {"meter.voltage": VOLT, "meter.current": AMPERE}
+    run = run_of(columns, UNITS, meters, places)
+    asked = [NamedAnalysisRef.model_validate({name: told}) for name, told in analyses]
+    made = findings_of(run, asked, Scrutiny(registry()))
+    return [result for each in made for result in each.results]
+
+
+def mean(values):
+    return GTC.ureal(values.mean(), values.std(ddof=1) / sqrt(len(values)), len(values) - 1)
+
+
+def read(values, gain, offset=0.0):
+    return mean(values) * (1 + gain) + offset
+
+
+def test_a_ratio_of_two_results_of_one_meter_has_its_gain_once():
+    """The gain cancels; the offset acts by its difference; the scatters are independent."""
+    high, low, ratio = found(
+        readings("high", 2), readings("low", 1),
+        equation("ratio", "1", "a / b", {"a": "high", "b": "low"}),
+    )  # fmt: skip
+    gain, offset = GTC.ureal(0, 0.001 / sqrt(3)), GTC.ureal(0, 0.002 / sqrt(3))
+    expected = read(VOLT[:4], gain, offset) / read(VOLT[4:], gain, offset)
+    assert ratio.estimate.value == pytest.approx(expected.x, rel=1e-12)
+    assert ratio.estimate.u == pytest.approx(expected.u, rel=1e-6)
+    assert ratio.estimate.dof == pytest.approx(expected.df, rel=1e-4)
+    lines = {each.name: each.u for each in ratio.components}
+    assert lines["gain of meter.voltage"] == pytest.approx(0, abs=1e-9)
+    independent = ratio.estimate.value * sqrt(
+        sum((each.estimate.u / each.estimate.value) ** 2 for each in (high, low))
+    )
+    assert ratio.estimate.u < independent * 0.9
+
+
+def test_an_error_in_one_figure_may_be_another_at_each_reading():
+    """A difference of two readings has it twice: nobody states what they have in common."""
+    meters = (instrument("meter.voltage", "voltage", "2 mV"),)
+    *_, off = found(
+        readings("high", 2), readings("low", 1),
+        equation("off", "V", "a - b", {"a": "high", "b": "low"}), meters=meters,
+    )  # fmt: skip
+    each = GTC.ureal(0, 0.002 / sqrt(3)), GTC.ureal(0, 0.002 / sqrt(3))
+    expected = read(VOLT[:4], 0, each[0]) - read(VOLT[4:], 0, each[1])
+    assert off.estimate.u == pytest.approx(expected.u, rel=1e-9)
+
+
+def test_an_equation_of_an_equation_and_of_a_channel_of_the_same_meter():
+    """R = U / I first, then P = R I^2: the current's gain acts by its whole slope."""
+    *_, power = found(
+        equation("power", "W", "R * I^2 * c", {"R": "resistance", "I": "meter.current"},
+                 constants={"c": {"value": 1.0, "limits": 0.001}}, per=["load.current"]),
+        readings("first", 2),
+        equation("resistance", "Ω", "U / I / c",
+                 {"U": "meter.voltage", "I": "meter.current"},
+                 constants={"c": {"value": 2.0, "limits": 0.001}}, per=["load.current"]),
+    )[:2][1:]  # fmt: skip
+    gain, offset = GTC.ureal(0, 0.001 / sqrt(3)), GTC.ureal(0, 0.002 / sqrt(3))
+    of_current, c = GTC.ureal(0, 0.002 / sqrt(3)), GTC.ureal(1, 0.001 / sqrt(3))
+    other_c = GTC.ureal(2, 0.001 / sqrt(3))  # another constant of the same name
+    volt, ampere = (
+        GTC.multiple_ureal(
+            [VOLT[4:].mean(), AMPERE[4:].mean()],
+            [VOLT[4:].std(ddof=1) / 2, AMPERE[4:].std(ddof=1) / 2], 3,
+        )
+    )  # fmt: skip
+    GTC.set_correlation(np.corrcoef(VOLT[4:], AMPERE[4:])[0, 1], volt, ampere)
+    resistance = (volt * (1 + gain) + offset) / (ampere * (1 + of_current)) / other_c
+    again = read(AMPERE[4:], of_current)  # its scatter counts as another one
+    expected = resistance * again**2 * c
+    assert power.estimate.value == pytest.approx(expected.x, rel=1e-12)
+    assert power.estimate.u == pytest.approx(expected.u, rel=1e-6)
+    assert power.place == "load.current = 1 A"
+
+
+def test_the_value_of_a_curve_enters_with_its_budget():
+    curve = ("curve", {
+        "of": "meter.voltage", "over": "load.current", "fit": {"polynomial": {"degree": 1}},
+        "results": {"value": {"name": "at_one", "at": "1.5 A", "unit": "mV"}},
+    })  # fmt: skip
+    single, double = found(
+        curve, equation("twice", "V", "2 * a", {"a": "at_one"}),
+        places=[2.0, 1.9, 2.1, 2.0, 1.0, 1.1, 0.9, 1.0],
+    )  # fmt: skip
+    assert double.estimate.value == pytest.approx(2 * single.estimate.value / 1000)
+    assert double.estimate.u == pytest.approx(2 * single.estimate.u / 1000)
+    assert double.estimate.dof == pytest.approx(single.estimate.dof, rel=1e-6)
+
+
+def test_a_result_at_each_place_goes_with_that_of_the_same_place():
+    *_, two, one = found(
+        readings("voltage", None), equation("half", "V", "a / 2", {"a": "voltage"},
+                                            per=["load.current"]),
+    )  # fmt: skip
+    assert [each.place for each in (two, one)] == ["load.current = 2 A", "load.current = 1 A"]
+    assert one.estimate.value == pytest.approx(VOLT[4:].mean() / 2)
+
+
+def test_results_that_are_made_of_each_other_are_refused():
+    with pytest.raises(DataError, match="of each other"):
+        found(equation("one", "V", "b", {"b": "two"}), equation("two", "V", "a", {"a": "one"}))
