@@ -51,6 +51,9 @@ CURVE = """
 HERE = "per: bench.current, result: {name: voltage"
 
 
+IDLE = next(each for each in PROCEDURE.splitlines(keepends=True) if "name: idle" in each)
+
+
 def checked(folder, *changes):
     procedure, station = written(folder, *changes, procedure=PROCEDURE)
     return call("check", procedure, "--station", station)
@@ -88,10 +91,7 @@ def test_results_of_results_are_made_limited_and_reported(tmp_path):
             "there is a result 'idle' for each bench.current",
         ),
         (
-            (
-                "  - readings: {of: bench.voltage, where: {bench.current: 0 A}, result: {name: idle, "
-                "unit: V}}\n"
-            ),
+            IDLE,
             (
                 "  - equation: {result: {name: idle, unit: V}, model: r * V,\n"
                 "               inputs: {r: regulation, V: loaded}}\n"
