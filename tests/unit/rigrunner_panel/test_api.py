@@ -58,7 +58,7 @@ def test_what_is_there_to_choose_can_be_searched(client):
     found = client.get("/api/procedures", params={"search": "TORQUE STT-1000"}).json()["items"]
     assert [each["id"] for each in found] == ["SSPB-STT-1000"]
     stations = client.get("/api/stations", params={"search": "bench"}).json()["items"]
-    assert [each["name"] for each in stations] == ["simulated_bench"]
+    assert [each["name"] for each in stations] == ["simulated_bench", "simulated_loaded_bench"]
 
 
 def test_a_lab_s_own_files_come_by_their_path_and_a_broken_one_says_why(client, folder):

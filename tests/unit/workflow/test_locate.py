@@ -25,7 +25,7 @@ def test_a_path_wins_over_a_shipped_name(tmp_path, monkeypatch):
     ("name", "words"),
     [
         ("starting_torque_100n", "did you mean 'starting_torque_1000n'"),
-        ("zzz", "there are: friction_endurance, gauge_rr, no_load_breakaway"),
+        ("zzz", "there are: friction_endurance, gauge_rr, loaded_breakaway"),
         ("sub/starting_torque_1000n", "there is no procedure"),
     ],
 )

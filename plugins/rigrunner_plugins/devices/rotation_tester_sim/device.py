@@ -25,10 +25,12 @@ if TYPE_CHECKING:
 
     from rigrunner.api.data import Array, Block
     from rigrunner.api.devices import DeviceContext, StopToken
+    from rigrunner_plugins.devices.rotation_tester_sim.parameters import BenchParameters
     from rigrunner_plugins.devices.rotation_tester_sim.settings import RotationTesterSettings
 
 MODEL = "rotation_tester_sim"
 TURN_RAD = 2 * np.pi
+LOAD_RATE_N_S = 100.0
 CHANNELS = (
     ChannelInfo("angle", "rad", "Angle of rotation"),
     ChannelInfo("torque", "N·m", "Torque in the shaft"),
@@ -36,7 +38,7 @@ CHANNELS = (
 
 
 class RotationTester:
-    """A bench on which a bearing turns without load.
+    """A bench on which a bearing turns, under a load where the bench has one.
 
     With `start_frequency` set and the drive at rest, every stream is a start: a short rest, then
     rotation until the stream ends. At rest the drive lets go, and the shaft carries no torque.
@@ -147,7 +149,7 @@ class RotationTester:
         """Return angle and torque of even rotation, or of rest."""
         frequency_hz = self._drives.actual["frequency"]
         angle = TURN_RAD * (self._history.turns(now_s) + frequency_hz * time_s)
-        bench = self._bench
+        bench = self._loaded()
         torque = (bench.kinetic_torque_nm + bench.fixture_friction_nm) * (frequency_hz > 0)
         return angle, np.full(len(time_s), torque)
 
@@ -155,7 +157,7 @@ class RotationTester:
         self, time_s: Array, now_s: float, rng: np.random.Generator
     ) -> tuple[Array, Array]:
         """Return angle and torque of a start, and note that it has been."""
-        bench, history = self._bench, self._history
+        bench, history = self._loaded(), self._history
         speed = TURN_RAD * self._drives.actual["start_frequency"]
         travel, acceleration = start(time_s, speed, bench.acceleration_rad_s2)
         turns, rest_s = history.turns(now_s), history.rest_s(now_s) + REST_S
@@ -168,13 +170,19 @@ class RotationTester:
         history.moved(now_s + duration_s, float(travel[-1]) / TURN_RAD)
         return TURN_RAD * turns + travel, torque
 
+    def _loaded(self) -> BenchParameters:
+        """Return the bench under the load that is set."""
+        return self._bench.under_load(self._drives.actual.get("load", 0.0))
+
     def _turn(self) -> None:
         """Tell the history how the bearing turns now."""
         self._history.change(self._clock.monotonic_s(), self._drives.actual["frequency"])
 
 
 def _drives(settings: RotationTesterSettings) -> tuple[DriveInfo, ...]:
+    load = DriveInfo("load", "N", "Load", 0.0, settings.max_load, rate_per_s=LOAD_RATE_N_S)
     return (
+        *((load,) if settings.max_load > 0 else ()),
         DriveInfo(
             name="frequency",
             unit="Hz",

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Self
 
 from rigrunner_plugins.devices.simulated.parameters import DEG_RAD, SensorParameters
 
 
 @dataclass(frozen=True, kw_only=True)
 class BenchParameters:
-    """A bearing without load on a slow drive. All values are chosen, none is published.
+    """A bearing on a slow drive, torques without load. All values are chosen, none is published.
 
     They lie where a bearing of the paper's size may lie by AS14101 (0.0282 N·m to 0.9039 N·m).
     """
@@ -29,7 +30,19 @@ class BenchParameters:
     """By which a new bearing's breakaway torque is higher."""
     running_in_turns: float = 0.5
     """In which 63 % of that goes."""
+    friction_arm_m: float = 0.0005
+    """Kinetic torque that a load adds, over the load."""
     fixture_friction_nm: float = 0.004
     inertia_kgm2: float = 0.0005
     acceleration_rad_s2: float = 0.5
     sensors: SensorParameters = field(default_factory=SensorParameters)
+
+    def under_load(self, load_n: float) -> Self:
+        """Return the bench with a load: all friction of the bearing grows by the same factor."""
+        factor = 1 + self.friction_arm_m * load_n / self.kinetic_torque_nm
+        return replace(
+            self,
+            breakaway_torque_nm=factor * self.breakaway_torque_nm,
+            ageing_nm=factor * self.ageing_nm,
+            kinetic_torque_nm=factor * self.kinetic_torque_nm,
+        )

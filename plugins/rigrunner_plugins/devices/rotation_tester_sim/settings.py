@@ -8,8 +8,10 @@ from pydantic import Field, model_validator
 
 from rigrunner.api.settings import (
     Angle,
+    Force,
     Frequency,
     FrequencyRate,
+    Length,
     MomentOfInertia,
     Ratio,
     Settings,
@@ -36,13 +38,14 @@ class BenchSensorSettings(Settings):
 
 
 class BenchBearingSettings(Settings):
-    """Friction of the bearing without load."""
+    """Friction of the bearing without load, and what a load adds."""
 
     breakaway_torque: Torque = quantity("0.3 N·m", "run in, after one second of rest", gt=0)
     ageing: Torque = quantity("0.015 N·m", "what each tenfold longer rest adds", ge=0)
     kinetic_torque: Torque = quantity("0.22 N·m", "once it slides", gt=0)
     slip: Angle = quantity("0.05 deg", "in which the friction rises", gt=0)
     weakening: Angle = quantity("0.5 deg", "in which it falls from its peak", gt=0)
+    friction_arm: Length = quantity("0.5 mm", "kinetic torque that a load adds, over it", ge=0)
     scatter: Ratio = quantity("3 %", "standard deviation between starts", ge=0, le=0.2)
     fresh_excess: Ratio = quantity("30 %", "by which it is higher in a new bearing", ge=0)
     running_in_turns: Annotated[
@@ -65,6 +68,7 @@ class RotationTesterSettings(Settings):
     ] = "ready"
     max_frequency: Frequency = quantity("60 rpm", "fastest rotation that can be set", gt=0)
     frequency_rate: FrequencyRate = quantity("0.5 Hz/s", "how fast the rotation changes", gt=0)
+    max_load: Force = quantity("0 N", "largest load; 0: the bench has none", ge=0)
     max_start_frequency: Frequency = quantity("5 rpm", "fastest start that can be set", gt=0)
     fixture_friction: Torque = quantity("4 mN·m", "of the bench's own supports", ge=0)
     inertia: MomentOfInertia = quantity("0.0005 kg·m²", "behind the transducer", ge=0)
@@ -80,6 +84,7 @@ class RotationTesterSettings(Settings):
             kinetic_torque_nm=bearing.kinetic_torque,
             slip_rad=bearing.slip,
             weakening_rad=bearing.weakening,
+            friction_arm_m=bearing.friction_arm,
             scatter=bearing.scatter,
             fresh_excess=bearing.fresh_excess,
             running_in_turns=bearing.running_in_turns,
