@@ -1,4 +1,4 @@
-"""Breakaway torque under load after stated times at rest: the shipped procedure, no line of Python."""
+"""Breakaway torque under load after times at rest: the shipped procedure, no line of Python."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def of(document, name):
 
 
 def test_each_dwell_has_its_own_breakaway_torque(measured):
-    """Against the truth of the starts that were made; the noise raises a largest sample a little."""
+    """Against the truth of the starts that were made; noise raises a largest sample a little."""
     folder, document = measured
     truth = read_truth(folder)
     starts = {
