@@ -21,8 +21,8 @@ from rigrunner.study.tools import tools
 from rigrunner_testing.check import AnyCheck, Nonconformity, check, demand
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis.requirements import Requirements
-    from rigrunner.api.findings import Findings, NeededChannel, ResultDefinition
+    from rigrunner.api.analysis import NeededChannel, Requirements
+    from rigrunner.api.findings import Findings, ResultDefinition
     from rigrunner_testing.subjects import Subject
 
 PLACES, ROWS = 3, 4

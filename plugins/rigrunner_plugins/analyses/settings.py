@@ -13,8 +13,8 @@ from pydantic import (
     model_validator,
 )
 
-from rigrunner.api.analysis.requirements import Requirements
-from rigrunner.api.findings import NeededChannel, ResultDefinition
+from rigrunner.api.analysis.requirements import NeededChannel, Requirements
+from rigrunner.api.findings import ResultDefinition
 from rigrunner.api.member import NAME
 from rigrunner.api.places import CoordinateKey, Place
 from rigrunner.api.settings import Difference, ListOf, PlainText, Ratio, Settings

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import nullcontext, suppress
-from dataclasses import replace
 from graphlib import CycleError, TopologicalSorter
 from typing import TYPE_CHECKING
 
@@ -42,9 +41,10 @@ def findings_of(
     found = [Findings()] * len(analyses)
     for index in _in_order(analyses, needed, lookup):
         each = analyses[index]
-        given = replace(run, results=tuple(one for one in results if one.name in needed[index]))
+        given = tuple(one for one in results if one.name in needed[index])
         with suppress(DataError) if as_far_as_possible else nullcontext():
-            found[index] = lookup.make(each.kind, each.name, each.settings)(given)
+            made = lookup.make(each.kind, each.name, each.settings)
+            found[index] = made(run, given) if needed[index] else made(run)
             results += found[index].results
     return tuple(found)
 

@@ -40,7 +40,12 @@ if TYPE_CHECKING:
         Sweep,
     )
     from rigrunner.api.data import Array, Points, RunData
-    from rigrunner.api.findings import Analysis, MeasurementResult, ResultDefinition
+    from rigrunner.api.findings import (
+        Analysis,
+        AnalysisOfResults,
+        MeasurementResult,
+        ResultDefinition,
+    )
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.settings import Settings
     from rigrunner.api.verdict import DecisionRule, Limits
@@ -281,14 +286,14 @@ class _Verdicts:
 @dataclass(frozen=True)
 class _Analysis:
     subject: _Subject
-    analysis: Analysis
+    analysis: Analysis | AnalysisOfResults
     yields: Mapping[str, ResultDefinition]
 
-    def __call__(self, run: RunData) -> Findings:
+    def __call__(self, run: RunData, *results: Sequence[MeasurementResult]) -> Findings:
         for recording in run.recordings:
             _protect(*recording.channels.values())
         with self.subject.named():
-            found = self.analysis(run)
+            found = self.analysis(run, *results)
         need = self.subject.need
         if not isinstance(found, Findings):
             self.subject.refuse(f"{_shown(found)}, needed are Findings")

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rigrunner.api.coordinates import Coordinate
-    from rigrunner.api.findings import MeasurementResult
     from rigrunner.api.instruments import Instrument, OtherInstrument, TorqueInstrument
     from rigrunner.api.limits import ValueLimit
     from rigrunner.api.readings import Reading, ReadingLimit
@@ -194,8 +193,6 @@ class RunData:
     """What the station says of the rig, as it stands there: `own_keys` reads a plugin's keys."""
     recording_zeros: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     """By recording, the zero readings in force when it was made, where the run was zeroed again."""
-    results: tuple[MeasurementResult, ...] = ()
-    """The results of other analyses that the one it is given to says it needs."""
 
     def instrument(self, channel: str) -> Instrument | None:
         """Return the register's entry for a channel, 'role.name'; None where there is none."""

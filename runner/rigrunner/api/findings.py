@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 from rigrunner.api.coordinates import place_text
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from rigrunner.api.analysis import Check, Component
     from rigrunner.api.coordinates import CoordinateValue
@@ -126,40 +126,12 @@ class Analysis(Protocol):
         ...
 
 
-@dataclass(frozen=True, kw_only=True)
-class NeededChannel:
-    """A channel that an analysis cannot do without."""
+class AnalysisOfResults(Protocol):
+    """The same of an analysis that needs results of others: it is given those that it names."""
 
-    name: str
-    """role.name; of a counter or label its name."""
-    key: tuple[str | int, ...]
-    """Where the settings name it, such as ('of',)."""
-    enters: tuple[str, ...] = ()
-    """The results that its values enter."""
-    or_coordinate: bool = False
-    """Whether a set-point, counter or label of that name serves where no such channel is read."""
-    quantity: str = ""
-    """The kind of quantity that it must be, such as 'voltage'; '' for any."""
-    spans: tuple[float, float] | None = None
-    """The least and the greatest value that it must reach, in the SI unit. It is asked of
-    set-points: what is read is not known beforehand."""
-    x_of: str = ""
-    """Of the x of a fit, the field of the settings that names the fit: as many different set-points
-    are asked for as that fit needs."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class NeededResult:
-    """A result of another analysis, which is made first and stands in `RunData.results`."""
-
-    name: str
-    key: tuple[str | int, ...]
-    """Where the settings name it, such as ('inputs', 'R')."""
-    per: tuple[str, ...] | None = None
-    """The only coordinates that may tell its values apart; None: any."""
-    independent: bool = False
-    """Whether it counts as independent of the others, but for the lines that their budgets share:
-    two such results of one analysis are refused, as their scatter is one."""
+    def __call__(self, run: RunData, results: Sequence[MeasurementResult]) -> Findings:
+        """Return what was found; raise DataError where the run or the results lack something."""
+        ...
 
 
 Objection = tuple[tuple[str | int, ...], str, str] | tuple[tuple[str | int, ...], str, str, int]

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import CompensationMethod, Fit, OutlierRule
     from rigrunner.api.devices import Device, DeviceContext
     from rigrunner.api.events import EventSink
-    from rigrunner.api.findings import Analysis, Objection, ResultDefinition
+    from rigrunner.api.findings import Analysis, AnalysisOfResults, Objection, ResultDefinition
     from rigrunner.api.importing import Importer
     from rigrunner.api.letterhead import CertificateInput
     from rigrunner.api.measurand import MeasurandKind
@@ -212,8 +212,9 @@ class AnalysisRecord(PluginRecord):
     before anything moves.
     """
 
-    factory: Callable[..., Analysis]
-    """Makes the analysis, of the settings, and of each fit that they name: see `FitChoice`."""
+    factory: Callable[..., Analysis | AnalysisOfResults]
+    """Makes the analysis, of the settings, and of each fit that they name: see `FitChoice`. One
+    that requires results is called with them too."""
     yields: Callable[[Any], tuple[ResultDefinition, ...]]
     """Gives, of the settings, the results that it makes."""
     requires: Callable[[Any], Requirements] = needs_nothing

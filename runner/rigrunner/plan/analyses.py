@@ -25,8 +25,8 @@ from rigrunner.yamlfile.problems import Problems
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from rigrunner.api.analysis import Requirements
-    from rigrunner.api.findings import NeededChannel, NeededResult, Objection, ResultDefinition
+    from rigrunner.api.analysis import NeededChannel, NeededResult, Requirements
+    from rigrunner.api.findings import Objection, ResultDefinition
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.quantity import Quantity
     from rigrunner.plan.actions import Plan, Recorded

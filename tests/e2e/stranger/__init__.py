@@ -20,6 +20,7 @@ from rigrunner.api.analysis import (
     CompensationMethod,
     Curve,
     Fit,
+    NeededChannel,
     OutlierRule,
     PeakPoint,
     Rejection,
@@ -58,7 +59,6 @@ from rigrunner.api.events import Event, EventSink
 from rigrunner.api.findings import (
     Findings,
     MeasurementResult,
-    NeededChannel,
     ResultDefinition,
 )
 from rigrunner.api.hooks import (

@@ -4,4 +4,86 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from rigrunner.api.analysis import Requirements
+from rigrunner.api.analysis import NeededChannel, Requirements
+from rigrunner.api.findings import Findings, ResultDefinition
+from rigrunner.api.hooks import AnalysisRecord, NoSettings
+from rigrunner.registry import load_registry
+from unit.rigrunner_testing.helpers_zoo import registry_of
+
+TOLD = {
+    "of": "meter.voltage",
+    "per": ["load.current"],
+    "result": {"name": "voltage", "unit": "V"},
+}
+READINGS = load_registry().make("analysis", "readings", TOLD)
+VOLTAGE = ResultDefinition(name="voltage", unit="V", per=("load.current",))
+METER = NeededChannel(name="meter.voltage", key=("of",), enters=("voltage",))
+
+
+def changed(**parts):
+    """Return an analysis of which each result has other parts."""
+    return lambda run: Findings(
+        results=tuple(replace(each, **parts) for each in READINGS(run).results)
+    )
+
+
+def forgiving(run):
+    return READINGS(run) if run.measurements[0].values else Findings()
+
+
+def surer_when_worse(run):
+    """Give the uncertainty of an instrument that is the better the worse the register has it."""
+    (meter,) = run.other_instruments
+    u = 1 / meter.limit_of_error(1.0)
+    return Findings(
+        results=tuple(
+            replace(each, estimate=replace(each.estimate, u=u), components=())
+            for each in READINGS(run).results
+        )
+    )
+
+
+class Moody:
+    """Remembers how often it was asked."""
+
+    calls = 0
+
+    def __call__(self, run):
+        self.calls += 1
+        found = READINGS(run).results
+        moved = [
+            replace(e, estimate=replace(e.estimate, value=e.estimate.value + self.calls))
+            for e in found
+        ]
+        return Findings(results=tuple(moved))
+
+
+def analysis_registry(analysis=READINGS, **parts):
+    """Return a registry of one analysis, its record with other parts."""
+    record = AnalysisRecord(
+        **{
+            "name": "broken",
+            "help": "An analysis.",
+            "settings": NoSettings,
+            "factory": lambda _: analysis,
+            "yields": lambda _: (VOLTAGE,),
+            "requires": lambda _: Requirements(channels=(METER,)),
+            "trial_units": {"meter.voltage": "V"},
+            **parts,
+        }
+    )
+    return registry_of("analysis", record)
+
+
+ANALYSES = {
+    "says_what_it_yields": lambda: analysis_registry(
+        yields=lambda _: (replace(VOLTAGE, unit="furlong"),)
+    ),
+    "says_what_it_requires": lambda: analysis_registry(requires=lambda _: Requirements()),
+    "gives_what_it_yields": lambda: analysis_registry(changed(of=replace(VOLTAGE, unit="mV"))),
+    "refuses_a_run_that_lacks_a_channel": lambda: analysis_registry(forgiving),
+    "is_pure": lambda: analysis_registry(Moody()),
+    "a_worse_instrument_is_no_surer": lambda: analysis_registry(surer_when_worse),
+    "can_be_made": lambda: analysis_registry(READINGS, factory=lambda _: None),
+}
+"""By check, the analysis that fails it."""

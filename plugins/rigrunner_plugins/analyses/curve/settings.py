@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
-from rigrunner.api.analysis.requirements import Requirements
-from rigrunner.api.findings import NeededChannel, ResultDefinition
+from rigrunner.api.analysis.requirements import NeededChannel, Requirements
 from rigrunner.api.fit_choice import FitChoice
 from rigrunner.api.member import NAME
 from rigrunner.api.places import CoordinateKey, Place, PlaceValue
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
 
-    from rigrunner.api.findings import Objection
+    from rigrunner.api.findings import Objection, ResultDefinition
     from rigrunner.api.quantity import Quantity
 
 Item = TypeVar("Item")

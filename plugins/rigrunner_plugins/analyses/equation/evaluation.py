@@ -56,19 +56,19 @@ class EquationAnalysis:
 
     settings: EquationSettings
 
-    def __call__(self, run: RunData) -> Findings:
+    def __call__(self, run: RunData, results: Sequence[MeasurementResult] = ()) -> Findings:
         """Return the results at each place; raise DataError where the model has no value."""
         settings = self.settings
         names = [each.of for each in settings.channels.values()]
-        if missing := missing_results(run, settings):
+        if missing := missing_results(results, settings):
             return Findings(checks=(missing,))
         found = (
             groups(run, names, per=settings.per, where=settings.where, table=settings.table)
             if names
-            else groups_of_results(run, settings)
+            else groups_of_results(results, settings)
         )
         definitions = settings.yields()
-        by_place = [self._at(run, group, definitions) for group in found]
+        by_place = [self._at(run, results, group, definitions) for group in found]
         evaluated = [each for place in by_place for each in place]
         order = [
             each for name in range(len(definitions)) for each in evaluated[name :: len(definitions)]
@@ -79,7 +79,7 @@ class EquationAnalysis:
             notes=tuple(_notes(settings, order)),
             formulas=tuple(formulas(settings)),
             tables=(
-                *tables(settings, by_place, _units(found[0], run)),
+                *tables(settings, by_place, _units(found[0], results)),
                 *(
                     table
                     for name in names_of(order)
@@ -91,9 +91,13 @@ class EquationAnalysis:
         )
 
     def _at(
-        self, run: RunData, group: Group, definitions: Sequence[ResultDefinition]
+        self,
+        run: RunData,
+        others: Sequence[MeasurementResult],
+        group: Group,
+        definitions: Sequence[ResultDefinition],
     ) -> list[Evaluated]:
-        results = results_at(run, self.settings, group.place)
+        results = results_at(others, self.settings, group.place)
         inputs = inputs_of(run, self.settings, group, results)
         read = [len(group.times_s)] if self.settings.channels else []
         readings = min([*read, *(each.readings for each in results.values())])
@@ -152,9 +156,9 @@ class EquationAnalysis:
         return added if self.settings.second_order or matters else 0.0
 
 
-def _units(group: Group, run: RunData) -> dict[str, str]:
+def _units(group: Group, results: Sequence[MeasurementResult]) -> dict[str, str]:
     """Return the SI units of channels and results."""
-    of_results = {each.name: si_symbol(unit(each.of.unit).dimension) for each in run.results}
+    of_results = {each.name: si_symbol(unit(each.of.unit).dimension) for each in results}
     return {**group.units, **of_results}
 
 

@@ -13,20 +13,21 @@ from rigrunner.api.places import is_at
 from rigrunner_plugins.analyses.sources import Group
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from rigrunner.api.coordinates import CoordinateValue
-    from rigrunner.api.data import RunData
     from rigrunner.api.findings import MeasurementResult
     from rigrunner_plugins.analyses.equation.settings import EquationSettings
+
+    Results = Sequence[MeasurementResult]
 
 _SAME = 1e-9
 
 
-def missing_results(run: RunData, settings: EquationSettings) -> Check | None:
+def missing_results(known: Results, settings: EquationSettings) -> Check | None:
     """Return a check that fails where another analysis left out what the model needs."""
-    known = {each.name for each in run.results}
-    missing = [each.of for each in settings.from_results.values() if each.of not in known]
+    there = {each.name for each in known}
+    missing = [each.of for each in settings.from_results.values() if each.of not in there]
     if not missing:
         return None
     names = " and ".join(each.name for each in settings.all_results)
@@ -39,14 +40,14 @@ def missing_results(run: RunData, settings: EquationSettings) -> Check | None:
     )
 
 
-def groups_of_results(run: RunData, settings: EquationSettings) -> list[Group]:
+def groups_of_results(known: Results, settings: EquationSettings) -> list[Group]:
     """Return the places where results hold, of a model that reads nothing else.
 
     Raises DataError where they hold nowhere together.
     """
     named = {each.of for each in settings.from_results.values()}
     places: dict[tuple[CoordinateValue, ...], Group] = {}
-    for each in run.results:
+    for each in known:
         at = each.coordinates
         apart = all(name in at for name in settings.per)
         fits = is_at({k: v for k, v in settings.where.items() if k in at}, at)
@@ -60,20 +61,25 @@ def groups_of_results(run: RunData, settings: EquationSettings) -> list[Group]:
 
 
 def results_at(
-    run: RunData, settings: EquationSettings, place: Mapping[str, CoordinateValue]
+    known: Results,
+    settings: EquationSettings,
+    place: Mapping[str, CoordinateValue],
 ) -> dict[str, MeasurementResult]:
     """Return the results that hold at a place, by what the model calls them; raise DataError."""
     return {
-        name: _at(run, settings, told.of, place) for name, told in settings.from_results.items()
+        name: _at(known, settings, told.of, place) for name, told in settings.from_results.items()
     }
 
 
 def _at(
-    run: RunData, settings: EquationSettings, name: str, place: Mapping[str, CoordinateValue]
+    known: Results,
+    settings: EquationSettings,
+    name: str,
+    place: Mapping[str, CoordinateValue],
 ) -> MeasurementResult:
     found = [
         each
-        for each in run.results
+        for each in known
         if each.name == name
         and all(_is_same(value, place[key]) for key, value in each.coordinates.items()
                 if key in place)

@@ -18,8 +18,7 @@ from pydantic import (
     model_validator,
 )
 
-from rigrunner.api.analysis import Requirements
-from rigrunner.api.findings import NeededChannel, NeededResult, ResultDefinition
+from rigrunner.api.analysis.requirements import NeededChannel, NeededResult, Requirements
 from rigrunner.api.member import NAME, Member
 from rigrunner.api.places import Place
 from rigrunner.api.quantity import Quantity
@@ -36,7 +35,7 @@ if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
 
-    from rigrunner.api.findings import Objection
+    from rigrunner.api.findings import Objection, ResultDefinition
     from rigrunner_plugins.analyses.equation.text import Model
 
 Symbol = Annotated[str, Field(pattern=f"^{NAME}$")]

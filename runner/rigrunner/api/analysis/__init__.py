@@ -25,7 +25,7 @@ from rigrunner.api.analysis.points import (
     StartPoint,
     SwingPoint,
 )
-from rigrunner.api.analysis.requirements import Requirements
+from rigrunner.api.analysis.requirements import NeededChannel, NeededResult, Requirements
 from rigrunner.api.analysis.rules import (
     OutlierRule,
     Rejection,
@@ -44,6 +44,8 @@ __all__ = [
     "Curve",
     "Fit",
     "MotionSource",
+    "NeededChannel",
+    "NeededResult",
     "OutlierRule",
     "PeakPoint",
     "Rejection",

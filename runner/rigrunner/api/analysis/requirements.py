@@ -7,10 +7,6 @@ number it is.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from rigrunner.api.findings import NeededChannel, NeededResult
 
 LEAST_CYCLES = 5
 """Whole cycles in a recording of swings, after gross errors: with fewer, neither a gross error nor
@@ -25,6 +21,42 @@ LEAST_REST_S = 0.1
 """Rest at the beginning of a recorded start: with less, the start may have been missed."""
 LEAST_SAMPLES_PER_CYCLE = 16
 """Samples in a cycle: with fewer, cycles and reversals cannot be told apart from noise."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NeededChannel:
+    """A channel that an analysis cannot do without."""
+
+    name: str
+    """role.name; of a counter or label its name."""
+    key: tuple[str | int, ...]
+    """Where the settings name it, such as ('of',)."""
+    enters: tuple[str, ...] = ()
+    """The results that its values enter."""
+    or_coordinate: bool = False
+    """Whether a set-point, counter or label of that name serves where no such channel is read."""
+    quantity: str = ""
+    """The kind of quantity that it must be, such as 'voltage'; '' for any."""
+    spans: tuple[float, float] | None = None
+    """The least and the greatest value that it must reach, in the SI unit. It is asked of
+    set-points: what is read is not known beforehand."""
+    x_of: str = ""
+    """Of the x of a fit, the field of the settings that names the fit: as many different set-points
+    are asked for as that fit needs."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NeededResult:
+    """A result of another analysis, which is made first."""
+
+    name: str
+    key: tuple[str | int, ...]
+    """Where the settings name it, such as ('inputs', 'R')."""
+    per: tuple[str, ...] | None = None
+    """The only coordinates that may tell its values apart; None: any."""
+    independent: bool = False
+    """Whether it counts as independent of the others, but for the lines that their budgets share:
+    two such results of one analysis are refused, as their scatter is one."""
 
 
 @dataclass(frozen=True, kw_only=True)
