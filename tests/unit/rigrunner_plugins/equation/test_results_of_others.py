@@ -8,8 +8,8 @@ from math import sqrt
 import GTC
 import numpy as np
 import pytest
-
 from helpers_equation import instrument, run_of
+
 from rigrunner.analysis.named import findings_of
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.errors import DataError
