@@ -17,18 +17,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api.figures import Axis, Figure, Mark, Picture, Series
+from rigrunner.plots import draw
 from rigrunner.registry import load_registry
 from rigrunner.runfile import read_truth
 from rigrunner.signal.kinematics import angular_acceleration, angular_velocity
 from rigrunner.signal.peaks import peak_points
 from rigrunner.workflow.locate import run_names
 from rigrunner.workflow.stored import analyse_run
-from rigrunner_reports.plots.canvas import GREY, INK, NO_LOAD, OTHERS, PRIMARY, RAW, draw
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
     from rigrunner.api.analysis import CompensatedPoint
     from rigrunner.api.results import Result
 
@@ -39,28 +37,30 @@ CLAIMED = ((10, 35), (0.7288, 0.7233))
 PEAK_VELOCITY, PEAK_ACCELERATION = 9.3578, 2170.5367
 BEARING_NM, SENSOR_NM = 0.7262, 5.7268
 TOP_HZ = 35.0
-PAPER = {"color": INK, "linestyle": "", "marker": "x", "markersize": 6}
+TURN = tuple((x, f"{x}") for x in range(0, 361, 90))
+PHASE = Axis("crank phase", "°", low=0, high=360, ticks=TURN)
+FREQUENCY = Axis("frequency", "Hz", low=0, high=36)
+TORQUE = Axis("torque", "N·m")
 
 
 def kinematics(ratio: float) -> bytes:
     """Return the spindle's velocity and acceleration over one turn of the crank at 35 Hz."""
     phase = np.linspace(0, 2 * np.pi, 721)
     curves = (
-        ("ω / (rad/s)", angular_velocity(phase, TOP_HZ, ratio), PEAK_VELOCITY),
-        ("α / (rad/s²)", angular_acceleration(phase, TOP_HZ, ratio), PEAK_ACCELERATION),  # noqa: RUF001  (alpha)
+        (Axis("ω", "rad/s"), angular_velocity(phase, TOP_HZ, ratio), PEAK_VELOCITY),
+        (Axis("α", "rad/s²"), angular_acceleration(phase, TOP_HZ, ratio), PEAK_ACCELERATION),  # noqa: RUF001  (alpha)
     )
-
-    def paint(figure: Figure) -> None:
-        for axes, (label, values, printed) in zip(figure.subplots(1, 2), curves, strict=True):
-            axes.plot(np.degrees(phase), values, color=PRIMARY.color)
-            name = f"printed maximum {printed:g}"
-            axes.axhline(printed, color=INK, linewidth=0.9, linestyle=(0, (6, 3)), label=name)
-            axes.set(ylabel=label, xlabel="crank phase / °", xlim=(0, 360))
-            axes.set_xticks([0, 90, 180, 270, 360])
-            axes.margins(y=0.15)
-            axes.legend(loc="upper right")
-
-    return draw(paint, 2.6)
+    panels = tuple(
+        Figure(
+            f"printed maximum {printed:g}",
+            PHASE,
+            axis,
+            (Series.over(np.degrees(phase), values, kind="line"),),
+            (Mark("y", printed),),
+        )
+        for axis, values, printed in curves
+    )
+    return draw(Picture("", "", panels, in_a_row=True)).svg
 
 
 def torque_over_a_swing(point: CompensatedPoint) -> bytes:
@@ -70,24 +70,15 @@ def torque_over_a_swing(point: CompensatedPoint) -> bytes:
         raise SystemExit("the primary method gives no torque over the swing")
     phase = np.linspace(0, 360, len(trace.angle_rad), endpoint=False)
     series = (
-        ("at the sensor, 1000 N", trace.raw_nm, RAW),
-        ("at the sensor, no load", trace.no_load_nm, NO_LOAD),
-        ("bearing (compensated)", trace.compensated_nm, PRIMARY),
+        Series.over(phase, trace.compensated_nm, "bearing (compensated)", "line"),
+        Series.over(phase, trace.raw_nm, "at the sensor, 1000 N", "line"),
+        Series.over(phase, trace.no_load_nm, "at the sensor, no load", "line"),
     )
-
-    def paint(figure: Figure) -> None:
-        axes = figure.subplots()
-        for name, torque, line in series:
-            axes.plot(phase, torque, color=line.color, linestyle=line.linestyle, label=name)
-        for printed, name in ((SENSOR_NM, "sensor"), (BEARING_NM, "bearing")):
-            label = f"printed maximum, {name}: {printed:g} N·m"
-            axes.axhline(printed, color=GREY, linewidth=0.9, linestyle=(0, (6, 3)))
-            axes.annotate(label, (180, printed), ha="center", va="bottom", fontsize=7.5)
-        axes.set(ylabel="torque / N·m", xlabel="crank phase / °", xlim=(0, 360))
-        axes.set_xticks([0, 90, 180, 270, 360])
-        axes.legend(loc="lower right")
-
-    return draw(paint, 3.0)
+    marks = tuple(
+        Mark("y", printed, name=f"printed maxima: sensor {SENSOR_NM:g}, bearing {BEARING_NM:g} N·m")
+        for printed in (SENSOR_NM, BEARING_NM)
+    )
+    return draw(Picture("", "", (Figure("", PHASE, TORQUE, series, marks),))).svg
 
 
 def no_load_over_frequency(result: Result) -> bytes:
@@ -99,54 +90,50 @@ def no_load_over_frequency(result: Result) -> bytes:
         raise SystemExit(f"the quadratic could not be fitted: {fit.problem}")
     x = np.linspace(*curve.valid_x, 120)
     value, _ = curve.predict(x)
-
-    def paint(figure: Figure) -> None:
-        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1.2))
-        style = {"color": PRIMARY.color, "linestyle": "", "marker": "o"}
-        upper.plot(points.x, points.y, label="simulated rig", **style)
-        upper.plot(x, value, color=PRIMARY.color, label="quadratic fitted to it")
-        upper.plot(*TABLE_2, label="the paper's Table 2", **PAPER)
-        upper.plot(x, np.polyval(EQUATION_1, x), color=INK, linestyle="--", label="its Eq. (1)")
-        lower.plot(points.x, 1e3 * curve.residuals, **style)
-        lower.plot(TABLE_2[0], 1e3 * (TABLE_2[1] - np.polyval(EQUATION_1, TABLE_2[0])), **PAPER)
-        lower.axhline(0, color=INK, linewidth=0.6)
-        upper.set(ylabel="no-load peak / N·m")
-        lower.set(ylabel="left over / mN·m", xlabel="frequency / Hz", xlim=(0, 36))
-        upper.legend(loc="upper left")
-
-    return draw(paint, 3.8)
+    hertz, printed = TABLE_2
+    peaks = (
+        Series.over(points.x, points.y, "simulated rig"),
+        Series.over(hertz, printed, "the paper's Table 2"),
+        Series.over(x, value, "quadratic fitted to the rig", "line"),
+        Series.over(x, np.polyval(EQUATION_1, x), "the paper's Eq. (1)", "line"),
+    )
+    left = (
+        Series.over(points.x, 1e3 * curve.residuals, "simulated rig"),
+        Series.over(hertz, 1e3 * (printed - np.polyval(EQUATION_1, hertz)), "the paper's Table 2"),
+    )
+    panels = (
+        Figure("", FREQUENCY, Axis("no-load peak", "N·m"), peaks),
+        Figure("", FREQUENCY, Axis("left over", "mN·m"), left, (Mark("y", 0.0),)),
+    )
+    return draw(Picture("", "", panels)).svg
 
 
 def loaded_over_frequency(result: Result, truth_nm: float) -> bytes:
     """Return raw peaks and what each method leaves of them, with the paper's numbers."""
-
-    def paint(figure: Figure) -> None:
-        left, right = figure.subplots(1, 2)
-        points = peak_points(result.loaded)
-        style = {"color": RAW.color, "linestyle": RAW.linestyle, "marker": RAW.marker}
-        left.plot(points.x, points.y, label="raw peaks, simulated rig", **style)
-        left.plot(*TABLE_1, label="the paper's Table 1", **PAPER)
-        left.set(title="Uncompensated", ylim=(0, None))
-        _method(right, result, "template_inverse", PRIMARY.color, "-")
-        _method(right, result, "paper_peak", OTHERS[0].color, "--")
-        right.axhline(truth_nm, color=INK, linewidth=0.9, label="simulated truth", zorder=5)
-        difference = TABLE_1[1] - np.polyval(EQUATION_1, TABLE_1[0])
-        right.plot(TABLE_1[0], difference, label="Eq. (2) on Table 1", **PAPER)
-        right.plot(*CLAIMED, label="claimed by the paper", **(PAPER | {"marker": "+"}))
-        right.set(title="Compensated", ylim=(None, 2.1))
-        for axes in (left, right):
-            axes.set(ylabel="torque / N·m", xlabel="frequency / Hz", xlim=(0, 36))
-        left.legend(loc="upper left")
-        right.legend(loc="upper left")
-
-    return draw(paint, 3.4)
+    points = peak_points(result.loaded)
+    hertz, printed = TABLE_1
+    raw = (
+        Series.over(points.x, points.y, "raw peaks, simulated rig", "joined"),
+        Series.over(hertz, printed, "the paper's Table 1"),
+    )
+    compensated = (
+        _method(result, "template_inverse"),
+        _method(result, "paper_peak"),
+        Series.over(hertz, printed - np.polyval(EQUATION_1, hertz), "Eq. (2) on Table 1"),
+        Series.over(*CLAIMED, "claimed by the paper", "marked"),
+    )
+    truth = (Mark("y", truth_nm, name="simulated truth"),)
+    panels = (
+        Figure("Uncompensated", FREQUENCY, Axis("torque", "N·m", low=0), raw),
+        Figure("Compensated", FREQUENCY, Axis("torque", "N·m", high=2.1), compensated, truth),
+    )
+    return draw(Picture("", "", panels, in_a_row=True)).svg
 
 
-def _method(axes: Axes, result: Result, name: str, color: str, linestyle: str) -> None:
+def _method(result: Result, name: str) -> Series:
     found = result.compensations[name].points
     frequency = [each.frequency_hz for each in found]
-    torque = [each.torque.value for each in found]
-    axes.plot(frequency, torque, color=color, linestyle=linestyle, marker="o", label=name)
+    return Series.over(frequency, [each.torque.value for each in found], name, "joined")
 
 
 def figures(runs: Path) -> dict[str, bytes]:

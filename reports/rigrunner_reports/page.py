@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner_reports.plots.cycles import cycle_values
-from rigrunner_reports.plots.fits import fitted_peaks
-from rigrunner_reports.plots.frequency import over_frequency
-from rigrunner_reports.plots.kinematics import motion
-from rigrunner_reports.plots.recordings import recorded_curves, table_curves
-from rigrunner_reports.plots.results import given, over_coordinate
-from rigrunner_reports.plots.swing import compensated_swings, loops, over_phase, recorded_swings
+from rigrunner.signal.recording_figures import of_recording, of_table
+from rigrunner_reports.figures.cycles import cycle_values
+from rigrunner_reports.figures.fits import fitted_peaks
+from rigrunner_reports.figures.frequency import over_frequency
+from rigrunner_reports.figures.kinematics import motion
+from rigrunner_reports.figures.results import given, over_coordinate
+from rigrunner_reports.figures.swing import compensated_swings, loops, over_phase, recorded_swings
 from rigrunner_reports.view import decision as decided
 from rigrunner_reports.view import headline as head
 from rigrunner_reports.view import run
@@ -31,8 +31,8 @@ from rigrunner_reports.view.validation import validation
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from rigrunner.api.figures import Picture
     from rigrunner.api.results import ReportInput, Result
-    from rigrunner_reports.plots.canvas import Plot
     from rigrunner_reports.view.budget import Budget
     from rigrunner_reports.view.checks import CheckRow
     from rigrunner_reports.view.cycles import RejectionTable
@@ -45,19 +45,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Figures:
-    """The plots; None where the run has nothing to plot."""
+    """The pictures; None where the run has nothing to plot."""
 
-    over_frequency: Plot | None
-    over_phase: Plot | None
-    loops: Plot | None
-    fits: Plot | None
-    cycles: Plot | None
-    motion: Plot | None
-    results: Mapping[str, tuple[Plot, ...]]
+    over_frequency: Picture | None
+    over_phase: Picture | None
+    loops: Picture | None
+    fits: Picture | None
+    cycles: Picture | None
+    motion: Picture | None
+    results: Mapping[str, tuple[Picture, ...]]
     """Of named results, by their name."""
-    tables: Mapping[str, Plot]
+    tables: Mapping[str, Picture]
     """Of tables without limits, by their name."""
-    recordings: tuple[Plot, ...]
+    recordings: tuple[Picture, ...]
     """Of a run whose torque is not analysed."""
 
 
@@ -162,23 +162,23 @@ def _figures(result: Result, points: Sequence[SetPoint]) -> Figures:
         motion=motion(fastest[0], result.run.rig.eccentric_ratio) if fastest else None,
         results=_named(result),
         tables={
-            name: plot
+            name: picture
             for name, rows in unlimited_tables(result).items()
-            if (plot := table_curves(rows)) is not None
+            if (picture := of_table(rows)) is not None
         },
         recordings=()
         if result.loaded
-        else tuple(map(recorded_curves, result.run.recordings[:MOST_RECORDINGS])),
+        else tuple(map(of_recording, result.run.recordings[:MOST_RECORDINGS])),
     )
 
 
-def _named(result: Result) -> dict[str, tuple[Plot, ...]]:
+def _named(result: Result) -> dict[str, tuple[Picture, ...]]:
     parts = result.decision.parts if result.decision else ()
-    plots = {}
+    pictures = {}
     for name in dict.fromkeys(each.name for each in result.other_results):
         found = [each for each in result.other_results if each.name == name]
-        plots[name] = (
+        pictures[name] = (
             *over_coordinate(found, [part for part in parts if part.named == name]),
             *(given(each) for each in result.figures if each.of == name),
         )
-    return plots
+    return pictures

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from rigrunner.plots import draw
 from rigrunner_reports.contents import contents
 from rigrunner_reports.page import make_page
 
@@ -67,4 +68,5 @@ def _environment() -> Environment:
         optimized=False,  # it folds constants, of which there are next to none
     )
     environment.filters["unbroken"] = unbroken
+    environment.filters["drawn"] = draw
     return environment

@@ -31,7 +31,9 @@ from benchmarks.frame import (
     paired,
     repeated,
 )
-from rigrunner_reports.plots import canvas
+from rigrunner.api import figures
+from rigrunner.api.figures import Axis, Picture
+from rigrunner.plots import draw
 from rigrunner_reports.render import html
 from unit.rigrunner_reports.helpers_report import long_result, report_input
 
@@ -130,18 +132,15 @@ def work() -> list[Work]:
 def drawings() -> int:
     """Count how often a picture is drawn: to find the layout alone would be once more."""
     drawn = 0
+    plot = draw(Picture("", "", (figures.Figure("", Axis("x"), Axis("y"), ()),)))
+    patch = plot.figure.axes[0].patch
+    original = patch.draw
 
-    def paint(figure: canvas.Figure) -> None:
+    def counted(renderer: object) -> None:
         nonlocal drawn
-        patch = figure.subplots().patch
-        original = patch.draw
+        drawn += 1
+        original(renderer)
 
-        def counted(renderer: object) -> None:
-            nonlocal drawn
-            drawn += 1
-            original(renderer)
-
-        patch.draw = counted
-
-    canvas.draw(paint, 2.0)
+    patch.draw = counted  # type: ignore[method-assign]
+    assert plot.svg
     return drawn

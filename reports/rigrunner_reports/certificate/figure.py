@@ -1,89 +1,117 @@
-"""The result over frequency, with its uncertainty and the limits."""
+"""The pictures of a certificate: results with their uncertainty and limits, in its language."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from matplotlib.ticker import FuncFormatter
-
-from rigrunner_reports.plots.canvas import GREY, INK, PRIMARY, VERMILION, Plot, draw
+from rigrunner.api.coordinates import CoordinateValue
+from rigrunner.api.figures import Axis, Figure, Mark, Picture, Point, Series
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from collections.abc import Iterator, Sequence
 
-    from rigrunner.api.certificate import Certificate, Results
+    from rigrunner.api.certificate import Certificate, LimitStatement, NamedResult, Results
     from rigrunner_reports.certificate.wording import Wording
 
 FEWEST_POINTS = 2
-HEIGHT_IN = 2.6
 LONGEST = 24
 """Letters of a text that somebody wrote: a longer one would leave no room for the plot."""
 
 
-def over_frequency(certificate: Certificate, wording: Wording) -> Plot | None:
-    """Return the figure; None where there are too few set-points for one."""
+def over_frequency(certificate: Certificate, wording: Wording) -> Picture | None:
+    """Return the picture of the points; None where there are too few for one."""
     results = certificate.results
     if results is None or len(results.points) < FEWEST_POINTS:
         return None
-
-    def paint(figure: Figure) -> None:
-        axes = figure.subplots()
-        _points(axes, results, certificate.method.symbol)
-        _mean(axes, results, wording)
-        _limits(axes, certificate, wording)
-        _axes(axes, results, certificate.method.symbol, wording)
-
-    symbol = certificate.method.symbol
-    caption = wording.texts("figure", symbol=symbol)
-    return Plot(
-        caption=caption, alt=_alt(certificate, results, wording), svg=draw(paint, HEIGHT_IN)
-    )
-
-
-def _points(axes: Axes, results: Results, symbol: str) -> None:
-    points = results.points
-    axes.errorbar(
-        [each.frequency_hz for each in points],
-        [each.torque.value for each in points],
-        yerr=[each.torque.expanded_uncertainty for each in points],
-        color=PRIMARY.color,
-        marker=PRIMARY.marker,
-        linestyle="none",
-        label=f"{symbol[:LONGEST]} ± U",
-    )
-
-
-def _mean(axes: Axes, results: Results, wording: Wording) -> None:
+    symbol = certificate.method.symbol[:LONGEST]
+    speed = results.motion == "start"
     mean = results.headline
-    low, high = (mean.value + sign * mean.expanded_uncertainty for sign in (-1, 1))
-    axes.axhspan(low, high, color=GREY, alpha=0.25, linewidth=0)
-    label = f"{wording.texts('figure.mean')} {wording.interval(mean)}"
-    axes.axhline(mean.value, color=GREY, linestyle="-", linewidth=1, label=label)
+    ends = {each.frequency_hz for each in results.points}
+    series = (
+        Series.over(
+            (each.frequency_hz for each in results.points),
+            (each.torque.value for each in results.points),
+            f"{symbol} ± U",
+            U=(each.torque.expanded_uncertainty for each in results.points),
+        ),
+        Series.over(
+            (min(ends), max(ends)),
+            (mean.value, mean.value),
+            f"{wording.texts('figure.mean')} {wording.interval(mean)}",
+            "line",
+            U=(mean.expanded_uncertainty, mean.expanded_uncertainty),
+        ),
+    )
+    figure = Figure(
+        "",
+        Axis(wording.texts("points.speed" if speed else "points.frequency")),
+        Axis(wording.texts("points.torque", symbol=symbol)),
+        series,
+        tuple(_limits(certificate, wording)),
+    )
+    caption = wording.texts("figure", symbol=certificate.method.symbol)
+    alt = _alt(certificate, results, wording)
+    return Picture(caption, alt, (figure,), decimal=wording.texts("decimal"))
 
 
-def _limits(axes: Axes, certificate: Certificate, wording: Wording) -> None:
+def named_figures(certificate: Certificate, wording: Wording) -> dict[str, Picture]:
+    """Return the picture of each result that has several values over one number, by its name."""
+    return {
+        name: _figure(certificate, results, wording)
+        for name, results in wording.by_name(certificate)
+        if len(results[0].coordinates) == 1
+        and len(results) >= FEWEST_POINTS
+        and not any(isinstance(x.value, str) for each in results for x in each.coordinates.values())
+    }
+
+
+def _figure(certificate: Certificate, results: Sequence[NamedResult], wording: Wording) -> Picture:
+    first = results[0]
+    ((axis, at),) = first.coordinates.items()
+    symbol, unit = first.symbol or first.name, first.found.unit
+    stated = certificate.conformity.statements if certificate.conformity else ()
+    own = [each for each in stated if each.named == first.name]
+    series = Series(f"{symbol} ± U", tuple(_point(each, axis, at.unit, own) for each in results))
+    label = wording.texts("figure.limit")
+    marks = tuple(
+        Mark("y", end, name=label, is_limit=True)
+        for each in own
+        if not each.coordinates
+        for end in (each.lower, each.upper)
+        if end is not None
+    )
+    figure = Figure("", Axis(axis, at.unit), Axis(symbol, unit), (series,), marks)
+    told = "; ".join(
+        f"{value.printed}: {each.found.printed} ± {each.found.printed_uncertainty}"
+        for each in results
+        for value in each.coordinates.values()
+    )
+    caption = wording.texts("named.figure", symbol=symbol, axis=axis)
+    alt = wording.number(f"{symbol}, {unit}. {told}.")
+    return Picture(caption, alt, (figure,), limit=label, decimal=wording.texts("decimal"))
+
+
+def _point(result: NamedResult, axis: str, symbol: str, stated: Sequence[LimitStatement]) -> Point:
+    here = (each for each in stated if each.coordinates == result.coordinates)
+    limit = next(here, None)
+    at = result.coordinates[axis]
+    return Point(
+        float(CoordinateValue(at.value, at.unit).in_unit(symbol).value),
+        result.found.value,
+        result.found.expanded_uncertainty,
+        None if limit is None else limit.lower,
+        None if limit is None else limit.upper,
+    )
+
+
+def _limits(certificate: Certificate, wording: Wording) -> Iterator[Mark]:
     stated = certificate.conformity.statements if certificate.conformity else ()
     first = next((each for each in stated if each.measurand), None)
-    if first is None:
-        return
-    label = f"{wording.texts('figure.limit')} {wording.number(first.limit[:LONGEST])}"
-    for limit in (first.lower, first.upper):
-        if limit is not None:
-            axes.axhline(limit, color=VERMILION, linestyle="--", linewidth=1.4, label=label)
-            label = "_nolegend_"
-
-
-def _axes(axes: Axes, results: Results, symbol: str, wording: Wording) -> None:
-    speed = results.motion == "start"
-    axes.set_xlabel(wording.texts("points.speed" if speed else "points.frequency"))
-    axes.set_ylabel(wording.texts("points.torque", symbol=symbol[:LONGEST]))
-    shown = FuncFormatter(lambda value, _: wording.number(f"{value:.6g}"))
-    axes.xaxis.set_major_formatter(shown)
-    axes.yaxis.set_major_formatter(shown)
-    axes.margins(y=0.12)
-    axes.tick_params(labelcolor=INK)
-    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False)
+    if first is not None:
+        label = f"{wording.texts('figure.limit')} {wording.number(first.limit[:LONGEST])}"
+        for limit in (first.lower, first.upper):
+            if limit is not None:
+                yield Mark("y", limit, name=label, is_limit=True)
 
 
 def _alt(certificate: Certificate, results: Results, wording: Wording) -> str:

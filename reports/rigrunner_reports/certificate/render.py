@@ -20,8 +20,8 @@ from markupsafe import Markup
 
 from rigrunner.api.certificate import certificate_json
 from rigrunner.api.errors import InvalidFileError, Location, Problem
-from rigrunner_reports.certificate.figure import over_frequency
-from rigrunner_reports.certificate.named_figure import named_figures
+from rigrunner.plots import draw
+from rigrunner_reports.certificate.figure import named_figures, over_frequency
 from rigrunner_reports.certificate.texts import texts
 from rigrunner_reports.certificate.wording import Wording
 from rigrunner_reports.render import css_string
@@ -44,6 +44,7 @@ def html(given: CertificateInput) -> bytes:
     certificate, letterhead = given.certificate, given.letterhead
     wording = Wording(texts(certificate.appearance.language, letterhead.texts))
     style = files(PACKAGE).joinpath(TEMPLATES, "certificate.css").read_text(encoding="utf-8")
+    picture = over_frequency(certificate, wording)
     try:
         text = (
             _environment(tuple(sorted(letterhead.templates.items())))
@@ -52,8 +53,10 @@ def html(given: CertificateInput) -> bytes:
                 c=certificate,
                 t=wording.texts,
                 w=wording,
-                plot=over_frequency(certificate, wording),
-                named_plots=named_figures(certificate, wording),
+                plot=None if picture is None else draw(picture),
+                named_plots={
+                    name: draw(each) for name, each in named_figures(certificate, wording).items()
+                },
                 logo=_logo(letterhead.logo),
                 style=Markup(style + letterhead.style.translate(_OF_STYLE)),  # noqa: S704  (escaped)
                 css_string=css_string,

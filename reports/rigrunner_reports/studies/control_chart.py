@@ -1,4 +1,4 @@
-"""The figure of a control chart: the values with their limits, and below it their differences."""
+"""The picture of a control chart: values with their limits, and below them their differences."""
 
 from __future__ import annotations
 
@@ -6,50 +6,36 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner_reports.plots.canvas import BLUE, GREY, INK, VERMILION, Plot, draw
-from rigrunner_reports.plots.thinning import places_of_extremes
+from rigrunner.api.figures import Axis, Figure, Mark, Picture, Point, Series
+from rigrunner.signal.thinning import places_of_extremes
 from rigrunner_reports.studies.numbers import as_scattered
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from collections.abc import Iterator
 
-    from rigrunner.api.data import Array
     from rigrunner.api.studies import ChartPoint, Trend, TrendSeries
 
 MOST = 400
 """Points that are drawn; no eye tells more apart."""
 MOST_WITH_BARS = 120
 """With more, bars of uncertainty would be a band."""
-_DASHED = (0, (6, 3))
-ROOM = 0.075
-"""Of the height of a panel, what a line of text beside it takes."""
 
 
-def control_chart(trend: Trend, series: TrendSeries) -> Plot:
-    """Return the figure of one series, a run's number in the series across."""
+def control_chart(trend: Trend, series: TrendSeries) -> Picture:
+    """Return the picture of one series, a run's number in the series across."""
     weighted = trend.chart == "ewma"
     shown = _shown(series)
-
-    def paint(figure: Figure) -> None:
-        rows = 1 if weighted else 2
-        panels = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=(2, 1)[:rows])
-        upper, lower = panels[0, 0], panels[-1, 0]
-        _values(upper, series, shown, weighted=weighted)
-        upper.set(
-            ylabel=f"value / {trend.unit}",
-            title="Weighted mean of the values" if weighted else "Values",
-        )
-        if not weighted:
-            _ranges(lower, series, shown)
-            lower.set(ylabel=f"difference / {trend.unit}", title="Moving range")
-        lower.set(xlabel="run", xlim=(0, len(series.points) + 1))
-        handles, labels = upper.get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=4)
-
-    height_in = 3.3 if weighted else 4.6
-    caption = _caption(series, weighted=weighted)
-    return Plot(caption=caption, alt=_alt(series), svg=draw(paint, height_in))
+    run = Axis("run", low=0, high=len(series.points) + 1)
+    title = "Weighted mean of the values" if weighted else "Values"
+    axis = Axis("value", trend.unit)
+    baseline = [number for number, each in enumerate(series.points, 1) if each.baseline]
+    marks = (
+        Mark("x", baseline[0] - 0.5, baseline[-1] + 0.5, "baseline"),
+        Mark("y", series.individuals.centre, name="centre"),
+    )
+    values = Figure(title, run, axis, tuple(_values(series, shown, weighted=weighted)), marks)
+    panels = (values,) if weighted else (values, _ranges(series, shown, run, trend.unit))
+    return Picture(_caption(series, weighted=weighted), _alt(series), panels)
 
 
 def _shown(series: TrendSeries) -> list[int]:
@@ -61,98 +47,36 @@ def _shown(series: TrendSeries) -> list[int]:
     return sorted({*places_of_extremes(values, plotted, most=MOST).tolist(), *drawn})
 
 
-def _values(axes: Axes, series: TrendSeries, shown: list[int], *, weighted: bool) -> None:
-    points = series.points
-    number = np.array(shown) + 1
+def _values(series: TrendSeries, shown: list[int], *, weighted: bool) -> Iterator[Series]:
+    numbered = [(place + 1, series.points[place]) for place in shown]
+    has_bars = not weighted and len(shown) <= MOST_WITH_BARS
+    known = has_bars and any(each.observed.expanded is not None for _, each in numbered)
+    name = "weighted mean" if weighted else "value, with its U (95 %)" if known else "value"
+    yield Series(name, tuple(_point(*each, has_bars=has_bars) for each in numbered), "joined")
     if weighted:
-        single = [points[place].observed.value for place in shown]
-        axes.plot(number, single, ".", color=GREY, markersize=4, label="single value")
-    elif len(shown) <= MOST_WITH_BARS:
-        _bars(axes, points, shown)
-    plotted = np.array([points[place].plotted for place in shown])
-    label = "weighted mean" if weighted else "value"
-    axes.plot(number, plotted, "o-", color=BLUE, linewidth=0.9, markersize=3.5, label=label)
-    _met(axes, points, shown, plotted)
-    _limits(axes, series)
-    _baseline(axes, points)
-
-
-def _bars(axes: Axes, points: tuple[ChartPoint, ...], shown: list[int]) -> None:
-    stated = [(place, points[place].observed) for place in shown]
-    known = [(place + 1, each) for place, each in stated if each.expanded is not None]
-    if known:
-        axes.errorbar(
-            [number for number, _ in known],
-            [each.value for _, each in known],
-            yerr=[each.expanded or 0.0 for _, each in known],
-            fmt="none",
-            ecolor="#B9C6D3",
-            elinewidth=1,
-            capsize=0,
-            zorder=1,
-            label="stated U (95 %)",
-        )
-
-
-def _met(axes: Axes, points: tuple[ChartPoint, ...], shown: list[int], plotted: Array) -> None:
-    met = [index for index, place in enumerate(shown) if points[place].rules]
+        single = [each.observed.value for _, each in numbered]
+        yield Series.over([number for number, _ in numbered], single, "single value")
+    met = [Point(number, each.plotted) for number, each in numbered if each.rules]
     if met:
-        axes.plot(
-            [shown[index] + 1 for index in met],
-            plotted[met],
-            linestyle="",
-            marker="s",
-            markersize=8,
-            markerfacecolor="none",
-            markeredgewidth=1.5,
-            color=VERMILION,
-            label="a rule is met",
-        )
+        yield Series("a rule is met", tuple(met), "marked")
 
 
-def _limits(axes: Axes, series: TrendSeries) -> None:
-    number = np.arange(1, len(series.points) + 1)
-    axes.axhline(series.individuals.centre, color=INK, linewidth=0.8)
-    for name in ("lower", "upper"):
-        limit = [getattr(each, name) for each in series.points]
-        axes.step(number, limit, where="mid", color=INK, linewidth=1.1, linestyle=_DASHED)
-    last = series.points[-1]
-    _name(axes, (last.lower, series.individuals.centre, last.upper), series.individuals.sigma)
+def _point(number: int, each: ChartPoint, *, has_bars: bool) -> Point:
+    half = each.observed.expanded if has_bars else None
+    return Point(number, each.plotted, half, each.lower, each.upper)
 
 
-def _name(axes: Axes, values: tuple[float, ...], sigma: float) -> None:
-    """Write values beside the axes, at their heights; in one line where there is no room."""
-    low, high = axes.get_ylim()
-    texts = [(value, as_scattered(value, sigma)) for value in values]
-    if values[-1] - values[0] < ROOM * (len(values) - 1) * (high - low):
-        texts = [(sum(values) / len(values), f"{texts[0][1]} to\n{texts[-1][1]}")]
-    for value, text in texts:
-        axes.annotate(
-            text,
-            (1, value),
-            xycoords=("axes fraction", "data"),
-            xytext=(4, 0),
-            textcoords="offset points",
-            fontsize=7.5,
-            va="center",
-        )
-
-
-def _baseline(axes: Axes, points: tuple[ChartPoint, ...]) -> None:
-    places = [place for place, each in enumerate(points, 1) if each.baseline]
-    label = "baseline"
-    axes.axvspan(places[0] - 0.5, places[-1] + 0.5, color="#EAF3F9", zorder=0, label=label)
-
-
-def _ranges(axes: Axes, series: TrendSeries, shown: list[int]) -> None:
+def _ranges(series: TrendSeries, shown: list[int], run: Axis, unit: str) -> Figure:
     known = [(place + 1, series.points[place].moving_range) for place in shown]
-    drawn = [(number, each) for number, each in known if each is not None]
-    axes.plot(*np.transpose(drawn), "o-", color=BLUE, linewidth=0.9, markersize=3)
+    drawn = tuple(Point(number, each) for number, each in known if each is not None)
     limits = series.moving_range
-    axes.axhline(limits.centre, color=INK, linewidth=0.8)
-    axes.axhline(limits.upper, color=INK, linewidth=1.1, linestyle=_DASHED)
-    axes.set_ylim(bottom=0)
-    _name(axes, (limits.centre, limits.upper), series.individuals.sigma)
+    return Figure(
+        "Moving range",
+        run,
+        Axis("difference", unit, low=0.0),
+        (Series("", drawn, "joined"),),
+        (Mark("y", limits.centre), Mark("y", limits.upper, name="limit", is_limit=True)),
+    )
 
 
 def _caption(series: TrendSeries, *, weighted: bool) -> str:
@@ -162,7 +86,13 @@ def _caption(series: TrendSeries, *, weighted: bool) -> str:
         if weighted
         else "Values of the runs in the order of time, between three standard deviations"
     )
-    below = "" if weighted else " Below: how far each run is from the one before, with its limit."
+    ranges, sigma = series.moving_range, series.individuals.sigma
+    below = (
+        ""
+        if weighted
+        else " Below: how far each run is from the one before; the mean of the baseline is "
+        f"{as_scattered(ranges.centre, sigma)}, the limit {as_scattered(ranges.upper, sigma)}."
+    )
     thinned = (
         " Of the many runs, and of those at which a rule is met, the least and the greatest of "
         "equal stretches are drawn."

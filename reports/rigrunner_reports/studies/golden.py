@@ -1,19 +1,15 @@
-"""The figure of golden runs: how results moved, over all runs and at each set-point."""
+"""The picture of golden runs: how results moved, over all runs and at each set-point."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.ticker import MaxNLocator
 
+from rigrunner.api.figures import Axis, Figure, Mark, Picture, Series
 from rigrunner_reports.numbers import with_sign
-from rigrunner_reports.plots.canvas import BLUE, INK, VERMILION, Plot, draw
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
     from rigrunner.api.studies import GoldenStudy
 
 MOST_RUNS = 300
@@ -30,45 +26,43 @@ def in_u(value: float | None) -> str:
     return f"{with_sign(value, 2)} U" if abs(value) >= 0.01 or not value else f"{value:+.1e} U"  # noqa: PLR2004  (two decimals)
 
 
-def shifts(study: GoldenStudy) -> Plot:
-    """Return the figure of the shifts."""
-
-    def paint(figure: Figure) -> None:
-        axes = figure.subplots(1, 2 if study.set_points else 1, squeeze=False)[0]
-        _distribution(axes[0], study)
-        if study.set_points:
-            _set_points(axes[1], study)
-
+def shifts(study: GoldenStudy) -> Picture:
+    """Return the picture of the shifts."""
     values = np.array(study.shifts_in_u)
     alt = f"{len(values)} results moved by {in_u(values.min())} to {in_u(values.max())}"
     caption = _CAPTION.format(*(("Left, h", _RIGHT) if study.set_points else ("H", "")))
-    return Plot(caption=caption, alt=alt, svg=draw(paint, 3.3))
+    panels = (_distribution(study), *([_set_points(study)] if study.set_points else []))
+    return Picture(caption, alt, panels, in_a_row=True)
 
 
-def _distribution(axes: Axes, study: GoldenStudy) -> None:
+def _distribution(study: GoldenStudy) -> Figure:
     values = np.array(study.shifts_in_u)
     reach = max(float(np.abs(values).max()) * 1.1, 1.05)
-    axes.hist(values, bins=np.linspace(-reach, reach, _EDGES).tolist(), color=BLUE)
-    axes.axvspan(-1, 1, color=INK, alpha=0.06, linewidth=0)
-    axes.set(
-        title="Shift of each result", xlabel="shift / U", ylabel="results", xlim=(-reach, reach)
+    counts, edges = np.histogram(values, np.linspace(-reach, reach, _EDGES))
+    return Figure(
+        "Shift of each result",
+        Axis("shift", "U", low=-reach, high=reach),
+        Axis("results"),
+        (Series.over((edges[1:] + edges[:-1]) / 2, counts, kind="bars"),),
+        (Mark("x", -1, 1),),
     )
-    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
 
 
-def _set_points(axes: Axes, study: GoldenStudy) -> None:
+def _set_points(study: GoldenStudy) -> Figure:
     points = [
         (each.frequency_hz, each.mean_in_u, each.largest_in_u)
         for each in study.set_points
         if each.mean_in_u is not None and each.largest_in_u is not None
     ]
-    axes.axhspan(-1, 1, color=INK, alpha=0.06, linewidth=0)
-    axes.axhline(0, color=INK, linewidth=0.8)
-    hertz = [hz for hz, _, _ in points]
-    largest = [each for _, _, each in points]
-    axes.plot(hertz, largest, "D", color=VERMILION, label="largest of any run")
-    axes.plot(hertz, [mean for _, mean, _ in points], "o-", color=BLUE, label="mean over the runs")
-    axes.set(title="Shift at each set-point", xlabel="frequency / Hz", ylabel="shift / U")
-    reach = 1.1 * max(1.0, *np.abs(axes.get_ylim()).tolist())
-    axes.set_ylim(-reach, reach)
-    axes.legend(loc="best")
+    hertz, means, largest = zip(*points, strict=True) if points else ((), (), ())
+    reach = 1.1 * max(1.0, *map(abs, (*means, *largest)))
+    return Figure(
+        "Shift at each set-point",
+        Axis("frequency", "Hz"),
+        Axis("shift", "U", low=-reach, high=reach),
+        (
+            Series.over(hertz, means, "mean over the runs", "joined"),
+            Series.over(hertz, largest, "largest of any run"),
+        ),
+        (Mark("y", 0.0), Mark("y", -1, 1)),
+    )

@@ -12,7 +12,7 @@ from rigrunner_reports.render import filled
 from rigrunner_reports.studies.control_chart import control_chart
 from rigrunner_reports.studies.golden import MOST_RUNS, in_u, shifts
 from rigrunner_reports.studies.numbers import as_scattered, percent
-from rigrunner_reports.studies.other_plots import components, distribution, letter, readings
+from rigrunner_reports.studies.pictures import components, distribution, letter, readings
 
 if TYPE_CHECKING:
     from rigrunner.api.studies import StudyInput
@@ -50,6 +50,6 @@ def _figures(study: StudyInput) -> dict[str, Any]:
     if isinstance(study, CapabilityStudy):
         return {"chart": partial(distribution, study)}
     if isinstance(study, GoldenStudy):
-        plot = shifts(study) if study.shifts_in_u else None
-        return {"plot": plot, "in_u": in_u, "with_sign": with_sign, "most_runs": MOST_RUNS}
+        picture = shifts(study) if study.shifts_in_u else None
+        return {"picture": picture, "in_u": in_u, "with_sign": with_sign, "most_runs": MOST_RUNS}
     return {"readings": readings(study), "components": components(study), "letter": letter}

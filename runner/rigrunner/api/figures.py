@@ -1,8 +1,22 @@
-"""Figures as data, which report, panel and notebook draw: points with uncertainty and limits."""
+"""Figures as data, which report, certificate, panel and notebook draw."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import repeat, starmap
+from math import isfinite
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+SeriesKind = Literal["points", "joined", "line", "bars", "excluded", "marked"]
+"""How a series is drawn.
+
+points: measured values, with U as bars; joined: these, with a thin line between them; line: a
+curve, with U as a band; bars: a histogram, with x in the middle of each class; excluded: crosses,
+of values that do not take part; marked: open squares around points of another series.
+"""
 
 
 @dataclass(frozen=True)
@@ -11,10 +25,20 @@ class Axis:
 
     name: str
     unit: str = ""
+    low: float | None = None
+    """Where the axis begins and ends; None: where the values do."""
+    high: float | None = None
+    ticks: tuple[tuple[float, str], ...] = ()
+    """Places with their names, of an axis that has no scale of numbers."""
+    is_time: bool = False
+    """Whether its values are seconds since 1970 (UTC), shown as dates."""
 
     def __str__(self) -> str:
         """Return it as it stands at the axis: 'R / Ω'."""
-        return self.name if self.unit in {"", "1"} else f"{self.name} / {self.unit}"
+        if self.unit in {"", "1"}:
+            return self.name
+        compound = "/" in self.unit and len(self.unit) > len("1/")
+        return f"{self.name} / ({self.unit})" if compound else f"{self.name} / {self.unit}"
 
 
 @dataclass(frozen=True)
@@ -37,10 +61,35 @@ class Series:
     """Points that belong together, by x."""
 
     name: str
-    """'' for the only one."""
+    """'' for the only one; series of one name are drawn alike in all panels of a picture."""
     points: tuple[Point, ...]
-    is_line: bool = False
-    """Whether it is a curve, with U as a band; else its points are measured, with U as bars."""
+    kind: SeriesKind = "points"
+
+    @classmethod
+    def over(
+        cls,
+        x: Iterable[float],
+        y: Iterable[float],
+        name: str = "",
+        kind: SeriesKind = "points",
+        U: Iterable[float] | None = None,  # noqa: N803  (the symbol of GUM)
+    ) -> Series:
+        """Return the series of columns of one length; a U that is not finite is not known."""
+        half = repeat(None) if U is None else (each if isfinite(each) else None for each in U)
+        columns = map(float, x), map(float, y), half
+        return cls(name, tuple(starmap(Point, zip(*columns, strict=U is not None))), kind)
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A value that is marked across a figure: a line, or the area up to another value."""
+
+    axis: Literal["x", "y"]
+    at: float
+    end: float | None = None
+    """The other end of an area; None of a line."""
+    name: str = ""
+    is_limit: bool = False
 
 
 @dataclass(frozen=True)
@@ -51,6 +100,7 @@ class Figure:
     x: Axis
     y: Axis
     series: tuple[Series, ...]
+    marks: tuple[Mark, ...] = ()
     of: str = ""
     """The name of the result with which an analysis gives it."""
     caption: str = ""
@@ -58,10 +108,26 @@ class Figure:
 
     @property
     def has_limits(self) -> bool:
-        """Whether any point has a limit."""
-        return any(
+        """Whether any point has a limit, or all have."""
+        return any(mark.is_limit for mark in self.marks) or any(
             end is not None
             for series in self.series
             for point in series.points
             for end in (point.lower, point.upper)
         )
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Figures that a document shows together, with one caption."""
+
+    caption: str
+    alt: str
+    """What it shows in words and numbers, for those who do not see it."""
+    panels: tuple[Figure, ...]
+    in_a_row: bool = False
+    """Whether the panels stand side by side; else above each other, on one x axis."""
+    limit: str = "limit"
+    """What limits of points are called, in the language of the document."""
+    decimal: str = "."
+    """The decimal sign of that language."""

@@ -1,51 +1,64 @@
-"""One style for the plots of notebooks, without global state, so that none stays behind."""
+"""From a picture as data to a drawing: one style, no global state left behind, no date."""
 
 from __future__ import annotations
 
+from base64 import b64encode
 from dataclasses import dataclass
+from functools import cached_property
 from io import BytesIO
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import UsageError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
 
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure as Canvas
 
-BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"
-PURPLE, OCHRE, GREY = "#A04A84", "#8A6100", "#5F6B7A"
-"""Of the palette of Okabe and Ito (2008), the last ones darkened for contrast on white."""
-INK = "#1f2933"
-SERIES = tuple(zip((BLUE, VERMILION, GREEN, PURPLE, OCHRE, GREY), "os^DvP", strict=True))
-"""How series are told apart, not by colour alone; a seventh begins anew."""
-_STYLE: dict[str, Any] = {
-    "font.size": 9,
-    "axes.titlelocation": "left",
-    "axes.edgecolor": GREY,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "axes.formatter.useoffset": False,  # a reader does not add 2.961e2 to each tick
-    "grid.color": "#E1E6EB",
-    "text.color": INK,
-    "text.parse_math": False,
-    "lines.linewidth": 1.4,
-    "lines.markersize": 4.5,
-    "legend.frameon": False,
-    "errorbar.capsize": 2.5,
-}
-_INCHES = (7.5, 3.6)
+    from rigrunner.api.figures import Picture
+
+WIDTH_IN = 8.4
 
 
 @dataclass(frozen=True, eq=False)
 class Plot:
-    """A figure that a notebook shows, and that can be saved."""
+    """A picture that was drawn: a notebook shows it, a page embeds it, and it can be saved."""
 
-    figure: Figure
+    picture: Picture
+    figure: Canvas
     """Of matplotlib, to change or add to."""
+
+    @property
+    def caption(self) -> str:
+        """What it shows, in a sentence."""
+        return self.picture.caption
+
+    @property
+    def alt(self) -> str:
+        """The same in numbers, for those who do not see it."""
+        return self.picture.alt
+
+    @cached_property
+    def svg(self) -> bytes:
+        """The drawing; the same picture gives the same bytes.
+
+        They are those of Figure.savefig, which would draw everything once more to find the layout.
+        """
+        from matplotlib import style  # noqa: PLC0415  (half a second, for those who plot)
+        from matplotlib.backends.backend_svg import FigureCanvasSVG  # noqa: PLC0415  (the same)
+
+        from rigrunner.plots.panels import STYLE  # noqa: PLC0415  (the same)
+
+        buffer = BytesIO()
+        with style.context(["default", STYLE]):
+            canvas = FigureCanvasSVG(self.figure)
+            canvas.print_svg(buffer, metadata={"Date": None})  # type: ignore[no-untyped-call]  # matplotlib's
+        return buffer.getvalue()
+
+    @property
+    def uri(self) -> str:
+        """The drawing as the source of an <img>, so that its names stay its own."""
+        return f"data:image/svg+xml;base64,{b64encode(self.svg).decode('ascii')}"
 
     def save(self, path: Path | str) -> None:
         """Write it to a file: .svg, .pdf, .png; raise UsageError where that cannot be done."""
@@ -56,17 +69,17 @@ class Plot:
 
     def _repr_svg_(self) -> str:
         """Return what a notebook shows."""
-        text = BytesIO()
-        self.figure.savefig(text, format="svg", bbox_inches="tight")
-        return text.getvalue().decode()
+        return self.svg.decode()
 
 
-def drawn(paint: Callable[[Figure], None], *, rows: int = 1) -> Plot:
-    """Return the plot that a function paints on an empty figure, for so many rows of axes."""
+def draw(picture: Picture) -> Plot:
+    """Return the drawing of a picture; the user's own settings of matplotlib change nothing."""
     from matplotlib import style  # noqa: PLC0415  (half a second, for those who plot)
-    from matplotlib.figure import Figure  # noqa: PLC0415  (the same)
+    from matplotlib.figure import Figure as Canvas  # noqa: PLC0415  (the same)
 
-    with style.context(["default", _STYLE]):
-        figure = Figure(figsize=(_INCHES[0], _INCHES[1] * max(1.0, rows / 2)), layout="constrained")
-        paint(figure)
-    return Plot(figure)
+    from rigrunner.plots.panels import STYLE, height_in, paint  # noqa: PLC0415  (the same)
+
+    with style.context(["default", STYLE]):
+        canvas = Canvas(figsize=(WIDTH_IN, height_in(picture)), layout="constrained")
+        paint(canvas, picture)
+    return Plot(picture, canvas)

@@ -37,7 +37,7 @@ def over_coordinate(found: Sequence[Limited]) -> tuple[Figure, ...]:
         x = float(result.coordinates[axis].in_unit(found[0][0].coordinates[axis].unit).value)
         groups.setdefault(", ".join(others), []).append(_point(result, x, limits, missed))
     series = tuple(
-        Series(name, tuple(sorted(points, key=lambda point: point.x)))
+        Series(name, tuple(sorted(points, key=lambda point: point.x)), "joined")
         for name, points in groups.items()
     )
     symbol, unit = first.of.symbol or first.name, first.of.unit

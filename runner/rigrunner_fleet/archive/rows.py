@@ -9,8 +9,9 @@ from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import UsageError
+from rigrunner.api.figures import Axis, Figure, Picture, Point, Series
 from rigrunner.clock import utc_text
-from rigrunner.plots import history
+from rigrunner.plots import draw
 from rigrunner.spreadsheet import cell
 from rigrunner_fleet.archive.extras import imported
 from rigrunner_fleet.archive.searching import CONTEXT
@@ -99,16 +100,17 @@ class Rows:
         `bars` names the column of half-widths, where there is one. Raises UsageError for a column
         that there is not.
         """
-        series: dict[str, tuple[list[datetime], list[float], list[float]]] = {}
+        groups: dict[str, list[Point]] = {}
         halves = self.column(bars) if bars in self.columns else [None] * len(self)
         columns = (self.column("started_utc"), self.column(value), self.column(by), halves)
         for started, found, name, half in zip(*columns, strict=True):
             if started is not None and found is not None:
-                times, values, widths = series.setdefault(str(name), ([], [], []))
-                times.append(started)
-                values.append(found)
-                widths.append(half or 0.0)
-        return history(series, label=_label(value), title=f"{self.table}, by {by}")
+                groups.setdefault(str(name), []).append(Point(started.timestamp(), found, half))
+        series = tuple(Series(name, tuple(points)) for name, points in groups.items())
+        label, _, unit = _label(value).partition(" / ")
+        title = f"{self.table}, by {by}"
+        figure = Figure(title, Axis("start of the run", is_time=True), Axis(label, unit), series)
+        return draw(Picture(title, title, (figure,)))
 
     def to_csv(self, path: Path | None = None, *, raw: bool = False) -> str:
         """Return the rows as CSV, and write it to a file where one is named; times in UTC.

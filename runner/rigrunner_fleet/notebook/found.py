@@ -8,9 +8,10 @@ import numpy as np
 
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import UsageError
+from rigrunner.api.figures import Axis, Figure, Mark, Picture, Series
 from rigrunner.api.findings import MeasurementResult, ResultDefinition
 from rigrunner.api.verdict import Limits, Verdict
-from rigrunner.plots import results, torque_over_frequency
+from rigrunner.plots import draw
 from rigrunner.signal.result_figures import over_coordinate
 from rigrunner.workflow.set_points import coordinates_in
 from rigrunner_fleet.archive import Rows
@@ -46,14 +47,31 @@ def figures_of(document: Document | None) -> Rows:
 
 def plot_of(document: Document | None, title: str) -> Plot:
     """Return raw and compensated torque over frequency, with the limits."""
-    found = points_of(document)
-    columns = [
-        np.array([np.nan if value is None else value for value in found.column(name)], float)
-        for name in ("frequency_hz", "raw_peak_nm", "torque_nm", "expanded_nm")
-    ]
+    rows = [row for row in points_of(document) if row["frequency_hz"] is not None]
+    raw, torque = (
+        [row for row in rows if row[name] is not None] for name in ("raw_peak_nm", "torque_nm")
+    )
+    series = (
+        Series.over(
+            (row["frequency_hz"] for row in torque),
+            (row["torque_nm"] for row in torque),
+            "compensated, with U (95 %)",
+            "joined",
+            U=(np.nan if row["expanded_nm"] is None else row["expanded_nm"] for row in torque),
+        ),
+        Series.over(
+            (row["frequency_hz"] for row in raw),
+            (row["raw_peak_nm"] for row in raw),
+            "raw peak",
+            "joined",
+        ),
+    )
     ends = (at(document, "decision", name, "value") for name in ("lower_limit", "upper_limit"))
-    limits = [limit for end in ends if (limit := number(end)) is not None]
-    return torque_over_frequency(*columns, title=title, limits_nm=limits)
+    limits = (limit for end in ends if (limit := number(end)) is not None)
+    marks = tuple(Mark("y", limit, name="limit", is_limit=True) for limit in limits)
+    axes = Axis("frequency", "Hz"), Axis("torque", "N·m")
+    figure = Figure(title, *axes, tuple(each for each in series if each.points), marks)
+    return draw(Picture("Raw and compensated torque over frequency.", title, (figure,)))
 
 
 def results_plot(document: Document | None, name: str) -> Plot:
@@ -70,7 +88,8 @@ def results_plot(document: Document | None, name: str) -> Plot:
     figures = over_coordinate(limited)
     if not figures:
         raise UsageError(f"'{name}' has no coordinate that is a number of several")
-    return results(figures)
+    title = figures[0].title
+    return draw(Picture(title, title, figures))
 
 
 def _result(stored: Mapping[str, Any]) -> MeasurementResult:

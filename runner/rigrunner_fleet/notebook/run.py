@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import UsageError
-from rigrunner.plots import samples
+from rigrunner.plots import draw
 from rigrunner.runfile import read
+from rigrunner.signal.recording_figures import of_recording
 from rigrunner_fleet.notebook.found import figures_of, plot_of, points_of, results_of, results_plot
 from rigrunner_fleet.notebook.frames import frame_of, frame_of_measurements, set_of
 
@@ -96,9 +97,7 @@ class Run:
         """Return torque over frequency, or the samples of a recording over time."""
         if not recording:
             return plot_of(self.result, self.header.run_id)
-        found = self.recording(recording)
-        title = f"{self.header.run_id}, {recording}"
-        return samples(found.rate_hz, found.arrays(), found.units, title=title)
+        return draw(of_recording(self.recording(recording)))
 
 
 def open_run(path: Path | str) -> Run:

@@ -364,7 +364,7 @@ def test_the_figure_has_points_curve_band_and_residuals():
         upper.x,
     )
     curve, points = upper.series
-    assert (curve.is_line, points.is_line) == (True, False)
+    assert (curve.kind, points.kind) == ("line", "points")
     assert [each.x for each in points.points] == pytest.approx(celsius)
     assert [each.y for each in points.points] == pytest.approx(y)
     residuals = y - np.polyval(np.polyfit(celsius, y, 1), celsius)

@@ -10,7 +10,7 @@ import pytest
 
 from rigrunner.api.studies import Observed, Trend
 from rigrunner_fleet.trends.charting import Charting, charted
-from rigrunner_reports.studies.other_plots import letter
+from rigrunner_reports.studies.pictures import letter
 from rigrunner_reports.studies.render import html
 from rigrunner_testing.formats.studies import study_inputs
 from unit.rigrunner_reports.helpers_html import read_html

@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.data import Estimate
-from rigrunner.api.figures import Axis, Figure, Point, Series
+from rigrunner.api.figures import Axis, Figure, Series
 from rigrunner.api.units import unit
 from rigrunner.signal.coverage import factor
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from rigrunner.api.data import Array
     from rigrunner_plugins.analyses.curve.derived import Fitted
 
@@ -33,7 +31,7 @@ def figures_of(fitted: Fitted, of: str, x: str, y: str, place: str) -> tuple[Fig
     k = factor(Estimate(0.0, 1.0, dof if dof > 0 else float("inf")))
     at = _numbers(values.x[:, 0] + values.origin, x_unit)
     over = _numbers(grid + values.origin, x_unit)
-    band = (k * u / unit(y_unit).factor).tolist()
+    band = k * u / unit(y_unit).factor
     left = values.y - fitted.at(values.x[:, 0])[0]
     along = Axis(x, x_unit)
     curve = Figure(
@@ -41,8 +39,8 @@ def figures_of(fitted: Fitted, of: str, x: str, y: str, place: str) -> tuple[Fig
         x=along,
         y=Axis(y, y_unit),
         series=(
-            Series("curve", _points(over, _numbers(line, y_unit), band), is_line=True),
-            Series("points", _points(at, _numbers(values.y, y_unit))),
+            Series.over(over, _numbers(line, y_unit), "curve", "line", U=band),
+            Series.over(at, _numbers(values.y, y_unit), "points"),
         ),
         of=of,
         caption=f"{y} over {x}{place}: points, and the curve with its 95 % band.",
@@ -52,21 +50,13 @@ def figures_of(fitted: Fitted, of: str, x: str, y: str, place: str) -> tuple[Fig
         x=along,
         y=Axis("residual", "K" if y_unit == "°C" else y_unit),
         series=(
-            Series("curve", _points(over, [0.0] * SAMPLES, band), is_line=True),
-            Series("residuals", _points(at, left.tolist())),
+            Series.over(over, [0.0] * SAMPLES, "curve", "line", U=band),
+            Series.over(at, left, "residuals"),
         ),
         of=of,
         caption=f"Residuals of {y} over {x}{place}, within the curve's 95 % band.",
     )
     return curve, residuals
-
-
-def _points(
-    x: Sequence[float], y: Sequence[float], band: Sequence[float] | None = None
-) -> tuple[Point, ...]:
-    if band is None:
-        return tuple(map(Point, x, y))
-    return tuple(map(Point, x, y, band))
 
 
 def _shown(si: str) -> str:

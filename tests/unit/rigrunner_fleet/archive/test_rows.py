@@ -146,8 +146,9 @@ def test_a_run_that_is_there_twice_makes_no_dataset(archive):
 
 
 def test_a_plot_has_a_series_for_each_value(archive):
-    axes = query(runs=archive).plot(by="specimen").figure.axes[0]
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["A", "B"]
+    figure = query(runs=archive).plot(by="specimen").figure
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["A", "B"]
+    (axes,) = figure.axes
     assert axes.get_ylabel() == "torque / N·m"
     lines = [container.lines[0].get_ydata() for container in axes.containers]
     assert [list(each) for each in lines] == [[0.72], [0.8]]

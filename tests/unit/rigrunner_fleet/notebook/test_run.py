@@ -66,10 +66,11 @@ def test_the_points_of_a_run_are_those_of_its_result(quick):
     assert run.points.column("torque_nm") == [each["torque"]["value"] for each in wanted]
     inertia = document["compensations"]["template_inverse"]["parameters"]["inertia"]["value"]
     assert inertia in run.figures.column("value")
-    axes = run.plot().figure.axes[0]
-    assert "limit" in [text.get_text() for text in axes.get_legend().get_texts()]
-    (raw, *_) = axes.lines
-    assert list(raw.get_ydata()) == run.points.column("raw_peak_nm")
+    (legend,) = run.plot().figure.legends
+    assert "limit" in [text.get_text() for text in legend.get_texts()]
+    (figure,) = run.plot().picture.panels
+    raw = next(each for each in figure.series if each.name == "raw peak")
+    assert [point.y for point in raw.points] == run.points.column("raw_peak_nm")
 
 
 def test_a_run_analysed_again_gives_the_same_numbers(quick):

@@ -7,32 +7,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api.figures import Axis, Figure, Mark, Picture, Series
 from rigrunner.signal.averaging import robust_mean
 from rigrunner_reports.numbers import fixed, significant
-from rigrunner_reports.plots.canvas import (
-    GREY,
-    INK,
-    LOW_MIDDLE_HIGH,
-    NO_LOAD,
-    PRIMARY,
-    RAW,
-    Plot,
-    draw,
-)
 from rigrunner_reports.view.points import low_middle_high, traces
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
     from rigrunner.api.data import Array
-    from rigrunner_reports.plots.canvas import Line
     from rigrunner_reports.view.points import SetPoint
 
 TURN_DEG = 360.0
 NEARLY_TOP = 0.995
+CRANK_PHASE = Axis(
+    "crank phase",
+    low=0.0,
+    high=TURN_DEG,
+    ticks=tuple((float(each), f"{each}°") for each in range(0, 361, 90)),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +34,8 @@ class Swing:
 
     frequency_hz: float
     angle_rad: Array
-    torques_nm: tuple[tuple[str, Line, Array], ...]
+    torques_nm: tuple[tuple[str, Array], ...]
+    """The compensated one last."""
 
     @property
     def title(self) -> str:
@@ -56,9 +50,9 @@ def compensated_swings(points: Sequence[SetPoint], method: str) -> list[Swing]:
             frequency,
             trace.angle_rad,
             (
-                ("raw", RAW, trace.raw_nm),
-                ("no load", NO_LOAD, trace.no_load_nm),
-                ("compensated", PRIMARY, trace.compensated_nm),
+                ("raw", trace.raw_nm),
+                ("no load", trace.no_load_nm),
+                ("compensated", trace.compensated_nm),
             ),
         )
         for frequency, trace in traces(points, method)
@@ -74,7 +68,6 @@ def recorded_swings(points: Sequence[SetPoint]) -> list[Swing]:
             (
                 (
                     "mean of the kept swings",
-                    PRIMARY,
                     robust_mean(each.swing.torque_nm, each.swing.kept)[0],
                 ),
             ),
@@ -84,47 +77,38 @@ def recorded_swings(points: Sequence[SetPoint]) -> list[Swing]:
     ]
 
 
-def over_phase(swings: Sequence[Swing]) -> Plot:
-    """Return the figure of torque over the crank phase, one panel per frequency."""
-
-    def paint(figure: Figure) -> None:
-        panels = figure.subplots(1, len(swings), squeeze=False)[0]
-        for axes, swing in zip(panels, swings, strict=True):
-            _phase_panel(axes, swing)
-        panels[0].set_ylabel("torque / N·m")
-        handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
-
-    return Plot(
+def over_phase(swings: Sequence[Swing]) -> Picture:
+    """Return the picture of torque over the crank phase, one panel per frequency."""
+    return Picture(
         caption="Torque over one swing, from the middle of the forward stroke. The dotted uprights "
         "are the reversals, where friction changes its sign; each panel has its own scale.",
         alt=_extremes(swings),
-        svg=draw(paint, 2.9),
+        panels=tuple(map(_phase_panel, swings)),
+        in_a_row=True,
     )
 
 
-def loops(swings: Sequence[Swing]) -> Plot:
-    """Return the figure of torque over the swing angle: first torque left, last one right."""
+def loops(swings: Sequence[Swing]) -> Picture:
+    """Return the picture of torque over the swing angle: first torque left, last one right."""
     first, last = swings[0].torques_nm[0][0], swings[0].torques_nm[-1][0]
-
-    def paint(figure: Figure) -> None:
-        panels = figure.subplots(1, 2) if first != last else [figure.subplots()]
-        for axes, index in zip(panels, (0, -1), strict=False):
-            _loop_panel(axes, swings, index)
-        panels[0].set_ylabel("torque / N·m")
-
-    return Plot(caption=_loop_caption(first, last), alt=_loop_alt(swings), svg=draw(paint, 3.2))
+    places = (0, -1) if first != last else (0,)
+    panels = tuple(_loop_panel(swings, place) for place in places)
+    return Picture(_loop_caption(first, last), _loop_alt(swings), panels, in_a_row=True)
 
 
-def _phase_panel(axes: Axes, swing: Swing) -> None:
+def _phase_panel(swing: Swing) -> Figure:
     phase = np.linspace(0, TURN_DEG, len(swing.angle_rad), endpoint=False)
-    for name, line, torque in swing.torques_nm:
-        axes.plot(phase, torque, label=name, color=line.color, linestyle=line.linestyle)
-    for angle in (swing.angle_rad, -swing.angle_rad):
-        axes.axvline(_top_deg(angle), color=GREY, linewidth=0.8, linestyle=(0, (1, 2)))
-    axes.axhline(0, color=INK, linewidth=0.6)
-    axes.set(title=swing.title, xlabel="crank phase / °", xlim=(0, TURN_DEG))
-    axes.set_xticks([0, 90, 180, 270, 360])
+    reversals = (_top_deg(swing.angle_rad), _top_deg(-swing.angle_rad))
+    return Figure(
+        swing.title,
+        CRANK_PHASE,
+        Axis("torque", "N·m"),
+        tuple(  # the compensated torque first, which so looks as it does elsewhere
+            Series.over(phase, torque, name, "line")
+            for name, torque in (*swing.torques_nm[-1:], *swing.torques_nm[:-1])
+        ),
+        (Mark("y", 0.0), *(Mark("x", each) for each in reversals)),
+    )
 
 
 def _top_deg(angle_rad: Array) -> float:
@@ -133,26 +117,20 @@ def _top_deg(angle_rad: Array) -> float:
     return TURN_DEG * float(top.mean()) / len(angle_rad)
 
 
-def _loop_panel(axes: Axes, swings: Sequence[Swing], index: int) -> None:
-    for depth, (swing, line) in enumerate(
-        zip(swings, LOW_MIDDLE_HIGH[-len(swings) :], strict=True)
-    ):
-        closed = np.arange(len(swing.angle_rad) + 1) % len(swing.angle_rad)
-        axes.plot(
-            np.degrees(swing.angle_rad[closed]),
-            swing.torques_nm[index][2][closed],
-            label=swing.title,
-            color=line.color,
-            linestyle=line.linestyle,
-            zorder=3 - depth / 10,
-        )
-    axes.axhline(0, color=INK, linewidth=0.6)
+def _loop_panel(swings: Sequence[Swing], index: int) -> Figure:
     name = swings[0].torques_nm[index][0]
-    axes.set(title=name[0].upper() + name[1:], xlabel="swing angle / °")
-    axes.margins(y=0.12)
-    axes.legend(loc="upper center", ncols=len(swings), bbox_to_anchor=(0.5, 1.0))
-    low, high = axes.get_ylim()
-    axes.set_ylim(low, high + 0.12 * (high - low))
+    series = []
+    for swing in swings:
+        closed = np.arange(len(swing.angle_rad) + 1) % len(swing.angle_rad)
+        angle, torque = np.degrees(swing.angle_rad[closed]), swing.torques_nm[index][1][closed]
+        series.append(Series.over(angle, torque, swing.title, "line"))
+    return Figure(
+        name[0].upper() + name[1:],
+        Axis("swing angle", "°"),
+        Axis("torque", "N·m"),
+        tuple(series),
+        (Mark("y", 0.0),),
+    )
 
 
 def _loop_caption(first: str, last: str) -> str:
@@ -173,7 +151,7 @@ def _extremes(swings: Sequence[Swing]) -> str:
         f"{swing.title}: "
         + ", ".join(
             f"{name} from {fixed(torque.min(), 3)} to {fixed(torque.max(), 3)} N·m"
-            for name, _, torque in swing.torques_nm
+            for name, torque in swing.torques_nm
         )
         + "."
         for swing in swings
@@ -186,7 +164,7 @@ def _loop_alt(swings: Sequence[Swing]) -> str:
         f"{swing.title} "
         + ", ".join(
             f"{name} {significant(_work(swing.angle_rad, torque), 3)} J"
-            for name, _, torque in swing.torques_nm
+            for name, torque in swing.torques_nm
         )
         for swing in swings
     )

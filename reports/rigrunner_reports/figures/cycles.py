@@ -2,85 +2,69 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rigrunner.api.analysis import SwingPoint
+from rigrunner.api.figures import Axis, Figure, Mark, Picture, Series
 from rigrunner.signal.swings import kept_cycles
-from rigrunner_reports.plots.canvas import BLUE, GREY, INK, VERMILION, Plot, draw
-from rigrunner_reports.plots.thinning import places_of_extremes
+from rigrunner.signal.thinning import places_of_extremes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
     from rigrunner.api.analysis import PeakPoint
     from rigrunner.api.data import Array, Mask
+    from rigrunner.api.figures import SeriesKind
 
 MILLI = 1e3
 FILLED = 0.8
 """Of the room of a set-point, what its cycles take."""
-LETTERS, GAP = 112, 2
-"""What there is room for under a panel."""
 MOST_SAID, SAID = 60, 16
 """Of more set-points than the one, the text that stands for the figure names but the other."""
-LOOKS: dict[str, tuple[int, dict[str, Any]]] = {
-    "peak kept": (700, {"marker": "o", "color": BLUE, "markersize": 2.6}),
-    "peak rejected": (150, {"marker": "x", "color": VERMILION, "markersize": 6}),
-    "swing rejected": (
-        150,
-        {"marker": "s", "color": INK, "markersize": 7, "markerfacecolor": "none"},
-    ),
+KINDS: dict[str, tuple[SeriesKind, int]] = {
+    "peak kept": ("points", 700),
+    "peak rejected": ("excluded", 150),
+    "swing rejected": ("marked", 150),
 }
-"""How many marks a panel has at most of each kind: no eye tells more apart; and their look."""
+"""How each kind of mark is drawn, and how many a panel has at most: no eye tells more apart."""
+MOST_KEPT = KINDS["peak kept"][1]
 THINNED = (
     " Of more swings than can be told apart, the least and the greatest peak of equal stretches of "
     "time are drawn."
 )
 
 
-def cycle_values(runs: Sequence[tuple[str, Sequence[PeakPoint]]]) -> Plot:
-    """Return the figure of each cycle's raw peak against their mean, one panel per named run."""
-
-    def paint(figure: Figure) -> None:
-        panels = figure.subplots(len(runs), 1, squeeze=False)[:, 0]
-        for axes, (title, points) in zip(panels, runs, strict=True):
-            _panel(axes, title, points)
-        handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
-
-    return Plot(
+def cycle_values(runs: Sequence[tuple[str, Sequence[PeakPoint]]]) -> Picture:
+    """Return the picture of each cycle's raw peak against their mean, one panel per named run."""
+    return Picture(
         caption="Raw peak of every swing, less the mean of the kept ones, in the order of time "
         "within each set-point. A cross is a peak that the outlier rule rejected; a square is a "
         "swing whose whole shape it rejected, which waveform methods leave out."
-        + (THINNED if any(_cycles(points) > LOOKS["peak kept"][0] for _, points in runs) else ""),
+        + (THINNED if any(_cycles(points) > MOST_KEPT for _, points in runs) else ""),
         alt=" ".join(_alt(title, points) for title, points in runs),
-        svg=draw(paint, 0.5 + 1.9 * len(runs)),
+        panels=tuple(_panel(title, points) for title, points in runs),
     )
 
 
-def _panel(axes: Axes, title: str, points: Sequence[PeakPoint]) -> None:
+def _panel(title: str, points: Sequence[PeakPoint]) -> Figure:
     series = [_series(place, point) for place, point in enumerate(points)]
     x, y = (np.concatenate(each) for each in zip(*series, strict=True))
     kept = np.concatenate([point.peak_kept for point in points])
     whole = np.concatenate([_kept_swings(point) for point in points])
-    for which, (label, (most, look)) in zip((kept, ~kept, ~whole), LOOKS.items(), strict=True):
+    drawn = []
+    for which, (name, (kind, most)) in zip((kept, ~kept, ~whole), KINDS.items(), strict=True):
         shown = np.flatnonzero(which)[places_of_extremes(y[which], most=most)]
-        axes.plot(x[shown], y[shown], label=label, linestyle="", **look)
-    axes.axhline(0, color=GREY, linewidth=0.6)
-    axes.set(title=title, ylabel="(peak - mean) / mN·m".replace("-", "\N{MINUS SIGN}"))
-    _name(axes, [f"{point.set_frequency_hz:g} Hz" for point in points])
-    axes.grid(visible=False, axis="x")
-
-
-def _name(axes: Axes, names: Sequence[str]) -> None:
-    """Name the set-points under the panel: as many, evenly, as stand clear of each other."""
-    room = LETTERS // (GAP + max(map(len, names)))
-    shown = range(0, len(names), -(-len(names) // room))
-    axes.set_xticks(shown, [names[place] for place in shown])
+        drawn.append(Series.over(x[shown], y[shown], name, kind))
+    names = tuple((float(i), f"{p.set_frequency_hz:g} Hz") for i, p in enumerate(points))
+    return Figure(
+        title,
+        Axis("set frequency", ticks=names),
+        Axis("peak \N{MINUS SIGN} mean", "mN·m"),
+        tuple(each for each in drawn if each.points),
+        (Mark("y", 0.0),),
+    )
 
 
 def _series(place: int, point: PeakPoint) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""Which of many values a figure draws, so that its size does not grow with the run."""
+"""Which of many values a figure shows, so that its size does not grow with the run."""
 
 from __future__ import annotations
 
@@ -12,12 +12,6 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array
 
 Places = NDArray[np.intp]
-MOST_POINTS = 100
-"""Of the set-points of a run, so many are drawn at most."""
-THINNED = (
-    " Of the many set-points, those of the least and the greatest values in equal stretches are "
-    "drawn; result.json has all."
-)
 
 
 def places_of_extremes(*series: Array, most: int) -> Places:

@@ -1,0 +1,90 @@
+"""The no-load peaks over frequency, the curves fitted to them, and what is left over."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.figures import Axis, Figure, Mark, Picture, Series
+from rigrunner.signal.thinning import places_of_extremes
+from rigrunner.signal.uncertainty import coverage_factor
+from rigrunner_reports.figures.frequency import MOST_POINTS, THINNED
+from rigrunner_reports.numbers import fixed, with_sign
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.api.analysis import Curve
+    from rigrunner.api.data import Points
+    from rigrunner.api.results import FittedTorque
+    from rigrunner.signal.thinning import Places
+
+SAMPLES = 120
+MILLI = 1e3
+PEAKS = "mean peak of the kept swings"
+
+
+def fitted_peaks(fits: Sequence[FittedTorque]) -> Picture:
+    """Return the picture of the fits, all of the same points; at least one must have a curve."""
+    curves = [(fit.name, fit.curve) for fit in fits if fit.curve is not None]
+    points = fits[0].points
+    shown = places_of_extremes(
+        points.y, *(curve.residuals for _, curve in curves), most=MOST_POINTS
+    )
+    frequency = Axis("frequency", "Hz", low=0.0)
+    peaks = Series.over(points.x[shown], points.y[shown], PEAKS)
+    left = (
+        Series.over(points.x[shown], MILLI * curve.residuals[shown], name, "joined")
+        for name, curve in curves
+    )
+    panels = (
+        Figure(
+            "Peaks and fits",
+            frequency,
+            Axis("no-load peak", "N·m"),
+            (*(_curve(name, curve) for name, curve in curves), peaks),
+        ),
+        Figure(
+            "Peaks minus fit",
+            frequency,
+            Axis("residual", "mN·m"),
+            (*(_band(name, curve) for name, curve in curves), *left),
+            (Mark("y", 0.0),),
+        ),
+    )
+    caption = _caption() + (THINNED if len(shown) < len(points.x) else "")
+    return Picture(caption, _alt(points, curves, shown), panels)
+
+
+def _curve(name: str, curve: Curve) -> Series:
+    x = np.linspace(*curve.valid_x, SAMPLES)
+    value, u = curve.predict(x)
+    return Series.over(x, value, name, "line", U=u * coverage_factor(curve.dof))
+
+
+def _band(name: str, curve: Curve) -> Series:
+    """Return U of a curve about zero."""
+    x = np.linspace(*curve.valid_x, SAMPLES)
+    _, u = curve.predict(x)
+    return Series.over(x, 0 * x, name, "line", U=MILLI * u * coverage_factor(curve.dof))
+
+
+def _caption() -> str:
+    return (
+        "Torque of the rig itself over frequency, with the fits of the procedure. The bands are U "
+        "(95 %) of each curve, from its whole covariance; they say how well the curve is known if "
+        "its form is right. Residuals that follow a pattern, not chance, show a form that is wrong."
+    )
+
+
+def _alt(points: Points, curves: Sequence[tuple[str, Curve]], shown: Places) -> str:
+    drawn = zip(points.x[shown], points.y[shown], strict=True)
+    peaks = ", ".join(f"{x:.4g} Hz {fixed(y, 3)}" for x, y in drawn)
+    left = " ".join(
+        f"Residuals of {name} in mN·m: "
+        + ", ".join(with_sign(MILLI * each, 0) for each in curve.residuals[shown])
+        + "."
+        for name, curve in curves
+    )
+    return f"No-load peaks in N·m: {peaks}. {left}"

@@ -1,0 +1,139 @@
+"""Raw against compensated torque over frequency."""
+
+from __future__ import annotations
+
+from math import isfinite, nan
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.figures import Axis, Figure, Mark, Picture, Point, Series
+from rigrunner.signal.coverage import expanded
+from rigrunner.signal.thinning import places_of_extremes
+from rigrunner_reports.numbers import fixed, stated
+from rigrunner_reports.view.points import by_frequency
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from rigrunner.api.results import Result
+    from rigrunner_reports.view.points import SetPoint
+
+MOST_POINTS = 100
+"""Of the set-points of a run, so many are drawn at most."""
+THINNED = (
+    " Of the many set-points, those of the least and the greatest values in equal stretches are "
+    "drawn; result.json has all."
+)
+DODGE = 0.007
+"""Of the highest frequency: methods stand so far apart, or their bars hide each other."""
+RIGHT = 1.045
+"""The axis ends at so many times the highest frequency, or its bars are cut off."""
+
+
+def over_frequency(result: Result, points: Sequence[SetPoint]) -> Picture:
+    """Return the picture of raw and compensated torque, with truth and limits where there are."""
+    ordered = _shown(result, by_frequency(points))
+    names = [name for name, each in result.compensations.items() if each.points]
+    names.sort(key=lambda name: name != result.primary)
+    primary = names[:1] if result.primary in names else []
+    raw = Series.over(_hertz(ordered), (p.raw_peak_nm for p in ordered), "raw peak", "joined")
+    compensated = [_method(ordered, name) for name in primary]
+    lowest = min(p.y for each in (raw, *compensated) for p in each.points)
+    methods = (
+        _method(ordered, name, (place - (len(names) - 1) / 2) * DODGE * _highest_hz(ordered))
+        for place, name in enumerate(names)
+    )
+    true = tuple(
+        Point(each.frequency_hz, each.truth_nm) for each in ordered if each.truth_nm is not None
+    )
+    truth = [Series("simulated truth", true, "line")] if true else []
+    limits = tuple(_limits(result))
+    frequency = Axis("frequency", "Hz", low=0.0, high=RIGHT * _highest_hz(ordered) or None)
+    panels = (
+        Figure(
+            "Raw and compensated",
+            frequency,
+            Axis("torque", "N·m", low=0.0 if lowest >= 0 else None),
+            (*compensated, raw),
+            limits,
+        ),
+        Figure(
+            "Compensated by each method, enlarged",
+            frequency,
+            Axis("torque", "N·m"),
+            (*methods, *truth),
+            limits,
+        ),
+    )
+    caption = _caption(result, ordered) + (THINNED if len(ordered) < len(points) else "")
+    return Picture(caption, _alt(result, ordered), panels, in_a_row=True)
+
+
+def _hertz(points: Sequence[SetPoint]) -> list[float]:
+    return [each.frequency_hz for each in points]
+
+
+def _shown(result: Result, points: Sequence[SetPoint]) -> list[SetPoint]:
+    """Return the set-points to draw: all, or of very many those where a torque is an extreme."""
+    raw = np.array([each.raw_peak_nm for each in points])
+    methods = [
+        np.array([_torque_nm(each, name) for each in points])
+        for name, method in result.compensations.items()
+        if method.points
+    ]
+    return [points[place] for place in places_of_extremes(raw, *methods, most=MOST_POINTS)]
+
+
+def _torque_nm(each: SetPoint, name: str) -> float:
+    return each.by_method[name].torque.value if name in each.by_method else nan
+
+
+def _method(points: Sequence[SetPoint], name: str, dodge_hz: float = 0.0) -> Series:
+    found = [(each, each.by_method[name].torque) for each in points if name in each.by_method]
+    return Series.over(
+        (each.frequency_hz + dodge_hz for each, _ in found),
+        (torque.value for _, torque in found),
+        name,
+        "joined",
+        U=(expanded(torque) for _, torque in found),
+    )
+
+
+def _limits(result: Result) -> Iterator[Mark]:
+    if result.decision is not None:
+        limits = result.decision.deciding.limits
+        for value in (limits.lower, limits.upper):
+            if isfinite(value):
+                yield Mark("y", value, name=f"limit {limits}", is_limit=True)
+
+
+def _highest_hz(points: Sequence[SetPoint]) -> float:
+    return max(each.frequency_hz for each in points)
+
+
+def _caption(result: Result, points: Sequence[SetPoint]) -> str:
+    truth = (
+        " The thin line is the simulated truth, which the analysis cannot see."
+        if any(each.truth_nm is not None for each in points)
+        else ""
+    )
+    return (
+        "Torque over frequency. Left: the mean raw peak of a swing, and what is left of it by "
+        f"{result.primary or 'the primary method'}. Right: all methods on a larger scale, drawn "
+        f"slightly apart. Bars are U (95 %).{truth}"
+    )
+
+
+def _alt(result: Result, points: Sequence[SetPoint]) -> str:
+    raw = ", ".join(f"{each.frequency_hz:.4g} Hz {fixed(each.raw_peak_nm, 3)}" for each in points)
+    methods = [f"Raw peak in N·m: {raw}."]
+    for name, compensation in result.compensations.items():
+        if compensation.points:
+            values = ", ".join(
+                f"{each.frequency_hz:.4g} Hz {stated(each.by_method[name].torque).interval}"
+                for each in points
+                if name in each.by_method
+            )
+            methods.append(f"{name} in N·m: {values}.")
+    return " ".join(methods)

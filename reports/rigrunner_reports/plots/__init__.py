@@ -1,1 +1,0 @@
-"""The figures of a report as SVG, each with a text that says its numbers."""

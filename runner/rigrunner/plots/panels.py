@@ -1,0 +1,279 @@
+"""How the panels of a picture are painted: series, marks, limits, axes and the legend."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.ticker import FuncFormatter
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+    from rigrunner.api.data import Array
+    from rigrunner.api.figures import Axis, Figure, Mark, Picture, Point, Series
+
+INK, GREY = "#1f2933", "#5F6B7A"
+STYLE: dict[str, Any] = {
+    "svg.fonttype": "path",
+    "svg.hashsalt": "rigrunner",
+    "font.family": "DejaVu Sans",
+    "font.size": 8.5,
+    "axes.titlesize": 9,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelcolor": INK,
+    "axes.edgecolor": GREY,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.useoffset": False,  # a reader does not add 2.961e2 to each tick
+    "axes.unicode_minus": True,
+    "grid.color": "#E1E6EB",
+    "grid.linewidth": 0.7,
+    "text.color": INK,
+    "text.parse_math": False,
+    "xtick.color": GREY,
+    "ytick.color": GREY,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "lines.linewidth": 1.5,
+    "lines.markersize": 4.5,
+    "errorbar.capsize": 2.5,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "path.simplify": True,
+    "path.simplify_threshold": 0.2,
+}
+MOST_SERIES = 12
+"""Of one panel, so many are drawn."""
+FEW = 2
+"""So many panels above each other are high; of more each is lower."""
+CROWDED = 60
+"""Of more points than this the marks are small."""
+LETTERS, GAP = 112, 2
+"""What there is room for under a picture, and between two names there."""
+COLUMNS, HANDLE = 4, 7
+"""Of a legend at most, and what the line before a name takes, in letters."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """How a series is told apart: colour, dashes and marker together."""
+
+    color: str
+    dashes: str
+    marker: str
+
+
+BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"
+PURPLE, OCHRE = "#A04A84", "#8A6100"
+"""Of the palette of Okabe and Ito (2008), told apart by most colour-blind readers.
+
+The last ones are darkened until they keep a contrast of 3 to 1 on white.
+"""
+LINES = (
+    Line(BLUE, "-", "o"),
+    Line(VERMILION, "--", "D"),
+    Line(GREEN, ":", "v"),
+    Line(PURPLE, "-.", "s"),
+    Line(OCHRE, ":", "^"),
+    Line(GREY, "--", "P"),
+)
+_APART = {"excluded", "marked"}
+"""Kinds that have a look of their own."""
+_LIMIT: dict[str, Any] = {"color": INK, "linestyle": (0, (5, 3)), "linewidth": 1.3}
+
+
+def height_in(picture: Picture) -> float:
+    """Return how high a picture is drawn, in inches."""
+    if picture.in_a_row or len(picture.panels) == 1:
+        return 3.1
+    return 0.8 + len(picture.panels) * (1.9 if len(picture.panels) <= FEW else 1.3)
+
+
+def paint(canvas: Canvas, picture: Picture) -> None:
+    """Paint all panels, and one legend above them for what has a name."""
+    panels = picture.panels
+    grid = (1, len(panels)) if picture.in_a_row else (len(panels), 1)
+    every = canvas.subplots(*grid, sharex=not picture.in_a_row, squeeze=False).ravel()
+    lines = _lines(panels)
+    for axes, figure in zip(every, panels, strict=True):
+        _panel(axes, figure, lines, picture.limit)
+        if len(panels) > 1 and figure.title:
+            axes.set_title(figure.title)
+        _name_places(axes, figure.x, LETTERS // grid[1])
+        if figure.x.is_time:
+            axes.xaxis.set_major_formatter(FuncFormatter(_date))
+        if picture.decimal != ".":
+            _write_decimals(axes, picture.decimal)
+        if not picture.in_a_row and axes is not every[-1]:
+            axes.set_xlabel("")
+    _legend(canvas, every)
+
+
+def limit_lines(points: Iterable[Point]) -> Iterator[tuple[list[float], list[float]]]:
+    """Yield the lines of points' limits: over x where they follow it, or one value without x."""
+    found = list(points)
+    for side in ([(p.x, p.lower) for p in found], [(p.x, p.upper) for p in found]):
+        known = sorted({(x, end) for x, end in side if end is not None and isfinite(end)})
+        values = sorted({end for _, end in known})
+        if len(values) > 1:
+            yield [x for x, _ in known], [end for _, end in known]
+        else:
+            yield from (([], [value]) for value in values)
+
+
+def _lines(panels: Sequence[Figure]) -> dict[str, Line]:
+    """Return how each series is drawn: alike in all panels by its name."""
+    named = dict.fromkeys(
+        series.name
+        for panel in panels
+        for series in panel.series
+        if series.name and series.kind not in _APART
+    )
+    return {name: LINES[place % len(LINES)] for place, name in enumerate(named)}
+
+
+def _panel(axes: Axes, figure: Figure, lines: Mapping[str, Line], limit: str) -> None:
+    for mark in figure.marks:
+        _mark(axes, mark)
+    for each in figure.series[:MOST_SERIES]:
+        _PAINTERS[each.kind](axes, each, lines.get(each.name, LINES[0]))
+    points = [point for series in figure.series for point in series.points]
+    label = limit
+    for over, ends in limit_lines(points):
+        if over:
+            axes.plot(over, ends, label=label, **_LIMIT)
+        else:
+            axes.axhline(ends[0], label=label, **_LIMIT)
+        label = ""
+    out = [point for point in points if point.missed]
+    if out:
+        x, y = _x(out), _column(out, "y")
+        look: dict[str, Any] = {"marker": "X", "color": VERMILION, "markersize": 8, "zorder": 4}
+        axes.plot(x, y, linestyle="", label="not within its limit", **look)
+    axes.set(xlabel=str(figure.x), ylabel=str(figure.y))
+    axes.margins(x=0.03, y=0.1)
+    axes.set_xlim(figure.x.low, figure.x.high)
+    axes.set_ylim(figure.y.low, figure.y.high)
+
+
+def _mark(axes: Axes, mark: Mark) -> None:
+    along = axes.axhline if mark.axis == "y" else axes.axvline
+    if mark.end is not None:
+        span = axes.axhspan if mark.axis == "y" else axes.axvspan
+        span(mark.at, mark.end, color=BLUE, alpha=0.09, linewidth=0, zorder=0, label=mark.name)
+    elif mark.is_limit:
+        along(mark.at, label=mark.name, **_LIMIT)
+    else:
+        dashes = "-" if mark.axis == "y" else (0, (1, 2))
+        along(mark.at, label=mark.name, color=INK, linewidth=0.7, linestyle=dashes, zorder=1)
+
+
+def _points(axes: Axes, series: Series, line: Line) -> None:
+    is_crowded = len(series.points) > CROWDED
+    axes.errorbar(
+        _x(series.points),
+        _column(series.points, "y"),
+        yerr=_half_widths(series.points),
+        label=series.name,
+        color=line.color,
+        marker=line.marker,
+        markersize=2.6 if is_crowded else None,
+        linestyle=line.dashes if series.kind == "joined" else "none",
+        linewidth=1.0,
+        elinewidth=1.0,
+    )
+
+
+def _line(axes: Axes, series: Series, line: Line) -> None:
+    x, y = _x(series.points), _column(series.points, "y")
+    axes.plot(x, y, label=series.name, color=line.color, linestyle=line.dashes)
+    half = _half_widths(series.points)
+    if half is not None:
+        axes.fill_between(x, y - half, y + half, color=line.color, alpha=0.15, linewidth=0)
+
+
+def _bars(axes: Axes, series: Series, line: Line) -> None:
+    x = _x(series.points)
+    width = float(np.diff(x).min()) if len(x) > 1 else 1.0
+    look: dict[str, Any] = {"color": line.color, "alpha": 0.35, "linewidth": 0}
+    axes.bar(x, _column(series.points, "y"), width, label=series.name, **look)
+
+
+def _excluded(axes: Axes, series: Series, _: Line) -> None:
+    look: dict[str, Any] = {"marker": "x", "color": VERMILION, "markersize": 6}
+    x, y = _x(series.points), _column(series.points, "y")
+    axes.plot(x, y, label=series.name, linestyle="", zorder=3, **look)
+
+
+def _marked(axes: Axes, series: Series, _: Line) -> None:
+    look: dict[str, Any] = {"marker": "s", "markersize": 8, "markerfacecolor": "none"}
+    x, y = _x(series.points), _column(series.points, "y")
+    axes.plot(x, y, label=series.name, linestyle="", color=INK, zorder=3, **look)
+
+
+_PAINTERS = {
+    "points": _points,
+    "joined": _points,
+    "line": _line,
+    "bars": _bars,
+    "excluded": _excluded,
+    "marked": _marked,
+}
+
+
+def _name_places(axes: Axes, axis: Axis, letters: int) -> None:
+    """Name the places of an axis of names: as many, evenly, as stand clear of each other."""
+    if not axis.ticks:
+        return
+    room = max(1, letters // (GAP + max(len(name) for _, name in axis.ticks)))
+    shown = axis.ticks[:: -(-len(axis.ticks) // room)]
+    axes.set_xticks([place for place, _ in shown], [name for _, name in shown])
+    axes.grid(visible=False, axis="x")
+
+
+def _date(seconds: float, _: object) -> str:
+    return f"{datetime.fromtimestamp(seconds, UTC):%Y-%m-%d}"
+
+
+def _write_decimals(axes: Axes, sign: str) -> None:
+    def shown(value: float, _: object) -> str:
+        return f"{value:.6g}".replace("-", "\N{MINUS SIGN}").replace(".", sign)
+
+    axes.xaxis.set_major_formatter(FuncFormatter(shown))
+    axes.yaxis.set_major_formatter(FuncFormatter(shown))
+
+
+def _legend(canvas: Canvas, every: Iterable[Axes]) -> None:
+    found: dict[str, Artist] = {}
+    for axes in every:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            found.setdefault(label, handle)
+    if found:
+        longest = sorted((len(label) + HANDLE for label in found), reverse=True)[:COLUMNS]
+        columns = max(n for n in range(1, len(longest) + 1) if n == 1 or sum(longest[:n]) < LETTERS)
+        canvas.legend(list(found.values()), list(found), loc="outside upper center", ncols=columns)
+
+
+def _half_widths(points: Sequence[Point]) -> Array | None:
+    """Return U of each point, 0 where it is not known; None where none is."""
+    half = _column(points, "U")
+    return np.nan_to_num(half) if np.isfinite(half).any() else None
+
+
+def _x(points: Sequence[Point]) -> Array:
+    return _column(points, "x")
+
+
+def _column(points: Sequence[Point], name: str) -> Array:
+    return np.array([getattr(each, name) for each in points], dtype=float)

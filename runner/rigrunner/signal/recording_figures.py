@@ -1,0 +1,97 @@
+"""From recordings and tables of measured values to figures: what was recorded, for the eye."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.coordinates import written_text
+from rigrunner.api.figures import Axis, Figure, Picture, Series
+from rigrunner.api.units import unit as unit_of
+from rigrunner.signal.thinning import places_of_extremes
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.api.data import Array, Measurement, Recording
+
+MOST_SAMPLES = 1500
+"""Of a channel, so many are drawn: more than a figure has pixels."""
+MOST_CHANNELS = 6
+LEAST_ROWS = 2
+"""So many make a curve."""
+THINNED = " Of many samples the least and the greatest of equal stretches are drawn."
+
+
+def of_recording(recording: Recording) -> Picture:
+    """Return the picture of a recording: each channel over time, one above the other."""
+    time = Axis("time", "s")
+    panels, alt = [], []
+    for name, samples in list(recording.channels.items())[:MOST_CHANNELS]:
+        si_unit, written_in = recording.units.get(name, ""), recording.written_in.get(name, "")
+        values, unit = _shown(np.asarray(samples), si_unit, written_in)
+        places = places_of_extremes(values, most=MOST_SAMPLES)
+        series = Series.over(places / recording.rate_hz, values[places], kind="line")
+        panels.append(Figure("", time, Axis(name, unit), (series,)))
+        alt.append(_span(name, values, unit))
+    where = ", ".join(
+        f"{name} {_set_text(recording, name, value)}" for name, value in recording.setpoints.items()
+    )
+    more = len(recording.channels) - len(panels)
+    left_out = f" {more} more channels are not drawn." if more else ""
+    caption = f"Recording {recording.name}{f' at {where}' if where else ''}.{left_out}"
+    thinned = THINNED if recording.samples > MOST_SAMPLES else ""
+    return Picture(caption + thinned, "; ".join(alt), tuple(panels))
+
+
+def of_table(rows: Sequence[Measurement]) -> Picture | None:
+    """Return the picture of a table over what was set first of several values; None for none."""
+    if len(rows) < LEAST_ROWS or not rows[0].values:
+        return None
+    units = rows[0].units
+    several = (n for n in rows[0].setpoints if len({row.setpoints.get(n) for row in rows}) > 1)
+    axis = next(several, "")
+    over = Axis("row")
+    panels, alt = [], []
+    for name in list(rows[0].values)[:MOST_CHANNELS]:
+        found = [row for row in rows if name in row.values and (not axis or axis in row.setpoints)]
+        read = np.array([row.values[name] for row in found])
+        values, unit = _shown(read, units.get(name, ""), _common(found, name))
+        x = np.arange(1.0, len(found) + 1)
+        if axis:
+            set_to = np.array([row.setpoints[axis] for row in found], float)
+            x, x_unit = _shown(set_to, units.get(axis, ""), _common(rows, axis))
+            over = Axis(f"set {axis}", x_unit)
+        places = places_of_extremes(values, most=MOST_SAMPLES)
+        series = Series.over(x[places], values[places], kind="joined")
+        panels.append(Figure("", over, Axis(name, unit), (series,)))
+        alt.append(_span(name, values, unit))
+    caption = f"Table {rows[0].name}, over {axis or 'its rows'}."
+    return Picture(caption, "; ".join(alt), tuple(panels))
+
+
+def _set_text(recording: Recording, name: str, value: float) -> str:
+    return written_text(value, recording.units.get(name, ""), recording.written_in.get(name, ""))
+
+
+def _common(rows: Sequence[Measurement], name: str) -> str:
+    """Return the unit in which all rows have it written; '' where they differ."""
+    written = {row.written_in.get(name, "") for row in rows}
+    return written.pop() if len(written) == 1 else ""
+
+
+def _shown(si: Array, si_unit: str, written_in: str) -> tuple[Array, str]:
+    """Return values in the unit in which people see them, shape (n,), and that unit."""
+    if not written_in:
+        return si, si_unit
+    known = unit_of(written_in)
+    return (si - known.offset) / known.factor, known.symbol
+
+
+def _span(name: str, values: Array, unit: str) -> str:
+    """Return the range of values in words, for those who do not see the figure."""
+    low, high = (
+        f"{end:.6g}".replace("-", "\N{MINUS SIGN}") for end in (values.min(), values.max())
+    )
+    return f"{name}: {low} to {high} {unit}".rstrip()
