@@ -1,4 +1,4 @@
-"""What misaligned clocks cost: the table of docs/explanation/clocks.md.
+"""What misaligned clocks cost: the table of docs/evidence/clocks.md.
 
     python tests/benchmarks/alignment.py [draws]
 

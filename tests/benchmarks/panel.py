@@ -1,4 +1,4 @@
-"""How soon the panel stops a rig and shows a sample, and what it keeps: see panel-measured.md.
+"""How soon the panel stops a rig and shows a sample, and what it keeps: see docs/evidence/panel.md.
 
     python tests/benchmarks/panel.py stop [times] | frames | memory [hours] | hours [hours]
 

@@ -1,4 +1,4 @@
-"""How smooth and how late the panel is in a real browser: see panel-measured.md.
+"""How smooth and how late the panel is in a real browser: see docs/evidence/panel.md.
 
     python tests/benchmarks/panel_screen.py [PICTURE]
 

@@ -2,7 +2,7 @@
 
 The run is that of the shipped procedure, with five set-points and twelve cycles each.
 
-`python tests/benchmarks/tamper.py [COUNT [SEED]]` prints the table of docs/explanation/proof.md.
+`python tests/benchmarks/tamper.py [COUNT [SEED]]` prints the table of docs/evidence/forgeries.md.
 """
 
 from __future__ import annotations

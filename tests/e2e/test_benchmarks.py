@@ -1,6 +1,6 @@
 """The short form of every benchmark: that it runs, and that its counted work has not grown.
 
-Nothing here looks at a clock: wall time belongs to docs/performance.md.
+Nothing here looks at a clock: wall time belongs to docs/evidence/performance.md.
 """
 
 import pytest

@@ -222,7 +222,7 @@ def test_each_item_stands_in_the_json_and_is_missed_where_it_does_not(english, i
 
 @pytest.mark.parametrize("item", ISO_17025)
 def test_the_documentation_lists_each_item_with_its_clause(item):
-    page = Path(__file__).parents[2] / "docs/reference/certificate.md"
+    page = Path(__file__).parents[2] / "docs/evidence/iso-17025.md"
     assert f"| {item} |" in page.read_text(encoding="utf-8")
 
 

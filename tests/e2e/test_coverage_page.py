@@ -79,7 +79,7 @@ def _either_way(quantity: str, limit: float, unit: str) -> list[str]:
 pytestmark = pytest.mark.figures
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGE = (DOCS / "reference/coverage.md").read_text(encoding="utf-8")
+PAGE = (DOCS / "evidence/coverage.md").read_text(encoding="utf-8")
 
 
 def rows_after(words):

@@ -10,7 +10,7 @@ from rigrunner.study.fault_kinds import FAULTS, UNSEEN
 from rigrunner.study.fault_table import HEADER, SILENT_HEADER, UNSEEN_HEADER
 from rigrunner.study.share import Share
 
-PAGE = Path(__file__).parents[2] / "docs/reference/faults.md"
+PAGE = Path(__file__).parents[2] / "docs/evidence/faults.md"
 AT_LEAST = 300
 
 

@@ -12,7 +12,7 @@ import pytest
 from helpers_cli import call
 from helpers_docs import ROOT
 
-strd = runpy.run_path(str(ROOT / "docs/reference/strd_page.py"))
+strd = runpy.run_path(str(ROOT / "docs/evidence/strd_page.py"))
 LONGLEY = "expression: {over: [x1, x2, x3, x4, x5, x6], start: {B0: 1, B1: 1, B2: 1, B3: 1, B4: 1, \
 B5: 1, B6: 1}, model: B0 + B1*x1 + B2*x2 + B3*x3 + B4*x4 + B5*x5 + B6*x6}"
 MISRA = "expression: {over: [x], start: {b1: 500, b2: 1e-4}, model: b1*(1 - exp(-b2*x))}"

@@ -1,4 +1,4 @@
-"""What `verify` says of forged, replaced and sealed certificates: the table of the proof's page.
+"""What `verify` says of forged, replaced and sealed certificates: docs/evidence/forgeries.md.
 
 Each case stands in that table by its name, with its first line and exit code.
 """
@@ -32,7 +32,7 @@ from rigrunner.workflow.verifying.verification import Verification
 
 pytestmark = pytest.mark.thorough
 
-PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "proof.md"
+PAGE = Path(__file__).parents[2] / "docs" / "evidence" / "forgeries.md"
 SEED, EACH = 17025, 50
 CASES = {}
 

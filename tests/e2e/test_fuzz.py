@@ -58,7 +58,7 @@ def test_the_corpus_is_there():
 
 
 def test_the_page_on_security_has_every_reader_and_no_crash():
-    page = (FUZZ.parent.parent / "docs/reference/security.md").read_text(encoding="utf-8")
+    page = (FUZZ.parent.parent / "docs/evidence/security.md").read_text(encoding="utf-8")
     rows = [
         [cell.strip() for cell in line.strip("|").split("|")]
         for line in page.split("## Fuzzing")[1].splitlines()

@@ -6,7 +6,7 @@ from benchmarks.command import SHORT, names
 from benchmarks.machine import ROOT
 from benchmarks.page import BEGIN, END, stored
 
-PAGE = ROOT / "docs" / "performance.md"
+PAGE = ROOT / "docs" / "evidence" / "performance.md"
 
 
 def tables():
@@ -14,7 +14,7 @@ def tables():
 
 
 def test_the_page_has_every_benchmark():
-    """If not: `python -m tests.benchmarks NAME --markdown docs/performance.md`."""
+    """If not: `python -m tests.benchmarks NAME --markdown docs/evidence/performance.md`."""
     assert list(stored(tables())) == names()
 
 

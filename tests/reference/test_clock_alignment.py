@@ -2,7 +2,7 @@
 
 Each recording's torque is shifted in time against its angle by an error of its own. Within the
 tolerance the stated interval holds the simulator's truth; beyond it the result would be wrong by
-more than it states, and none is given. The table of docs/explanation/clocks.md has more draws.
+more than it states, and none is given. The table of docs/evidence/clocks.md has more draws.
 """
 
 from __future__ import annotations

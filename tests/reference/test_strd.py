@@ -16,7 +16,7 @@ from rigrunner_plugins.fits.polynomial import PolynomialFit
 from rigrunner_plugins.fits.settings import BasisSettings, PolynomialSettings
 
 ROOT = Path(__file__).parents[2]
-strd = runpy.run_path(str(ROOT / "docs/reference/strd_page.py"))
+strd = runpy.run_path(str(ROOT / "docs/evidence/strd_page.py"))
 read, digits = strd["read"], strd["digits"]
 LONGEST_DOUBLE = np.finfo(np.longdouble).nmant >= 63
 """Where extended precision is double precision, there are fewer digits."""
@@ -111,9 +111,9 @@ def test_nonlinear(name, start):
 def test_the_page_has_the_digits_that_are_found():
     shown, found = (
         re.split(r"(\d+\.\d)(?= [|/])", text)
-        for text in ((ROOT / "docs/reference/strd.md").read_text("utf-8"), strd["page"]())
+        for text in ((ROOT / "docs/evidence/strd.md").read_text("utf-8"), strd["page"]())
     )
-    again = "python docs/reference/strd_page.py docs/reference"
+    again = "python docs/evidence/strd_page.py docs/evidence"
     assert shown[::2] == found[::2], again
     assert np.array(shown[1::2], float) == pytest.approx(np.array(found[1::2], float), abs=0.5), (
         again

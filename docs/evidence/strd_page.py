@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Fits NIST's Statistical Reference Datasets, and counts the digits that agree.
 
-    python docs/reference/strd_page.py docs/reference
+    python docs/evidence/strd_page.py docs/evidence
 
 Writes `strd.md`. The data are in tests/reference/strd, as NIST publishes them
 (https://www.itl.nist.gov/div898/strd/).
@@ -54,7 +54,7 @@ relative error -log10(|found - certified|/|certified|), the least over all param
 sets 15 digits are certified, of nonlinear ones 11; more are not counted. Made by
 
 ```sh
-python docs/reference/strd_page.py docs/reference
+python docs/evidence/strd_page.py docs/evidence
 ```
 <!-- run by the test of the digits -->
 
