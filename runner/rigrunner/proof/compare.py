@@ -7,7 +7,8 @@ were computed again are not compared bit by bit:
   second significant digit of U (GUM 7.2.6);
 - any other number to four significant digits, a member of an array to as much of the largest;
 - checks by their names, see `_of_checks`; results of a name that was not recorded are new;
-- numbers within a text to one unit of their last digit;
+- numbers within a text to one unit of their last digit, and what older programs wrote in the words
+  of today;
 - all else must be equal.
 """
 
@@ -18,6 +19,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import TYPE_CHECKING, Any, TypeGuard
 
+from rigrunner.proof.older_texts import today
 from rigrunner.signal.rounding import places
 
 if TYPE_CHECKING:
@@ -123,7 +125,7 @@ def _same(recorded: object, derived: object, width: float) -> bool:
         largest = max(abs(recorded), abs(derived))
         return abs(recorded - derived) <= max(width, SIGNIFICANT * largest, NEGLIGIBLE)
     if isinstance(recorded, str) and isinstance(derived, str):
-        return recorded == derived or _same_text(recorded, derived)
+        return recorded == derived or _same_text(today(recorded), derived)
     return recorded == derived and type(recorded) is type(derived)
 
 

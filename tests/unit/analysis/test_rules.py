@@ -134,9 +134,7 @@ def test_where_no_value_could_pass_a_binary_rule_decides_nothing():
     narrow, wide = Limits.between(0.4, 0.6), Estimate(0.5, 0.06)
     found, reason = rule("guard_band_u").verdict(narrow, wide)
     assert found is Verdict.INCONCLUSIVE
-    assert reason.endswith(
-        "but no value is within both limits by U = 0.1176 N·m: so uncertain a result cannot pass."
-    )
+    assert reason.endswith("; the limits are too close for U = 0.1176 N·m, so no result can pass.")
     assert rule("guard_band_u").verdict(narrow, Estimate(0.61, 0.06))[0] is Verdict.FAIL
     assert rule("non_binary").verdict(narrow, wide)[0] is Verdict.CONDITIONAL_PASS
     assert isnan(rule("guard_band_u").false_accept_risk(narrow, wide))
@@ -178,18 +176,22 @@ def test_with_two_near_limits_simple_acceptance_risks_more_than_half():
 @pytest.mark.parametrize(
     ("value", "name", "words"),
     [
-        (0.72, "simple", "0.7200 N·m is 0.2300 N·m within the limit ≤ 0.95 N·m."),
-        (0.72, "guard_band_u", "within the limit ≤ 0.95 N·m, by at least U = 0.0980 N·m."),
-        (0.72, "guard_band_fraction", "by at least w = 0.5 U = 0.0490 N·m."),
+        (0.72, "simple", "Margin to the limit ≤ 0.95 N·m: 0.2300 N·m."),
+        (0.72, "guard_band_u", "Margin to the limit ≤ 0.95 N·m: 0.2300 N·m (U = 0.0980 N·m)."),
+        (0.72, "guard_band_fraction", ": 0.2300 N·m (w = 0.5 U = 0.0490 N·m)."),
         (
             0.9,
             "guard_band_u",
-            "but by less than U = 0.0980 N·m: conformity is not demonstrated.",
+            "0.0500 N·m, less than U = 0.0980 N·m; conformity is not demonstrated.",
         ),
-        (0.96, "guard_band_u", "0.9600 N·m is 0.0100 N·m outside the limit ≤ 0.95 N·m."),
-        (0.9, "non_binary", "within the limit ≤ 0.95 N·m, but by less than U = 0.0980 N·m."),
-        (0.96, "non_binary", "outside the limit ≤ 0.95 N·m, but by no more than U = 0.0980 N·m."),
-        (1.2, "non_binary", "outside the limit ≤ 0.95 N·m, by more than U = 0.0980 N·m."),
+        (0.96, "guard_band_u", "Outside the limit ≤ 0.95 N·m by 0.0100 N·m."),
+        (0.9, "non_binary", "≤ 0.95 N·m: 0.0500 N·m, less than U = 0.0980 N·m."),
+        (
+            0.96,
+            "non_binary",
+            "≤ 0.95 N·m by 0.0100 N·m, no more than U = 0.0980 N·m.",
+        ),
+        (1.2, "non_binary", "≤ 0.95 N·m by 0.2500 N·m, more than U = 0.0980 N·m."),
     ],
 )
 def test_the_reason_is_one_sentence_with_the_numbers(value, name, words):
@@ -245,14 +247,14 @@ NEVER = Agreed((Zone(Verdict.INCONCLUSIVE, 0.0),))
 @pytest.mark.parametrize(
     ("zones", "value", "expected", "why"),
     [
-        (RELAXED, 0.9, Verdict.PASS, "within the limit ≤ 0.95 N·m."),
-        (RELAXED, 0.96, Verdict.PASS, "≤ 0.95 N·m, but by no more than w = 0.0200 N·m."),
-        (RELAXED, 0.98, Verdict.CONDITIONAL_FAIL, "but by no more than v = 0.0500 N·m."),
-        (RELAXED, 1.01, Verdict.FAIL, "by more than v = 0.0500 N·m."),
-        (PROVEN, 0.84, Verdict.PASS, "by at least w = 0.1000 N·m."),
-        (PROVEN, 0.9, Verdict.CONDITIONAL_PASS, "but by less than w = 0.1000 N·m."),
-        (PROVEN, 0.92, Verdict.FAIL, "than v = 0.0400 N·m: conformity is not demonstrated."),
-        (PROVEN, 0.96, Verdict.FAIL, "outside the limit ≤ 0.95 N·m."),
+        (RELAXED, 0.9, Verdict.PASS, "Margin to the limit ≤ 0.95 N·m: 0.0500 N·m."),
+        (RELAXED, 0.96, Verdict.PASS, "by 0.0100 N·m, no more than w = 0.0200 N·m."),
+        (RELAXED, 0.98, Verdict.CONDITIONAL_FAIL, "by 0.0300 N·m, no more than v = 0.0500 N·m."),
+        (RELAXED, 1.01, Verdict.FAIL, "by 0.0600 N·m, more than v = 0.0500 N·m."),
+        (PROVEN, 0.84, Verdict.PASS, "0.1100 N·m (w = 0.1000 N·m)."),
+        (PROVEN, 0.9, Verdict.CONDITIONAL_PASS, "0.0500 N·m, less than w = 0.1000 N·m."),
+        (PROVEN, 0.92, Verdict.FAIL, "less than v = 0.0400 N·m; conformity is not demonstrated."),
+        (PROVEN, 0.96, Verdict.FAIL, "Outside the limit ≤ 0.95 N·m by 0.0100 N·m."),
     ],
 )  # fmt: skip
 def test_a_rule_of_a_lab_s_own_needs_zones_alone(zones, value, expected, why):

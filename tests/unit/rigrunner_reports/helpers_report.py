@@ -323,7 +323,7 @@ def loaded_result(**changes):
             parts=(
                 LimitDecision(
                     verdict=Verdict.PASS,
-                    reason="0.7274 N·m is within the limit by at least U = 0.0122 N·m.",
+                    reason="Margin to the limit ≤ 0.95 N·m: 0.2226 N·m (U = 0.0122 N·m).",
                     limits=Limits.between(None, 0.95),
                     source="demonstration only",
                     probability=1.0,

@@ -67,16 +67,16 @@ class AppliedRule:
         """
         zones = self.zones(limits, estimate)
         margin = limits.margin(estimate.value)
-        place = _place(limits, estimate.value, margin)
+        place = _place(limits, margin)
         reached = _reached(zones, margin)
         if reached == len(zones) and margin >= 0 and not _reachable(zones, limits):
             width = _width(zones[-1], limits.unit)
-            why = f"no value is within both limits by {width}: so uncertain a result cannot pass"
-            return Verdict.INCONCLUSIVE, f"{place}, but {why}."
+            why = f"the limits are too close for {width}, so no result can pass"
+            return Verdict.INCONCLUSIVE, f"{place}; {why}."
         found = zones[reached].verdict if reached < len(zones) else Verdict.FAIL
         unproven = found is Verdict.FAIL and margin >= 0
-        why = ": conformity is not demonstrated" if unproven else ""
-        return found, f"{place}{_by(zones, reached, margin, limits.unit)}{why}."
+        why = "; conformity is not demonstrated" if unproven else ""
+        return found, f"{place}{_against(zones, reached, margin, limits.unit)}{why}."
 
     def is_marginal(self, limits: Limits, estimate: Estimate) -> bool:
         """Return whether a value that differs by the marginal band or less had another verdict."""
@@ -108,10 +108,12 @@ class AppliedRule:
         return max(_conforming(limits, estimate, edge) for edge in limits.edges(begins))
 
 
-def _place(limits: Limits, value: float, margin: float) -> str:
-    side = "within" if margin >= 0 else "outside"
-    shown, away = (_shown(each, limits.unit) for each in (value, abs(margin)))
-    return f"{shown} is {away} {side} the limit {limits}"
+def _place(limits: Limits, margin: float) -> str:
+    """Return how far a value is from its limit; `proof.older_texts` knows the older words."""
+    away = _shown(abs(margin), limits.unit)
+    if margin >= 0:
+        return f"Margin to the limit {limits}: {away}"
+    return f"Outside the limit {limits} by {away}"
 
 
 def _shown(value: float, unit: str) -> str:
@@ -128,15 +130,15 @@ def _reachable(zones: Sequence[Zone], limits: Limits) -> bool:
     return limits.can_be_within(zones[-1].margin)
 
 
-def _by(zones: Sequence[Zone], reached: int, margin: float, unit: str) -> str:
+def _against(zones: Sequence[Zone], reached: int, margin: float, unit: str) -> str:
     """Return how the distance from the limit compares with the widths of the zones."""
     if margin >= 0:
         if reached:
-            return f", but by less than {_width(zones[reached - 1], unit)}"
-        return f", by at least {_width(zones[0], unit)}" if zones[0].margin > 0 else ""
+            return f", less than {_width(zones[reached - 1], unit)}"
+        return f" ({_width(zones[0], unit)})" if zones[0].margin > 0 else ""
     if reached < len(zones):
-        return f", but by no more than {_width(zones[reached], unit)}"
-    return f", by more than {_width(zones[-1], unit)}" if zones[-1].margin < 0 else ""
+        return f", no more than {_width(zones[reached], unit)}"
+    return f", more than {_width(zones[-1], unit)}" if zones[-1].margin < 0 else ""
 
 
 def _width(zone: Zone, unit: str) -> str:
