@@ -8,13 +8,13 @@ from math import sqrt
 import GTC
 import numpy as np
 import pytest
-from helpers_equation import instrument, run_of
 
 from rigrunner.analysis.named import findings_of
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.errors import DataError
 from rigrunner.procedure import NamedAnalysisRef
 from rigrunner.registry import load_registry
+from unit.rigrunner_plugins.equation.helpers_equation import instrument, run_of
 
 UNITS = {"meter.voltage": "V", "meter.current": "A"}
 VOLT = np.array([5.007, 4.994, 5.005, 4.990, 2.504, 2.497, 2.501, 2.506])
