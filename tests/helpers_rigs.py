@@ -1,7 +1,7 @@
 """Recordings of the simulated rigs without a device, for studies of accuracy.
 
 Every `parameters` is a RigParameters (closed form) or an OdeParameters (time domain) of
-`rigrunner_plugins.devices.swing_tester_{sim,ode}.parameters`.
+`rigrunner_bearings.devices.swing_tester_{sim,ode}.parameters`.
 
     no_load = run_data(RigParameters(), 0, seed=1)
     loaded = run_data(RigParameters(), 1000, seed=1)
@@ -21,8 +21,8 @@ import numpy as np
 from rigrunner.api.data import Recording, RunData
 from rigrunner.api.instruments import TorqueInstrument
 from rigrunner.api.rig import RigDescription
-from rigrunner_plugins.devices.simulated.parameters import ConstantErrors, SensorParameters
-from rigrunner_plugins.devices.simulated.sampling import (
+from rigrunner_bearings.devices.simulated.parameters import ConstantErrors, SensorParameters
+from rigrunner_bearings.devices.simulated.sampling import (
     RigState,
     SimulatedRig,
     SteadyState,
@@ -30,10 +30,10 @@ from rigrunner_plugins.devices.simulated.sampling import (
     rig_source,
     sample,
 )
-from rigrunner_plugins.devices.simulated.sensor_errors import draw_constant_errors
-from rigrunner_plugins.devices.swing_tester_ode.parameters import OdeParameters
-from rigrunner_plugins.devices.swing_tester_ode.rig import time_domain_rig
-from rigrunner_plugins.devices.swing_tester_sim.rig import closed_form_rig
+from rigrunner_bearings.devices.simulated.sensor_errors import draw_constant_errors
+from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
+from rigrunner_bearings.devices.swing_tester_ode.rig import time_domain_rig
+from rigrunner_bearings.devices.swing_tester_sim.rig import closed_form_rig
 
 FREQUENCIES = (1.0, 3.0, 5.0, 8.0, 10.0, 15.0, 18.0, 20.0, 25.0, 30.0, 33.0, 35.0)
 SLOW_HZ = 3.0

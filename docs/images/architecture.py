@@ -21,6 +21,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 OURS = ROOT / "runner/rigrunner"
 GUESTS = {
+    "rigrunner_bearings": ROOT / "plugins/rigrunner_bearings",
     "rigrunner_plugins": ROOT / "plugins/rigrunner_plugins",
     "rigrunner_reports": ROOT / "reports/rigrunner_reports",
 }
@@ -71,7 +72,10 @@ def floors() -> list[list[str]]:
     """Return the layers of the contracts, the top first: packages on the core, and the core's."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     contracts = project["tool"]["importlinter"]["contracts"]
-    layers = (each["layers"] for each in contracts if each["type"] == "layers")
+    floors = (each for each in contracts if each["type"] == "layers")
+    layers = (
+        each["layers"] for each in floors if "containers" in each or OURS.name in each["layers"]
+    )
     return [re.split(r" [:|] ", layer) for each in layers for layer in each if layer != "rigrunner"]
 
 
@@ -213,7 +217,7 @@ def _places(rows: list[list[str]]) -> Boxes:
         for column, name in enumerate(names):
             middle = INSIDE * ASIDE[name] if name in ASIDE else step * (column + 0.5)
             places[name] = (LEFT + middle - width / 2, 24 + BAND * row, width)
-    for row, name in enumerate(GUESTS, len(rows) - 4):
+    for row, name in enumerate(GUESTS, len(rows) - 5):
         places[name] = (GUESTS_X, 24 + BAND * row, WIDTH - GUESTS_X - 16)
     return places
 

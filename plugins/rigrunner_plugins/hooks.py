@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from rigrunner_plugins.analyses.records import rigrunner_analyses
-from rigrunner_plugins.compensations.records import rigrunner_compensations
 from rigrunner_plugins.decision_rules import rigrunner_decision_rules
 from rigrunner_plugins.devices.records import rigrunner_devices
 from rigrunner_plugins.fits.records import rigrunner_fits
@@ -13,7 +12,6 @@ from rigrunner_plugins.outlier_rules.records import rigrunner_outlier_rules
 __all__ = [
     "api_version",
     "rigrunner_analyses",
-    "rigrunner_compensations",
     "rigrunner_decision_rules",
     "rigrunner_devices",
     "rigrunner_fits",

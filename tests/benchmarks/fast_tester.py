@@ -15,9 +15,9 @@ import numpy as np
 from rigrunner.api.data import Block
 from rigrunner.api.errors import DeviceLostError
 from rigrunner.api.hooks import DeviceRecord, hookimpl
-from rigrunner_plugins.devices.simulated.tester import SimulatedTester
-from rigrunner_plugins.devices.swing_tester_sim.rig import closed_form_rig
-from rigrunner_plugins.devices.swing_tester_sim.settings import SwingTesterSimSettings
+from rigrunner_bearings.devices.simulated.tester import SimulatedTester
+from rigrunner_bearings.devices.swing_tester_sim.rig import closed_form_rig
+from rigrunner_bearings.devices.swing_tester_sim.settings import SwingTesterSimSettings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

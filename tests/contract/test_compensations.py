@@ -18,7 +18,7 @@ from rigrunner.analysis.analyse import analyse
 from rigrunner.api.data import Measurement
 from rigrunner.procedure import AnalysisSpec
 from rigrunner.signal.uncertainty import coverage_factor
-from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 from unit.analysis.helpers_analysis import MEASURAND, registry
 
 OF_STARTS = {"breakaway_peak"}

@@ -17,14 +17,14 @@ from helpers_workflow import quick_procedure, run, station_file
 from rigrunner.api.errors import DeviceLostError
 from rigrunner.clock import SimulatedClock
 from rigrunner.runfile import read
-from rigrunner_plugins.devices.simulated.sampling import (
+from rigrunner_bearings.devices.simulated.sampling import (
     RigState,
     noise_source,
     rig_source,
     sample_channels,
 )
-from rigrunner_plugins.devices.simulated.sensor_errors import draw_constant_errors
-from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+from rigrunner_bearings.devices.simulated.sensor_errors import draw_constant_errors
+from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 from unit.rigrunner_plugins.devices.helpers_daqmx import FakeDriver
 
 START = datetime(2026, 3, 1, 12, 0, tzinfo=UTC)

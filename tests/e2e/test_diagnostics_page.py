@@ -19,7 +19,7 @@ from rigrunner.study.diagnostics_table import (
     share_text,
 )
 from rigrunner.study.share import Share
-from rigrunner_plugins.compensations.checks import LIMITS as METHOD_LIMITS
+from rigrunner_bearings.compensations.checks import LIMITS as METHOD_LIMITS
 
 AGREEMENT = (consistency.NAME, "at most the Birge ratio of 1 % chance")
 CHECKS = (

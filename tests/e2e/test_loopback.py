@@ -19,8 +19,8 @@ import pytest
 
 from helpers_workflow import quick_procedure
 from rigrunner.runfile import read
-from rigrunner_plugins.devices.swing_tester_sim.rig import steady_state
-from rigrunner_plugins.devices.swing_tester_sim.settings import SwingTesterSimSettings
+from rigrunner_bearings.devices.swing_tester_sim.rig import steady_state
+from rigrunner_bearings.devices.swing_tester_sim.settings import SwingTesterSimSettings
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -35,7 +35,7 @@ STARTS_WITHIN_S = 200.0
 def station(tmp_path_factory):
     """The station of the running instruments, as their program wrote it."""
     path = tmp_path_factory.mktemp("loopback") / "loopback.yaml"
-    command = [sys.executable, "-m", "rigrunner_plugins.loopback", "--station", path]
+    command = [sys.executable, "-m", "rigrunner_bearings.loopback", "--station", path]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as bench:
         until = time.monotonic() + STARTS_WITHIN_S
         while not path.exists() and bench.poll() is None and time.monotonic() < until:

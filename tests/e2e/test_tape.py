@@ -16,7 +16,7 @@ from helpers_workflow import quick_procedure
 from rigrunner.api.errors import DeviceRejectedError, ExitCode
 from rigrunner.runfile import read
 from rigrunner.tape import RecordedTape
-from rigrunner_plugins.loopback.bench import running_bench
+from rigrunner_bearings.loopback.bench import running_bench
 from rigrunner_testing import replayed
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the load cell needs a pty")

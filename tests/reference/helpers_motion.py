@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 
 from helpers_rigs import FREQUENCIES, make_rig, run_data
-from rigrunner_plugins.devices.simulated.sampling import (
+from rigrunner_bearings.devices.simulated.sampling import (
     RigState,
     noise_source,
     rig_source,
     sample_channels,
 )
-from rigrunner_plugins.devices.simulated.sensor_errors import draw_constant_errors
-from rigrunner_plugins.devices.swing_tester_ode.parameters import OdeParameters
-from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+from rigrunner_bearings.devices.simulated.sensor_errors import draw_constant_errors
+from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
+from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 
 UNITS = {"angle": "rad", "velocity": "rad/s", "index": "1"}
 BY_ENTRY = "none"

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from rigrunner.signal.uncertainty import coverage_factor
-from rigrunner_plugins.devices.swing_tester_ode.parameters import OdeParameters
-from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
-from unit.rigrunner_plugins.compensations.helpers_sweeps import compensate, errors_nm, sweep
+from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
+from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
+from unit.rigrunner_bearings.compensations.helpers_sweeps import compensate, errors_nm, sweep
 
 HERTZ = (1.0, 5.0, 10.0, 20.0, 30.0, 35.0)
 NOISE_NM = 0.1

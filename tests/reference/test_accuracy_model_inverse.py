@@ -11,11 +11,11 @@ import pytest
 
 from rigrunner.api.errors import DataError
 from rigrunner.signal.uncertainty import coverage_factor
-from rigrunner_plugins.compensations.model_inverse import ModelInverse
-from rigrunner_plugins.compensations.settings import InverseSettings
-from rigrunner_plugins.devices.swing_tester_ode.parameters import OdeParameters
-from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
-from unit.rigrunner_plugins.compensations.helpers_sweeps import errors_nm, sweep
+from rigrunner_bearings.compensations.model_inverse import ModelInverse
+from rigrunner_bearings.compensations.settings import InverseSettings
+from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
+from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
+from unit.rigrunner_bearings.compensations.helpers_sweeps import errors_nm, sweep
 
 pytestmark = pytest.mark.thorough
 

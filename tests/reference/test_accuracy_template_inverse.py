@@ -13,9 +13,9 @@ import pytest
 
 from helpers_thorough import first
 from rigrunner.signal.uncertainty import coverage_factor
-from rigrunner_plugins.devices.swing_tester_ode.parameters import OdeParameters
-from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
-from unit.rigrunner_plugins.compensations.helpers_sweeps import FEW, compensate, errors_nm, sweep
+from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
+from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
+from unit.rigrunner_bearings.compensations.helpers_sweeps import FEW, compensate, errors_nm, sweep
 
 SEEDS = range(12)
 SEEDS_OF_TIME = range(6)

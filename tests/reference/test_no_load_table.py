@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from helpers_rigs import IDEAL_SENSORS, simulate, true_starting_torque_nm
-from rigrunner_plugins.devices.swing_tester_ode.parameters import OdeParameters
-from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
+from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 
 FREQUENCIES_HZ = (1.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0)
 TABLE_2_NM = np.array([0.83, 1.21, 1.64, 2.32, 3.01, 3.96, 5.12, 6.91])

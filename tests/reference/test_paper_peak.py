@@ -8,10 +8,10 @@ import pytest
 from helpers_rigs import run_data, true_starting_torque_nm
 from rigrunner.api.analysis import Sweep
 from rigrunner.signal.uncertainty import coverage_factor
-from rigrunner_plugins.compensations.paper_equation import TABLE_2_HZ, TABLE_2_NM
-from rigrunner_plugins.compensations.paper_peak import PaperPeak
-from rigrunner_plugins.compensations.paper_peak_settings import PaperPeakSettings
-from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+from rigrunner_bearings.compensations.paper_equation import TABLE_2_HZ, TABLE_2_NM
+from rigrunner_bearings.compensations.paper_peak import PaperPeak
+from rigrunner_bearings.compensations.paper_peak_settings import PaperPeakSettings
+from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 from rigrunner_plugins.fits.polynomial import PolynomialFit
 from rigrunner_plugins.fits.settings import PolynomialSettings
 from unit.analysis.helpers_analysis import RIG, analysed, instrument, swing_point

@@ -50,6 +50,8 @@ def test_every_package_has_its_box_and_no_arrow_goes_up():
     assert set(floor_of) == there - {"__init__"}
     arrows = made["arrows"](made["packages"]())
     for start, end in arrows:
+        if end in made["GUESTS"]:
+            continue
         assert floor_of.get(start, -1) <= floor_of[end], (start, end)
         assert (end, start) not in arrows
 

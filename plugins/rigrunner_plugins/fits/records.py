@@ -15,7 +15,6 @@ if TYPE_CHECKING:
         AiccSettings,
         BasisSettings,
         ExpressionSettings,
-        InertiaPhysicalSettings,
         PolynomialSettings,
     )
 
@@ -31,13 +30,6 @@ def rigrunner_fits() -> list[FitRecord]:
             factory=_polynomial,
             requires=requirements.of_polynomial,
             examples=(NORRIS, FILIP),
-        ),
-        FitRecord(
-            name="inertia_physical",
-            help="Support friction, damping and inertia from the drive's kinematics",
-            settings="rigrunner_plugins.fits.settings:InertiaPhysicalSettings",
-            factory=_inertia_physical,
-            requires=requirements.of_inertia_physical,
         ),
         FitRecord(
             name="basis",
@@ -80,14 +72,6 @@ def _polynomial(settings: PolynomialSettings) -> Fit:
     from rigrunner_plugins.fits.polynomial import PolynomialFit  # noqa: PLC0415  (numpy)
 
     return PolynomialFit(settings)
-
-
-def _inertia_physical(settings: InertiaPhysicalSettings) -> Fit:
-    from rigrunner_plugins.fits.inertia_physical import (  # noqa: PLC0415  (numpy)
-        InertiaPhysicalFit,
-    )
-
-    return InertiaPhysicalFit(settings)
 
 
 def _basis(settings: BasisSettings) -> Fit:

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     )
 
 LEAST_OF_PCHIP = 3
-PHYSICAL = 3
-"""Coefficients of the physical fit: friction, damping, inertia."""
 
 
 def least_points(coefficients: int) -> int:
@@ -48,11 +46,6 @@ def of_aicc(settings: AiccSettings) -> Requirements:
 def of_expression(settings: ExpressionSettings) -> Requirements:
     """Return what the fit `expression` needs."""
     return Requirements(points=least_points(len(settings.start)))
-
-
-def of_inertia_physical(_: Any) -> Requirements:
-    """Return what the fit `inertia_physical` needs."""
-    return Requirements(points=least_points(PHYSICAL))
 
 
 def of_pchip(_: Any) -> Requirements:

@@ -17,7 +17,7 @@ from pydantic import (
     field_validator,
 )
 
-from rigrunner.api.settings import Length, ListOf, PlainText, Settings, YesNo
+from rigrunner.api.settings import ListOf, PlainText, Settings, YesNo
 from rigrunner.api.units import is_coherent, si_symbol, unit
 from rigrunner.signal.expression.syntax import Expression, parse
 
@@ -149,12 +149,3 @@ class ExpressionSettings(WeightedSettings):
 
 def _listed(names: set[str]) -> str:
     return ", ".join(f"'{name[:20]}'" for name in sorted(names))
-
-
-class InertiaPhysicalSettings(WeightedSettings):
-    """Of the fit `inertia_physical`: the drive's geometry, as the station has it."""
-
-    eccentric: Annotated[Length, Field(gt=0)] = 0.002
-    """How far the crank pin is from the crank's axis."""
-    centre_distance: Annotated[Length, Field(gt=0)] = 0.045
-    """Between the axes of crank and swing."""

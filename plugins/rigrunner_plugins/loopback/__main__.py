@@ -20,29 +20,22 @@ import click
 @click.option(
     "--bench",
     "which",
-    type=click.Choice(("swing", "chamber", "lever")),
-    default="swing",
+    type=click.Choice(("chamber", "lever")),
+    default="chamber",
     show_default=True,
-    help="A swing tester, a chamber with an ohmmeter, or a lever with a torque transducer.",
+    help="A chamber with an ohmmeter, or a lever with a torque transducer.",
 )
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Names the rig.")
-@click.option("--bridge-port", type=click.IntRange(0, 65535), default=0, help="0: any free one.")
-@click.option("--modbus-port", type=click.IntRange(0, 65535), default=0, help="0: any free one.")
-def main(station: Path, which: str, seed: int, bridge_port: int, modbus_port: int) -> None:
-    """Run the instruments of a bench on loopback, until Ctrl-C.
-
-    Of the swing tester: a torque bridge, an inverter, a press and a load cell.
-    """
+def main(station: Path, which: str, seed: int) -> None:
+    """Run the instruments of a bench on loopback, until Ctrl-C."""
     over = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: over.set())
     try:
         if which == "chamber":
             _run_chamber(station, seed, over)
-        elif which == "lever":
-            _run_lever(station, seed, over)
         else:
-            _run_swing_tester(station, seed, (bridge_port, modbus_port), over)
+            _run_lever(station, seed, over)
     except OSError as error:
         raise click.ClickException(str(error)) from error
 
@@ -65,25 +58,6 @@ def _run_lever(station: Path, seed: int, over: threading.Event) -> None:
         station.write_text(bench.station(), encoding="utf-8")
         click.echo(f"lever          SCPI over TCP, 127.0.0.1:{bench.lever_port}")
         click.echo(f"amplifier      SCPI over TCP, 127.0.0.1:{bench.amplifier_port}")
-        click.echo(f"station        {station}")
-        over.wait()
-
-
-def _run_swing_tester(
-    station: Path, seed: int, ports: tuple[int, int], over: threading.Event
-) -> None:
-    try:
-        from rigrunner_plugins.loopback.bench import running_bench  # noqa: PLC0415  (not on Windows)
-    except ImportError as error:
-        raise click.ClickException(
-            f"the load cell needs a pseudo-terminal, which Linux and macOS have: {error}"
-        ) from error
-    with running_bench(seed, *ports) as bench:
-        station.write_text(bench.station(), encoding="utf-8")
-        click.echo(f"torque bridge  SCPI over TCP, 127.0.0.1:{bench.bridge_port}")
-        click.echo(f"inverter       Modbus TCP, unit 1 at 127.0.0.1:{bench.modbus_port}")
-        click.echo(f"press          Modbus TCP, unit 2 at 127.0.0.1:{bench.modbus_port}")
-        click.echo(f"load cell      serial line {bench.cell_port}")
         click.echo(f"station        {station}")
         over.wait()
 

@@ -15,6 +15,7 @@ DROP_IN = "rigrunner_drop_in_"
 """How the module of a file in a lab's folder is called, before its own name."""
 _OURS = {
     "rigrunner",
+    "rigrunner_bearings",
     "rigrunner_fleet",
     "rigrunner_panel",
     "rigrunner_plugins",

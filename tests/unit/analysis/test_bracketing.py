@@ -14,7 +14,7 @@ from rigrunner.api.errors import DataError
 from rigrunner.procedure import AnalysisSpec
 from rigrunner.registry import load_registry
 from rigrunner.signal.coverage import expanded
-from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 from unit.analysis.helpers_analysis import MEASURAND
 
 FREQUENCIES = (5.0, 10.0, 20.0, 30.0, 35.0)

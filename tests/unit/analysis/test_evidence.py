@@ -10,7 +10,7 @@ from rigrunner.analysis.verdict.evidence import forbidden, without_scatter
 from rigrunner.api.analysis import Check, Compensation, Consequence
 from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import Acceptance
-from rigrunner_plugins.compensations.checks import positive
+from rigrunner_bearings.compensations.checks import positive
 from unit.analysis.helpers_analysis import (
     AT_REVERSAL,
     acceptance,

@@ -12,7 +12,7 @@ from rigrunner.cli.main import rigrunner
 PROCEDURE = "starting_torque_1000n"
 EVENTS = {"msgspec", "typing_extensions"}
 MODELS = {"annotated_types", "pydantic", "pydantic_core", "typing_inspection"} | EVENTS
-PLUGINS = {"pluggy", "rigrunner_plugins", "rigrunner_reports"}
+PLUGINS = {"pluggy", "rigrunner_bearings", "rigrunner_plugins", "rigrunner_reports"}
 OURS = {"rigrunner", "rigrunner_fleet", "rigrunner_panel", "rigrunner_testing"}
 FLOORS = {"api", "blas", "cli", "printable", "workflow"}
 
@@ -91,12 +91,14 @@ def test_the_help_of_no_command_imports_a_package_beside_click_and_that_of_event
 def test_a_check_loads_no_settings_but_those_of_plugins_that_are_named():
     def settings(modules):
         return {
-            name for name in modules if name.startswith("rigrunner_plugins") and "settings" in name
+            name
+            for name in modules
+            if name.startswith(("rigrunner_plugins", "rigrunner_bearings")) and "settings" in name
         }
 
     assert settings(modules_of("check", PROCEDURE)) == set()
     on_station = settings(modules_of("check", PROCEDURE, "--station", "simulated"))
-    assert "rigrunner_plugins.devices.swing_tester_sim.settings" in on_station
+    assert "rigrunner_bearings.devices.swing_tester_sim.settings" in on_station
     assert not any(name.startswith("rigrunner_plugins.devices.modbus") for name in on_station)
 
 

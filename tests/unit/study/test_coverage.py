@@ -28,7 +28,7 @@ from rigrunner.study.coverage_rigs import FREQUENCIES_HZ, LAWS, RANGES, draw
 from rigrunner.study.coverage_table import markdown, study_document
 from rigrunner.study.going import Going
 from rigrunner.study.tools import SUPPORT_LIMIT, tools
-from rigrunner_plugins.compensations.settings import InverseSettings
+from rigrunner_bearings.compensations.settings import InverseSettings
 
 pytestmark = pytest.mark.figures
 

@@ -19,7 +19,7 @@ from rigrunner.study.diagnostics_rigs import POPULATIONS, healthy
 from rigrunner.study.diagnostics_table import markdown, study_document
 from rigrunner.study.going import Going
 from rigrunner.study.share import Share
-from rigrunner_plugins.compensations.checks import LIMITS as METHOD_LIMITS
+from rigrunner_bearings.compensations.checks import LIMITS as METHOD_LIMITS
 
 SIM, ODE = "swing_tester_sim", "swing_tester_ode"
 NAMES = {limit.name for limit in (*LIMITS, *SETUP_LIMITS, *METHOD_LIMITS)}

@@ -105,7 +105,7 @@ def test_a_replay_gives_the_same_events_at_the_same_times(taped):
 
 def test_a_replay_asks_no_device(taped, monkeypatch):
     folder, procedure, *_ = taped
-    from rigrunner_plugins.devices.simulated.tester import SimulatedTester  # noqa: PLC0415
+    from rigrunner_bearings.devices.simulated.tester import SimulatedTester  # noqa: PLC0415
 
     def asked(*_):
         raise AssertionError("a device was asked")

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.hooks import DeviceRecord
-from rigrunner_plugins.devices.records.simulators import TABLE, UNPLUGGED
+from rigrunner_plugins.devices.records.simulators import TABLE
 
 if TYPE_CHECKING:
     from rigrunner.api.devices import Device, DeviceContext
@@ -44,7 +44,7 @@ MADE_OF_OTHERS = (
         help="Any other device with faults injected: lost, late, stuck, clipped, gaps, ...",
         settings="rigrunner_plugins.devices.fault.settings:FaultyDeviceSettings",
         trial={"plugin": "swing_tester_sim"},
-        absent={"settings": UNPLUGGED},
+        absent={"settings": {"simulate": "unplugged"}},
         factory=_fault,
         wired=True,
     ),

@@ -1,4 +1,4 @@
-"""Simulated rigs, replayed recordings and tables of values.
+"""Replayed recordings and tables of values.
 
 Nothing here loads numpy; each `_name` function is the factory of one record.
 """
@@ -12,13 +12,8 @@ from rigrunner.api.hooks import DeviceRecord
 if TYPE_CHECKING:
     from rigrunner.api.devices import Device, DeviceContext
     from rigrunner_plugins.devices.replay.settings import ReplaySettings
-    from rigrunner_plugins.devices.rotation_tester_sim.settings import RotationTesterSettings
-    from rigrunner_plugins.devices.swing_tester_ode.settings import SwingTesterOdeSettings
-    from rigrunner_plugins.devices.swing_tester_sim.settings import SwingTesterSimSettings
     from rigrunner_plugins.devices.tabulated.settings import TabulatedSettings
 
-UNPLUGGED = {"simulate": "unplugged"}
-"""With which a simulator is as if nobody was there."""
 TABLE = {
     "title": "A table of three rows",
     "set_points": ["frequency", "load"],
@@ -32,30 +27,10 @@ TABLE = {
 """With which the table is tried."""
 
 
-def _swing_tester_sim(settings: SwingTesterSimSettings, context: DeviceContext) -> Device:
-    from rigrunner_plugins.devices.swing_tester_sim.device import make  # noqa: PLC0415  (numpy)
-
-    return make(settings, context)
-
-
-def _swing_tester_ode(settings: SwingTesterOdeSettings, context: DeviceContext) -> Device:
-    from rigrunner_plugins.devices.swing_tester_ode.device import make  # noqa: PLC0415  (numpy)
-
-    return make(settings, context)
-
-
 def _replay(settings: ReplaySettings, context: DeviceContext) -> Device:
     from rigrunner_plugins.devices.replay.device import Replay  # noqa: PLC0415  (numpy)
 
     return Replay(settings, context)
-
-
-def _rotation_tester_sim(settings: RotationTesterSettings, context: DeviceContext) -> Device:
-    from rigrunner_plugins.devices.rotation_tester_sim.device import (  # noqa: PLC0415  (numpy)
-        RotationTester,
-    )
-
-    return RotationTester(settings, context)
 
 
 def _tabulated(settings: TabulatedSettings, context: DeviceContext) -> Device:
@@ -66,35 +41,11 @@ def _tabulated(settings: TabulatedSettings, context: DeviceContext) -> Device:
 
 SIMULATORS = (
     DeviceRecord(
-        name="swing_tester_sim",
-        help="Swing tester simulated in closed form, with sensor errors and faults",
-        settings="rigrunner_plugins.devices.swing_tester_sim.settings:SwingTesterSimSettings",
-        factory=_swing_tester_sim,
-        simulated=True,
-        absent=UNPLUGGED,
-    ),
-    DeviceRecord(
-        name="swing_tester_ode",
-        help="Swing tester simulated in the time domain, independent of the closed form",
-        settings="rigrunner_plugins.devices.swing_tester_ode.settings:SwingTesterOdeSettings",
-        factory=_swing_tester_ode,
-        simulated=True,
-        absent=UNPLUGGED,
-    ),
-    DeviceRecord(
         name="replay",
         help="Recordings from CSV or HDF5 files, chosen by set frequency and load",
         settings="rigrunner_plugins.devices.replay.settings:ReplaySettings",
         factory=_replay,
         simulated=True,
-    ),
-    DeviceRecord(
-        name="rotation_tester_sim",
-        help="Bench that turns a bearing slowly from rest, simulated: breakaway without load",
-        settings="rigrunner_plugins.devices.rotation_tester_sim.settings:RotationTesterSettings",
-        factory=_rotation_tester_sim,
-        simulated=True,
-        absent=UNPLUGGED,
     ),
     DeviceRecord(
         name="tabulated",

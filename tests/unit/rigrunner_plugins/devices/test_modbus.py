@@ -15,7 +15,7 @@ from rigrunner_plugins.devices.modbus.places import Place
 from rigrunner_plugins.devices.modbus.served.inverter import NOTHING_HEARD, OVERLOAD, Inverter
 from rigrunner_plugins.devices.modbus.served.press import Press
 from rigrunner_plugins.devices.modbus.served.server import ModbusServer
-from rigrunner_plugins.devices.simulated.plant import Plant
+from rigrunner_plugins.devices.plant import Plant
 from unit.rigrunner_plugins.devices.helpers_modbus import FREQUENCY, device, modbus_line
 
 FLOAT = {"type": "float32", "word_order": "little", "unit": "N"}

@@ -25,7 +25,7 @@ from rigrunner_plugins.devices.modbus.served.inverter import (
     Inverter,
 )
 from rigrunner_plugins.devices.modbus.served.server import ModbusServer
-from rigrunner_plugins.devices.simulated.plant import Plant
+from rigrunner_plugins.devices.plant import Plant
 from unit.rigrunner_plugins.devices.helpers_modbus import (
     FREQUENCY,
     HANG_UP,

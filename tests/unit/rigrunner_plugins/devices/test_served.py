@@ -13,7 +13,7 @@ from rigrunner_plugins.devices.modbus.served.inverter import (
     Inverter,
 )
 from rigrunner_plugins.devices.modbus.served.press import Press
-from rigrunner_plugins.devices.simulated.plant import Plant
+from rigrunner_plugins.devices.plant import Plant
 
 
 class Hand:

@@ -23,7 +23,7 @@ from pymodbus.constants import ExcCodes
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from rigrunner_plugins.devices.simulated.plant import Plant
+    from rigrunner_plugins.devices.plant import Plant
 
 CONTROL, SET_POINT, HEARTBEAT, WATCHDOG = range(4)
 RUN, RESET = 1 << 0, 1 << 7

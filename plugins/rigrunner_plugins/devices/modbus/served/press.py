@@ -19,7 +19,7 @@ from pymodbus.constants import ExcCodes
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rigrunner_plugins.devices.simulated.plant import Plant
+    from rigrunner_plugins.devices.plant import Plant
 
 PRESS = 1 << 0
 PRESSING, AT_SET_POINT = 1 << 0, 1 << 1

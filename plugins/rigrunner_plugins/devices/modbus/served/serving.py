@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rigrunner_plugins.devices.modbus.served.inverter import Inverter
 from rigrunner_plugins.devices.modbus.served.press import Press
 from rigrunner_plugins.devices.modbus.served.server import ModbusServer
-from rigrunner_plugins.devices.simulated.plant import Plant
+from rigrunner_plugins.devices.plant import Plant
 
 if TYPE_CHECKING:
     from collections.abc import Callable

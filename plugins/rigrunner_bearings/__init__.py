@@ -1,0 +1,1 @@
+"""Self-lubricating spherical plain bearings: their testers, methods and simulators."""

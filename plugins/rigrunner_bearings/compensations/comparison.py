@@ -1,0 +1,166 @@
+"""Makes the two runs comparable before they are compared: what they differ by, beside the bearing.
+
+Hum of the mains, friction of the support that grows under load, gains of the recordings,
+and the inertia. Each is taken out of the recordings, and what stays open of it is an effect.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.uncertainty import Distribution, Effect, Input
+from rigrunner.signal import response
+from rigrunner.signal.inputs import bounded_effect, limited
+from rigrunner_bearings.compensations.bearing import Pair, mean_swing
+from rigrunner_bearings.compensations.hum import without_hum
+from rigrunner_bearings.compensations.limits import support_under_load
+from rigrunner_bearings.compensations.recording_gains import recording_gains
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from rigrunner.api.analysis import SwingSweep
+    from rigrunner.api.data import Array
+    from rigrunner_bearings.compensations.bearing import MeanSwing
+    from rigrunner_bearings.compensations.evaluation import Evaluated
+    from rigrunner_bearings.compensations.identification import Identified
+    from rigrunner_bearings.compensations.limits import SupportGrowth
+    from rigrunner_bearings.compensations.recording_gains import RecordingGains
+    from rigrunner_bearings.compensations.settings import InverseSettings
+
+LINE = "gain and inertia between the runs"
+SLIP = "slip of the support under load"
+
+TRIAL = 1e-3
+"""Of a torque that is added, to see what the result changes by."""
+
+EITHER = 1.1
+"""Times what a gain would make in place of an inertia: it is one or the other, and both lie at the
+ends of a rectangle, which 95 % of it leaves out."""
+
+NEGLIGIBLE = 1e-9
+"""Of the variance of all points."""
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """Both runs of a sweep, made comparable; one pair for each loaded point."""
+
+    rig: Identified
+    pairs: tuple[Pair, ...]
+    gains: RecordingGains
+    hum_nm: tuple[float, ...]
+    """Standard uncertainty of what is left of it, at each point."""
+    support: SupportGrowth
+    """Of the friction under load: the growth is taken out."""
+
+    def effects(self, found: Sequence[Evaluated]) -> list[tuple[Effect, ...]]:
+        """Return for each point what is still open of what was taken out."""
+        gains = self._gains(found)
+        return [
+            (*open_gains, *_hum(hum_nm), *self._support(each))
+            for open_gains, each, hum_nm in zip(gains, found, self.hum_nm, strict=True)
+        ]
+
+    def _gains(self, found: Sequence[Evaluated]) -> list[tuple[Effect, ...]]:
+        """Return the effects of the gains and of the inertia, which the points have in common.
+
+        The inputs are the principal components of the points' joint covariance, each of variance 1.
+        What changed between the runs may be the gain in place of the inertia; then friction was
+        measured wrong by as much.
+        """
+        count = len(found)
+        slopes = np.zeros((count, 2 * count + 1))
+        friction = []
+        for i, each in enumerate(found):
+            run = each.pair.no_load
+            inertial = _trial(each, inertia_torque(self.rig, run))
+            no_load = _trial(each, self.rig.line.at_load(run.waveform, run.frequency_hz))
+            slopes[i, [i, count + i, 2 * count]] = -no_load, no_load + each.maximum_nm, inertial
+            friction.append(no_load + each.maximum_nm - inertial)
+        variances, directions = np.linalg.eigh(slopes @ self.gains.covariance @ slopes.T)
+        kept = variances > NEGLIGIBLE * variances.sum()
+        parts = directions[:, kept] * np.sqrt(variances[kept])
+        cause = replace(limited(f"{LINE}, cause", EITHER * self.gains.inertia, "1"), line=LINE)
+        return [
+            (
+                *(Effect(_component(k), float(part)) for k, part in enumerate(row)),
+                Effect(cause, rubbed),
+            )
+            for row, rubbed in zip(parts, friction, strict=True)
+        ]
+
+    def _support(self, found: Evaluated) -> Iterator[Effect]:
+        """Yield what dry friction that grew with the load adds: it builds up at the maximum.
+
+        The way over which it does may have grown as well; what is taken out lies between the two.
+        """
+        longer, same = (_trial(found, each) for each in self.rig.friction.grown)
+        yield self.support.effect(same)
+        if self.support.growth:
+            yield bounded_effect(SLIP, abs(self.support.growth * (longer - same) / 2))
+
+
+def compared(
+    rig: Identified, sweep: SwingSweep, templates: Sequence[MeanSwing], settings: InverseSettings
+) -> Compared:
+    """Return both runs made comparable; the settings are those of this very rig."""
+    size = rig.friction.swing.size
+    pairs = [
+        Pair(mean_swing(loaded, size), template)
+        for loaded, template in zip(sweep.loaded, templates, strict=True)
+    ]
+    recorded = (*sweep.loaded, *sweep.no_load)
+    pairs, hum_nm = without_hum(rig, pairs, recorded, settings.mains_frequency)
+    support, (longer, same) = support_under_load(settings, sweep), rig.friction.grown
+    grown = support.growth * (longer + same) / 2
+    pairs = [replace(pair, loaded=_without(rig, pair.loaded, grown)) for pair in pairs]
+    gains = recording_gains(rig, pairs, settings.inertia_mismatch)
+    done = tuple(
+        Pair(
+            _rescaled(
+                _without(rig, pair.loaded, gains.inertia * inertia_torque(rig, pair.loaded)), loaded
+            ),
+            _rescaled(pair.no_load, no_load),
+        )
+        for pair, loaded, no_load in zip(pairs, gains.loaded, gains.no_load, strict=True)
+    )
+    return Compared(rig, done, gains, tuple(hum_nm), support)
+
+
+def inertia_torque(rig: Identified, run: MeanSwing) -> Array:
+    """Return the torque of the inertia in one run, shape (n,)."""
+    acceleration = rig.friction.swing.acceleration_per_hz2
+    return np.asarray(rig.line.inertia_kgm2 * acceleration * run.frequency_hz**2)
+
+
+def _without(rig: Identified, run: MeanSwing, torque_nm: Array) -> MeanSwing:
+    """Return a run without what the sensor shows of a torque at the load, shape (n,)."""
+    harmonic_hz = run.frequency_hz * np.arange(len(torque_nm) // 2 + 1, dtype=float)
+    shown = response.apply(rig.line.sensor(harmonic_hz), torque_nm)
+    return replace(run, torque_nm=run.torque_nm - shown, replicates_nm=run.replicates_nm - shown)
+
+
+def _rescaled(run: MeanSwing, gain: float) -> MeanSwing:
+    factor = 1 + gain
+    return replace(run, torque_nm=run.torque_nm / factor, replicates_nm=run.replicates_nm / factor)
+
+
+def _trial(found: Evaluated, torque_nm: Array) -> float:
+    """Return what the result changes by with that torque at the load, over the torque's size."""
+    more = found.where.torque(found.bearing_nm + TRIAL * torque_nm)
+    return (float(more) - found.maximum_nm) / TRIAL
+
+
+def _hum(u_nm: float) -> Iterator[Effect]:
+    if u_nm:
+        yield Effect(Input("hum of the mains", 0.0, u_nm, inf, Distribution.NORMAL), 1.0)
+
+
+def _component(place: int) -> Input:
+    name = f"{LINE}, component {place + 1}"
+    return Input(name, 0.0, 1.0, inf, Distribution.NORMAL, "1", common=True, line=LINE)

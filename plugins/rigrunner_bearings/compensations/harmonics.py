@@ -1,0 +1,101 @@
+"""What the no-load sweep shows: the harmonics of its torque, and how well each is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.signal.averaging import robust_mean
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from rigrunner.api.analysis import SwingPoint
+    from rigrunner.api.data import Array
+    from rigrunner_bearings.compensations.swing import Swing
+
+    Complex = NDArray[np.complex128]
+
+HARMONICS = 72
+"""Of each swing, if they lie below a quarter of the sampling rate."""
+
+MODEL_ERROR = 1e-4
+"""Of the torque's rms, in every harmonic: what the steps of an encoder and the non-linearity of a
+good transducer leave."""
+
+
+@dataclass(frozen=True, eq=False)
+class Observed:
+    """Harmonics 1..K of the no-load torque, one row per frequency."""
+
+    frequency_hz: Array
+    """Shape (F, 1)."""
+    harmonics: Complex
+    """Shape (F, K)."""
+    weight: Array
+    """1 over the standard uncertainty of a harmonic; 0 where it is not used. Shape (F, K)."""
+    acceleration: Complex
+    """Of the kinematics at 1 Hz, shape (K,)."""
+
+    @cached_property
+    def harmonic_hz(self) -> Array:
+        """The frequency of each harmonic, shape (F, K)."""
+        return self.frequency_hz * np.arange(1, self.harmonics.shape[1] + 1)
+
+    def without(self, row: int) -> Observed:
+        """Return all but one frequency."""
+        return replace(
+            self,
+            frequency_hz=np.delete(self.frequency_hz, row, 0),
+            harmonics=np.delete(self.harmonics, row, 0),
+            weight=np.delete(self.weight, row, 0),
+        )
+
+
+def observe(points: tuple[SwingPoint, ...], swing: Swing) -> Observed:
+    """Return the harmonics of each point's mean swing, with their weights."""
+    frequency = np.array([[p.frequency_hz.value] for p in points])
+    rate = np.array([[p.sample_rate_hz] for p in points])
+    means, u = zip(*_harmonics_of(points), strict=True)
+    used = frequency * np.arange(1, HARMONICS + 1) < rate / 4
+    acceleration = spectrum_of(swing.acceleration_per_hz2)
+    return Observed(frequency, np.array(means), used / np.array(u)[:, None], acceleration)
+
+
+# The same sweep is observed for each swing and filter that are possible: remembered as that is.
+@lru_cache(maxsize=4)
+def mean_torques(points: tuple[SwingPoint, ...]) -> tuple[Array, ...]:
+    """Return the robust mean over each point's kept cycles, shapes (N,)."""
+    return tuple(robust_mean(point.torque_nm, point.kept)[0] for point in points)
+
+
+@lru_cache(maxsize=4)
+def _harmonics_of(points: tuple[SwingPoint, ...]) -> tuple[tuple[Complex, float], ...]:
+    means = mean_torques(points)
+    return tuple(_harmonics(point, mean) for point, mean in zip(points, means, strict=True))
+
+
+def _harmonics(point: SwingPoint, mean: Array) -> tuple[Complex, float]:
+    """Return the mean's harmonics and the standard uncertainty of one.
+
+    From the scatter of the kept cycles, but no less than what any model errs by.
+    """
+    scatter = spectrum_of(point.torque_nm[point.kept])
+    variance = scatter.var(axis=0, ddof=1) / len(scatter)
+    return spectrum_of(mean), float(np.hypot(np.sqrt(variance.mean()), MODEL_ERROR * mean.std()))
+
+
+def spectrum_of(waveform: Array) -> Complex:
+    """Return the harmonics 1..K of waveforms of shape (..., N), shape (..., K)."""
+    spectrum: Complex = np.fft.rfft(waveform, axis=-1)[..., 1 : HARMONICS + 1]
+    return np.asarray(spectrum / waveform.shape[-1])
+
+
+def waveform_of(spectrum: Complex, size: int) -> Array:
+    """Return the waveform of `size` samples that has these harmonics."""
+    padded = np.zeros(size // 2 + 1, complex)
+    padded[1 : HARMONICS + 1] = spectrum
+    return np.fft.irfft(padded, size) * size

@@ -1,0 +1,253 @@
+"""Starting torque from whole swings: loaded minus no-load, with the drive line undone.
+
+A template of all that the rig itself puts on the sensor is taken from the loaded run. The
+difference still went through the drive line's resonance and the low-pass filter; both are inverted
+(the filter from the register, the resonance learned from the no-load sweep). The starting torque is
+the greatest torque shortly after a reversal, mean of both strokes. Where the template comes from is
+what the methods differ in.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
+from math import inf, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.analysis import Compensation, Trace
+from rigrunner.api.data import Estimate
+from rigrunner.api.errors import DataError
+from rigrunner.signal.propagation import compensated_point
+from rigrunner.signal.repeatability import influences
+from rigrunner.signal.swings import kept_cycles, with_swings
+from rigrunner_bearings.compensations import checks
+from rigrunner_bearings.compensations.bearing import mean_swing
+from rigrunner_bearings.compensations.budget import LEARNED_UNITS, Budget
+from rigrunner_bearings.compensations.comparison import compared
+from rigrunner_bearings.compensations.effects import by_halves, by_speed, mismatch
+from rigrunner_bearings.compensations.evaluation import evaluate
+from rigrunner_bearings.compensations.identification import identify, vector
+from rigrunner_bearings.compensations.limits import known, support_under_load
+from rigrunner_bearings.compensations.rig_errors import RigErrors
+from rigrunner_bearings.compensations.swing import (
+    make_swing,
+    measured_ratio,
+    spring_torque,
+)
+from rigrunner_bearings.compensations.under_load import effect, line_under_load
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from rigrunner.api.analysis import Check, CompensatedPoint, Sweep, SwingPoint, SwingSweep
+    from rigrunner.api.data import Array
+    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.uncertainty import Effect
+    from rigrunner.signal.filters import Filter
+    from rigrunner_bearings.compensations.bearing import MeanSwing
+    from rigrunner_bearings.compensations.effects import BySpeed, Mismatch
+    from rigrunner_bearings.compensations.evaluation import Evaluated
+    from rigrunner_bearings.compensations.identification import Identified
+    from rigrunner_bearings.compensations.recording_gains import RecordingGains
+    from rigrunner_bearings.compensations.settings import InverseSettings
+    from rigrunner_bearings.compensations.under_load import LineUnderLoad
+
+MEASURAND = "load-induced starting torque at the reversals of the swing"
+NOTES = (
+    "The torque that the load adds: friction that the bearing has without load is not in it.",
+    "At the reversals of a swing: not a breakaway after a rest.",
+    "Holds if the support's friction does not grow under load by more than its component states.",
+)
+
+
+@dataclass(frozen=True)
+class _Diagnosis:
+    asymmetry: float
+    """Half of what the strokes differ by, over their mean."""
+    found: Evaluated
+    speed: BySpeed
+    mismatch: Mismatch
+    scattered_nm: tuple[Array, ...]
+    """What each cycle of a run moves the torque by, shapes (cycles,); of runs, not of models."""
+    spring_nm: float
+    """What of it follows the angle, at the swing's end."""
+    under_load_nm: tuple[float, float] | None
+    """What the drive line by the loaded sweep makes of the torque, and the uncertainty of that."""
+
+
+@dataclass(frozen=True)
+class Inverse(ABC):
+    """A compensation by a template of whole swings and the inverse of the drive line."""
+
+    settings: InverseSettings
+
+    @abstractmethod
+    def templates(self, sweep: SwingSweep, rig: Identified) -> Sequence[MeanSwing]:
+        """Return for each loaded point what the sensor would show without load; DataError."""
+
+    def __call__(self, sweep: Sweep) -> Compensation:
+        """Return the starting torque per frequency.
+
+        Raises DataError for a point without whole swings, a frequency without no-load partner, a
+        register without low-pass filter, and too few no-load frequencies to learn the resonance
+        from.
+        """
+        sweep = with_swings(sweep)
+        low_pass = _low_pass(sweep.instrument)
+        ratio = measured_ratio(sweep.no_load)
+        swing = make_swing(ratio)
+        rig = identify(sweep.no_load, swing, low_pass)
+        larger = make_swing(ratio * (1 + sweep.rig.angle_tolerance))
+        rescaled = identify(sweep.no_load, larger, low_pass)
+        wider = low_pass.scaled(1 + self.settings.low_pass_tolerance)
+        refiltered = identify(sweep.no_load, swing, wider)
+        settings = known(self.settings, sweep.rig)
+        support_nm = support_under_load(settings, sweep).torque_nm
+        budget = Budget(
+            settings, sweep.instrument, sweep.rig, rig, refiltered, rescaled, support_nm
+        )
+        runs = compared(rig, sweep, self.templates(sweep, rig), settings)
+        found = [evaluate(rig, pair, settings.window) for pair in runs.pairs]
+        loaded_line = _without_growth(line_under_load(sweep.loaded, rig), runs.gains.inertia)
+        done = [
+            self._point(budget, loaded, each, between, loaded_line)
+            for loaded, each, between in zip(sweep.loaded, found, runs.effects(found), strict=True)
+        ]
+        points = tuple(point for point, _ in done)
+        diagnosed = [diagnosis for _, diagnosis in done]
+        return Compensation(
+            measurand=MEASURAND,
+            points=points,
+            parameters=_parameters(rig, runs.gains),
+            checks=_checks(sweep, rig, points, diagnosed, settings.window),
+            notes=NOTES,
+        )
+
+    def torques(self, sweep: Sweep) -> Array:
+        """Return the torque per point in N·m, shape (points,), without its uncertainty."""
+        sweep = with_swings(sweep)
+        rig = self._learned(sweep)
+        settings = known(self.settings, sweep.rig)
+        runs = compared(rig, sweep, self.templates(sweep, rig), settings)
+        found = [evaluate(rig, pair, settings.window).torque_nm for pair in runs.pairs]
+        return np.array(found) - runs.support.torque_nm
+
+    def perturbation(self, sweep: Sweep) -> RigErrors:
+        """Return what puts the errors that the settings state into the sweep."""
+        settings = known(self.settings, sweep.rig)
+        support = support_under_load(settings, sweep)
+        return RigErrors(settings, support, self._learned(with_swings(sweep)))
+
+    def _learned(self, sweep: SwingSweep) -> Identified:
+        swing = make_swing(measured_ratio(sweep.no_load))
+        return identify(sweep.no_load, swing, _low_pass(sweep.instrument))
+
+    def _point(
+        self,
+        budget: Budget,
+        loaded: SwingPoint,
+        found: Evaluated,
+        between: Sequence[Effect],
+        loaded_line: LineUnderLoad | None,
+    ) -> tuple[CompensatedPoint, _Diagnosis]:
+        swing = budget.rig.friction.swing
+        raw_nm = mean_swing(loaded, swing.size).torque_nm
+        forward, backward = found.where.both(found.bearing_nm)
+        point = compensated_point(
+            budget.model(found, between),
+            set_frequency_hz=loaded.set_frequency_hz,
+            frequency_hz=found.pair.loaded.frequency_hz,
+            raw_nm=float(np.ptp(raw_nm) / 2),
+            trace=_trace(loaded, raw_nm, found),
+            cycles_used=int(kept_cycles(loaded).sum()),
+        )
+        asymmetry = float((forward - backward) / (forward + backward))
+        other = None if loaded_line is None else effect(found, budget.rig, loaded_line)
+        spring = spring_torque(swing, found.bearing_nm)
+        return point, _Diagnosis(
+            asymmetry,
+            found,
+            by_speed(found, swing),
+            mismatch(found, budget.rig),
+            tuple(_scattered(found)),
+            spring,
+            other,
+        )
+
+
+def _low_pass(instrument: TorqueInstrument) -> Filter:
+    if instrument.low_pass is None:
+        raise DataError(
+            f"the register has no low_pass for {instrument.channel} (serial {instrument.serial}), "
+            "and an unknown filter cannot be undone",
+            hint="add it to the station, such as "
+            "low_pass: {type: butterworth, order: 2, corner: 1 kHz}",
+        )
+    return instrument.low_pass
+
+
+def _scattered(found: Evaluated) -> Iterator[Array]:
+    runs = (found.pair.loaded, found.pair.no_load)
+    for run, without_nm in zip(runs, found.without_each_nm, strict=True):
+        if run.of_cycles:
+            yield influences(found.where.torque(without_nm))
+
+
+def _trace(loaded: SwingPoint, raw_nm: Array, found: Evaluated) -> Trace:
+    step = len(found.bearing_nm) // len(loaded.angle_rad)
+    return Trace(
+        angle_rad=loaded.angle_rad,
+        raw_nm=raw_nm[::step],
+        no_load_nm=found.pair.no_load.torque_nm[::step],
+        compensated_nm=found.bearing_nm[::step],
+    )
+
+
+def _without_growth(loaded: LineUnderLoad | None, inertia: float) -> LineUnderLoad | None:
+    """Return the drive line by the loaded sweep, with its inertia as it was made comparable."""
+    if loaded is None:
+        return None
+    line = replace(loaded.line, inertia_kgm2=loaded.line.inertia_kgm2 / (1 + inertia))
+    return replace(loaded, line=line)
+
+
+def _parameters(rig: Identified, gains: RecordingGains) -> Mapping[str, Estimate]:
+    u = np.sqrt(np.diag(rig.covariance))
+    learned = {
+        name: Estimate(float(value), float(u_value), rig.dof, unit)
+        for (name, unit), value, u_value in zip(
+            LEARNED_UNITS.items(), vector(rig.line), u, strict=True
+        )
+    }
+    changed = Estimate(gains.inertia, sqrt(gains.covariance[-1, -1]), inf, "1")
+    return learned | {"change of the inertia": changed}
+
+
+def _checks(
+    sweep: SwingSweep,
+    rig: Identified,
+    points: Sequence[CompensatedPoint],
+    diagnosed: Sequence[_Diagnosis],
+    window_rad: float,
+) -> tuple[Check, ...]:
+    recordings = (*sweep.loaded, *sweep.no_load)
+    return (
+        checks.independent(points, [each.scattered_nm for each in diagnosed]),
+        checks.positive(points, [each.speed.running_nm for each in diagnosed]),
+        checks.understood(
+            rig.misfit,
+            by_halves(sweep.no_load, rig, [each.found for each in diagnosed], window_rad),
+        ),
+        checks.symmetry(points, [each.asymmetry for each in diagnosed]),
+        checks.same_inertia(points, [each.mismatch for each in diagnosed]),
+        checks.no_growth(points, [each.speed for each in diagnosed]),
+        checks.same_drive_line(
+            points, [each.under_load_nm for each in diagnosed if each.under_load_nm]
+        ),
+        checks.no_spring(points, [each.spring_nm for each in diagnosed]),
+        checks.simultaneous(rig.line.delay_s),
+        checks.tight(rig.line.natural_hz, sweep.rig.natural_frequency),
+        checks.follows_resonance(recordings, rig.line.natural_hz),
+    )

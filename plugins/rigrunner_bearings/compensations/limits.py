@@ -1,0 +1,111 @@
+"""What no run shows of the rig: from its description in the station, or else from settings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from typing import TYPE_CHECKING
+
+from rigrunner.api.data import Estimate
+from rigrunner.api.results import SUPPORT_LINE
+from rigrunner.api.uncertainty import Distribution, Effect, Input
+from rigrunner.signal.inputs import limited
+
+if TYPE_CHECKING:
+    from rigrunner.api.analysis import Sweep
+    from rigrunner.api.rig import RigDescription
+    from rigrunner_bearings.compensations.settings import InverseSettings, SupportSettings
+
+LITERATURE = 0.025
+"""Of the support's friction: what a load of REFERENCE_LOAD_N may add in a rolling bearing.
+
+An assumption, to be replaced by a measurement. Its form is that of Palmgren's friction due to load,
+M1 = f1 F dm with f1 = z (F/C0)^y; z = 0.001 and y = 0.33 are assumed for an angular contact ball
+bearing, dm = 60 mm and C0 = 30 kN for the spindle. So M1 is 0.020 N·m at 1000 N, 2.6 % of a
+support friction of 0.76 N·m.
+"""
+REFERENCE_LOAD_N = 1000.0
+"""A load raises friction and does not lower it: what is assumed lies between nothing and that.
+
+Its best estimate is the middle, and the half-width half of the whole (GUM 4.3.7). Below this load
+it is taken to be as much, above it in proportion.
+"""
+
+
+@dataclass(frozen=True)
+class SupportGrowth:
+    """What the load adds to the support's friction: a part of it, or a torque that was measured.
+
+    The part is within `growth` +/- `limit`. Of a measured torque both are 0.
+    """
+
+    growth: float
+    limit: float
+    source: str = ""
+    """What it is known by; '' where station or procedure state it and do not say."""
+    measured: Estimate | None = None
+    """The torque that the load adds where the starting torque is read."""
+
+    @property
+    def name(self) -> str:
+        """The line of the budget, which names the source."""
+        return f"{SUPPORT_LINE} ({self.source})" if self.source else SUPPORT_LINE
+
+    @property
+    def torque_nm(self) -> float:
+        """What of it is taken off the result; a growth is taken out of the waveforms."""
+        return 0.0 if self.measured is None else self.measured.value
+
+    def effect(self, dry_nm: float) -> Effect:
+        """Return what is open of it in a result of which the dry friction makes up that much."""
+        if self.measured is None:
+            return Effect(limited(self.name, self.limit, "1", self.growth), -dry_nm)
+        torque = self.measured
+        known = Input(self.name, torque.value, torque.u, torque.dof, Distribution.T, common=True)
+        return Effect(known, -1.0)
+
+
+def known(settings: InverseSettings, rig: RigDescription) -> InverseSettings:
+    """Return the settings with what the station knows better of the inertia."""
+    if rig.inertia_mismatch is None:
+        return settings
+    return settings.model_copy(update={"inertia_mismatch": rig.inertia_mismatch})
+
+
+def support_growth(settings: SupportSettings, sweep: Sweep) -> SupportGrowth:
+    """Return what the station states of its support, or the settings, or else the literature.
+
+    What was stated for another load goes in proportion to it.
+    """
+    rig, load_n = sweep.rig, _load_n(sweep)
+    if rig.support_load_dependence is not None:
+        share = load_n / rig.support_load if rig.support_load and load_n > 0 else 1.0
+        return SupportGrowth(
+            (rig.support_load_growth or 0.0) * share,
+            rig.support_load_dependence * share,
+            rig.support_load_source,
+        )
+    if settings.support_load_dependence is not None:
+        return SupportGrowth(settings.support_load_growth or 0.0, settings.support_load_dependence)
+    half = LITERATURE * max(1.0, load_n / REFERENCE_LOAD_N) / 2
+    return SupportGrowth(half, half, "assumed, not measured")
+
+
+def support_under_load(settings: SupportSettings, sweep: Sweep) -> SupportGrowth:
+    """Return the same for a starting torque: as it was measured, where the station states that."""
+    known = sweep.rig.support_under_load
+    if known is None:
+        return support_growth(settings, sweep)
+    share = _load_n(sweep) / known.load
+    dof = inf if known.degrees_of_freedom is None else known.degrees_of_freedom
+    torque = Estimate(known.torque * share, known.u * share, dof)
+    return SupportGrowth(0.0, 0.0, known.source, torque)
+
+
+def _load_n(sweep: Sweep) -> float:
+    return max((point.load_n for point in sweep.loaded), default=0.0)
+
+
+def load(rig: RigDescription) -> Input:
+    """Return the relative error of the load: friction is proportional to it (Coulomb)."""
+    return limited("load", rig.load_tolerance, "1")

@@ -1,0 +1,142 @@
+"""The published method: mean raw peak minus the fitted no-load peak, Eq. (2) of Wang et al.
+
+Machines 2025, 13(11), 976, doi:10.3390/machines13110976: Td = Tc - Tg(f). Kept as it was
+published, for comparison: with load the peak falls near the reversal, without load later in the
+stroke, and maxima at two phases have no difference that means a torque.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.analysis import Compensation, Spreading
+from rigrunner.api.errors import DataError
+from rigrunner.api.uncertainty import Distribution, Effect, Input, Line
+from rigrunner.signal.inputs import model_of
+from rigrunner.signal.peaks import mean_peak, peak_points, scatter_effect
+from rigrunner.signal.propagation import compensated_point
+from rigrunner.signal.sensor import difference_effects, gain
+from rigrunner.signal.transducer import transducer_effects
+from rigrunner_bearings.compensations import checks
+from rigrunner_bearings.compensations.limits import load
+from rigrunner_bearings.compensations.paper_equation import published_curve
+from rigrunner_bearings.compensations.peak_budget import (
+    frequency_effect,
+    notes_on,
+    scattered_peaks,
+)
+
+if TYPE_CHECKING:
+    from rigrunner.api.analysis import CompensatedPoint, Curve, PeakPoint, Sweep
+    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner_bearings.compensations.paper_peak_settings import PaperPeakSettings
+
+MEASURAND = "starting torque as the difference of raw peaks (Eq. 2 of the paper)"
+FIT = "no-load fit"
+STEP = 1e-3
+"""Relative distance over which the curve's slope is taken."""
+OTHER_RIG = (
+    "The published coefficients describe the authors' rig. How far this rig differs from it is not "
+    "in the uncertainty."
+)
+
+
+@dataclass(frozen=True)
+class PaperPeak:
+    """Eq. (2); satisfies `rigrunner.api.analysis.CompensationMethod`."""
+
+    settings: PaperPeakSettings
+
+    def __call__(self, sweep: Sweep) -> Compensation:
+        """Return torque per set-point; raise DataError without a no-load run or out of range."""
+        curve = self._curve(sweep)
+        notes = notes_on((*sweep.loaded, *sweep.no_load) if self._refit else sweep.loaded)
+        points = tuple(self._point(point, curve, sweep) for point in sweep.loaded)
+        return Compensation(
+            measurand=MEASURAND,
+            points=points,
+            checks=(checks.independent(points, [scattered_peaks(p) for p in sweep.loaded]),),
+            curve=curve,
+            notes=notes if self._refit else (*notes, OTHER_RIG),
+        )
+
+    @property
+    def _refit(self) -> bool:
+        return self.settings.coefficients == "refit"
+
+    def _curve(self, sweep: Sweep) -> Curve:
+        if not self._refit:
+            return published_curve()
+        if not sweep.no_load:
+            raise DataError(
+                "paper_peak needs a no-load run to refit its coefficients",
+                hint="record one, or set coefficients: published",
+            )
+        return sweep.fit(peak_points(sweep.no_load))
+
+    def _point(self, point: PeakPoint, curve: Curve, sweep: Sweep) -> CompensatedPoint:
+        frequency = point.frequency_hz.value
+        peak = mean_peak(point)
+        value, fit = _rig_part(curve, frequency)
+        readings = (peak.value, value) if self._refit else (peak.value,)
+        effects = (
+            scatter_effect("scatter between cycles", peak),
+            *fit,
+            frequency_effect("frequency", _slope(curve, frequency), point.frequency_hz),
+            *difference_effects(sweep.instrument, runs=len(readings)),
+            *transducer_effects(
+                sweep.instrument, peak.value - value, readings, slow=sqrt(len(readings))
+            ),
+            *self._published_gain(sweep.instrument, peak.value),
+        )
+        scales = (gain(sweep.instrument),) if self._refit else ()
+        model = model_of(
+            peak.value - value,
+            effects,
+            scales=(*scales, load(sweep.rig)),
+            lines={FIT: Line(value, -1.0)},
+        )
+        return compensated_point(
+            model,
+            set_frequency_hz=point.set_frequency_hz,
+            frequency_hz=frequency,
+            raw_nm=peak.value,
+        )
+
+    def _published_gain(self, instrument: TorqueInstrument, raw_nm: float) -> tuple[Effect, ...]:
+        """Return the gain's effect where only the raw peak comes from the sensor.
+
+        Refitted, both peaks do, and the gain scales their difference.
+        """
+        return () if self._refit else (Effect(gain(instrument), -raw_nm),)
+
+
+def _slope(curve: Curve, frequency_hz: float) -> float:
+    """Return how steeply the curve goes with frequency, in N·m/Hz, within its range."""
+    low, high = curve.valid_x
+    around = np.clip(frequency_hz * (1 + np.array([-STEP, STEP])), low, high)
+    values, _ = curve.predict(around)
+    return float(np.ptp(values) / np.ptp(around)) if np.ptp(around) > 0 else 0.0
+
+
+def _rig_part(curve: Curve, frequency_hz: float) -> tuple[float, tuple[Effect, ...]]:
+    """Return the curve's value in N·m and its uncertainty, its covariance whole.
+
+    In directions in which the coefficients are independent of each other, each of them common to
+    all points: so the covariance between two frequencies is carried too.
+    """
+    at = np.array([frequency_hz])
+    value, u = curve.predict(at)
+    spread = curve.spread(at)[0] if isinstance(curve, Spreading) else u
+    return float(value[0]), tuple(
+        Effect(_direction(number, curve.dof), -float(row)) for number, row in enumerate(spread, 1)
+    )
+
+
+def _direction(number: int, dof: float) -> Input:
+    name = f"{FIT}, direction {number}"
+    return Input(name, 0.0, 1.0, dof, Distribution.T, "1", common=True, line=FIT, ensemble=FIT)

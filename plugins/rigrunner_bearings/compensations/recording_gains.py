@@ -1,0 +1,194 @@
+"""Relative gains of the recordings and the inertia of both runs, by what the runs have in common.
+
+The inertia's torque J alpha f^2 is in both runs, and known. In the middle of a swing, where
+presliding is over, friction is opposite in both strokes and the acceleration is not: what the
+difference of the runs has in phase with the acceleration there is a gain that changed, or an
+inertia. And the running torque of a run is a smooth function of the frequency, while a gain that
+scatters from recording to recording is not. With the gains 1 + n_i without and 1 + l_i under load:
+
+    in phase_i / (J alpha f_i^2)  =  D + C / (J alpha f_i^2) + l_i - n_i + e_i / (J alpha f_i^2)
+    running torque_i, of a run    =  (b_0 + b_1 f + b_2 / f + b_3 f^2) (1 + n_i or l_i + r_i)
+
+D is a change of the inertia, C what is elastic. It is a linear mixed model: b, C and D are fixed,
+the gains and the errors e and r random. For given standard deviations the gains follow by the
+equations of Henderson (Biometrics 31, 1975, 423), which shrink to none what the runs do not show;
+and these are averaged over the standard deviations that are possible, by their restricted
+likelihood (Patterson and Thompson, Biometrika 58, 1971, 545) and how usual they are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from math import inf, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner_bearings.compensations.bearing import bearing_torque
+from rigrunner_bearings.compensations.swing import inertia_in_phase, running_torque
+from rigrunner_bearings.compensations.under_load import SLOWEST
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.api.data import Array
+    from rigrunner.signal.response import Waveform
+    from rigrunner_bearings.compensations.bearing import MeanSwing, Pair
+    from rigrunner_bearings.compensations.identification import Identified
+
+POWERS = (0, 1, -1, 2)
+"""Of the frequency, in the running torque of a run; no more of them than there are frequencies."""
+
+ALIKE = 2
+"""Digits to which frequencies over the highest one are told apart."""
+
+USUAL = np.array([1e-3, 1e-3, 1e-3])
+"""Usual standard deviations: of a gain and of the running torque, relative, and of what is in phase
+with the acceleration, over the loaded run's running torque."""
+
+TIMES = 3.0
+"""By which a standard deviation may well be another than the usual one, either way."""
+
+UNLIMITED = 1e3
+"""Of the running torque: so large its terms may be, as where points are too few to tell them."""
+
+STEPS = 2.0 ** np.arange(-3, 4)
+"""Times the usual: the standard deviations that are tried."""
+
+ELASTIC = 0.05
+"""Of the running torque: what may be elastic, or presliding that goes on, as C."""
+
+
+@dataclass(frozen=True, eq=False)
+class RecordingGains:
+    """What the recordings of n pairs say of each other.
+
+    `covariance` is that of the errors of (no_load, loaded, inertia), shape (2 n + 1, 2 n + 1).
+    """
+
+    no_load: Array
+    """Relative error of the gain of each recording without load, shape (n,)."""
+    loaded: Array
+    inertia: float
+    """By how much of itself the inertia under load is greater."""
+    covariance: Array
+    scatter: float
+    """Standard deviation of the gains."""
+
+
+def recording_gains(rig: Identified, pairs: Sequence[Pair], inertia_limit: float) -> RecordingGains:
+    """Return the gains of both recordings of each pair, and the change of the inertia.
+
+    The inertia is taken to have changed by no more than the limit (the half-width of a rectangle),
+    unless the runs clearly show that it did.
+    """
+    seen = _Seen(rig, pairs)
+    limit = inertia_limit / sqrt(3)
+    free = seen.solved(inf)
+    clearly = free.inertia**2 - free.covariance[-1, -1]
+    return seen.solved(sqrt(max(limit**2, clearly)))
+
+
+class _Seen:
+    """What the pairs show, as observations y = X b + Z u + e of the mixed model.
+
+    The standard deviations of e are `unit` times that of USUAL which `kind` names.
+    """
+
+    def __init__(self, rig: Identified, pairs: Sequence[Pair]) -> None:
+        swing, line = rig.friction.swing, rig.line
+        count = len(pairs)
+        hertz = np.array([pair.loaded.frequency_hz for pair in pairs])
+        runs = [
+            np.array([running_torque(swing, line.at_load(*_shown(run))) for run in each])
+            for each in ([p.no_load for p in pairs], [p.loaded for p in pairs])
+        ]
+        inertial = line.inertia_kgm2 * swing.acceleration_per_hz2
+        in_phase = np.array(
+            [inertia_in_phase(swing, bearing_torque(line, rig.friction, pair)) for pair in pairs]
+        )
+        own = np.eye(count)
+        torque = np.abs(runs[1]).mean()
+        elastic = torque / (np.abs(inertial).max() * hertz**2)
+        self._observed = in_phase / (line.inertia_kgm2 * hertz**2)
+        self._fixed = np.stack([np.ones(count), ELASTIC * elastic], axis=1)
+        self._random = np.hstack([-own, own])
+        self._unit, self._kind = elastic, np.full(count, 2)
+        for place, run in enumerate(runs):
+            if run.min() > 0:
+                self._add_running(place, run, hertz / hertz.max())
+
+    def _add_running(self, place: int, torque: Array, speed: Array) -> None:
+        """Add the running torques of one run, each over itself, where friction is smooth."""
+        count = len(torque)
+        used = speed >= SLOWEST
+        powers = POWERS[: len(np.unique(speed[used].round(ALIKE)))]
+        fixed = np.stack([speed**power for power in powers], axis=1) / torque[:, None]
+        random = np.zeros((count, 2 * count))
+        random[:, place * count : (place + 1) * count] = np.eye(count)
+        rows, columns = self._fixed.shape
+        more = np.count_nonzero(used)
+        self._fixed = np.block(
+            [
+                [self._fixed, np.zeros((rows, len(powers)))],
+                [np.zeros((more, columns)), fixed[used]],
+            ]
+        )
+        self._random = np.vstack([self._random, random[used]])
+        self._observed = np.concatenate([self._observed, np.ones(more)])
+        self._unit = np.concatenate([self._unit, np.ones(more)])
+        self._kind = np.concatenate([self._kind, np.ones(more, int)])
+
+    def solved(self, inertia_u: float) -> RecordingGains:
+        """Return the estimates, if that is the standard deviation which the inertia may have."""
+        scatters = USUAL * np.array(list(product(STEPS, repeat=len(USUAL))))
+        found = [self._estimates(each, inertia_u) for each in scatters]
+        likely = np.array([-deviance / 2 for _, _, deviance in found])
+        likely -= np.sum((np.log(scatters / USUAL) / np.log(TIMES)) ** 2, axis=1) / 2
+        weight = np.exp(likely - likely.max())
+        weight /= weight.sum()
+        each = np.array([estimates for estimates, _, _ in found])
+        mean = weight @ each
+        within = np.tensordot(weight, np.array([covariance for _, covariance, _ in found]), 1)
+        covariance = within + (weight * (each - mean).T) @ (each - mean)
+        gains = len(self._random[0])
+        order = [*range(-gains, 0), 0]
+        no_load, loaded = np.split(mean[-gains:], 2)
+        return RecordingGains(
+            no_load,
+            loaded,
+            float(mean[0]),
+            covariance[np.ix_(order, order)],
+            sqrt(weight @ scatters[:, 0] ** 2),
+        )
+
+    def _estimates(self, scatter: Array, inertia_u: float) -> tuple[Array, Array, float]:
+        """Return the estimates of (b, u), their covariance, and the deviance."""
+        design = np.hstack([self._fixed, self._random])
+        error = (scatter[self._kind] * self._unit) ** 2
+        gains = len(self._random[0])
+        prior = np.zeros(design.shape[1])
+        prior[:-gains] = UNLIMITED**-2
+        prior[0], prior[1] = inertia_u**-2, 1.0
+        prior[-gains:] = scatter[0] ** -2
+        weighted = design / error[:, None]
+        scale = 1 / np.sqrt(np.sum(weighted * design, axis=0) + prior)
+        normal = scale[:, None] * (design.T @ weighted + np.diag(prior)) * scale
+        right = scale * (weighted.T @ self._observed)
+        inverse = np.linalg.inv(normal)
+        estimates = inverse @ right
+        unexplained = self._observed @ (self._observed / error) - right @ estimates
+        _, determinant = np.linalg.slogdet(normal)
+        deviance = (
+            np.log(error).sum()
+            + 2 * gains * np.log(scatter[0])
+            + determinant
+            - 2 * np.log(scale).sum()
+            + unexplained
+        )
+        return scale * estimates, scale[:, None] * inverse * scale, float(deviance)
+
+
+def _shown(run: MeanSwing) -> tuple[Waveform, float]:
+    return run.waveform, run.frequency_hz

@@ -1,0 +1,145 @@
+"""The compensations that ship with Rigrunner. Nothing here loads numpy.
+
+Each `_name` function is the factory of one record.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.hooks import CompensationRecord, hookimpl
+from rigrunner.api.measurand import Condition, MeasurandKind, Nature
+from rigrunner_bearings.compensations import requirements
+
+if TYPE_CHECKING:
+    from rigrunner.api.analysis import CompensationMethod
+    from rigrunner_bearings.compensations.breakaway_peak_settings import BreakawayPeakSettings
+    from rigrunner_bearings.compensations.paper_peak_settings import PaperPeakSettings
+    from rigrunner_bearings.compensations.peak_same_frequency_settings import (
+        PeakSameFrequencySettings,
+    )
+    from rigrunner_bearings.compensations.settings import (
+        EnergySettings,
+        InverseSettings,
+        TemplateInverseSettings,
+    )
+
+RIG = "rigrunner.api.rig:RigDescription"
+"""What the station may say of a rig that swings or turns bearings."""
+STARTING = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
+RUNNING = MeasurandKind(Nature.LOAD_INDUCED, Condition.UNDER_WAY)
+OTHER_PHASE = (
+    "the loaded and the no-load peak fall at different phases of the swing, and the uncertainty"
+    " does not include what comes of that"
+)
+BREAKAWAY = MeasurandKind(Nature.TOTAL, Condition.FROM_REST)
+
+
+@hookimpl
+def rigrunner_compensations() -> list[CompensationRecord]:
+    """Return the ways to subtract the no-load torque of the rig from the measured torque."""
+    return [
+        CompensationRecord(
+            name="paper_peak",
+            help="Raw peak minus fitted no-load peak, as published (Eq. 2)",
+            settings="rigrunner_bearings.compensations.paper_peak_settings:PaperPeakSettings",
+            rig=RIG,
+            factory=_paper_peak,
+            requires=requirements.of_paper_peak,
+            yields=STARTING,
+            not_covered=OTHER_PHASE,
+        ),
+        CompensationRecord(
+            name="peak_same_frequency",
+            help="Raw peak minus the no-load peak of the same frequency",
+            settings="rigrunner_bearings.compensations.peak_same_frequency_settings:PeakSameFrequencySettings",
+            rig=RIG,
+            factory=_peak_same_frequency,
+            requires=requirements.of_peak_same_frequency,
+            yields=STARTING,
+            not_covered=OTHER_PHASE,
+        ),
+        CompensationRecord(
+            name="template_inverse",
+            help="Whole swings: loaded minus no-load, resonance and filter undone (recommended)",
+            settings="rigrunner_bearings.compensations.settings:TemplateInverseSettings",
+            rig=RIG,
+            factory=_template_inverse,
+            requires=requirements.of_template_inverse,
+            yields=STARTING,
+            revision=3,
+        ),
+        CompensationRecord(
+            name="model_inverse",
+            help="As template_inverse, by a model of the sweep: also between its frequencies",
+            settings="rigrunner_bearings.compensations.settings:InverseSettings",
+            rig=RIG,
+            factory=_model_inverse,
+            requires=requirements.of_model_inverse,
+            yields=STARTING,
+            revision=3,
+        ),
+        CompensationRecord(
+            name="energy",
+            help="Running torque: work of a swing over its way, loaded minus no-load",
+            settings="rigrunner_bearings.compensations.settings:EnergySettings",
+            rig=RIG,
+            factory=_energy,
+            requires=requirements.of_energy,
+            yields=RUNNING,
+            revision=3,
+        ),
+        CompensationRecord(
+            name="breakaway_peak",
+            help="Starts from rest: mean of their breakaway torques, another torque than a swing's",
+            settings="rigrunner_bearings.compensations.breakaway_peak_settings:BreakawayPeakSettings",
+            rig=RIG,
+            factory=_breakaway_peak,
+            requires=requirements.of_breakaway_peak,
+            yields=BREAKAWAY,
+        ),
+    ]
+
+
+def _paper_peak(settings: PaperPeakSettings) -> CompensationMethod:
+    from rigrunner_bearings.compensations.paper_peak import PaperPeak  # noqa: PLC0415  (numpy)
+
+    return PaperPeak(settings)
+
+
+def _peak_same_frequency(settings: PeakSameFrequencySettings) -> CompensationMethod:
+    from rigrunner_bearings.compensations.peak_same_frequency import (  # noqa: PLC0415  (numpy)
+        PeakSameFrequency,
+    )
+
+    return PeakSameFrequency(settings)
+
+
+def _template_inverse(settings: TemplateInverseSettings) -> CompensationMethod:
+    from rigrunner_bearings.compensations.template_inverse import (  # noqa: PLC0415  (scipy)
+        TemplateInverse,
+    )
+
+    return TemplateInverse(settings)
+
+
+def _model_inverse(settings: InverseSettings) -> CompensationMethod:
+    from rigrunner_bearings.compensations.model_inverse import (  # noqa: PLC0415  (scipy)
+        ModelInverse,
+    )
+
+    return ModelInverse(settings)
+
+
+def _energy(settings: EnergySettings) -> CompensationMethod:
+    from rigrunner_bearings.compensations.energy import Energy  # noqa: PLC0415  (numpy)
+
+    return Energy(settings)
+
+
+def _breakaway_peak(settings: BreakawayPeakSettings) -> CompensationMethod:
+    from rigrunner_bearings.compensations.breakaway_peak import (  # noqa: PLC0415  (numpy)
+        BreakawayPeak,
+    )
+
+    return BreakawayPeak(settings)

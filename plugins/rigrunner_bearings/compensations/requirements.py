@@ -1,0 +1,56 @@
+"""What each compensation needs of a run; loads without numpy."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.analysis import Requirements
+
+if TYPE_CHECKING:
+    from rigrunner_bearings.compensations.paper_peak_settings import PaperPeakSettings
+    from rigrunner_bearings.compensations.peak_same_frequency_settings import (
+        PeakSameFrequencySettings,
+    )
+    from rigrunner_bearings.compensations.settings import EnergySettings, TemplateInverseSettings
+
+LEAST_FREQUENCIES = 4
+"""Without load, to learn the rig's resonance."""
+
+
+def of_paper_peak(settings: PaperPeakSettings) -> Requirements:
+    """Return what the compensation `paper_peak` needs."""
+    if settings.coefficients == "published":
+        return Requirements(starts=False)
+    return Requirements(starts=False, fit=True, points=1, within_no_load_range=True)
+
+
+def of_peak_same_frequency(settings: PeakSameFrequencySettings) -> Requirements:
+    """Return what the compensation `peak_same_frequency` needs."""
+    return Requirements(starts=False, frequency_match=settings.frequency_match)
+
+
+def of_template_inverse(settings: TemplateInverseSettings) -> Requirements:
+    """Return what the compensation `template_inverse` needs."""
+    return Requirements(
+        starts=False,
+        phase=True,
+        points=LEAST_FREQUENCIES,
+        frequency_match=settings.frequency_match,
+    )
+
+
+def of_model_inverse(_: Any) -> Requirements:
+    """Return what the compensation `model_inverse` needs."""
+    return Requirements(
+        starts=False, phase=True, points=LEAST_FREQUENCIES, within_no_load_range=True
+    )
+
+
+def of_energy(settings: EnergySettings) -> Requirements:
+    """Return what the compensation `energy` needs."""
+    return Requirements(starts=False, phase=True, frequency_match=settings.frequency_match)
+
+
+def of_breakaway_peak(_: Any) -> Requirements:
+    """Return what the compensation `breakaway_peak` needs."""
+    return Requirements(starts=True)

@@ -1,0 +1,64 @@
+"""What a budget says of the rig, put into a sweep as errors of its data, for Monte Carlo draws."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.analysis import SwingPoint
+from rigrunner.signal import response
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
+    from rigrunner.api.analysis import PeakPoint, Sweep
+    from rigrunner.api.data import Array
+    from rigrunner_bearings.compensations.identification import Identified
+    from rigrunner_bearings.compensations.limits import SupportGrowth
+    from rigrunner_bearings.compensations.settings import InverseSettings
+
+
+@dataclass(frozen=True, eq=False)
+class RigErrors:
+    """Draws a support's friction that changed under load, and a low-pass corner.
+
+    Each is a rectangle of the half-width that the settings state. What changed at the load goes
+    through the drive line as learned, and so into the loaded run's torque. The drive line itself is
+    learned anew from each draw, and so has its own error.
+    """
+
+    settings: InverseSettings
+    support: SupportGrowth
+    rig: Identified
+
+    @property
+    def covers(self) -> tuple[str, ...]:
+        """The lines of the budget that are drawn."""
+        drawn = ("resonance, damping, inertia", "low-pass filter")
+        return drawn if self.support.measured else (*drawn, self.support.name)
+
+    def __call__(self, sweep: Sweep, rng: Generator) -> Sweep:
+        """Return the sweep with one draw of these errors."""
+        corner, friction = rng.uniform(-1, 1, 2)
+        low_pass = sweep.instrument.low_pass
+        assert low_pass is not None  # noqa: S101  (the rig was learned with it)
+        filtered = low_pass.scaled(float(1 + self.settings.low_pass_tolerance * corner))
+        instrument = sweep.instrument.model_copy(update={"low_pass": filtered})
+        growth = self.support.limit * friction
+        loaded = tuple(self._changed(point, growth) for point in sweep.loaded)
+        return replace(sweep, loaded=loaded, instrument=instrument)
+
+    def _changed(self, point: PeakPoint, growth: float) -> PeakPoint:
+        if not isinstance(point, SwingPoint):
+            return point
+        frequency = point.frequency_hz.value
+        seen = self._at_sensor(growth * self.rig.friction.dry_nm, frequency)
+        step = len(seen) // point.torque_nm.shape[1]
+        return replace(point, torque_nm=point.torque_nm + seen[::step])
+
+    def _at_sensor(self, torque_nm: Array, frequency_hz: float) -> Array:
+        """Return what the sensor shows of a torque on the inertia, one swing of shape (n,)."""
+        harmonic_hz = frequency_hz * np.arange(len(torque_nm) // 2 + 1, dtype=np.float64)
+        return response.apply(self.rig.line.sensor(harmonic_hz), torque_nm)

@@ -1,0 +1,1 @@
+"""Testers of bearings, simulated."""

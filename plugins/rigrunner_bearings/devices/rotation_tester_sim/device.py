@@ -1,0 +1,202 @@
+"""The bench as a device: a slow drive, an angle, a torque, and starts that are recorded whole."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity
+from rigrunner_bearings.devices.rotation_tester_sim.friction import breakaway_torque_nm, friction_nm
+from rigrunner_bearings.devices.rotation_tester_sim.history import History
+from rigrunner_bearings.devices.rotation_tester_sim.motion import REST_S, start
+from rigrunner_bearings.devices.simulated.connection import Connection
+from rigrunner_bearings.devices.simulated.sensor_errors import (
+    draw_constant_errors,
+    read_angle,
+    read_torque,
+)
+from rigrunner_plugins.devices.channels import check_channels
+from rigrunner_plugins.devices.drives import Drives
+from rigrunner_plugins.devices.pacing import paced_blocks
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from rigrunner.api.data import Array, Block
+    from rigrunner.api.devices import DeviceContext, StopToken
+    from rigrunner_bearings.devices.rotation_tester_sim.parameters import BenchParameters
+    from rigrunner_bearings.devices.rotation_tester_sim.settings import RotationTesterSettings
+
+MODEL = "rotation_tester_sim"
+TURN_RAD = 2 * np.pi
+LOAD_RATE_N_S = 100.0
+CHANNELS = (
+    ChannelInfo("angle", "rad", "Angle of rotation"),
+    ChannelInfo("torque", "N·m", "Torque in the shaft"),
+)
+
+
+class RotationTester:
+    """A bench on which a bearing turns, under a load where the bench has one.
+
+    With `start_frequency` set and the drive at rest, every stream is a start: a short rest, then
+    rotation until the stream ends. At rest the drive lets go, and the shaft carries no torque.
+    """
+
+    non_blocking = True
+
+    def __init__(self, settings: RotationTesterSettings, context: DeviceContext) -> None:
+        self._settings = settings
+        self._bench = settings.parameters()
+        self._clock = context.clock
+        self._errors = draw_constant_errors(
+            self._bench.sensors, np.random.default_rng([settings.seed, 0])
+        )
+        self._drives = Drives(_drives(settings), context.clock)
+        self._connection = Connection(MODEL, settings, context.clock)
+        self._history = History(context.clock.monotonic_s())
+        self._streams = 0
+        self._truth: Mapping[str, float] = {}
+
+    @property
+    def channels(self) -> Sequence[ChannelInfo]:
+        """Angle and torque."""
+        return CHANNELS
+
+    @property
+    def drives(self) -> Sequence[DriveInfo]:
+        """The rotation, and that with which recorded starts begin."""
+        return self._drives.infos
+
+    @property
+    def sample_rate_hz(self) -> float:
+        """Samples per second and channel."""
+        return self._bench.sensors.sample_rate_hz
+
+    def connect(self, timeout_s: float) -> Identity:
+        """Begin a set-up with a new bearing."""
+        identity = self._connection.open(timeout_s)
+        self._history = History(self._connection.need())
+        self._streams = 0
+        return identity
+
+    def close(self) -> None:
+        """Release the connection."""
+        self._connection.close()
+
+    def make_safe(self) -> Mapping[str, float]:
+        """Stop the rotation; later streams are no starts."""
+        actual = self._drives.make_safe()
+        self._turn()
+        return actual
+
+    def set(self, drive: str, value: float) -> None:
+        """Move a drive at its rate; return when it is there."""
+        self._connection.need()
+        self._drives.set(drive, value)
+        self._turn()
+
+    def read_back(self, drive: str) -> float:
+        """Return where a drive stands."""
+        self._connection.need()
+        return self._drives.read_back(drive)
+
+    def read(self, channels: Sequence[str]) -> Mapping[str, float]:
+        """Return one sample of each channel; a single reading starts nothing."""
+        self._connection.need()
+        check_channels(channels, CHANNELS)
+        values = self._sample(np.zeros(1), starts=False)
+        return {name: float(values[name][0]) for name in channels}
+
+    def stream(
+        self, channels: Sequence[str], duration_s: float, stop: StopToken
+    ) -> Iterator[Block]:
+        """Yield blocks of at most 0.1 s at the pace of the clock."""
+        self._connection.need()
+        check_channels(channels, CHANNELS)
+        time_s = np.arange(round(duration_s * self.sample_rate_hz)) / self.sample_rate_hz
+        actual = self._drives.actual
+        self._truth = {}
+        starts = actual["start_frequency"] > 0 and actual["frequency"] == 0
+        values = self._sample(time_s, starts=starts)
+        wanted = {name: values[name] for name in channels}
+        return paced_blocks(wanted, self.sample_rate_hz, self._clock, stop)
+
+    def continue_after(self, streams: Sequence[Mapping[str, float]]) -> None:
+        """Give no later stream the noise of one that the run has behind it."""
+        self._streams += len(streams)
+
+    def truth(self) -> Mapping[str, float]:
+        """Return what was true of the start in the last stream; nothing if it was none."""
+        return dict(self._truth)
+
+    def _sample(self, time_s: Array, *, starts: bool) -> Mapping[str, Array]:
+        rng = np.random.default_rng([self._settings.seed, 1, self._streams])
+        self._streams += 1
+        now_s = self._clock.monotonic_s()
+        angle, torque = (
+            self._starting(time_s, now_s, rng) if starts else self._rotating(time_s, now_s)
+        )
+        elapsed_s = now_s - self._connection.need() + time_s
+        sensors = self._bench.sensors
+        return {
+            "torque": read_torque(torque, elapsed_s, sensors, self._errors, rng),
+            "angle": read_angle(angle, sensors, rng),
+        }
+
+    def _rotating(self, time_s: Array, now_s: float) -> tuple[Array, Array]:
+        """Return angle and torque of even rotation, or of rest."""
+        frequency_hz = self._drives.actual["frequency"]
+        angle = TURN_RAD * (self._history.turns(now_s) + frequency_hz * time_s)
+        bench = self._loaded()
+        torque = (bench.kinetic_torque_nm + bench.fixture_friction_nm) * (frequency_hz > 0)
+        return angle, np.full(len(time_s), torque)
+
+    def _starting(
+        self, time_s: Array, now_s: float, rng: np.random.Generator
+    ) -> tuple[Array, Array]:
+        """Return angle and torque of a start, and note that it has been."""
+        bench, history = self._loaded(), self._history
+        speed = TURN_RAD * self._drives.actual["start_frequency"]
+        travel, acceleration = start(time_s, speed, bench.acceleration_rad_s2)
+        turns, rest_s = history.turns(now_s), history.rest_s(now_s) + REST_S
+        expected = breakaway_torque_nm(bench, rest_s, turns)
+        breakaway = expected * (1 + bench.scatter * float(rng.standard_normal()))
+        self._truth = {"breakaway_torque_nm": breakaway, "rest_s": rest_s, "turns": turns}
+        moving = bench.fixture_friction_nm * (travel > 0)
+        torque = friction_nm(bench, travel, breakaway) + moving + bench.inertia_kgm2 * acceleration
+        duration_s = len(time_s) / self.sample_rate_hz
+        history.moved(now_s + duration_s, float(travel[-1]) / TURN_RAD)
+        return TURN_RAD * turns + travel, torque
+
+    def _loaded(self) -> BenchParameters:
+        """Return the bench under the load that is set."""
+        return self._bench.under_load(self._drives.actual.get("load", 0.0))
+
+    def _turn(self) -> None:
+        """Tell the history how the bearing turns now."""
+        self._history.change(self._clock.monotonic_s(), self._drives.actual["frequency"])
+
+
+def _drives(settings: RotationTesterSettings) -> tuple[DriveInfo, ...]:
+    load = DriveInfo("load", "N", "Load", 0.0, settings.max_load, rate_per_s=LOAD_RATE_N_S)
+    return (
+        *((load,) if settings.max_load > 0 else ()),
+        DriveInfo(
+            name="frequency",
+            unit="Hz",
+            long_name="Rotation",
+            minimum=0.0,
+            maximum=settings.max_frequency,
+            rate_per_s=settings.frequency_rate,
+            sets_cycle_frequency=True,
+        ),
+        DriveInfo(
+            name="start_frequency",
+            unit="Hz",
+            long_name="Rotation with which recorded starts begin",
+            minimum=0.0,
+            maximum=settings.max_start_frequency,
+        ),
+    )

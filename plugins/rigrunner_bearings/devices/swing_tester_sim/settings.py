@@ -1,0 +1,97 @@
+"""Settings of the closed-form rig. The defaults' sources stand with `RigParameters`."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from rigrunner.api.settings import (
+    Angle,
+    AngularVelocity,
+    Duration,
+    Frequency,
+    MomentOfInertia,
+    Ratio,
+    RotationalDamping,
+    Settings,
+    Temperature,
+    Torque,
+)
+from rigrunner_bearings.devices.simulated.settings import TesterSettings
+from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
+from rigrunner_plugins.devices.fields import quantity
+
+
+class DriveLineSettings(Settings):
+    """What swings, and the elastic shaft that drives it."""
+
+    inertia: MomentOfInertia = quantity("0.002324 kg·m²", "behind the transducer", gt=0)
+    natural_frequency: Frequency = quantity("400 Hz", "of the torsional resonance", gt=0)
+    damping_ratio: Ratio = quantity("5 %", "of the torsional resonance", gt=0, lt=1)
+    inertia_change_under_load: Ratio = quantity(
+        "0 %", "as if another mandrel were mounted for the loaded run", gt=-1
+    )
+
+
+class SupportSettings(Settings):
+    """Friction of spindle and supports."""
+
+    friction: Torque = quantity("0.7597 N·m", "T0, at rest", ge=0)
+    damping: RotationalDamping = quantity("0.3057 N·m·s/rad", "b, its growth with speed", ge=0)
+    slip: Angle = quantity("0.17 deg", "d0, in which it changes its sign", gt=0)
+    growth_per_kilonewton: Ratio = quantity("0 %", "growth of T0 under load", ge=0)
+
+
+class BearingSettings(Settings):
+    """Friction of the bearing under test; torques at 1000 N, proportional to the load."""
+
+    starting_torque: Torque = quantity("0.7262 N·m", "Ts, the greatest after a reversal", gt=0)
+    kinetic_torque: Torque = quantity("0.64 N·m", "Tk, once it slides", gt=0)
+    slip: Angle = quantity("0.10 deg", "db, in which the friction changes its sign", gt=0)
+    weakening: Annotated[
+        Literal["slip", "speed"], Field(description="with what the friction falls from its peak")
+    ] = "slip"
+    weakening_slip: Angle = quantity("0.40 deg", "ds, for weakening by slip", gt=0)
+    stribeck_speed: AngularVelocity = quantity(
+        "0.5 rad/s", "vs, for weakening by speed (Stribeck)", gt=0
+    )
+    zero_load_torque: Torque = quantity("0 N·m", "starting torque without load", ge=0)
+    asymmetry: Torque = quantity("0 N·m", "that load adds in one sense, at 1000 N")
+    wear: Ratio = quantity("0 %", "growth of both torques in 10 000 cycles under load", gt=-1)
+    warming: Temperature = quantity(
+        "0 K", "rise of temperature in the end, at 1000 N and 10 Hz", ge=0, le=200
+    )
+    warming_time: Duration = quantity("10 min", "in which 63 % of it has come", gt=0)
+
+
+class SwingTesterSimSettings(TesterSettings):
+    """The closed-form rig; the defaults are the rig of the paper with ordinary sensors."""
+
+    drive_line: DriveLineSettings = Field(default_factory=DriveLineSettings)
+    support: SupportSettings = Field(default_factory=SupportSettings)
+    bearing: BearingSettings = Field(default_factory=BearingSettings)
+
+    def parameters(self) -> RigParameters:
+        """Return the rig in SI units."""
+        drive_line, support, bearing = self.drive_line, self.support, self.bearing
+        return RigParameters(
+            eccentric_ratio=self.eccentric_ratio,
+            inertia_kgm2=drive_line.inertia,
+            support_friction_nm=support.friction,
+            support_damping_nms=support.damping,
+            support_slip_rad=support.slip,
+            natural_hz=drive_line.natural_frequency,
+            damping_ratio=drive_line.damping_ratio,
+            starting_torque_nm=bearing.starting_torque,
+            kinetic_torque_nm=bearing.kinetic_torque,
+            bearing_slip_rad=bearing.slip,
+            weakening_rad=bearing.weakening_slip,
+            stribeck=bearing.weakening == "speed",
+            stribeck_speed_rad_s=bearing.stribeck_speed,
+            loaded_inertia_change=drive_line.inertia_change_under_load,
+            support_growth_per_kn=support.growth_per_kilonewton,
+            zero_load_torque_nm=bearing.zero_load_torque,
+            asymmetry_nm=bearing.asymmetry,
+            sensors=self.sensor_parameters(),
+        )

@@ -1,0 +1,1 @@
+"""Fits that know the drive of a swing tester."""

@@ -1,0 +1,11 @@
+"""What a laboratory needs that tests bearings. Nothing here loads numpy."""
+
+from __future__ import annotations
+
+from rigrunner_bearings.compensations.records import rigrunner_compensations
+from rigrunner_bearings.devices.records import rigrunner_devices
+from rigrunner_bearings.fits.records import rigrunner_fits
+
+__all__ = ["api_version", "rigrunner_compensations", "rigrunner_devices", "rigrunner_fits"]
+
+api_version = 1

@@ -1,0 +1,1 @@
+"""The instruments of a swing tester, served on this machine."""

@@ -1,0 +1,149 @@
+"""What two runs differ by, beside the bearing, is found by what they have in common."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rigrunner.signal.coverage import expanded
+from rigrunner_bearings.compensations.comparison import LINE, compared
+from rigrunner_bearings.compensations.settings import TemplateInverseSettings
+from rigrunner_bearings.compensations.template_inverse import TemplateInverse
+from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
+from unit.rigrunner_bearings.compensations.helpers_sweeps import (
+    compensate,
+    errors_nm,
+    prepared,
+    sweep,
+)
+
+HERTZ = (3.0, 5.0, 8.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0)
+RIG = RigParameters()
+GAINS = 0.003 * np.array([1, -1, 0.5, 1, -0.3, -1, 1, -0.6, 1])
+HUM_NM = 0.01
+
+
+@pytest.fixture(scope="module")
+def healthy():
+    return sweep(RIG, HERTZ)
+
+
+def scaled(made, gains):
+    """Return a sweep whose loaded recordings have those relative errors of the gain."""
+    loaded = (
+        replace(point, torque_nm=(1 + gain) * point.torque_nm)
+        for point, gain in zip(made.loaded, gains, strict=True)
+    )
+    return replace(made, loaded=tuple(loaded))
+
+
+def comparison(made, **settings):
+    chosen = TemplateInverseSettings.model_validate(settings)
+    method = TemplateInverse(chosen)
+    rig = method._learned(made)
+    return compared(rig, made, method.templates(made, rig), chosen)
+
+
+def line_of(point, name):
+    return next((part.u for part in point.components if part.name == name), 0.0)
+
+
+def test_gains_that_scatter_are_found_where_the_inertia_is_large(healthy):
+    """0.3 % is 15 mN·m at 35 Hz, and so 0.01 % is as much as the method may err by without it."""
+    gains = comparison(scaled(healthy, GAINS)).gains
+    none = comparison(healthy).gains
+    change = (gains.loaded - gains.no_load + gains.inertia) - (
+        none.loaded - none.no_load + none.inertia
+    )
+    assert change[-4:] == pytest.approx(GAINS[-4:], abs=5e-4)
+    assert none.scatter < gains.scatter
+
+
+def test_gains_that_scatter_are_taken_out_and_the_rest_is_in_the_budget(healthy):
+    found, plain = compensate(scaled(healthy, GAINS)), compensate(healthy)
+    errors = errors_nm(RIG, found)
+    inertial = 0.002324 * 1.7563 * np.array(HERTZ) ** 2
+    assert np.abs(GAINS * inertial)[-1] > 0.014
+    assert np.abs(errors)[-4:].max() < 0.009
+    assert all(abs(e) < expanded(p.torque) for e, p in zip(errors, found.points, strict=True))
+    assert line_of(found.points[-1], LINE) > line_of(plain.points[-1], LINE)
+
+
+def test_an_inertia_is_told_from_gains_that_scatter(healthy):
+    changed = sweep(RigParameters(loaded_inertia_change=-0.02), HERTZ)
+    assert comparison(changed).gains.inertia == pytest.approx(-0.02, abs=0.001)
+    assert comparison(healthy).gains.inertia == pytest.approx(0, abs=0.001)
+
+
+def test_one_frequency_is_enough_to_be_compared(healthy):
+    one = replace(healthy, loaded=healthy.loaded[-1:])
+    gains = comparison(one).gains
+    assert gains.loaded.shape == gains.no_load.shape == (1,)
+    assert gains.covariance.shape == (3, 3)
+    (point,) = compensate(one).points
+    assert abs(errors_nm(RIG, compensate(one))[0]) < expanded(point.torque)
+
+
+def with_hum(points, begins_turns):
+    """Return the points with hum of 50.02 Hz; at 10 Hz it is greatest near the reversal."""
+    done = []
+    for point in points:
+        count, size = point.torque_nm.shape
+        turns = np.arange(count * size).reshape(count, size) / size
+        phase = 2 * np.pi * (50.02 * turns / point.frequency_hz.value + begins_turns)
+        done.append(replace(point, torque_nm=point.torque_nm + HUM_NM * np.sin(phase)))
+    return tuple(done)
+
+
+def test_hum_that_is_a_harmonic_of_the_swing_is_taken_out(healthy):
+    """At 5, 10 and 25 Hz the mains are its tenth, fifth and second harmonic."""
+    hums = replace(
+        healthy, loaded=with_hum(healthy.loaded, 0.0), no_load=with_hum(healthy.no_load, 0.5)
+    )
+    plain = compensate(healthy)
+    found = compensate(hums)
+    elsewhere = compensate(hums, mains_frequency="61 Hz")
+    moved, without = (errors_nm(RIG, each) - errors_nm(RIG, plain) for each in (found, elsewhere))
+    locked = [HERTZ.index(hz) for hz in (5.0, 10.0, 25.0)]
+    assert np.abs(without[locked]).max() > 0.012
+    assert np.abs(moved[locked]).max() < 0.0025
+    has = [line_of(point, "hum of the mains") > 0 for point in found.points]
+    assert [hz for hz, hum in zip(HERTZ, has, strict=True) if hum] == [5.0, 10.0, 25.0]
+
+
+def test_where_there_is_no_hum_none_is_taken_out(healthy):
+    assert not any(comparison(healthy).hum_nm)
+
+
+def test_a_known_growth_of_the_support_s_friction_is_taken_out():
+    """3 % of 0.76 N·m under the load of 1000 N, of which 19 mN·m are in the torque.
+
+    Half of what it may matter whether the slip grows too, 6 mN·m, is left and in U.
+    """
+    rig = RigParameters(support_growth_per_kn=0.03)
+    made = replace(sweep(RIG, HERTZ), loaded=prepared(rig, 1000.0, HERTZ))
+    known = made.rig.model_copy(
+        update={"support_load_growth": 0.03, "support_load_dependence": 0.003}
+    )
+    wrong, right = compensate(made), compensate(replace(made, rig=known))
+    assert errors_nm(rig, wrong).mean() > 0.012
+    for error, point in zip(errors_nm(rig, right), right.points, strict=True):
+        assert abs(error) < expanded(point.torque)
+    assert abs(errors_nm(rig, right).mean()) < 0.0065
+
+
+def test_set_points_of_about_one_frequency_do_not_hang_on_its_last_digits(healthy):
+    """Four powers of one frequency would leave the running torque undetermined."""
+    point = healthy.loaded[-1]
+
+    def u_of(*digits):
+        points = (
+            replace(point, frequency_hz=replace(point.frequency_hz, value=35.0 + 1e-4 * digit))
+            for digit in digits
+        )
+        covariance = comparison(replace(healthy, loaded=tuple(points))).gains.covariance
+        return np.sqrt(np.diag(covariance))
+
+    np.testing.assert_allclose(u_of(0, 1, 2), u_of(0, -2, 3), rtol=0.01)

@@ -1,0 +1,62 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rigrunner.signal.uncertainty import combine
+from rigrunner_bearings.compensations.energy import Energy
+from rigrunner_bearings.compensations.settings import EnergySettings
+from rigrunner_bearings.compensations.swing import make_swing, running_torque
+from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
+from unit.rigrunner_bearings.compensations.helpers_sweeps import FEW, sweep
+
+SWING = make_swing(2 / 45, 1024)
+
+
+def test_constant_friction_is_its_own_running_torque():
+    torque = 0.7 * np.sign(SWING.velocity_per_hz)
+    assert running_torque(SWING, torque) == pytest.approx(0.7, rel=1e-6)
+
+
+def test_inertia_spring_and_offset_do_no_work():
+    stored = 5 * SWING.acceleration_per_hz2 + 40 * SWING.angle_rad + 0.3
+    assert running_torque(SWING, stored) == pytest.approx(0, abs=1e-9)
+
+
+@pytest.fixture(scope="module")
+def outcome():
+    return Energy(EnergySettings())(sweep(RigParameters(), FEW))
+
+
+def test_is_the_kinetic_torque_at_every_frequency(outcome):
+    """0.64 N·m kinetic, a little less as every stroke begins at the other sign."""
+    values = np.array([point.torque.value for point in outcome.points])
+    assert values == pytest.approx(np.full(len(FEW), 0.635), abs=0.01)
+    assert np.ptp(values) < 0.006
+
+
+def test_a_load_raises_the_dry_part_alone():
+    """Of a support without viscosity all of the running torque is dry, while nothing twists."""
+    made = sweep(RigParameters(), FEW)
+    off = []
+    for growth in (0.0, 0.02):
+        known = {"support_load_growth": growth, "support_load_dependence": 0.0}
+        grown = replace(made, rig=made.rig.model_copy(update=known))
+        found = Energy(EnergySettings())(grown)
+        off.append([point.torque.value for point in found.points])
+    dry = (np.array(off[0]) - off[1]) / 0.02
+    without = sweep(replace(RigParameters(), support_damping_nms=0.0), FEW).no_load
+    slowest = running_torque(SWING, np.mean(without[0].torque_nm, axis=0))
+    assert dry == pytest.approx(np.full(len(FEW), slowest), rel=0.01)
+
+
+def test_says_what_it_measures(outcome):
+    assert "running torque" in outcome.measurand
+    assert any("not the starting torque" in note for note in outcome.notes)
+
+
+def test_every_point_adds_up(outcome):
+    for point in outcome.points:
+        assert point.raw_nm - point.rig_nm == pytest.approx(point.torque.value)
+        assert (point.torque.u, point.torque.dof) == pytest.approx(combine(point.components))
+        assert point.torque.u > 0

@@ -1,0 +1,113 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from helpers_rigs import INSTRUMENT
+from rigrunner.api.errors import DataError
+from rigrunner_bearings.compensations import identification
+from rigrunner_bearings.compensations.bearing import mean_swing
+from rigrunner_bearings.compensations.drive_line import DriveLine
+from rigrunner_bearings.compensations.harmonics import observe
+from rigrunner_bearings.compensations.identification import identify, vector, with_vector
+from rigrunner_bearings.compensations.model_template import no_load_model
+from rigrunner_bearings.compensations.swing import make_swing, measured_ratio
+from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
+from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
+from unit.rigrunner_bearings.compensations.helpers_sweeps import prepared
+
+
+def identified(parameters, seed=0):
+    points = prepared(parameters, 0.0, seed=seed)
+    return identify(points, make_swing(measured_ratio(points)), INSTRUMENT.low_pass)
+
+
+@pytest.mark.parametrize("natural_hz", [200.0, 400.0, 800.0])
+@pytest.mark.parametrize(
+    ("model", "share"), [(RigParameters, 0.0), (OdeParameters, 1.0)], ids=["closed form", "ode"]
+)
+def test_learns_the_rig_and_where_its_friction_acts(model, share, natural_hz):
+    """On the closed form friction follows the drive, on the ODE the load: by construction."""
+    rig = model(natural_hz=natural_hz)
+    found = identified(rig)
+    u = np.sqrt(np.diag(found.covariance))
+    assert found.line.natural_hz == pytest.approx(natural_hz, rel=0.005)
+    assert found.line.damping_ratio == pytest.approx(rig.damping_ratio, abs=0.015)
+    gain = rig.sensors.gain_limit
+    assert found.line.inertia_kgm2 == pytest.approx(rig.inertia_kgm2, rel=gain + 0.001)
+    assert found.line.share == pytest.approx(share, abs=3.5 * u[3])
+    assert found.line.delay_s == pytest.approx(0, abs=2e-5)
+    assert found.misfit < 1.5
+
+
+def test_learns_a_delay():
+    sensors = replace(RigParameters().sensors, torque_delay_s=2e-4)
+    found = identified(RigParameters(sensors=sensors))
+    assert found.line.delay_s == pytest.approx(2e-4, abs=1e-5)
+    assert found.line.share == pytest.approx(0, abs=0.15)
+
+
+def test_friction_level_is_the_supports():
+    slow_nm = identified(RigParameters()).friction.slow_nm
+    assert np.median(np.abs(slow_nm)) == pytest.approx(0.7597, rel=0.05)
+
+
+def test_what_the_model_leaves_of_a_torque_has_no_mean():
+    """Its mean is friction, which the friction of the model has."""
+    points = prepared(RigParameters(), 0.0)
+    rig = identify(points, make_swing(measured_ratio(points)), INSTRUMENT.low_pass)
+    left_nm = no_load_model(points, rig).unexplained_nm
+    assert left_nm.shape[0] == len(points)
+    assert np.abs(left_nm).max() > 0
+    np.testing.assert_allclose(left_nm.mean(axis=1), 0.0, atol=1e-12)
+
+
+def test_a_line_is_known_best_at_the_weighted_mean_of_its_places():
+    """Draper and Smith, Applied Regression Analysis, 3rd ed., 1.4: the variance is least there."""
+    hertz, weight = np.array([1.0, 5.0, 10.0, 35.0]), np.array([1.0, 2.0, 2.0, 1.0])
+    one = weight[:, None] * np.column_stack([np.ones(4), hertz])
+    basis = np.stack([one, 3 * one]).astype(complex)
+    expected = np.average(hertz, weights=weight**2)
+    assert identification._best_known_hz(basis) == pytest.approx(expected)
+
+
+def test_the_quick_misfit_of_many_lines_is_the_sum_of_squares_of_each():
+    points = prepared(RigParameters(), 0.0)
+    observed = observe(points, make_swing(measured_ratio(points)))
+    weight = observed.weight.copy()
+    weight[:, 60:] = 0.0  # harmonics that no frequency has, one has, and two have
+    weight[:-1, 59] = weight[2:, 58] = 0.0
+    observed = replace(observed, weight=weight)
+    lines = [
+        DriveLine(hertz, damping, 2e-3, 0.0, 0.0, INSTRUMENT.low_pass)
+        for hertz in (60.0, 400.0, 2500.0)
+        for damping in (0.02, 0.15)
+    ]
+    hertz, known = observed.harmonic_hz, identification.inertial_torque(observed, lines[0])
+    found = identification._misfit(observed, np.array([x.sensor(hertz) for x in lines]), known)
+    nothing = np.zeros_like(observed.harmonics)
+    wanted = [np.sum(identification._residual(observed, x, nothing)[:-1] ** 2) for x in lines]
+    np.testing.assert_allclose(found, wanted, rtol=1e-9)
+
+
+def test_tells_the_torque_at_a_frequency_that_was_not_recorded():
+    points = prepared(RigParameters(), 0.0)
+    (there,) = (point for point in points if point.set_frequency_hz == 15.0)
+    others = tuple(point for point in points if point is not there)
+    rig = identify(others, make_swing(measured_ratio(others)), INSTRUMENT.low_pass)
+    told = no_load_model(others, rig).template(15.0)
+    recorded = mean_swing(there, len(told.torque_nm))
+    assert np.abs(recorded.torque_nm).max() > 1.5
+    np.testing.assert_allclose(told.torque_nm, recorded.torque_nm, atol=0.04)
+
+
+def test_refuses_too_few_frequencies():
+    points = prepared(RigParameters(), 0.0, (1.0, 10.0, 35.0))
+    with pytest.raises(DataError, match="has 3 frequencies, but 4 are needed"):
+        identify(points, make_swing(2 / 45), INSTRUMENT.low_pass)
+
+
+def test_vector_goes_both_ways():
+    line = identified(RigParameters()).line
+    changed = with_vector(line, vector(line) * 2)
+    np.testing.assert_allclose(vector(changed), 2 * vector(line))

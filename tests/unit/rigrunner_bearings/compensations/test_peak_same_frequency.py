@@ -1,0 +1,117 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rigrunner.api.analysis import MotionSource, PeakPoint, Sweep
+from rigrunner.api.data import Estimate
+from rigrunner.api.errors import DataError
+from rigrunner_bearings.compensations.peak_budget import ENTERED, SAME_PHASE, SINGLE_VALUES
+from rigrunner_bearings.compensations.peak_same_frequency import PeakSameFrequency
+from rigrunner_bearings.compensations.peak_same_frequency_settings import PeakSameFrequencySettings
+from unit.analysis.helpers_analysis import RIG, instrument, swing_point
+
+WIGGLE = np.array([-0.02, 0.01, 0.0, 0.02, -0.01])
+"""Standard deviation 0.0158 N·m."""
+LOADED = {10.0: 2.1, 20.0: 3.6, 30.0: 6.0}
+NO_LOAD = {10.0: 1.5, 20.0: 2.9, 30.0: 5.1}
+
+
+def points(peaks, load_n, **changes):
+    return tuple(
+        replace(swing_point(peak + WIGGLE, hertz, load_n=load_n), **changes)
+        for hertz, peak in peaks.items()
+    )
+
+
+def compensate(loaded, no_load, tool=None, **settings):
+    method = PeakSameFrequency(PeakSameFrequencySettings.model_validate(settings))
+    return method(Sweep(loaded, no_load, RIG, tool or instrument(), lambda _: None))
+
+
+def part(point, name):
+    return next(each for each in point.components if each.name == name)
+
+
+def test_the_difference_of_the_mean_peaks_at_the_same_frequency():
+    found = compensate(points(LOADED, 1000.0), points(NO_LOAD, 0.0)[::-1])
+    assert [p.torque.value for p in found.points] == pytest.approx([0.6, 0.7, 0.9])
+    assert [p.raw_nm for p in found.points] == pytest.approx([2.1, 3.6, 6.0])
+    assert [p.rig_nm for p in found.points] == pytest.approx([1.5, 2.9, 5.1])
+
+
+def test_rejected_peaks_take_no_part():
+    loaded = swing_point([2.1, 2.1, 2.1, 9.9], 10.0)
+    loaded = replace(loaded, peak_kept=np.array([True, True, True, False]))
+    found = compensate((loaded,), (swing_point([1.5, 1.5, 1.5], 10.0),))
+    assert found.points[0].torque.value == pytest.approx(0.6)
+
+
+def test_the_scatter_of_both_runs_is_in_it():
+    (point,) = compensate(points({10.0: 2.1}, 1000.0), points({10.0: 1.5}, 0.0)).points
+    each = np.std(WIGGLE, ddof=1) / np.sqrt(5)
+    assert part(point, "scatter between cycles, loaded").u == pytest.approx(each)
+    assert part(point, "scatter between cycles, no load").u == pytest.approx(each)
+    load = part(point, "load").u
+    assert load == pytest.approx(0.6 * 0.005 / np.sqrt(3), rel=1e-4)
+    assert point.torque.u == pytest.approx(np.sqrt(2 * each**2 + load**2))
+    assert point.torque.dof == pytest.approx(point.torque.u**4 / (2 * each**4 / 4))
+
+
+def test_gain_acts_on_the_difference_and_each_run_drifts():
+    tool = instrument(gain="0.3 %", drift="0.02 N·m", nonlinearity="0.05 %")
+    (point,) = compensate(points({10.0: 2.1}, 1000.0), points({10.0: 1.5}, 0.0), tool).points
+    assert part(point, "sensor gain").u == pytest.approx(0.003 * 0.6 / np.sqrt(3), rel=1e-4)
+    assert part(point, "zero drift").u == pytest.approx(0.02 / np.sqrt(3) * np.sqrt(2))
+    assert part(point, "sensor non-linearity").u == pytest.approx(0.005 / np.sqrt(3))
+
+
+def test_a_doubtful_frequency_costs_what_the_no_load_peak_grows_by():
+    doubt = {"motion": MotionSource.ENTERED}
+    loaded = replace(points(LOADED, 1000.0, **doubt)[2], frequency_hz=Estimate(30.0, 0.03, np.inf))
+    bare = points(NO_LOAD, 0.0, **doubt)
+    no_load = (*bare[:2], replace(bare[2], frequency_hz=Estimate(30.0, 0.04, np.inf)))
+    (point,) = (found := compensate((loaded,), no_load)).points
+    # 2.2 N·m in 10 Hz, and both frequencies are in doubt
+    assert part(point, "frequency").u == pytest.approx(0.22 * 0.05)
+    assert ENTERED in found.notes
+
+
+def test_what_the_frequencies_are_seen_to_differ_by_is_in_it():
+    (point,) = compensate(points({20.1: 3.6}, 1000.0), points(NO_LOAD, 0.0)).points
+    assert part(point, "frequency").u == pytest.approx(0.14 * 0.1 / np.sqrt(3))
+
+
+def test_of_one_no_load_point_the_slope_is_that_of_inertia():
+    (point,) = compensate(points({10.05: 2.1}, 1000.0), points({10.0: 1.5}, 0.0)).points
+    assert part(point, "frequency").u == pytest.approx(2 * 1.5 / 10 * 0.05 / np.sqrt(3))
+
+
+def test_a_frequency_without_partner_is_not_applicable():
+    with pytest.raises(DataError, match=r"no no-load recording within 1\.0% of 30 Hz"):
+        compensate(points(LOADED, 1000.0), points({10.0: 1.5, 20.0: 2.9}, 0.0))
+    with pytest.raises(DataError, match="no points"):
+        compensate(points(LOADED, 1000.0), ())
+
+
+def test_single_values_have_no_known_uncertainty():
+    def single(hertz, value, load_n):
+        return PeakPoint(
+            recording=f"{hertz} Hz",
+            set_frequency_hz=hertz,
+            frequency_hz=Estimate(hertz, 0.0, np.inf, "Hz"),
+            load_n=load_n,
+            peak_nm=np.array([value]),
+            peak_kept=np.ones(1, bool),
+            motion=MotionSource.ENTERED,
+        )
+
+    found = compensate((single(10.0, 2.16, 1000.0),), (single(10.0, 1.64, 0.0),))
+    assert found.points[0].torque.value == pytest.approx(0.52)
+    assert SINGLE_VALUES in found.notes
+    assert SAME_PHASE in found.notes
+    assert np.isnan(found.points[0].torque.u)
+    assert np.isnan(part(found.points[0], "scatter between cycles, loaded").u)
+    assert part(found.points[0], "load").u > 0
