@@ -96,6 +96,13 @@ def test_each_fifth_block_is_kept_whole_and_of_all_the_statistics(ended):
     assert [row.cycles for row in rows] == [5 + 50 * number for number in range(12)]
 
 
+def test_without_a_limit_it_ends_after_all_blocks_and_says_so(ended):
+    _, stored = ended
+    notes = [getattr(event, "text", "") for event in stored.events]
+    assert any(each.endswith("not above 55 °C after all 12 times") for each in notes)
+    assert any(each.endswith("not above 2.1 N·m after 12 of 12 times") for each in notes)
+
+
 def test_the_run_file_has_the_cycles(ended):
     lab, stored = ended
     with h5py.File(lab.found() / "run.h5") as file:
@@ -141,10 +148,24 @@ def test_it_ends_at_the_limit_and_is_judged_all_the_same(tmp_path):
     assert lab.document()["verdict"]["verdict"] == "pass"
 
 
+def test_it_ends_by_its_friction_and_is_judged_all_the_same(tmp_path):
+    lab = Lab(tmp_path / "stiff", (*SHORT, ("too_stiff: 2.1 N·m", "too_stiff: 1.88 N·m")))
+    called = lab.run("friction_endurance.yaml")
+    assert called.code == 0, called.err
+    rows = [row for row in read(lab.found()).measurements if row.name == "recorded"]
+    rms_nm = [row.values["tester.torque.rms"] for row in rows]
+    assert len(rows) == 11, "the bearing wears by a step at 500 cycles, in the eleventh block"
+    assert max(rms_nm[:-1]) < 1.88 < rms_nm[-1]
+    notes = " ".join(getattr(event, "text", "") for event in read(lab.found()).events)
+    assert "above 1.88 N·m after 11 of 12 times" in notes
+    assert lab.document()["verdict"]["verdict"] == "pass"
+
+
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kill -9 needs a Unix")
 def test_kill_9_loses_no_finished_block_and_the_cycles_continue(tmp_path):
     lab = Lab(tmp_path / "killed", (("block: 50 s", "block: 20 s"), ("at_most: 50", "at_most: 30"),
-                                    ("keep_every: 10", "keep_every: 5")))  # fmt: skip
+                                    ("keep_every: 10", "keep_every: 5"),
+                                    ("too_stiff: 2.1 N·m", "too_stiff: 5 N·m")))  # fmt: skip
     program = [sys.executable, "-m", "rigrunner", *lab.arguments("friction_endurance.yaml")]
     running = subprocess.Popen(
         list(map(str, program)), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL

@@ -114,6 +114,31 @@ def test_a_run_that_was_killed_goes_on_and_ends_by_the_same_rule(procedure, tmp_
     assert passes_due(measured) == len(measured)
 
 
+SEVERAL = PROCEDURE.replace(
+    "until: {result: highest, above: 36 mN·m}",
+    "until: [{channel: tester.torque, below: -1 N·m}, {result: highest, above: 36 mN·m}]",
+)
+
+
+def test_of_several_the_first_that_is_met_ends_the_loop(procedure, tmp_path):
+    assert SEVERAL != PROCEDURE
+    procedure.write_text(SEVERAL, encoding="utf-8")
+    measured = values(run(procedure, tmp_path / "runs").folder)
+    assert passes_due(measured) == len(measured) < 40
+    first = SEVERAL.replace("below: -1 N·m", "below: 1 N·m")
+    procedure.write_text(first, encoding="utf-8")
+    assert len(values(run(procedure, tmp_path / "others").folder)) == 1
+
+
+def test_what_is_wrong_with_one_of_several_is_placed(procedure):
+    wrong = SEVERAL.replace("result: highest, above", "result: higest, above")
+    procedure.write_text(wrong.replace("channel: tester.torque", "channel: tester.tork"), "utf-8")
+    checked = call("check", procedure, "--station", "simulated")
+    assert checked.code == 3
+    assert "until[0].channel: the device in the role 'tester' has no channel 'tork'" in checked.err
+    assert "until[1].result: there is no result 'higest'" in checked.err
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [

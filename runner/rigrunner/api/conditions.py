@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
@@ -10,6 +10,9 @@ from rigrunner.api.member import NAME, Member
 from rigrunner.api.quantity import Quantity  # noqa: TC001  (pydantic reads it)
 from rigrunner.api.settings import AnyQuantity, ListOf, Settings
 from rigrunner.api.texts import plain
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
 
 
 def _as_list(value: Any) -> Any:
@@ -70,3 +73,11 @@ class Until(Settings):
             return "above", self.above
         assert self.below is not None  # noqa: S101  (one of two)
         return "below", self.below
+
+
+def each_until(
+    ends: Iterable[Until], written: object
+) -> Iterator[tuple[tuple[str | int, ...], Until]]:
+    """Yield what ends a repetition, each with its key: of a list, and of one that stands alone."""
+    for number, until in enumerate(ends):
+        yield (("until", number) if isinstance(written, list) else ("until",)), until

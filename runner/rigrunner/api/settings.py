@@ -205,6 +205,26 @@ Item = TypeVar("Item")
 ListOf = Annotated[tuple[Item, ...], Field(strict=False)]
 """A list in YAML, which a frozen model holds as a tuple: `ListOf[Frequency]`."""
 
+
+def _several(value: object) -> object:
+    return value if isinstance(value, list | tuple) else [value]
+
+
+class _OneToo:
+    """In the schema of a list: one of its items may stand alone."""
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        listed = handler(core)
+        return {"anyOf": [listed["items"], listed]}
+
+
+OneOrSeveral = Annotated[
+    tuple[Item, ...], BeforeValidator(_several), Field(strict=False), _OneToo()
+]
+"""One, or a list of them."""
+
 PositiveDuration = Annotated[Duration, Field(gt=0)]
 AnyQuantity = Annotated[Quantity, BeforeValidator(partial(_read, None)), QuantitySchema(None)]
 Difference = Annotated[AnyQuantity, AfterValidator(_difference)]

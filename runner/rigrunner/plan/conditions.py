@@ -158,9 +158,14 @@ def end_choice(at: int, when: When, place: Place, scene: Scene, before: dict[str
         scene.complain((*place.path, "when"), message, hint, key=True)
 
 
-def plan_until(until: Until, number: int, of: int, planning: Planning) -> int | None:
-    """Write down the reading at the end of a pass; return where, or None where it cannot be."""
-    place = planning.place
+def plan_until(
+    until: Until, key: tuple[str | int, ...], count: tuple[int, int], planning: Planning
+) -> int | None:
+    """Write down the reading at the end of a pass; return where, or None where it cannot be.
+
+    `count` is how often the steps were done by then, from 1, and how often they are at most.
+    """
+    place, (number, of) = planning.place, count
     if place.phase is Phase.TEARDOWN:
         planning.scene.complain((*place.path, "until"), _REFUSED, "give 'times'", key=True)
         return None
@@ -169,10 +174,10 @@ def plan_until(until: Until, number: int, of: int, planning: Planning) -> int | 
     said = low, high, f"{name} {bound}", bound.unit.symbol, number, of
     action: Action
     if until.channel is not None:
-        channel = planning.channel(until.channel, ("until", "channel"))
+        channel = planning.channel(until.channel, (*key, "channel"))
         if channel is None:
             return None
-        if not planning.fits(bound, channel.unit, until.channel, ("until", name)):
+        if not planning.fits(bound, channel.unit, until.channel, (*key, name)):
             return None
         planning.must_be_read([until.channel])
         action = Reached(until.channel, channel.unit, *said)
@@ -181,7 +186,10 @@ def plan_until(until: Until, number: int, of: int, planning: Planning) -> int | 
         action = ResultReached(until.result, *said)
     what = until.channel or until.result
     text = f"Until {what} is {name} {bound}: {number} of at most {of} times"
-    planning.emit(action, text, at=place.time(number - 1).inside("until").outside())
+    at = place.time(number - 1).inside("until").outside()
+    for listed in key[1:]:
+        at = at.step(int(listed))
+    planning.emit(action, text, at=at)
     return len(planning.scene.draft.steps) - 1
 
 

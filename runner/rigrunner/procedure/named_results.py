@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 from typing import TYPE_CHECKING, Any, Protocol
 
+from rigrunner.api.conditions import each_until
 from rigrunner.api.errors import PluginError
 from rigrunner.api.quantity import Quantity
 from rigrunner.api.units import unit
@@ -14,6 +15,7 @@ from rigrunner.yamlfile.problems import Problems
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from rigrunner.api.conditions import Until
     from rigrunner.api.findings import ResultDefinition
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.procedure.loading import LoadedProcedure
@@ -113,20 +115,30 @@ def _check_conditions(
 ) -> None:
     """Add what is wrong with loops that end by a result."""
     for path, step in steps_of(procedure.model):
-        until = getattr(step.settings, "until", None)
-        if until is None or until.result is None:
-            continue
-        at, found = (*path, step.kind, "until"), known.get(until.result)
-        if found is None or until.result == torque:
-            others = {name: each for name, each in known.items() if name != torque}
-            message = f"there is no result '{until.result}' of what was recorded by then"
-            problems.add(procedure.document, (*at, "result"), message, _near(until.result, others))
-            continue
-        name, bound = until.bound
-        kind = unit(found.unit).dimension
-        if bound.dimension != kind:
-            message = f"'{bound}' is a {bound.dimension}; {found.name} is a {kind}, in {found.unit}"
-            problems.add(procedure.document, (*at, name), message, f"write it in {found.unit}")
+        here = (*path, step.kind)
+        written = procedure.document.part((*here, "until"))
+        for key, until in each_until(getattr(step.settings, "until", ()), written):
+            for at, message, hint in _objections_to(until, known, torque):
+                problems.add(procedure.document, (*here, *key, at), message, hint)
+
+
+def _objections_to(
+    until: Until, known: Mapping[str, ResultDefinition], torque: str
+) -> Iterator[tuple[str, str, str]]:
+    """Yield what is wrong with one of them: its key, a message and a hint."""
+    if until.result is None:
+        return
+    found = known.get(until.result)
+    if found is None or until.result == torque:
+        others = {name: each for name, each in known.items() if name != torque}
+        message = f"there is no result '{until.result}' of what was recorded by then"
+        yield "result", message, _near(until.result, others)
+        return
+    name, bound = until.bound
+    kind = unit(found.unit).dimension
+    if bound.dimension != kind:
+        message = f"'{bound}' is a {bound.dimension}; {found.name} is a {kind}, in {found.unit}"
+        yield name, message, f"write it in {found.unit}"
 
 
 def _near(name: str, known: Mapping[str, ResultDefinition]) -> str:

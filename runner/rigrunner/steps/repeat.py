@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, model_validator
 
-from rigrunner.api.conditions import Until
+from rigrunner.api.conditions import Until, each_until
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.labels import CoordinateName
-from rigrunner.api.settings import ListOf
+from rigrunner.api.settings import ListOf, OneOrSeveral
 from rigrunner.api.steps import StepSettings
 from rigrunner.procedure.refusals import refused
 from rigrunner.procedure.steps import Step
@@ -25,8 +25,8 @@ class RepeatStep(StepSettings):
 
     times_: Annotated[int | None, Field(alias="times", ge=1, le=_MOST)] = None
     """How often."""
-    until: Until | None = None
-    """What ends it, looked at after each time."""
+    until: OneOrSeveral[Until] = ()
+    """What ends it, looked at after each time; of several the first that is met."""
     at_most: Annotated[int | None, Field(ge=1, le=_MOST)] = None
     """How often with `until`, whatever is read."""
     as_: Annotated[CoordinateName | None, Field(alias="as")] = None
@@ -40,7 +40,7 @@ class RepeatStep(StepSettings):
         if len(given) != 1:
             got = "both" if given else "neither"
             raise refused(f"got {got}, expected one of: times, until")
-        if (self.until is None) != (self.at_most is None):
+        if bool(self.until) != bool(self.at_most):
             missing = "at_most" if self.until else "until"
             raise refused(f"the key '{missing}' is missing", "they stand together: at_most: 50")
         return self
@@ -61,12 +61,13 @@ def plan(repeat: RepeatStep, planning: Planning) -> None:
     name, place, times = repeat.as_, planning.place, repeat.times()
     if name and not planning.scene.coordinate(place, name, "counter", planning.path("as")):
         name = None
+    written = planning.scene.document.part(planning.path("until"))
     looks: list[int] = []
     for index in range(times):
         at = place.time(index).at(name, index + 1) if name else place.time(index)
         planning.walker.steps(repeat.steps, at.inside("steps"))
-        if repeat.until:
-            look = plan_until(repeat.until, index + 1, times, planning)
+        for key, until in each_until(repeat.until, written):
+            look = plan_until(until, key, (index + 1, times), planning)
             looks += [] if look is None else [look]
     end_until(looks, planning.scene)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
@@ -11,44 +11,19 @@ from rigrunner.api.analysis.requirements import NeededChannel, Requirements
 from rigrunner.api.fit_choice import FitChoice
 from rigrunner.api.member import NAME
 from rigrunner.api.places import CoordinateKey, Place, PlaceValue
-from rigrunner.api.settings import AnyQuantity, ListOf, Settings, YesNo
+from rigrunner.api.settings import AnyQuantity, ListOf, OneOrSeveral, Settings, YesNo
 from rigrunner.api.units import QuantityError, unit
 from rigrunner_plugins.analyses.settings import Per, ResultSettings, ValueName, quotient
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pydantic import GetJsonSchemaHandler
-    from pydantic.json_schema import JsonSchemaValue
-    from pydantic_core import CoreSchema
-
     from rigrunner.api.findings import Objection, ResultDefinition
     from rigrunner.api.quantity import Quantity
 
-Item = TypeVar("Item")
 _KEY = f"^{NAME}([.]{NAME}){{0,2}}$"
 BOTH_WAYS = 2
 """Directions that a hysteresis lies between."""
-
-
-def _several(value: object) -> object:
-    return value if isinstance(value, list | tuple) else [value]
-
-
-class _OneToo:
-    """In the schema of a list: one of its items may stand alone."""
-
-    def __get_pydantic_json_schema__(
-        self, core: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
-        listed = handler(core)
-        return {"anyOf": [listed["items"], listed]}
-
-
-OneOrSeveral = Annotated[
-    tuple[Item, ...], BeforeValidator(_several), Field(strict=False), _OneToo()
-]
-"""One, or a list of them."""
 
 
 def _regressors(value: object) -> object:
