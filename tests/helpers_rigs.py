@@ -19,7 +19,7 @@ from functools import lru_cache
 import numpy as np
 
 from rigrunner.api.data import Recording, RunData
-from rigrunner.api.instruments import TorqueInstrument
+from rigrunner.api.instruments import Instrument
 from rigrunner.api.rig import RigDescription
 from rigrunner_bearings.devices.simulated.parameters import ConstantErrors, SensorParameters
 from rigrunner_bearings.devices.simulated.sampling import (
@@ -58,7 +58,7 @@ RIG = RigDescription(
     swing_radius="10.4 mm",
     support_load_dependence="1 %",  # measured: the simulated supports do not change under load
 )
-INSTRUMENT = TorqueInstrument.model_validate(
+INSTRUMENT = Instrument.model_validate(
     {
         "channel": "tester.torque",
         "serial": "SIM-TQ-01",

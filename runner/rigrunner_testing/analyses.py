@@ -12,7 +12,7 @@ from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.data import Measurement, RunData
 from rigrunner.api.errors import DataError, PluginError
 from rigrunner.api.hooks import AnalysisRecord
-from rigrunner.api.instruments import OtherInstrument
+from rigrunner.api.instruments import Instrument
 from rigrunner.api.member import NAME, Member
 from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import own_keys
@@ -163,7 +163,7 @@ def _run(subject: Subject, *, without: str = "", seed: int = 1, widen: float = 1
         for each in range(ROWS)
     )
     instruments = [
-        OtherInstrument.model_validate(
+        Instrument.model_validate(
             {
                 "channel": name,
                 "measures": unit(units[name]).dimension,
@@ -186,11 +186,10 @@ def _run(subject: Subject, *, without: str = "", seed: int = 1, widen: float = 1
         outcome="completed",
         inputs={},
         rig=own_keys(RigDescription, tools().station.rig),
-        instruments={},
+        instruments={each.channel: each for each in instruments},
         zeros={},
         recordings=(),
         measurements=rows,
-        other_instruments=tuple(instruments),
     )
 
 

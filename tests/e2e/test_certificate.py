@@ -16,7 +16,7 @@ from helpers_lacking import require_pdf
 from rigrunner.api.calibration import CalibratedRange
 from rigrunner.api.certificate import certificate_json, parse_certificate
 from rigrunner.api.errors import DataError, UsageError
-from rigrunner.api.instruments import OtherInstrument
+from rigrunner.api.instruments import Instrument
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.certificate.content import certifiable
 from rigrunner.certificate.deviations import deviations_of
@@ -412,20 +412,23 @@ def with_run(source, **changes):
     return replace(source, result=replace(source.result, run=run))
 
 
-CELL = OtherInstrument(
+CELL = Instrument(
     channel="tester.load", measures="force", serial="LC-1", certificate="D-K-1", maker="M",
     accuracy="0.5 % reading", range={"max": "2 kN"},
 )  # fmt: skip
 
 
 def test_a_load_without_a_known_instrument_is_not_certified(source):
-    _refuse_beyond_calibration(with_run(source, other_instruments=(CELL,)))
+    torque = source.result.run.instruments["tester.torque"]
+    known = {"tester.torque": torque}
+    _refuse_beyond_calibration(with_run(source, instruments=known | {"tester.load": CELL}))
     for cell, why in (
         (None, "no instrument for it is in the station's register; .* ±0.5 %, by default"),
         (CELL.model_copy(update={"certificate": ""}), "names no calibration certificate of LC-1"),
-        (CELL.model_copy(update={"accuracy": None}), "does not say how accurate LC-1 is"),
+        (CELL.model_copy(update={"accuracy_": None}), "does not say how accurate LC-1 is"),
     ):
-        lacking = with_run(source, other_instruments=() if cell is None else (cell,))
+        entries = known | ({} if cell is None else {"tester.load": cell})
+        lacking = with_run(source, instruments=entries)
         with pytest.raises(UsageError, match=f"tester.load: .*{why}"):
             _refuse_beyond_calibration(lacking)
         (told,) = [each for each in _deviations(lacking) if each.kind == "load"]
@@ -434,7 +437,6 @@ def test_a_load_without_a_known_instrument_is_not_certified(source):
 
 def test_peaks_beyond_the_calibrated_range_are_not_certified(source):
     """Of peaks at 109 % of the range nothing is certified; a specimen says how far they went."""
-    known = with_run(source, other_instruments=(CELL,))
     greatest = max(float(point.peak_nm[point.peak_kept].max()) for point in source.result.loaded)
     torque = source.result.run.instruments["tester.torque"]
     for share, refused in ((1.09, True), (0.99, False)):
@@ -442,7 +444,7 @@ def test_peaks_beyond_the_calibrated_range_are_not_certified(source):
         narrow = torque.model_copy(
             update={"range_": CalibratedRange(min=far, max=parse_quantity(f"{limit:.9f} N·m"))}
         )
-        changed = with_run(known, instruments={"tester.torque": narrow})
+        changed = with_run(source, instruments={"tester.torque": narrow, "tester.load": CELL})
         beyond = [each for each in _deviations(changed) if each.kind == "range"]
         assert bool(beyond) == refused
         if not refused:
@@ -456,13 +458,12 @@ def test_peaks_beyond_the_calibrated_range_are_not_certified(source):
 def test_traceability_is_claimed_where_torque_and_load_are_calibrated(source):
     torque = source.result.run.instruments["tester.torque"]
     paper = torque.model_copy(update={"certificate": "D-K-2", "calibration": None})
-    run = replace(
-        source.result.run, instruments={"tester.torque": paper}, other_instruments=(CELL,)
-    )
+    entries = {"tester.torque": paper, "tester.load": CELL}
+    run = replace(source.result.run, instruments=entries)
     result = replace(source.result, run=run, no_load_run=None)
     found = traceability_of(result, tuple(instruments_of(run)))
     assert (found.claimed, found.certificates) == (True, ("D-K-2", "D-K-1"))
-    alone = replace(run, other_instruments=())
+    alone = replace(run, instruments={"tester.torque": paper})
     result = replace(result, run=alone)
     assert not traceability_of(result, tuple(instruments_of(alone))).claimed
 

@@ -20,7 +20,7 @@ from rigrunner.study.tools import tools
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.instruments import Instrument
     from rigrunner.study.bench import Range
     from rigrunner.study.coverage_rigs import Limits
 
@@ -29,7 +29,7 @@ BOTH = "both"
 MINUTE_S = 60.0
 
 
-def population_rows(instrument: TorqueInstrument, limits: Limits) -> list[list[str]]:
+def population_rows(instrument: Instrument, limits: Limits) -> list[list[str]]:
     """Return what is drawn evenly between which values, in the order of HEADER."""
     return [
         *(_range(BOTH, each) for each in rigs.COMMON),
@@ -58,14 +58,18 @@ def _measuring() -> Iterator[list[str]]:
     yield [BOTH, "pause between the runs", f"{low_s / MINUTE_S:g}", f"{high_s / MINUTE_S:g}", "min"]
 
 
-def _stated(instrument: TorqueInstrument, limits: Limits) -> Iterator[list[str]]:
+def _stated(instrument: Instrument, limits: Limits) -> Iterator[list[str]]:
     """Yield what the budget states: the register's limits, and those of the methods' settings."""
-    accuracy = instrument.accuracy
+    limit = instrument.half_width
     drift = "zero drift, in the long run"
-    yield _either_way("sensor gain error", 100 * accuracy.gain, "%")
-    yield _either_way("sensor offset", accuracy.offset, "N·m")
-    yield _either_way(drift, accuracy.drift, "N·m")
-    yield _either_way("sensor non-linearity", 100 * accuracy.nonlinearity, "% of full scale")
+    yield _either_way("sensor gain error", 100 * limit("gain"), "%")
+    yield _either_way("sensor offset", limit("offset"), "N·m")
+    yield _either_way(drift, limit("drift"), "N·m")
+    yield _either_way(
+        "sensor non-linearity",
+        100 * limit("nonlinearity") / instrument.full_scale,
+        "% of full scale",
+    )
     yield _either_way("low-pass corner against the register", 100 * limits.low_pass_tolerance, "%")
     yield _either_way("inertia under load", 100 * limits.inertia_mismatch, "%")
     yield _either_way("load", 100 * limits.load_tolerance, "%")

@@ -100,7 +100,7 @@ def test_the_entry_has_the_table_and_the_errors(calibrated):
     for each in points:
         off = float(each["indicated"]) - line(float(each["applied"]))
         assert abs(off) <= float(each["U"])
-    half = float(entry["errors"]["hysteresis"]["limit"].split()[0])
+    half = float(entry["accuracy"]["hysteresis"]["limit"].split()[0])
     assert half == pytest.approx(4 * HYSTERESIS_NM * 0.24 / 2, abs=0.001)
 
 

@@ -17,7 +17,7 @@ from rigrunner.api.uncertainty import Distribution, Effect, Input, Line
 from rigrunner.signal.filters import corner_hz
 from rigrunner.signal.inputs import bounded_effect, limited, model_of, scattered
 from rigrunner.signal.repeatability import jackknife_error
-from rigrunner.signal.sensor import NONLINEAR_SLOPE, gain, one_figure
+from rigrunner.signal.sensor import curve_slope, gain, one_figure, stated
 from rigrunner.signal.transducer import transducer_effects
 from rigrunner_bearings.compensations.bearing import starting_torque
 from rigrunner_bearings.compensations.comparison import LINE as BETWEEN
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.api.data import Array
-    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.instruments import Instrument
     from rigrunner.api.rig import RigDescription
     from rigrunner.api.uncertainty import MeasurementModel
     from rigrunner_bearings.compensations.bearing import MeanSwing, Pair
@@ -65,7 +65,7 @@ class Budget:
     """
 
     settings: InverseSettings
-    instrument: TorqueInstrument
+    instrument: Instrument
     described: RigDescription
     rig: Identified
     refiltered: Identified
@@ -104,13 +104,11 @@ class Budget:
         of both strokes; what drifts within half a swing does not. Of a smooth error curve only the
         slope between the torques of the two runs is left.
         """
-        accuracy = self.instrument.accuracy
         cycles = min(len(run.replicates_nm) for run in (found.pair.loaded, found.pair.no_load))
-        curve = limited("sensor non-linearity", accuracy.nonlinearity, "1")
         return (
-            Effect(curve, -NONLINEAR_SLOPE * found.torque_nm),
-            Effect(limited("sensor drift", accuracy.drift), 1 / (2 * cycles)),
-            Effect(limited("sensor offset", accuracy.offset), 0.0),
+            curve_slope(self.instrument, found.torque_nm),
+            Effect(stated(self.instrument, "drift", "sensor drift"), 1 / (2 * cycles)),
+            Effect(stated(self.instrument, "offset", "sensor offset"), 0.0),
             *one_figure(self.instrument),
             *self._stated(found, slow=1 / (2 * cycles)),
         )

@@ -16,10 +16,10 @@ import numpy as np
 from rigrunner.api.analysis import Compensation, Trace
 from rigrunner.api.uncertainty import Effect
 from rigrunner.signal.averaging import mean_and_without_each
-from rigrunner.signal.inputs import limited, model_of, scattered
+from rigrunner.signal.inputs import model_of, scattered
 from rigrunner.signal.propagation import compensated_point
 from rigrunner.signal.repeatability import influences, jackknife_error
-from rigrunner.signal.sensor import NONLINEAR_SLOPE, gain, one_figure
+from rigrunner.signal.sensor import curve_slope, gain, one_figure, stated
 from rigrunner.signal.swings import kept_cycles, with_swings
 from rigrunner.signal.transducer import transducer_effects
 from rigrunner_bearings.compensations import checks
@@ -125,10 +125,8 @@ def _dry_nm(no_load: Sequence[SwingPoint], ratio: float) -> float:
 
 def _limits(sweep: Sweep, torque: float) -> tuple[Effect, ...]:
     """Return what is known by limits of error only; an offset does no work over a swing."""
-    accuracy = sweep.instrument.accuracy
-    curve = limited("sensor non-linearity", accuracy.nonlinearity, "1")
     return (
-        Effect(curve, -NONLINEAR_SLOPE * torque),
-        Effect(limited("sensor offset", accuracy.offset), 0.0),
+        curve_slope(sweep.instrument, torque),
+        Effect(stated(sweep.instrument, "offset", "sensor offset"), 0.0),
         *one_figure(sweep.instrument),
     )

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import Check, CompensatedPoint, Sweep, SwingPoint, SwingSweep
     from rigrunner.api.data import Array
-    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.instruments import Instrument
     from rigrunner.api.uncertainty import Effect
     from rigrunner.signal.filters import Filter
     from rigrunner_bearings.compensations.bearing import MeanSwing
@@ -177,7 +177,7 @@ class Inverse(ABC):
         )
 
 
-def _low_pass(instrument: TorqueInstrument) -> Filter:
+def _low_pass(instrument: Instrument) -> Filter:
     if instrument.low_pass is None:
         raise DataError(
             f"the register has no low_pass for {instrument.channel} (serial {instrument.serial}), "

@@ -32,7 +32,7 @@ from rigrunner_bearings.compensations.peak_budget import (
 
 if TYPE_CHECKING:
     from rigrunner.api.analysis import CompensatedPoint, Curve, PeakPoint, Sweep
-    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.instruments import Instrument
     from rigrunner_bearings.compensations.paper_peak_settings import PaperPeakSettings
 
 MEASURAND = "starting torque as the difference of raw peaks (Eq. 2 of the paper)"
@@ -107,7 +107,7 @@ class PaperPeak:
             raw_nm=peak.value,
         )
 
-    def _published_gain(self, instrument: TorqueInstrument, raw_nm: float) -> tuple[Effect, ...]:
+    def _published_gain(self, instrument: Instrument, raw_nm: float) -> tuple[Effect, ...]:
         """Return the gain's effect where only the raw peak comes from the sensor.
 
         Refitted, both peaks do, and the gain scales their difference.

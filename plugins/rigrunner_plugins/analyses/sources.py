@@ -125,20 +125,24 @@ def parts(run: RunData, names: Sequence[str], table: str | None = None) -> Itera
         if row.recording and all(name == channel_of(name) for name in names):
             continue
         if all(name in row.values for name in names):
-            values = {name: np.array([row.values[name] - _zero(name, row, run)]) for name in names}
+            values = {name: np.array([_reading(name, row, run)]) for name in names}
             yield Part(_place(row), values, row.units, datetime.fromisoformat(row.utc), 0.0)
 
 
-def _zero(name: str, row: Measurement, run: RunData) -> float:
-    """Return what is taken off a value: of a spread and a root mean square nothing."""
-    channel = channel_of(name)
+def _reading(name: str, row: Measurement, run: RunData) -> float:
+    """Return a value less its zero reading; of a spread and a root mean square nothing goes off."""
+    channel, value = channel_of(name), row.values[name]
     follows = name.removeprefix(channel) in {"", ".mean", ".minimum", ".maximum"}
-    return run.zero(row.recording, channel) if follows else 0.0
+    if not follows:
+        return value
+    return float(run.readings(channel, np.array([value]), run.zero(row.recording, channel))[0])
 
 
 def _of_recording(recording: Recording, run: RunData, names: Sequence[str]) -> Part:
     values = {
-        name: np.asarray(recording.channels[name]) - run.zero(recording.name, name)
+        name: run.readings(
+            name, np.asarray(recording.channels[name]), run.zero(recording.name, name)
+        )
         for name in names
     }
     began = datetime.fromisoformat(recording.started_utc)

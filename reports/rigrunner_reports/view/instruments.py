@@ -5,18 +5,16 @@ from __future__ import annotations
 from math import isinf
 from typing import TYPE_CHECKING
 
-from rigrunner.api.accuracy import AccuracyInParts
-from rigrunner.api.instruments import TorqueInstrument
+from rigrunner.api.instruments import TORQUE
 from rigrunner.api.quantity import readable
-from rigrunner.api.transducer import TemperatureError
-from rigrunner_reports.numbers import plain, with_sign
+from rigrunner_reports.numbers import with_sign
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from rigrunner.api.accuracy import ErrorLimit
     from rigrunner.api.data import RunData
-    from rigrunner.api.instruments import Instrument, OtherInstrument
-    from rigrunner.api.transducer import StatedError
+    from rigrunner.api.instruments import Instrument
 
 Facts = tuple[tuple[str, str], ...]
 
@@ -26,11 +24,18 @@ NO_CALIBRATION = {
     "trial": "none: the set-up is a trial",
 }
 
+_IN_ONE_LINE = {
+    "overall": "",
+    "gain": "gain ",
+    "offset": "offset ",
+    "drift": "drift ",
+    "nonlinearity": "non-linearity ",
+}
+
 
 def instruments(run: RunData) -> tuple[Facts, ...]:
     """Return the register's entries, each as name and text of what is known of it."""
-    registered = (*run.instruments.values(), *run.other_instruments)
-    return tuple(tuple(_facts(run, each)) for each in registered)
+    return tuple(tuple(_facts(run, each)) for each in run.instruments.values())
 
 
 def _facts(run: RunData, each: Instrument) -> Iterator[tuple[str, str]]:
@@ -42,10 +47,14 @@ def _facts(run: RunData, each: Instrument) -> Iterator[tuple[str, str]]:
     yield "Serial number", each.serial
     yield from _calibration(run, each)
     yield "Range", _range(each)
-    if isinstance(each, TorqueInstrument):
-        yield from _torque_facts(run, each)
-    else:
-        yield "Accuracy", _stated(each)
+    if each.full_scale_ is not None:
+        yield "Full scale", str(readable(each.full_scale, each.quantity))
+    yield from _accuracy(each)
+    if each.quantity == TORQUE or each.low_pass is not None:
+        yield "Low-pass filter", _low_pass(each)
+    if each.quantity == TORQUE:
+        zero = run.zeros.get(each.channel)
+        yield "Zero taken off", "not zeroed" if zero is None else f"{with_sign(zero, 4)} N·m"
     yield from _conditions(each)
 
 
@@ -86,44 +95,36 @@ def _conditions(each: Instrument) -> Iterator[tuple[str, str]]:
             yield f"Calibrated for {name}", f"{lowest} to {highest}"
 
 
-def _torque_facts(run: RunData, each: TorqueInstrument) -> Iterator[tuple[str, str]]:
-    zero = run.zeros.get(each.channel)
-    yield "Full scale", f"{plain(each.full_scale)} N·m"
-    yield "Accuracy", _accuracy(each)
-    for name, stated in each.errors or ():
-        if stated is not None:
-            yield name.replace("_", " ").capitalize(), _error(stated)
-    yield "Low-pass filter", _low_pass(each)
-    yield "Zero taken off", "not zeroed" if zero is None else f"{with_sign(zero, 4)} N·m"
-
-
-def _accuracy(each: TorqueInstrument) -> str:
-    limits = each.accuracy
-    if limits.of_full_scale:
+def _accuracy(each: Instrument) -> Iterator[tuple[str, str]]:
+    """Yield the usual limits in one line, and each other one with its source."""
+    known = each.accuracy
+    limits = known.limits if known else {}
+    first = {name: limit for name, limit in limits.items() if name in _IN_ONE_LINE}
+    parts = [f"{_IN_ONE_LINE[name]}±{_words(name, limit)}" for name, limit in first.items()]
+    if "overall" in first and known is not each.accuracy_:
         corrected = ", by which readings are corrected" if each.interpolation else ""
-        points = f", from the calibration points{corrected}" if each.accuracy_ is None else ""
-        return f"±{plain(100 * limits.of_full_scale)} % of full scale{points}"
-    return (
-        f"gain ±{plain(100 * limits.gain)} %, offset ±{plain(limits.offset)} N·m, "
-        f"drift ±{plain(limits.drift)} N·m, "
-        f"non-linearity ±{plain(100 * limits.nonlinearity)} % of full scale"
-    )
+        width = readable(float(f"{each.half_width('overall'):.6g}"), each.quantity)
+        parts[0] = f"±{width}, from the calibration points{corrected}"
+    yield "Accuracy", ", ".join(parts) or ("see below" if limits else "not stated")
+    for name, other in limits.items():
+        if name not in first:
+            shown = f"±{other.described}, {other.distribution}{_source(other)}"
+            yield name.replace("_", " ").capitalize(), shown
 
 
-def _error(each: StatedError) -> str:
-    over = f" per {each.per}, within {each.within}" if isinstance(each, TemperatureError) else ""
-    return f"±{each.limit}{over}, {each.distribution} ({each.source})"
+def _words(name: str, limit: ErrorLimit) -> str:
+    """Return a limit with its distribution and source, where these are not the usual ones."""
+    number, share, of = limit.limit.partition("%")
+    words = {"FS": " of full scale", "reading": "" if name == "gain" else " of reading"}
+    shown = f"{number.strip()} %{words[of.strip()]}" if share else limit.limit
+    shape = "" if limit.distribution == "rectangular" else f", {limit.distribution}"
+    return shown + shape + _source(limit)
 
 
-def _stated(each: OtherInstrument | Instrument) -> str:
-    stated = getattr(each, "accuracy", None)
-    if isinstance(stated, AccuracyInParts):
-        return ", ".join(f"{name} ±{limit.limit}" for name, limit in stated.limits.items())
-    if stated:
-        return f"±{stated}"
-    return "as of the calibration points" if each.points else "not stated"
+def _source(limit: ErrorLimit) -> str:
+    return f" ({limit.source})" if limit.source else ""
 
 
-def _low_pass(each: TorqueInstrument) -> str:
+def _low_pass(each: Instrument) -> str:
     known = each.low_pass
     return "not stated" if known is None else known.described[0].upper() + known.described[1:]

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
         Rejection,
     )
     from rigrunner.api.data import Array, Estimate, Recording, RunData
-    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.instruments import Instrument
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.validation import Validation
     from rigrunner.procedure import (
@@ -339,7 +339,7 @@ class _Analysis:
             progress=self.progress,
         )
 
-    def _instrument(self) -> TorqueInstrument:
+    def _instrument(self) -> Instrument:
         channel = torque_channel(sources(self.run)[0], self.run.instruments)
         if channel not in self.run.instruments:
             raise DataError(

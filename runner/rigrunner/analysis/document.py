@@ -24,6 +24,7 @@ from rigrunner.analysis.document_values import (
 from rigrunner.analysis.verdict.document import decision, limits, verdict
 from rigrunner.api.analysis import SwingPoint
 from rigrunner.api.checks import effect_words
+from rigrunner.api.instruments import torque_instruments
 from rigrunner.signal.swings import kept_cycles
 
 if TYPE_CHECKING:
@@ -124,7 +125,7 @@ def _run(run: RunData) -> Json:
         "zeros": {name: quantity(value, TORQUE) for name, value in run.zeros.items()},
         "instruments": {
             name: {"serial": each.serial, "certificate": each.certificate}
-            for name, each in run.instruments.items()
+            for name, each in torque_instruments(run.instruments.values()).items()
         },
     }
 

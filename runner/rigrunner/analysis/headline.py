@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import CompensatedPoint, Component, PeakPoint
     from rigrunner.api.data import Estimate
-    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.instruments import Instrument
     from rigrunner.api.uncertainty import MeasurementModel
 
 
@@ -30,15 +30,13 @@ def budget_of_mean(points: Sequence[CompensatedPoint]) -> tuple[Component, ...]:
     return propagate(mean_model(points)).components
 
 
-def raw_peak_mean(
-    points: Sequence[PeakPoint], instrument: TorqueInstrument, *, zeroed: bool
-) -> Estimate:
+def raw_peak_mean(points: Sequence[PeakPoint], instrument: Instrument, *, zeroed: bool) -> Estimate:
     """Return the mean over the set-points of the raw peaks, with the sensor's uncertainty."""
     models = [_raw_model(point, instrument, zeroed=zeroed) for point in points]
     return propagate(mean_of_models(models)).estimate
 
 
-def _raw_model(point: PeakPoint, instrument: TorqueInstrument, *, zeroed: bool) -> MeasurementModel:
+def _raw_model(point: PeakPoint, instrument: Instrument, *, zeroed: bool) -> MeasurementModel:
     peak = mean_peak(point)
     effects = (
         scatter_effect("scatter between cycles", peak),

@@ -22,7 +22,7 @@ def with_known_load(run: RunData, torque: str, loads_n: Iterable[float]) -> RigD
     """
     least = min((load for load in loads_n if load > 0), default=0.0)
     channel = Member(role_of(torque), "load")
-    cell = next((each for each in run.other_instruments if each.channel == channel), None)
+    cell = run.instruments.get(channel)
     limit = None if cell is None or least == 0 else cell.limit_of_error(least)
     if limit is None:
         return run.rig

@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import Bias
 from rigrunner.api.checks import Limit, skipped
+from rigrunner.api.instruments import torque_instruments
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from rigrunner.api.analysis import Check, CompensatedPoint, PeakPoint
     from rigrunner.api.data import RunData
-    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.instruments import Instrument
     from rigrunner.api.rig import RigDescription
 
 ONE_SETUP = Limit(
@@ -41,9 +42,9 @@ LIMITS = (ONE_SETUP, UNLOADED)
 
 def setup_differences(
     rig: RigDescription,
-    transducers: Iterable[TorqueInstrument],
+    transducers: Iterable[Instrument],
     needed_rig: RigDescription,
-    needed: Mapping[str, TorqueInstrument],
+    needed: Mapping[str, Instrument],
 ) -> Iterator[str]:
     """Yield in words what of a no-load run's set-up is not as the loaded run needs it.
 
@@ -64,8 +65,8 @@ def _millimetres(length_m: float | None) -> str:
 
 def setup_check(run: RunData, no_load: RunData) -> Check:
     """Check that the no-load run was made with the transducer, filter and swing of the run."""
-    theirs = no_load.instruments.values()
-    differences = setup_differences(no_load.rig, theirs, run.rig, run.instruments)
+    theirs, ours = (torque_instruments(each.instruments.values()) for each in (no_load, run))
+    differences = setup_differences(no_load.rig, theirs.values(), run.rig, ours)
     found = [(1.0, f"of the no-load run, {words}") for words in differences]
     return ONE_SETUP.check(found or [(0.0, "")])
 
@@ -102,7 +103,7 @@ def unloaded_check(
     )
 
 
-def _of_transducer(theirs: TorqueInstrument, ours: TorqueInstrument) -> Iterator[str]:
+def _of_transducer(theirs: Instrument, ours: Instrument) -> Iterator[str]:
     for what, their, our in (
         ("torque transducer", theirs.serial, ours.serial),
         ("transducer's certificate", theirs.certificate, ours.certificate),
@@ -113,5 +114,5 @@ def _of_transducer(theirs: TorqueInstrument, ours: TorqueInstrument) -> Iterator
             yield f"its {what} is '{their}', but '{our}' is needed"
 
 
-def _filter(instrument: TorqueInstrument) -> str:
+def _filter(instrument: Instrument) -> str:
     return "none" if instrument.low_pass is None else instrument.low_pass.described

@@ -12,7 +12,7 @@ from rigrunner.signal.blocks import less, limits
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Array, Recording, RunData, Samples
-    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.instruments import Instrument
 
 
 def torque_reading(recording: Recording, name: str, run: RunData) -> Samples:
@@ -25,14 +25,8 @@ def torque_reading(recording: Recording, name: str, run: RunData) -> Samples:
     instrument = run.instruments.get(name)
     if instrument is None or instrument.interpolation is None:
         return torque
-    corrected = _Corrected(torque, *_deviations(instrument))
+    corrected = _Corrected(torque, instrument)
     return corrected[:] if isinstance(torque, np.ndarray) else corrected
-
-
-def _deviations(instrument: TorqueInstrument) -> tuple[Array, Array]:
-    """Return indicated torques, ascending, and the deviation at each, both in N·m."""
-    table = instrument.deviations
-    return np.array([at for at, _ in table]), np.array([deviation for _, deviation in table])
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,14 +34,13 @@ class _Corrected:
     """Samples less the deviation at each, taken off as they are read."""
 
     values: Samples
-    indicated: Array
-    deviation: Array
+    instrument: Instrument
 
     def __len__(self) -> int:
         return len(self.values)
 
     def __getitem__(self, which: slice, /) -> Array:
-        return self._of(np.asarray(self.values[which]))
+        return self.instrument.corrected(np.asarray(self.values[which]))
 
     def __array__(self, dtype: object = None, *, copy: bool | None = None) -> Array:
         return self[:]
@@ -55,8 +48,5 @@ class _Corrected:
     @property
     def limits(self) -> tuple[float, float]:
         """Return the least and the greatest: what is indicated rises with what is applied."""
-        least, greatest = self._of(np.array(limits(self.values)))
+        least, greatest = self.instrument.corrected(np.array(limits(self.values)))
         return float(least), float(greatest)
-
-    def _of(self, values: Array) -> Array:
-        return values - np.interp(values, self.indicated, self.deviation)

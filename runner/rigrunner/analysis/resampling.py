@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.analysis import SwingPoint
+from rigrunner.signal.monte_carlo.distributions import named
+from rigrunner.signal.sensor import stated
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -17,7 +19,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import PeakPoint, Sweep
     from rigrunner.api.data import Array, Mask
-    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.instruments import Instrument
 
 PARABOLA = 4.0
 """Of an error curve e(x) = 4 a x (1 - x): its greatest value is a, at half of full scale."""
@@ -25,7 +27,7 @@ PARABOLA = 4.0
 
 @dataclass(frozen=True)
 class Sensor:
-    """One transducer out of all that the register allows, each limit a rectangle (GUM 4.3.7)."""
+    """One transducer out of all that the register allows, by the errors' distributions."""
 
     gain: float
     """Of the reading."""
@@ -35,14 +37,14 @@ class Sensor:
     offset_nm: float
 
     @classmethod
-    def drawn(cls, instrument: TorqueInstrument, rng: Generator, *, zeroed: bool) -> Sensor:
+    def drawn(cls, instrument: Instrument, rng: Generator, *, zeroed: bool) -> Sensor:
         """Return one that is the same in both runs; a zero step takes the offset out."""
-        limits = instrument.accuracy
+        whole = instrument.full_scale
         return cls(
-            gain=limits.gain * rng.uniform(-1, 1),
-            nonlinearity=limits.nonlinearity * rng.uniform(-1, 1),
-            full_scale_nm=instrument.full_scale,
-            offset_nm=0.0 if zeroed else limits.offset * rng.uniform(-1, 1),
+            gain=_error(instrument, "gain", rng),
+            nonlinearity=_error(instrument, "nonlinearity", rng) / whole,
+            full_scale_nm=whole,
+            offset_nm=0.0 if zeroed else _error(instrument, "offset", rng),
         )
 
     def reads(self, torque_nm: Array) -> Array:
@@ -60,14 +62,19 @@ class Drift:
     course_nm: float
 
     @classmethod
-    def drawn(cls, instrument: TorqueInstrument, rng: Generator) -> Drift:
+    def drawn(cls, instrument: Instrument, rng: Generator) -> Drift:
         """Return one within the register's limits."""
-        constant, course = instrument.accuracy.drift * rng.uniform(-1, 1, 2)
-        return cls(float(constant), float(course))
+        return cls(_error(instrument, "drift", rng), _error(instrument, "drift", rng))
 
     def at(self, turns: Array, cycles: int) -> Array:
         """Return the zero at crank turns since the recording began, any shape, in N·m."""
         return np.asarray(self.constant_nm + self.course_nm * (turns / cycles - 0.5))
+
+
+def _error(instrument: Instrument, name: str, rng: Generator) -> float:
+    """Return one draw of an error that the register states."""
+    known = stated(instrument, name, name)
+    return float(named(known.distribution, 0.0, known.u).draw(rng, 1)[0])
 
 
 def another_sensor(sweep: Sweep, rng: Generator, *, zeroed: bool) -> Sweep:

@@ -1,20 +1,22 @@
 """What the readings of an instrument may be off by, of any quantity, error by error.
 
-An error is known by its limits and its distribution (GUM 4.3.7, JCGM 101:2008, 6.4).
+An error is known by its limits and its distribution (GUM 4.3.7, JCGM 101:2008, 6.4). The names are
+those of VIM 4 and of the standards on transducers (DIN 51309, VDI/VDE 2646, ISO 376).
 """
 
 from __future__ import annotations
 
-from math import nan, sqrt
-from typing import TYPE_CHECKING, Annotated
+import re
+from math import sqrt
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic import BeforeValidator, Field
 
-from rigrunner.api.calibration import Accuracy, limit_of_error
+from rigrunner.api.calibration import difference
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.api.reading_errors import ReadingError, Shape
 from rigrunner.api.settings import Difference, PlainText, Settings
-from rigrunner.api.units import with_article
+from rigrunner.api.units import QuantityError, with_article
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -30,30 +32,59 @@ OVER_U: Mapping[str, float] = {
     "normal": 2.0,
 }
 """Half-width over standard uncertainty; of the normal one the limit is U with k = 2."""
+_SHARE = re.compile(r"\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*%\s*(FS|reading)\s*")
+_EXAMPLES = "such as '0.5 % FS', the share of full scale, '1 % reading' or '0.2 K'"
+MOST_OF_SOURCE = 80
+"""Characters."""
+_OF_POINTS = ("overall", "gain", "offset", "nonlinearity")
 
 
-class _TextOrMapping:
-    """Tells editors that an error is a text or a mapping."""
+def _read_limit(value: object) -> object:
+    if not isinstance(value, str):
+        raise QuantityError("a limit of error is a text", hint=_EXAMPLES)
+    if not _SHARE.fullmatch(value) and difference(parse_quantity(value)) < 0:
+        raise QuantityError(f"got '{value.strip()}', expected 0 or more")
+    return value.strip()
 
-    def __get_pydantic_json_schema__(
-        self, core_schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
-        return {"anyOf": [{"type": "string"}, handler(core_schema)]}
+
+LimitText = Annotated[str, BeforeValidator(_read_limit)]
+"""A limit of error as a data sheet states it: '0.5 % FS', '1 % reading' or '0.2 K'."""
+
+
+class HalfWidth(NamedTuple):
+    """Half the width of a distribution: a share of the reading, and a part in the SI unit."""
+
+    of_reading: float
+    absolute: float
 
 
 class ErrorLimit(Settings):
     """One error: its limit, how it is distributed within, and who says so."""
 
-    limit: Accuracy
+    limit: LimitText
     """'0.1 % reading', '0.02 % FS' or a difference such as '0.2 K': it is within ± this."""
     distribution: Shape = "rectangular"
     """Of `normal` the limit is two standard uncertainties, of the others the half-width."""
-    source: Annotated[PlainText, Field(max_length=80)] = ""
+    source: Annotated[PlainText, Field(max_length=MOST_OF_SOURCE)] = ""
     """The certificate or data sheet that states it."""
+
+    @property
+    def described(self) -> str:
+        """The limit in words."""
+        return self.limit
+
+    def in_parts(self, full_scale: float) -> HalfWidth:
+        """Return the limit in its parts, of an instrument of that full scale in the SI unit."""
+        share = _SHARE.fullmatch(self.limit)
+        if share is None:
+            return HalfWidth(0.0, difference(parse_quantity(self.limit)))
+        part = float(share[1]) / 100
+        return HalfWidth(part, 0.0) if share[2] == "reading" else HalfWidth(0.0, part * full_scale)
 
     def half_width(self, value: float, full_scale: float) -> float:
         """Return the limit at a value, all in the SI unit."""
-        return limit_of_error(self.limit, value, full_scale)
+        of_reading, absolute = self.in_parts(full_scale)
+        return of_reading * abs(value) + absolute
 
 
 class TemperatureLimit(ErrorLimit):
@@ -62,107 +93,162 @@ class TemperatureLimit(ErrorLimit):
     per: Difference
     """For how much warmer the limit is stated, such as 10 K."""
     within: Difference
-    """How far the temperature may be away from that of the calibration."""
+    """How far the temperature may be away: from that of the calibration, or since the zero step."""
 
-    def half_width(self, value: float, full_scale: float) -> float:
+    @property
+    def described(self) -> str:
+        """The limit in words."""
+        return f"{self.limit} per {self.per}, within {self.within}"
+
+    def in_parts(self, full_scale: float) -> HalfWidth:
         """Return the limit over `within`."""
-        return super().half_width(value, full_scale) * self.within.si / self.per.si
+        times = self.within.si / self.per.si
+        of_reading, absolute = super().in_parts(full_scale)
+        return HalfWidth(times * of_reading, times * absolute)
 
 
-def misread(limit: str, dimension: str) -> str:
-    """Return what is wrong with a limit of error of that quantity, after 'is'; '' if nothing."""
-    if limit.endswith(("FS", "reading")):
-        on_a_scale = dimension != "temperature"
-        return "" if on_a_scale else f"'{limit}'; of a temperature it is a difference in K"
-    found = parse_quantity(limit).dimension
-    if found == dimension:
-        return ""
-    if found == "ratio":
-        return f"'{limit}', and does not say of what: write '% FS' or '% reading'"
-    return f"'{limit}', {with_article(found)}; measured is {with_article(dimension)}"
+class _TextOrMapping:
+    """Tells editors that an error, or an accuracy, is a text or a mapping."""
+
+    def __get_pydantic_json_schema__(
+        self, core_schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        return {"anyOf": [{"type": "string"}, handler(core_schema)]}
 
 
 def _limit(value: object) -> object:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        raise QuantityError(f"{value} is not a number with a unit", hint=_EXAMPLES)
     return {"limit": value} if isinstance(value, str) else value
 
 
-def _share(value: object) -> object:
-    """Read a gain: '0.3 %' is of the reading."""
+def _share_of(whole: str, value: object) -> object:
+    """Read a bare share, such as '0.3 %', as one of the reading or of full scale."""
     read = _limit(value)
     limit = read.get("limit") if isinstance(read, dict) else None
-    if isinstance(limit, str) and "reading" not in limit and limit.rstrip().endswith("%"):
-        return {**read, "limit": f"{limit.rstrip()} reading"}  # type: ignore[dict-item]  # a dict
-    return read
+    if not isinstance(limit, str) or _SHARE.fullmatch(limit):
+        return read
+    found = parse_quantity(limit)
+    if found.dimension != "ratio":
+        return read
+    percent = found.number if found.unit.symbol == "%" else 100 * found.si
+    return {**read, "limit": f"{percent!r} % {whole}"}  # type: ignore[dict-item]  # a dict
+
+
+def _of_reading(value: object) -> object:
+    return _share_of("reading", value)
+
+
+def _of_full_scale(value: object) -> object:
+    return _share_of("FS", value)
+
+
+def _in_one_figure(value: object) -> object:
+    return {"overall": {"limit": _read_limit(value)}} if isinstance(value, str) else _limit(value)
 
 
 StatedLimit = Annotated[ErrorLimit, BeforeValidator(_limit), _TextOrMapping()]
 """As a mapping, or the limit alone."""
-StatedGain = Annotated[ErrorLimit, BeforeValidator(_share), _TextOrMapping()]
+StatedGain = Annotated[ErrorLimit, BeforeValidator(_of_reading), _TextOrMapping()]
+StatedNonlinearity = Annotated[ErrorLimit, BeforeValidator(_of_full_scale), _TextOrMapping()]
 
 
-class AccuracyInParts(Settings):
+class Accuracy(Settings):
     """The errors of an instrument, each with its limit; what is left out adds nothing."""
 
+    overall: StatedLimit | None = None
+    """All errors in one figure; of an accuracy that is a text alone it is this."""
     gain: StatedGain | None = None
     """Of the sensitivity: a share of the reading, the same for all readings."""
     offset: StatedLimit | None = None
-    """The same for all readings."""
-    resolution: StatedLimit | None = None
-    """The smallest step of the reading: it may be off by half of that."""
-    repeatability: StatedLimit | None = None
-    """Between readings of the same value."""
-    nonlinearity: StatedLimit | None = None
-    """Off the straight line."""
-    hysteresis: StatedLimit | None = None
-    """Between rising and falling values: half of the difference."""
+    """The same for all readings, until a zero is taken off."""
     drift: StatedLimit | None = None
-    """Since the calibration."""
+    """Since the calibration; of a zero that was taken off, since then."""
+    nonlinearity: StatedNonlinearity | None = None
+    """Off the straight line; a bare share is of full scale."""
+    repeatability: StatedLimit | None = None
+    """Between readings of the same value: half of their spread, b' of DIN 51309."""
+    hysteresis: StatedLimit | None = None
+    """Between rising and falling values: half of the difference, h of DIN 51309."""
+    resolution: StatedLimit | None = None
+    """The smallest step of the reading, r: it may be off by half of that."""
+    creep: StatedLimit | None = None
+    """Under a lasting value."""
     temperature: TemperatureLimit | None = None
-    """With the temperature of the surroundings."""
+    """With the temperature of the surroundings, zero and sensitivity together."""
+    temperature_zero: TemperatureLimit | None = None
+    """With the temperature: of the zero (TK0)."""
+    temperature_sensitivity: TemperatureLimit | None = None
+    """With the temperature: of the sensitivity (TKC)."""
 
     @property
     def limits(self) -> dict[str, ErrorLimit]:
         """The errors that are stated, by their names."""
         return {name: each for name, each in self if each is not None}
 
-    def objections(self, *, has_full_scale: bool) -> Iterator[str]:
-        """Yield what is wrong with how the limits are stated."""
-        if not self.limits:
-            yield f"accuracy is empty: give one of {', '.join(type(self).model_fields)}"
-        for name, each in self.limits.items():
-            if name == "gain" and not each.limit.endswith("reading"):
-                yield f"accuracy.gain is '{each.limit}'; needed is a share, such as '0.3 %'"
-            elif each.limit.endswith("FS") and not has_full_scale:
-                yield f"accuracy.{name} is '{each.limit}', and no 'range' says what full scale is"
+    @property
+    def has_calibration(self) -> bool:
+        """Whether it says what a table of calibration points would say too."""
+        return any(name in self.limits for name in _OF_POINTS)
 
-    def limit_of_error(self, value: float, full_scale: float = nan) -> float:
+    def half_width(self, name: str, value: float, full_scale: float) -> float:
+        """Return the limit of one error at a value, in the SI unit; of a gain as a share.
+
+        0 where nothing is stated; of a resolution half of the step.
+        """
+        each = self.limits.get(name)
+        if each is None:
+            return 0.0
+        width = each.half_width(1.0 if name == "gain" else value, full_scale)
+        return width / 2 if name == "resolution" else width
+
+    def limit_of_error(self, value: float, full_scale: float) -> float:
         """Return what a reading of a value may be off by at most: all errors at their limits."""
-        widths = {n: each.half_width(value, full_scale) for n, each in self.limits.items()}
-        return sum(_half_of_step(name, width) for name, width in widths.items())
+        return sum(
+            self.half_width(name, value, full_scale) * (abs(value) if name == "gain" else 1.0)
+            for name in self.limits
+        )
 
     def errors(self, channel: str, value: float, full_scale: float) -> Iterator[ReadingError]:
         """Yield a line for each error, at a value; all in the SI unit."""
         for name, each in self.limits.items():
-            width = each.half_width(1.0 if name == "gain" else value, full_scale)
+            width = self.half_width(name, value, full_scale)
+            share, absolute = each.in_parts(full_scale)
+            gain = name == "gain" or (name == "temperature_sensitivity" and absolute == 0)
             yield ReadingError(
-                name=f"{name} of {channel}",
-                acts="gain" if name == "gain" else "offset" if name == "offset" else "each",
-                u=_half_of_step(name, width) / OVER_U[each.distribution],
+                name=f"{'reading' if name == 'overall' else name.replace('_', ' ')} of {channel}",
+                acts="gain" if gain else "offset" if name == "offset" else "each",
+                u=(share if gain else width) / OVER_U[each.distribution],
                 distribution=each.distribution,
                 source=each.source,
             )
 
+    def objections(self, quantity: str) -> Iterator[str]:
+        """Yield each limit that is none of that quantity."""
+        for name, each in self.limits.items():
+            path = "" if name == "overall" else f"{name}: "
+            if name == "gain" and not each.limit.endswith("reading"):
+                yield f"{path}got '{each.limit}', expected a share, such as '0.3 %'"
+            elif wrong := _misread(each.limit, quantity):
+                yield f"{path}got '{each.limit}'{wrong}"
 
-def _half_of_step(name: str, width: float) -> float:
-    return width / 2 if name == "resolution" else width
+    def shares_of_full_scale(self) -> dict[str, str]:
+        """Return the limits that are shares of full scale, by their names, but for the overall."""
+        found = {name: each.limit for name, each in self.limits.items() if name != "overall"}
+        return {name: limit for name, limit in found.items() if limit.endswith("FS")}
 
 
-def _kind(value: object) -> str:
-    return "parts" if isinstance(value, dict | AccuracyInParts) else "text"
+def _misread(limit: str, quantity: str) -> str:
+    """Return what is wrong with a limit of that quantity, after it; '' if nothing."""
+    if _SHARE.fullmatch(limit):
+        return ", expected a difference in K" if quantity == "temperature" else ""
+    found = parse_quantity(limit).dimension
+    if found == quantity:
+        return ""
+    if found == "ratio":
+        return ", which does not say of what: write '% FS' or '% reading'"
+    return f", {with_article(found)}, expected {with_article(quantity)}"
 
 
-AnyAccuracy = Annotated[
-    Annotated[Accuracy, Tag("text")] | Annotated[AccuracyInParts, Tag("parts")],
-    Discriminator(_kind),
-]
-"""In one figure, such as '0.1 % FS', or error by error."""
+StatedAccuracy = Annotated[Accuracy, BeforeValidator(_in_one_figure), _TextOrMapping()]
+"""Error by error, or the text of all in one figure, such as '0.1 % FS'."""

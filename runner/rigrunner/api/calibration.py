@@ -1,23 +1,16 @@
-"""What a calibration certificate says of an instrument: range, points, accuracy, conditions."""
+"""What a calibration certificate says of an instrument: range, points, conditions."""
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, Annotated, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, model_validator
 
-from rigrunner.api.quantity import Quantity, parse_quantity
-from rigrunner.api.settings import AnyQuantity, Ratio, Settings, Temperature, Torque
+from rigrunner.api.settings import AnyQuantity, Ratio, Settings, Temperature
 from rigrunner.api.units import QuantityError, si_symbol
 
 if TYPE_CHECKING:
-    from pydantic import GetJsonSchemaHandler
-    from pydantic.json_schema import JsonSchemaValue
-    from pydantic_core import CoreSchema
-
-_OF_FULL_SCALE = r"([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*%\s*FS"
-_EXAMPLE = "such as '0.5 % FS', the share of full scale"
+    from rigrunner.api.quantity import Quantity
 
 
 class CalibratedRange(Settings):
@@ -102,76 +95,6 @@ class CalibrationConditions(Settings):
 
     temperature: TemperatureRange | None = None
     humidity: HumidityRange | None = None
-
-
-class _TextOrMapping:
-    """Tells editors that an accuracy is a text or a mapping."""
-
-    def __get_pydantic_json_schema__(
-        self, core_schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
-        text = {"type": "string", "pattern": rf"^\s*{_OF_FULL_SCALE}\s*$"}
-        return {"anyOf": [text, handler(core_schema)]}
-
-
-class TorqueAccuracy(Settings):
-    """Limits of error of a torque transducer, each half the width of a rectangular distribution."""
-
-    gain: Annotated[Ratio, Field(ge=0)]
-    """Of the reading."""
-    offset: Annotated[Torque, Field(ge=0)]
-    """Of the zero, before it is taken out by a zero step."""
-    drift: Annotated[Torque, Field(ge=0)]
-    """Of the zero, in the course of a run."""
-    nonlinearity: Annotated[Ratio, Field(ge=0, description="of full scale")]
-    of_full_scale: Annotated[
-        Ratio, Field(ge=0, description="all errors in one figure, of full scale, not split further")
-    ] = 0.0
-
-    @classmethod
-    def in_one_figure(cls, of_full_scale: float) -> TorqueAccuracy:
-        """Return an accuracy of which no more is known than a share of full scale."""
-        parts = {"gain": "0 %", "offset": "0 N·m", "drift": "0 N·m", "nonlinearity": "0 %"}
-        whole = {"of_full_scale": Quantity(of_full_scale, parse_quantity("0 1").unit)}
-        return cls.model_validate(parts | whole)
-
-
-def _read_torque_accuracy(value: object) -> object:
-    if not isinstance(value, str):
-        return value
-    found = re.fullmatch(rf"\s*{_OF_FULL_SCALE}\s*", value)
-    if found is None:
-        hint = f"{_EXAMPLE}, or a mapping of gain, offset, drift and nonlinearity"
-        raise QuantityError(f"'{value[:40]}' is not an accuracy", hint=hint)
-    return TorqueAccuracy.in_one_figure(float(found[1]) / 100)
-
-
-StatedTorqueAccuracy = Annotated[
-    TorqueAccuracy, BeforeValidator(_read_torque_accuracy), _TextOrMapping()
-]
-"""Split into its parts, or the text '0.5 % FS', which is taken as such."""
-
-
-def _read_accuracy(value: object) -> object:
-    """Check the text of an accuracy of any quantity: '0.5 % FS', '1 % reading' or '0.2 K'."""
-    if not isinstance(value, str):
-        raise QuantityError("an accuracy is a text", hint=f"{_EXAMPLE}, or '0.2 K'")
-    if not re.fullmatch(rf"\s*{_OF_FULL_SCALE}\s*|\s*[0-9.]+\s*%\s*reading\s*", value):
-        difference(parse_quantity(value))
-    return value.strip()
-
-
-Accuracy = Annotated[str, BeforeValidator(_read_accuracy)]
-"""Limits of error of any instrument, as its data sheet states them."""
-
-
-def limit_of_error(accuracy: str, value: float, full_scale: float) -> float:
-    """Return what an `Accuracy` allows at a value, in the SI unit as the value and full scale."""
-    share = re.fullmatch(r"\s*([0-9.]+)\s*%\s*(FS|reading)\s*", accuracy)
-    if share is None:
-        return difference(parse_quantity(accuracy))
-    of = full_scale if share[2] == "FS" else value
-    return float(share[1]) / 100 * abs(of)
 
 
 def difference(quantity: Quantity) -> float:

@@ -18,9 +18,9 @@ STEPS = 200
 """Of a cubic as it is written down: straight lines between them are off it by next to nothing."""
 
 
-def linear(known: Mapping[float, float]) -> Table:
-    """Return the points themselves, zero among them."""
-    return tuple(sorted({0.0: 0.0, **known}.items()))
+def linear(known: Mapping[float, float], *, through_zero: bool) -> Table:
+    """Return the points themselves, with zero among them where the curve goes through that."""
+    return tuple(sorted(({0.0: 0.0, **known} if through_zero else known).items()))
 
 
 def cubic(known: Mapping[float, float]) -> Table:
@@ -33,13 +33,13 @@ def cubic(known: Mapping[float, float]) -> Table:
     return tuple(sorted(found.items()))
 
 
-def off_linear(known: Mapping[float, float]) -> float:
+def off_linear(table: Table) -> float:
     """Return the most that a point is off the straight line between its neighbours."""
-    table = linear(known)
-    return max(
+    off = (
         abs(here[1] - low[1] - (high[1] - low[1]) * (here[0] - low[0]) / (high[0] - low[0]))
         for low, here, high in zip(table, table[1:], table[2:], strict=False)
     )
+    return max(off, default=0.0)
 
 
 def off_cubic(known: Mapping[float, float]) -> float:

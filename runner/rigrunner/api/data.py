@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rigrunner.api.coordinates import Coordinate
-    from rigrunner.api.instruments import Instrument, OtherInstrument, TorqueInstrument
+    from rigrunner.api.instruments import Instrument
     from rigrunner.api.limits import ValueLimit
     from rigrunner.api.readings import Reading, ReadingLimit
     from rigrunner.api.rig import RigDescription
@@ -173,7 +173,8 @@ class RunData:
     outcome: str
     inputs: Mapping[str, str]
     rig: RigDescription
-    instruments: Mapping[str, TorqueInstrument]
+    instruments: Mapping[str, Instrument]
+    """The station's register of instruments by channel, torque transducers first."""
     zeros: Mapping[str, float]
     """The zero reading of each zeroed channel; the recordings are stored without correction."""
     recordings: tuple[Recording, ...]
@@ -181,8 +182,6 @@ class RunData:
     """SHA-256 over recordings and measurements, by which other files name this run."""
     measurements: tuple[Measurement, ...] = ()
     """The rows of its tables, in order, those out of limits included."""
-    other_instruments: tuple[OtherInstrument, ...] = ()
-    """The rest of the station's register: load cell, angle encoder, thermometer, ..."""
     people: Mapping[str, str] = field(default_factory=dict)
     """Who did what, by role: 'operator'."""
     approval: Mapping[str, str] = field(default_factory=dict)
@@ -194,11 +193,6 @@ class RunData:
     recording_zeros: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     """By recording, the zero readings in force when it was made, where the run was zeroed again."""
 
-    def instrument(self, channel: str) -> Instrument | None:
-        """Return the register's entry for a channel, 'role.name'; None where there is none."""
-        entries = (*self.instruments.values(), *self.other_instruments)
-        return next((each for each in entries if each.channel == channel), None)
-
     def reading_errors(self, channel: str, value: float) -> tuple[ReadingError, ...]:
         """Return what readings of a channel up to a value, in the SI unit, may be off by.
 
@@ -206,9 +200,17 @@ class RunData:
         mean square that was kept of a channel, 'role.name.rms', no zero reading is taken off.
         """
         of = channel_of(channel)
-        known, zeroed = self.instrument(of), of in self.zeros and not channel.endswith(".rms")
+        known, zeroed = self.instruments.get(of), of in self.zeros and not channel.endswith(".rms")
         found = known.reading_errors(value, zeroed=zeroed) if known else ()
         return found or (ReadingError(f"reading of {channel}", "each", nan),)
+
+    def readings(self, channel: str, values: Array, zero: float) -> Array:
+        """Return values of a channel less a zero reading, in the SI unit, shape (n,).
+
+        They are corrected by the table of the certificate where the register says so.
+        """
+        known = self.instruments.get(channel)
+        return values - zero if known is None else known.corrected(values, zero)
 
     def zero(self, recording: str, channel: str) -> float:
         """Return the zero reading that belongs to a channel of a recording; 0 without one."""

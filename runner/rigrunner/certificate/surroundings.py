@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.accuracy import AccuracyInParts
 from rigrunner.api.certificate import Condition, InstrumentEntry
-from rigrunner.api.instruments import OtherInstrument, TorqueInstrument
+from rigrunner.api.instruments import TORQUE
 from rigrunner.api.member import Member, channel_of
+from rigrunner.api.units import si_symbol
 from rigrunner.certificate.numerals import printed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from rigrunner.api.accuracy import ErrorLimit
     from rigrunner.api.data import RunData
-from rigrunner.api.instruments import Instrument
+    from rigrunner.api.instruments import Instrument
 
+_IN_SI = ("overall", "gain", "offset", "drift", "nonlinearity")
 _KELVIN = 273.15
 _SHOWN: Mapping[str, tuple[str, float, float, int]] = {
     "temperature": ("°C", 1.0, -_KELVIN, 1),
@@ -64,7 +66,7 @@ def instruments_of(*runs: RunData | None) -> Iterator[InstrumentEntry]:
     for run in runs:
         if run is None:
             continue
-        for each in (*run.instruments.values(), *run.other_instruments):
+        for each in run.instruments.values():
             entry = _entry(each, run.started_utc[:10])
             if entry not in seen:
                 seen.append(entry)
@@ -95,28 +97,35 @@ def _range(each: Instrument) -> str:
     if each.range_ is not None:
         lowest, highest = each.range_.min, each.range_.max
         return f"≤ {highest}" if lowest is None else f"{lowest} … {highest}"
-    if isinstance(each, TorqueInstrument):
-        return f"±{each.full_scale:.6g} N·m"
+    if each.full_scale_ is not None:
+        return f"±{each.full_scale:.6g} {si_symbol(each.quantity)}"
     return ""
 
 
 def _accuracy(each: Instrument) -> dict[str, str]:
-    if isinstance(each, OtherInstrument):
-        stated = each.accuracy
-        if isinstance(stated, AccuracyInParts):
-            return {f"limit_{name}": f"±{limit.limit}" for name, limit in stated.limits.items()}
-        return {"accuracy": stated} if stated else {}
-    limits = each.accuracy_ if isinstance(each, TorqueInstrument) else None
-    if limits is None:
+    if each.accuracy_ is None:
         return {}
-    if limits.of_full_scale:
-        return {"of_full_scale": f"±{100 * limits.of_full_scale:.6g} %"}
-    return {
-        "gain": f"±{100 * limits.gain:.6g} %",
-        "offset": f"±{limits.offset:.6g} N·m",
-        "drift": f"±{limits.drift:.6g} N·m",
-        "nonlinearity": f"±{100 * limits.nonlinearity:.6g} %",
-    }
+    return dict(_limit(each, name, stated) for name, stated in each.accuracy_.limits.items())
+
+
+def _limit(each: Instrument, name: str, stated: ErrorLimit) -> tuple[str, str]:
+    """Return one limit under the name that a certificate prints it by, as it is written.
+
+    The first limits of torque are in N·m and %, as they have been since version 0.1.0: what a
+    certificate of then says is compared with what is made here.
+    """
+    if each.quantity == TORQUE and name in _IN_SI:
+        share, absolute = stated.in_parts(1.0)
+        if name == "gain":
+            return name, f"±{100 * share:.6g} %"
+        if stated.limit.endswith("FS"):
+            key = "of_full_scale" if name == "overall" else name
+            return key, f"±{100 * absolute:.6g} %"
+        if not share and name != "overall":
+            return name, f"±{absolute:.6g} N·m"
+    if name == "overall":
+        return "accuracy", stated.limit
+    return f"limit_{name}", f"±{stated.described}"
 
 
 def _points(each: Instrument) -> dict[str, str]:

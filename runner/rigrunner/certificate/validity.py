@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from rigrunner.analysis.channels import role_of
 from rigrunner.api.analysis import SwingPoint
 from rigrunner.api.certificate import Traceability, ValidityCondition
+from rigrunner.api.instruments import torque_instruments
 from rigrunner.api.measurand import Validity
 from rigrunner.api.member import Member
 from rigrunner.certificate.numerals import printed
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import PeakPoint
     from rigrunner.api.certificate import InstrumentEntry
     from rigrunner.api.data import RunData
-    from rigrunner.api.instruments import Instrument, OtherInstrument
+    from rigrunner.api.instruments import Instrument
     from rigrunner.api.results import Result
 
 
@@ -78,7 +79,7 @@ def beyond_calibration(result: Result) -> Iterator[tuple[str, str]]:
     for run, points in ((result.run, result.loaded), (result.no_load_run, result.no_load)):
         if run is None or not (points or result.primary):
             continue
-        for instrument in run.instruments.values():
+        for instrument in torque_instruments(run.instruments.values()).values():
             lowest, highest = _extremes(points)
             yield from _beyond(instrument, lowest, highest, "N·m")
         cell = _load_cell(run)
@@ -92,7 +93,7 @@ def beyond_calibration(result: Result) -> Iterator[tuple[str, str]]:
 
 def _beyond_measured(run: RunData) -> Iterator[tuple[str, str]]:
     """Yield the same of every value that was recorded or measured with an instrument."""
-    for instrument in (*run.instruments.values(), *run.other_instruments):
+    for instrument in run.instruments.values():
         name = instrument.channel
         values = [row.values[name] for row in run.measurements if name in row.values]
         unit = next((row.units[name] for row in run.measurements if name in row.values), "")
@@ -130,8 +131,8 @@ def _extremes(points: Sequence[PeakPoint]) -> tuple[float, float]:
 
 
 def _entering(result: Result) -> set[str]:
-    torque = set(result.run.instruments) if result.loaded else set()
-    return torque | ({load_channel(result)} if _is_loaded(result) else set())
+    torque = torque_instruments(result.run.instruments.values()) if result.loaded else ()
+    return set(torque) | ({load_channel(result)} if _is_loaded(result) else set())
 
 
 def _is_loaded(result: Result) -> bool:
@@ -139,12 +140,12 @@ def _is_loaded(result: Result) -> bool:
 
 
 def _torque_channel(result: Result) -> str:
-    return next(iter(result.run.instruments), "tester.torque")
+    return next(iter(torque_instruments(result.run.instruments.values())), "tester.torque")
 
 
-def _load_cell(run: RunData) -> OtherInstrument | None:
-    channel = f"{role_of(next(iter(run.instruments), ''))}.load"
-    return next((each for each in run.other_instruments if each.channel == channel), None)
+def _load_cell(run: RunData) -> Instrument | None:
+    torque = next(iter(torque_instruments(run.instruments.values())), "")
+    return run.instruments.get(f"{role_of(torque)}.load")
 
 
 def _allowance(result: Result) -> str:

@@ -143,7 +143,7 @@ def _check_channels(recorded: Recorded, problems: Problems) -> None:
 def _check_instrument(
     station: LoadedStation, member: str, asked: Recorded, problems: Problems
 ) -> None:
-    register = station.instruments
+    register = station.register
     recorded = f"it is recorded at {asked.document.where(asked.path)}"
     if member not in register:
         message = f"there is no instrument for the channel {member}"

@@ -60,7 +60,7 @@ def predict(procedure: LoadedProcedure, station: LoadedStation, plan: Plan) -> P
         if (frequency_hz := record.cycle_frequency_hz)
         and (rig_nm := rig_torque_nm(station.rig, frequency_hz)) is not None
         for channel in channels_of(record, "torque")
-        if (known := station.instruments.get(Member(record.role, channel)))
+        if (known := station.register.get(Member(record.role, channel)))
     )
     return Prediction(torques, sum(map(_bytes, records)))
 

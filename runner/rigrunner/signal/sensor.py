@@ -1,6 +1,7 @@
 """What a torque sensor's limits of error contribute to an uncertainty (GUM 4.3.7).
 
-The gain's error is relative, of the true torque: indicated = (1 + gain) true + the other errors.
+The gain's error is relative, of the true torque: indicated = (1 + gain) true + the other errors. A
+limit that is a share of the reading counts as at full scale.
 """
 
 from __future__ import annotations
@@ -9,64 +10,74 @@ from dataclasses import replace
 from math import sqrt
 from typing import TYPE_CHECKING
 
-from rigrunner.api.uncertainty import Effect
-from rigrunner.signal.inputs import limited
+from rigrunner.api.accuracy import OVER_U
+from rigrunner.api.uncertainty import Distribution, Effect, Input
 
 if TYPE_CHECKING:
-    from rigrunner.api.instruments import TorqueInstrument
-    from rigrunner.api.uncertainty import Input
+    from rigrunner.api.instruments import Instrument
 
 
 NONLINEAR_SLOPE = 4.0
 """Greatest slope of a parabolic error curve, in its greatest value over full scale."""
 
 
-def gain(instrument: TorqueInstrument) -> Input:
+def gain(instrument: Instrument) -> Input:
     """Return the relative error of the sensor's gain."""
-    return limited("sensor gain", instrument.accuracy.gain, "1")
+    return stated(instrument, "gain", "sensor gain", "1")
 
 
-def one_figure(instrument: TorqueInstrument) -> tuple[Effect, ...]:
-    """Return the whole error of a sensor of which one figure of full scale is known, if it is.
+def stated(instrument: Instrument, error: str, name: str, unit: str = "N·m") -> Input:
+    """Return the input of one error that the register states, the same in the whole run."""
+    known = instrument.accuracy
+    each = known.limits.get(error) if known else None
+    shape = Distribution(each.distribution if each else "rectangular")
+    u = instrument.half_width(error) / OVER_U[shape]
+    return Input(name, 0.0, u, distribution=shape, unit=unit, common=True)
+
+
+def curve_slope(instrument: Instrument, torque_nm: float) -> Effect:
+    """Return what a smooth error curve may change in the difference of two torques.
+
+    Only its slope between them is left, of a parabola at most `NONLINEAR_SLOPE`.
+    """
+    whole = stated(instrument, "nonlinearity", "sensor non-linearity", "1")
+    of_full_scale = replace(whole, u=whole.u / instrument.full_scale)
+    return Effect(of_full_scale, -NONLINEAR_SLOPE * torque_nm)
+
+
+def one_figure(instrument: Instrument) -> tuple[Effect, ...]:
+    """Return the whole error of a sensor of which one figure is known, if it is.
 
     Nothing says what of it two runs have in common, so a difference may be off by all of it.
     """
-    share = instrument.accuracy.of_full_scale
-    if share == 0:
+    if instrument.half_width("overall") == 0:
         return ()
-    return (Effect(limited("sensor accuracy", share * instrument.full_scale), -1.0),)
+    return (Effect(stated(instrument, "overall", "sensor accuracy"), -1.0),)
 
 
-def reading_effects(instrument: TorqueInstrument, *, zeroed: bool) -> tuple[Effect, ...]:
+def reading_effects(instrument: Instrument, *, zeroed: bool) -> tuple[Effect, ...]:
     """Return what one torque reading may be off by, besides the gain: curve, drift and offset.
 
     A zero reading takes the offset out; what drifts after it stays.
     """
-    accuracy = instrument.accuracy
-    offset = limited("sensor offset", accuracy.offset)
     return (
-        Effect(_nonlinearity(instrument), -1.0),
-        Effect(limited("zero drift", accuracy.drift), -1.0),
-        Effect(offset, 0.0 if zeroed else -1.0),
+        Effect(stated(instrument, "nonlinearity", "sensor non-linearity"), -1.0),
+        Effect(stated(instrument, "drift", "zero drift"), -1.0),
+        Effect(stated(instrument, "offset", "sensor offset"), 0.0 if zeroed else -1.0),
         *one_figure(instrument),
     )
 
 
-def difference_effects(instrument: TorqueInstrument, runs: int) -> tuple[Effect, ...]:
+def difference_effects(instrument: Instrument, runs: int) -> tuple[Effect, ...]:
     """Return what the difference of two runs' peaks may be off by, besides the gain.
 
     The offset is the same in both and falls out, also where no zero was taken; each run has
     drifted on its own since its zero reading. With one run the other side is no reading of ours.
     """
-    accuracy = instrument.accuracy
-    drift = limited("zero drift", accuracy.drift)
+    drift = stated(instrument, "drift", "zero drift")
     return (
-        Effect(_nonlinearity(instrument), -1.0),
+        Effect(stated(instrument, "nonlinearity", "sensor non-linearity"), -1.0),
         Effect(replace(drift, u=drift.u * sqrt(runs)), -1.0),
-        Effect(limited("sensor offset", accuracy.offset), 0.0),
+        Effect(stated(instrument, "offset", "sensor offset"), 0.0),
         *one_figure(instrument),
     )
-
-
-def _nonlinearity(instrument: TorqueInstrument) -> Input:
-    return limited("sensor non-linearity", instrument.accuracy.nonlinearity * instrument.full_scale)

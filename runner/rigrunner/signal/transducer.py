@@ -1,8 +1,9 @@
 """What the errors that a register states of a torque transducer come to in a result.
 
-Repeatability, hysteresis and resolution act on each reading on its own: in how far two runs have
-them in common, nobody states. Creep and the zero's temperature effect change slowly: what of a slow
-change reaches the result, the method says. The sensitivity's temperature effect acts as the gain.
+Repeatability, hysteresis and resolution act on each reading on its own, and so does a temperature
+effect that is not split: in how far two runs have them in common, nobody states. Creep and the
+zero's temperature effect change slowly: what of a slow change reaches the result, the method says.
+The sensitivity's temperature effect acts as the gain.
 """
 
 from __future__ import annotations
@@ -10,27 +11,25 @@ from __future__ import annotations
 from math import sqrt
 from typing import TYPE_CHECKING
 
-from rigrunner.api.accuracy import OVER_U
+from rigrunner.api.accuracy import OVER_U, Accuracy
 from rigrunner.api.uncertainty import Distribution, Effect, Input
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.api.instruments import TorqueInstrument
-    from rigrunner.api.transducer import StatedError
+    from rigrunner.api.accuracy import ErrorLimit
+    from rigrunner.api.instruments import Instrument
 
 
 def transducer_effects(
-    instrument: TorqueInstrument, result_nm: float, readings_nm: Sequence[float], *, slow: float
+    instrument: Instrument, result_nm: float, readings_nm: Sequence[float], *, slow: float
 ) -> tuple[Effect, ...]:
     """Return a line of the budget for each error that the register states, with its source.
 
     `readings_nm` has the largest torque of each run that the result is made of; `slow` is the
     sensitivity of the result to an offset that changes slowly.
     """
-    errors = instrument.errors
-    if errors is None:
-        return ()
+    errors = instrument.accuracy or Accuracy()
     each_on_its_own = sqrt(sum(reading**2 for reading in readings_nm)), sqrt(len(readings_nm))
     slowly = slow * max(abs(reading) for reading in readings_nm), slow
     as_the_gain = abs(result_nm), sqrt(len(readings_nm))
@@ -39,6 +38,7 @@ def transducer_effects(
         ("hysteresis", errors.hysteresis, each_on_its_own, 1.0),
         ("resolution", errors.resolution, each_on_its_own, 0.5),
         ("creep", errors.creep, slowly, 1.0),
+        ("temperature effect", errors.temperature, each_on_its_own, 1.0),
         ("temperature effect on zero", errors.temperature_zero, slowly, 1.0),
         ("temperature effect on sensitivity", errors.temperature_sensitivity, as_the_gain, 1.0),
     )
@@ -52,16 +52,16 @@ def transducer_effects(
 
 def _effects(
     name: str,
-    stated: StatedError,
+    stated: ErrorLimit,
     full_scale: float,
     sensitivities: tuple[float, float],
     share: float,
 ) -> Iterator[Effect]:
     shape = Distribution(stated.distribution)
-    limits = zip(stated.half_width(full_scale), ("1", "N·m"), sensitivities, strict=True)
+    limits = zip(stated.in_parts(full_scale), ("1", "N·m"), sensitivities, strict=True)
     for half_width, unit, sensitivity in limits:
         if half_width > 0:
             u = share * half_width / OVER_U[shape]
-            named = f"transducer {name} ({stated.source})"
+            named = f"transducer {name}" + (f" ({stated.source})" if stated.source else "")
             known = Input(named, 0.0, u, distribution=shape, unit=unit, common=True)
             yield Effect(known, -sensitivity)

@@ -27,7 +27,7 @@ _ENTRY = re.compile(r"instruments\[(?P<at>\d+)\](?:\.(?P<key>\w+))?")
 _PART = re.compile(
     r"(?P<part>rig|safety|listeners|durability|description|plugins)\b\.?(?P<key>\w*)"
 )
-_ACCURACY = {"gain": "0 %", "offset": "0 N·m", "drift": "0 N·m", "nonlinearity": "0 %"}
+_ACCURACY = "0 % FS"
 _INSTRUMENT: dict[str, Any] = {
     "channel": "nowhere.none",
     "serial": "none",

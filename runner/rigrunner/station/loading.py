@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import difflib
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
 from rigrunner.api.errors import InvalidFileError, Problem
-from rigrunner.api.instruments import STORED, torque_instruments
+from rigrunner.api.instruments import STORED
 from rigrunner.api.member import Member
 from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import own_keys
@@ -20,12 +20,14 @@ from rigrunner.station.model import Station
 from rigrunner.yamlfile import parse, validate
 from rigrunner.yamlfile.document import dotted
 from rigrunner.yamlfile.reader import read_text
+from rigrunner.yamlfile.upgrade import refuse_older
+from rigrunner.yamlfile.upgrade_register import station_today
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
-    from rigrunner.api.instruments import Instrument, TorqueInstrument
+    from rigrunner.api.instruments import Instrument
     from rigrunner.yamlfile import Document
 
 
@@ -64,11 +66,6 @@ class LoadedStation:
         """The instrument register by channel, 'role.name'."""
         return {each.channel: each for each in self.model.instruments}
 
-    @property
-    def instruments(self) -> dict[str, TorqueInstrument]:
-        """The torque transducers of the register by channel."""
-        return torque_instruments(self.model.instruments)
-
 
 class InconsistentStationError(InvalidFileError):
     """A station of which parts are wrong; `loaded` has others in their place, to look further."""
@@ -86,10 +83,14 @@ def load_station(path: Path) -> LoadedStation:
 def parse_station(text: str, name: str, *, stored: bool = False) -> LoadedStation:
     """Return the station in a text; `name` stands for the file in messages.
 
-    The text of a `stored` run may have limits of error that were read wrongly in its day. Raises
-    InvalidFileError with all that is wrong.
+    The text of a `stored` run may be in an older form, and may have limits of error that were read
+    wrongly in its day. Raises InvalidFileError with all that is wrong.
     """
     document = parse(text, name)
+    if stored:
+        document = replace(document, data=station_today(document.data))
+    else:
+        refuse_older(document)
     problems: list[Problem] = []
     model: Station | None = None
     try:

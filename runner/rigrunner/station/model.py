@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from rigrunner.api.instruments import AnyInstrument
+from rigrunner.api.instruments import Instrument
 from rigrunner.api.settings import ListOf, PlainText, Settings, YesNo
 from rigrunner.station.safety import Safety
 from rigrunner.yamlfile.names import Identifier, Name, Text
@@ -63,7 +63,7 @@ class Station(Settings):
     """What is known of the rig itself, by the keys that plugins declare; left out, nothing."""
     devices: Annotated[dict[Name, DeviceBinding], Field(min_length=1)]
     """Role to the device that fills it."""
-    instruments: ListOf[AnyInstrument] = ()
+    instruments: ListOf[Instrument] = ()
     """The register: what is known of each transducer and of any other instrument."""
     safety: Safety = Field(default_factory=Safety)
     """How the rig is made safe, and what keeps it so."""

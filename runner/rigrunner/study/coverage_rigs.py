@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from numpy.random import Generator
 
-    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.instruments import Instrument
     from rigrunner.station import Station
 
 FREQUENCIES_HZ = (5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0)
@@ -139,15 +139,15 @@ def _within(limit: float, rng: Generator) -> float:
     return float(rng.uniform(-limit, limit))
 
 
-def _sensor(instrument: TorqueInstrument) -> BenchSettings:
+def _sensor(instrument: Instrument) -> BenchSettings:
     """Return the register's limits of error, from which the simulator draws its own."""
-    accuracy = instrument.accuracy
+    limit = instrument.half_width
     return {
         "sensors.full_scale": Value(instrument.full_scale, "N·m"),
-        "sensors.gain": Value(100 * accuracy.gain, "%"),
-        "sensors.offset": Value(accuracy.offset, "N·m"),
-        "sensors.drift": Value(accuracy.drift, "N·m"),
-        "sensors.nonlinearity": Value(100 * accuracy.nonlinearity, "%"),
+        "sensors.gain": Value(100 * limit("gain"), "%"),
+        "sensors.offset": Value(limit("offset"), "N·m"),
+        "sensors.drift": Value(limit("drift"), "N·m"),
+        "sensors.nonlinearity": Value(100 * limit("nonlinearity") / instrument.full_scale, "%"),
     }
 
 
@@ -159,7 +159,7 @@ def _under_load(
     return scaled(with_inertia(simulator, settings, inertia), "support.friction", friction)
 
 
-def torque_instrument(station: Station) -> TorqueInstrument:
+def torque_instrument(station: Station) -> Instrument:
     """Return the one torque transducer of the station's register."""
     (instrument,) = torque_instruments(station.instruments).values()
     return instrument

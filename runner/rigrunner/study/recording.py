@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from rigrunner.api.data import Array
-    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.instruments import Instrument
     from rigrunner.registry import Registry
     from rigrunner.station import Station
     from rigrunner.study.bench import Bench, BenchSettings
@@ -202,6 +202,6 @@ def _rig(setup: _Setup) -> RigDescription:
     return own_keys(RigDescription, setup.station.rig).model_copy(update=known)
 
 
-def _instrument(setup: _Setup) -> TorqueInstrument:
+def _instrument(setup: _Setup) -> Instrument:
     (instrument,) = torque_instruments(setup.station.instruments).values()
     return instrument

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 from math import inf, isfinite, sqrt
 from typing import TYPE_CHECKING, Any
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 
 from rigrunner.api.analysis import Component
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
-from rigrunner.api.instruments import AnyInstrument
+from rigrunner.api.instruments import TORQUE, ZEROED, Instrument
 from rigrunner.api.units import unit
 from rigrunner.runfile import sealed_file_of
 from rigrunner.signal.coverage import excess_kurtosis, factor
@@ -86,7 +86,7 @@ def entry_from(path: Path, wanted: Wanted, registry: Registry) -> Entry:
     applied_unit = _applied(deviations[0])[1]
     points = list(_points(result, deviations))
     entry: dict[str, Any] = {"channel": wanted.channel}
-    if kind != "torque":
+    if kind != TORQUE:
         entry["measures"] = kind
     entry |= {
         "serial": wanted.serial or run.inputs.get("specimen", ""),
@@ -95,22 +95,22 @@ def entry_from(path: Path, wanted: Wanted, registry: Registry) -> Entry:
         "calibrated": run.started_utc[:10],
         "due": wanted.due.isoformat(),
     }
-    register = (*run.instruments.values(), *run.other_instruments)
-    if any(each.calibration is not None for each in register):
+    if any(each.calibration is not None for each in run.instruments.values()):
         entry["calibration"] = "trial"  # of standards that are none
-    if kind == "torque":
+    if kind == TORQUE or wanted.full_scale:
         highest = max(abs(_applied(each)[0]) for each in deviations)
         entry["full_scale"] = wanted.full_scale or f"{highest:.9g} {applied_unit}"
-        entry["interpolation"] = "cubic" if len(points) >= LEAST_OF_CUBIC else "linear"
-        errors = dict(_errors(result))
-        if errors:
-            entry["errors"] = errors
+    cubic = kind in ZEROED and len(points) >= LEAST_OF_CUBIC
+    entry["interpolation"] = "cubic" if cubic else "linear"
+    errors = dict(_errors(result))
+    if errors:
+        entry["accuracy"] = errors
     entry["points"] = points
     try:
-        TypeAdapter(AnyInstrument).validate_python(entry)
+        Instrument.model_validate(entry)
     except ValidationError as error:
         first = error.errors()[0]
-        where = ".".join(str(each) for each in first["loc"][1:])
+        where = ".".join(str(each) for each in first["loc"])
         raise DataError(f"{run.run_id} gives no entry: {where}: {first['msg']}") from error
     return Entry(entry)
 

@@ -12,7 +12,7 @@ from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.data import RunData
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Outcome
-from rigrunner.api.instruments import OtherInstrument, torque_instruments
+from rigrunner.api.instruments import TORQUE
 from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import own_keys
 from rigrunner.procedure import AnalysisSpec, parse_procedure
@@ -149,10 +149,10 @@ def run_data(stored: StoredRun) -> RunData:
         inputs=header.inputs,
         rig=own_keys(RigDescription, station.rig),
         rig_keys=station.rig,
-        instruments=torque_instruments(station.instruments),
-        other_instruments=tuple(
-            each for each in station.instruments if isinstance(each, OtherInstrument)
-        ),
+        instruments={
+            each.channel: each
+            for each in sorted(station.instruments, key=lambda each: each.quantity != TORQUE)
+        },
         people=header.people or _operator(header.inputs),
         approval=header.approval,
         imported=header.imported,

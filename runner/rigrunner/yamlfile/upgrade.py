@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING, Any
 import yaml
 
 from rigrunner.api.errors import InvalidFileError, Location, Problem
-from rigrunner.yamlfile.reader import LOADER, parse
+from rigrunner.yamlfile import layout
+from rigrunner.yamlfile.document import dotted
+from rigrunner.yamlfile.reader import parse
+from rigrunner.yamlfile.upgrade_register import (
+    STATION,
+    edited_station,
+    is_older,
+    older_entries,
+    station_today,
+)
 from rigrunner.yamlfile.validation import MARK
 
 if TYPE_CHECKING:
@@ -31,8 +40,6 @@ _NESTED, _ITEM = 4, 2
 _FIRST_TRAVEL = "5 deg"
 """The window of `starts: {}` in procedure/1."""
 
-Pair = tuple[yaml.ScalarNode, yaml.Node]
-
 
 def upgraded(text: str, name: str) -> str:
     """Return a text in today's form: the text itself where it has that, or is of another kind.
@@ -42,15 +49,18 @@ def upgraded(text: str, name: str) -> str:
     """
     data = parse(text, name).data
     mark = data.get(MARK) if isinstance(data, dict) else None
-    if mark not in TODAY and not _older_limits(data):
+    of_station = mark == STATION and is_older(data)
+    if mark not in TODAY and not _older_limits(data) and not of_station:
         return text
     try:
-        new = _edited(text, data)
-        right = parse(new, name).data == _wanted(data)
+        new = edited_station(text, data) if of_station else _edited(text, data)
+        wanted = station_today(data) if of_station else _wanted(data)
+        right = parse(new, name).data == wanted
     except (ValueError, InvalidFileError):
         right = False
     if not right:
-        message = "its acceptance cannot be brought into today's form as it is laid out"
+        part = "register" if of_station else "acceptance"
+        message = f"its {part} cannot be brought into today's form as it is laid out"
         if mark in TODAY:
             message = f"it cannot be brought from '{mark}' to '{TODAY[mark]}' as it is laid out"
         hint = "write each key and its value as 'key: value', or change the file by hand"
@@ -77,6 +87,11 @@ def refuse_older(document: Document) -> None:
     if mark in TODAY:
         message = f"got '{mark}', an older form of the language, expected '{TODAY[mark]}'"
         raise InvalidFileError([Problem(message, document.where((MARK,)), MARK, hint)])
+    if mark == STATION and is_older(data):
+        entry = ("instruments", next(older_entries(data)), "errors")
+        message = "got an older form of the register, expected the errors under 'accuracy'"
+        at = document.where(entry, key=True)
+        raise InvalidFileError([Problem(message, at, dotted(entry), hint)])
     if _older_limits(data):
         path = ("acceptance", "limit" if "limit" in data["acceptance"] else "limits")
         message = "got an older form of limits, expected a list 'limits', each 'of' a result"
@@ -151,15 +166,15 @@ def _edited(text: str, data: dict[str, Any]) -> str:
 
 
 def _with_header(text: str, mark: str) -> str:
-    _, value = _pair(text, (MARK,))
+    _, value = layout.pair_at(text, (MARK,))
     begin = text.index(value.value, value.start_mark.index)
-    return _put(text, begin, begin + len(value.value), mark)
+    return layout.put(text, begin, begin + len(value.value), mark)
 
 
 def _with_analyses(text: str, analysis: dict[str, Any]) -> str:
     if not analysis:
-        _, value = _pair(text, ("analysis",))
-        return _put(text, value.start_mark.index, value.end_mark.index, "[]")
+        _, value = layout.pair_at(text, ("analysis",))
+        return layout.put(text, value.start_mark.index, value.end_mark.index, "[]")
     starts = analysis.get("starts") is not None
     inside = _without_level(text, ("analysis", "starts")) if starts else text
     return _as_item(inside, ("analysis",), "breakaway" if starts else "swing_torque")
@@ -168,11 +183,11 @@ def _with_analyses(text: str, analysis: dict[str, Any]) -> str:
 def _with_limits(text: str, acceptance: dict[str, Any], older: list[dict[str, Any]]) -> str:
     """Return the text with each older limit as one of the torque, in a list."""
     single = "limits" not in acceptance
-    _, value = _pair(text, ("acceptance", "limit" if single else "limits"))
+    _, value = layout.pair_at(text, ("acceptance", "limit" if single else "limits"))
     nodes = [value] if single else list(value.value)
     given = [acceptance["limit"]] if single else acceptance["limits"]
     named = [
-        _source(text, hz)
+        layout.source(text, hz)
         for node, limit in zip(nodes, given, strict=True)
         if limit in older and limit.get("of") == "each_frequency"
         for hz in _frequencies(node)
@@ -184,7 +199,7 @@ def _with_limits(text: str, acceptance: dict[str, Any], older: list[dict[str, An
         for edit in _limit_edits(text, node, named)
     ]
     for start, end, new in sorted(edits, reverse=True):
-        text = _put(text, start, end, new)
+        text = layout.put(text, start, end, new)
     return _listed(text) if single else text
 
 
@@ -200,7 +215,11 @@ def _limit_edits(text: str, limit: yaml.Node, named: list[str]) -> Iterator[tupl
     keys = {key.value: (key, value) for key, value in limit.value}
     first = limit.value[0][0]
     quote = '"' if first.style == '"' else ""
-    between = ", " if _is_flow(limit) else f"{_line_end_of(text)}{' ' * first.start_mark.column}"
+    between = (
+        ", "
+        if layout.is_flow(limit)
+        else f"{layout.line_end_of(text)}{' ' * first.start_mark.column}"
+    )
 
     def pair(key: str, value: str, *, plain: bool = True) -> str:
         shown = f"{quote}{value}{quote}" if plain else value
@@ -224,136 +243,80 @@ def _limit_edits(text: str, limit: yaml.Node, named: list[str]) -> Iterator[tupl
         yield start, start, between.join(told) + between
     if "at" in keys:
         key, value = keys["at"]
-        values = ", ".join(_source(text, each) for each in _frequencies(limit))
+        values = ", ".join(layout.source(text, each) for each in _frequencies(limit))
         if isinstance(value, yaml.SequenceNode):
             values = f"[{values}]"
-        yield key.start_mark.index, _last(value), pair("where", at(values), plain=False)
-
-
-def _source(text: str, node: yaml.Node) -> str:
-    return text[node.start_mark.index : node.end_mark.index]
+        yield key.start_mark.index, layout.end_of(value), pair("where", at(values), plain=False)
 
 
 def _listed(text: str) -> str:
     """Return the text with the one limit as the only item of a list."""
-    key, value = _pair(text, ("acceptance", "limit"))
+    key, value = layout.pair_at(text, ("acceptance", "limit"))
     begin, stop = key.start_mark.index, key.end_mark.index
     quote = '"' if key.style == '"' else ""
-    if _is_flow(value):
+    if layout.is_flow(value):
         start, end = value.start_mark.index, value.end_mark.index
-        text = _put(text, start, end, f"[{text[start:end]}]")
-        return _put(text, begin, stop, f"{quote}limits{quote}")
-    first, last = _lines_below(text, key, value)
+        text = layout.put(text, start, end, f"[{text[start:end]}]")
+        return layout.put(text, begin, stop, f"{quote}limits{quote}")
+    first, last = layout.lines_below(text, key, value)
     at = value.start_mark.index
-    lines = [f"{' ' * _ITEM}{line}" if line.strip() else line for line in _lines(text[at:last])]
-    head = [f"{' ' * _ITEM}{line}" for line in _lines(text[first : at - value.start_mark.column])]
+    lines = [
+        f"{' ' * _ITEM}{line}" if line.strip() else line for line in layout.lines_of(text[at:last])
+    ]
+    head = [
+        f"{' ' * _ITEM}{line}"
+        for line in layout.lines_of(text[first : at - value.start_mark.column])
+    ]
     new = "".join(head) + " " * value.start_mark.column + "- " + "".join(lines)[_ITEM:]
-    return _put(_put(text, first, last, new), begin, stop, "limits")
+    return layout.put(layout.put(text, first, last, new), begin, stop, "limits")
 
 
 def _as_item(text: str, path: tuple[str, ...], name: str) -> str:
     """Return the text with the mapping at a key as the one item of a list, under a name."""
-    key, value = _pair(text, path)
+    key, value = layout.pair_at(text, path)
     start, end = value.start_mark.index, value.end_mark.index
-    if _is_flow(value):
+    if layout.is_flow(value):
         quote = '"' if key.style == '"' else ""
         inner = f"{quote}{name}{quote}: {text[start:end]}"
-        if _is_flow(_mapping(text, path[:-1])) or "\n" in text[key.start_mark.index : end]:
-            return _put(text, start, end, f"[{{{inner}}}]")
+        if (
+            layout.is_flow(layout.mapping_at(text, path[:-1]))
+            or "\n" in text[key.start_mark.index : end]
+        ):
+            return layout.put(text, start, end, f"[{{{inner}}}]")
         colon = text.index(":", key.end_mark.index) + 1
-        return _put(text, colon, end, f"\n{' ' * (key.start_mark.column + _ITEM)}- {inner}")
-    first, last = _lines_below(text, key, value)
+        return layout.put(text, colon, end, f"\n{' ' * (key.start_mark.column + _ITEM)}- {inner}")
+    first, last = layout.lines_below(text, key, value)
     lines = [
-        f"{' ' * _NESTED}{line}" if line.strip() else line for line in _lines(text[first:last])
+        f"{' ' * _NESTED}{line}" if line.strip() else line
+        for line in layout.lines_of(text[first:last])
     ]
-    head = f"{' ' * value.start_mark.column}- {name}:{_line_end(text[first:last])}"
-    return _put(text, first, last, head + "".join(lines))
+    head = f"{' ' * value.start_mark.column}- {name}:{layout.line_end(text[first:last])}"
+    return layout.put(text, first, last, head + "".join(lines))
 
 
 def _without_level(text: str, path: tuple[str, ...]) -> str:
     """Return the text with the keys of the mapping at a key beside that key, which goes."""
-    key, value = _pair(text, path)
+    key, value = layout.pair_at(text, path)
     start, end = key.start_mark.index, value.end_mark.index
     if not isinstance(value, yaml.MappingNode):
         return text
-    if _is_flow(value):
+    if layout.is_flow(value):
         pairs = [text[k.start_mark.index : v.end_mark.index] for k, v in value.value]
         between = (
-            ", " if _is_flow(_mapping(text, path[:-1])) else f"\n{' ' * key.start_mark.column}"
+            ", "
+            if layout.is_flow(layout.mapping_at(text, path[:-1]))
+            else f"\n{' ' * key.start_mark.column}"
         )
         quote = '"' if key.style == '"' else ""
         pairs = pairs or [f"{quote}window{quote}: {quote}{_FIRST_TRAVEL}{quote}"]
-        return _put(text, start, end, between.join(pairs))
-    first, last = _lines_below(text, key, value)
+        return layout.put(text, start, end, between.join(pairs))
+    first, last = layout.lines_below(text, key, value)
     less = value.start_mark.column - key.start_mark.column
     lines = [
-        line[min(less, len(line) - len(line.lstrip(" "))) :] for line in _lines(text[first:last])
+        line[min(less, len(line) - len(line.lstrip(" "))) :]
+        for line in layout.lines_of(text[first:last])
     ]
     begin = text.rindex("\n", 0, start) + 1
     beside = text[text.index(":", key.end_mark.index) + 1 : first].lstrip(" ")
     head = f"{' ' * key.start_mark.column}{beside}" if beside.strip() else ""
-    return _put(text, begin, last, head + "".join(lines))
-
-
-def _pair(text: str, path: tuple[str, ...]) -> Pair:
-    """Return the key and the value at that path, with their places in the text."""
-    mapping = _mapping(text, path[:-1])
-    return next((key, value) for key, value in mapping.value if key.value == path[-1])
-
-
-def _mapping(text: str, path: tuple[str, ...]) -> yaml.MappingNode:
-    node = _pair(text, path)[1] if path else yaml.compose(text, Loader=LOADER)
-    if not isinstance(node, yaml.MappingNode):
-        raise ValueError(f"no mapping at {path}")  # noqa: TRY004  (of a text)
-    return node
-
-
-def _is_flow(node: yaml.Node) -> bool:
-    """Say whether a mapping or a list is written in braces or brackets."""
-    return isinstance(node, yaml.CollectionNode) and bool(node.flow_style)
-
-
-def _lines_below(text: str, key: yaml.Node, value: yaml.Node) -> tuple[int, int]:
-    """Return where the lines of a block begin and end, with the comments in it and at its end."""
-    first = text.index("\n", key.end_mark.index) + 1
-    last = _after_line(text, len(text[: _last(value)].rstrip()))
-    while text[last:] and _is_comment(
-        text[last : _after_line(text, last)], value.start_mark.column
-    ):
-        last = _after_line(text, last)
-    return first, last
-
-
-def _is_comment(line: str, column: int) -> bool:
-    return line.lstrip(" ").startswith("#") and len(line) - len(line.lstrip(" ")) >= column
-
-
-def _after_line(text: str, index: int) -> int:
-    end = text.find("\n", index)
-    return len(text) if end < 0 else end + 1
-
-
-def _last(node: yaml.Node) -> int:
-    """Return where the last that is written of a value ends."""
-    if isinstance(node, yaml.ScalarNode) or _is_flow(node):
-        return int(node.end_mark.index)
-    if isinstance(node, yaml.MappingNode):
-        key, value = node.value[-1]
-        return max(int(key.end_mark.index), _last(value))
-    return _last(node.value[-1])
-
-
-def _lines(text: str) -> list[str]:
-    return text.splitlines(keepends=True)
-
-
-def _line_end_of(text: str) -> str:
-    return "\r\n" if "\r\n" in text else "\n"
-
-
-def _line_end(text: str) -> str:
-    return "\r\n" if text.endswith("\r\n") else "\n"
-
-
-def _put(text: str, start: int, end: int, new: str) -> str:
-    return text[:start] + new + text[end:]
+    return layout.put(text, begin, last, head + "".join(lines))

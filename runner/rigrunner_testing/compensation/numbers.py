@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.analysis.headline import compensated_mean
+from rigrunner.api.accuracy import Accuracy
 from rigrunner.api.measurand import Condition, Nature
-from rigrunner.api.transducer import TransducerErrors
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.uncertainty import combine
 from rigrunner_testing.check import applies, check, demand
@@ -23,14 +23,18 @@ from rigrunner_testing.compensation.recordings import (
 from rigrunner_testing.compensation.subject import torques_nm
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from rigrunner.api.analysis import CompensatedPoint
     from rigrunner.api.data import RunData
+    from rigrunner.api.instruments import Instrument
     from rigrunner_testing.compensation.subject import CompensationSubject
 
 CLOSED_FORM_RIGS, TIME_DOMAIN_RIGS = 5, 3
-ERRORS = tuple(TransducerErrors.model_fields)
+ERRORS = (
+    *("repeatability", "hysteresis", "resolution", "creep"),
+    *("temperature_zero", "temperature_sensitivity"),
+)
 MOST_MISSES = 1
 """Of true intervals of 95 %, two of five miss in 2.3 % of all cases, two of three in 0.7 %."""
 
@@ -199,25 +203,27 @@ def _with_errors(run: RunData) -> RunData:
         | (away if name.startswith("temperature") else {})
         for name in ERRORS
     }
-    errors = TransducerErrors.model_validate(stated)
-    known = {
-        name: each.model_copy(update={"errors": errors}) for name, each in run.instruments.items()
-    }
-    return replace(run, instruments=known)
+    return _known_by(run, lambda _: stated)
 
 
 def _ten_times_worse(run: RunData) -> RunData:
-    worse = {
-        name: each.model_copy(
-            update={
-                "accuracy_": each.accuracy.model_copy(
-                    update={what: 10 * getattr(each.accuracy, what) for what in ("gain", "drift")}
-                )
-            }
-        )
-        for name, each in run.instruments.items()
-    }
-    return replace(run, instruments=worse)
+    return _known_by(
+        run,
+        lambda each: {
+            "gain": f"{1000 * each.half_width('gain')!r} %",
+            "drift": f"{10 * each.half_width('drift')!r} N·m",
+        },
+    )
+
+
+def _known_by(run: RunData, limits: Callable[[Instrument], Mapping[str, object]]) -> RunData:
+    """Return a run whose instruments state these limits of error, and what they stated besides."""
+    changed = {}
+    for name, each in run.instruments.items():
+        other = Accuracy.model_validate(limits(each)).limits
+        accuracy = (each.accuracy or Accuracy()).model_copy(update=other)
+        changed[name] = each.model_copy(update={"accuracy_": accuracy})
+    return replace(run, instruments=changed)
 
 
 CHECKS = (

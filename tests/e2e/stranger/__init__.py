@@ -78,7 +78,7 @@ from rigrunner.api.hooks import (
     hookimpl,
 )
 from rigrunner.api.importing import Column, Importer, NotInFileError
-from rigrunner.api.instruments import TorqueInstrument
+from rigrunner.api.instruments import Instrument
 from rigrunner.api.letterhead import CertificateInput
 from rigrunner.api.lines import Answering, LineDriver, LineSettings
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
@@ -290,7 +290,7 @@ class Half:
         return Compensation("half the torque", points, parameters=learned, checks=(check,))
 
     def _point(
-        self, point: PeakPoint, instrument: TorqueInstrument, rig: RigDescription
+        self, point: PeakPoint, instrument: Instrument, rig: RigDescription
     ) -> CompensatedPoint:
         raw = mean_peak(point)
         kept: Mask = point.peak_kept

@@ -10,7 +10,7 @@ import numpy as np
 from rigrunner.analysis.analyse import analyse
 from rigrunner.api.analysis import SwingPoint
 from rigrunner.api.data import Estimate, Recording, RunData
-from rigrunner.api.instruments import TorqueInstrument
+from rigrunner.api.instruments import Instrument
 from rigrunner.api.rig import RigDescription
 from rigrunner.procedure import Acceptance, AnalysisSpec, Measurand
 from rigrunner.registry import load_registry
@@ -46,7 +46,7 @@ def instrument(
     *, full_scale="10 N·m", gain="0 %", drift="0 N·m", nonlinearity="0 %", offset="0 N·m"
 ):
     accuracy = {"gain": gain, "offset": offset, "drift": drift, "nonlinearity": nonlinearity}
-    return TorqueInstrument.model_validate(
+    return Instrument.model_validate(
         {
             "channel": "tester.torque",
             "serial": "T-1",

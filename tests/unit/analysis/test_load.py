@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from rigrunner.analysis.load import with_known_load
-from rigrunner.api.instruments import OtherInstrument
+from rigrunner.api.instruments import Instrument
 from unit.analysis.helpers_analysis import RIG, run_of
 
 CELL = {
@@ -17,8 +17,8 @@ CELL = {
 
 
 def tolerance(loads=(1000.0,), torque="tester.torque", **cell):
-    register = (OtherInstrument.model_validate(CELL | cell),) if cell else ()
-    run = replace(run_of(), other_instruments=register)
+    register = {"tester.load": Instrument.model_validate(CELL | cell)} if cell else {}
+    run = replace(run_of(), instruments=register)
     return with_known_load(run, torque, loads).load_tolerance
 
 

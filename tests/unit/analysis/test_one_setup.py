@@ -8,6 +8,7 @@ from rigrunner.analysis.one_setup import setup_check, unloaded_check
 from rigrunner.api.analysis import Bias, CompensatedPoint
 from rigrunner.api.data import Estimate
 from rigrunner.api.filters import LowPass
+from rigrunner.api.quantity import parse_quantity
 from unit.analysis.helpers_analysis import RIG, instrument, run_of, swing_point
 
 CHANNEL = "tester.torque"
@@ -29,7 +30,10 @@ def test_the_same_register_is_one_set_up():
     [
         (with_transducer(serial="T-2"), "its torque transducer is 'T-2', but 'T-1' is needed"),
         (with_transducer(certificate="C-8"), "its transducer's certificate is 'C-8', but ''"),
-        (with_transducer(full_scale=20.0), "its full scale is '20 N·m', but '10 N·m'"),
+        (
+            with_transducer(full_scale_=parse_quantity("20 N·m")),
+            "its full scale is '20 N·m', but '10 N·m'",
+        ),
         (
             with_transducer(low_pass=None),
             "its low-pass filter is 'none', but 'butterworth, order 2, 1000",

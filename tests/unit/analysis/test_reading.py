@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from rigrunner.analysis.reading import torque_reading
 from rigrunner.api.data import Recording
-from rigrunner.api.instruments import TorqueInstrument
+from rigrunner.api.instruments import Instrument
 from unit.analysis.helpers_analysis import analysed, no_load_spec, recording, run_of
 
 CHANNEL = "tester.torque"
@@ -23,7 +23,7 @@ ENTRY = {"channel": CHANNEL, "serial": "T-1", "full_scale": "10 N·m", "points":
 
 
 def instrument(**changes):
-    return TorqueInstrument.model_validate(ENTRY | {"interpolation": "linear"} | changes)
+    return Instrument.model_validate(ENTRY | {"interpolation": "linear"} | changes)
 
 
 def run(torque, zero=0.0, **changes):
@@ -101,9 +101,9 @@ def test_the_result_is_of_corrected_peaks():
 def test_the_limit_of_error_is_of_what_is_left():
     """The greatest U, and 6.06 less the line from 2.01 to 10.03: 0.06 - 0.02 = 40 mN·m, roughly."""
     line = 0.01 + (0.03 - 0.01) * (6.06 - 2.01) / (10.03 - 2.01)
-    assert instrument().accuracy.of_full_scale * 10 == pytest.approx(0.006 + 0.06 - line, rel=1e-9)
-    uncorrected = instrument(interpolation=None).accuracy
-    assert uncorrected.of_full_scale * 10 == pytest.approx(0.066, rel=1e-9)
+    assert instrument().half_width("overall") == pytest.approx(0.006 + 0.06 - line, rel=1e-9)
+    uncorrected = instrument(interpolation=None)
+    assert uncorrected.half_width("overall") == pytest.approx(0.066, rel=1e-9)
 
 
 CUBIC = (4e-3, -2e-4, 3e-5)
@@ -153,7 +153,7 @@ def test_the_limit_of_error_of_a_cubic_is_of_what_it_misses():
     powers = np.stack([indicated**k for k in (1, 2, 3)], axis=1)
     left = np.linalg.svd(powers)[0][:, 3] * 0.01  # at right angles to all three
     points = on_the_cubic(*indicated, off=left)
-    found = instrument(points=points, interpolation="cubic").accuracy.of_full_scale * 10
+    found = instrument(points=points, interpolation="cubic").half_width("overall")
     assert found == pytest.approx(0.004 + np.abs(left).max(), rel=1e-4)
 
 

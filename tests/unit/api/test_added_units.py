@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 
 from rigrunner.api.errors import DataError
-from rigrunner.api.instruments import AnyInstrument
+from rigrunner.api.instruments import Instrument
 from rigrunner.api.quantity import parse_quantity, quantity_pattern
 from rigrunner.api.unit_tables import UnitDefinition
 from rigrunner.api.units import QuantityError, define, kinds, rate_of, si_symbol, units_of
@@ -142,7 +142,7 @@ def test_a_damaged_unit_of_a_run_is_told():
 def test_the_register_takes_an_instrument_of_a_new_kind():
     define([GRADE, HALF], "one")
     entry = {"channel": "tester.grade", "measures": "test grade", "serial": "G-1"}
-    found = TypeAdapter(AnyInstrument).validate_python(entry | {"accuracy": "3 tstH"})
+    found = Instrument.model_validate(entry | {"accuracy": "3 tstH"})
     assert found.limit_of_error(10.0) == 1.5
     with pytest.raises(ValidationError, match="'test grad' is no quantity"):
-        TypeAdapter(AnyInstrument).validate_python(entry | {"measures": "test grad"})
+        Instrument.model_validate(entry | {"measures": "test grad"})

@@ -5,13 +5,14 @@ from __future__ import annotations
 from datetime import date
 from math import inf, sqrt
 
+import numpy as np
 import pytest
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 
-from rigrunner.api.instruments import AnyInstrument, OtherInstrument, TorqueInstrument
+from rigrunner.api.instruments import Instrument
 from rigrunner.signal.sensor import reading_effects
 
-ENTRY = TypeAdapter(AnyInstrument)
+ENTRY = Instrument
 TORQUE = {"channel": "tester.torque", "serial": "T-1", "full_scale": "20 N·m"}
 LOAD_CELL = {
     "channel": "tester.load",
@@ -31,11 +32,9 @@ POINTS = [
 
 
 def test_an_entry_is_a_torque_transducer_unless_it_says_otherwise():
-    torque = ENTRY.validate_python(TORQUE | {"accuracy": SPLIT})
-    cell = ENTRY.validate_python(LOAD_CELL)
+    torque = ENTRY.model_validate(TORQUE | {"accuracy": SPLIT})
+    cell = ENTRY.model_validate(LOAD_CELL)
 
-    assert isinstance(torque, TorqueInstrument)
-    assert isinstance(cell, OtherInstrument)
     assert (torque.quantity, cell.quantity) == ("torque", "force")
     assert (torque.name, cell.name) == ("T-1", "LC-3")
     assert cell.calibrated_range == (100.0, 5000.0)
@@ -44,7 +43,7 @@ def test_an_entry_is_a_torque_transducer_unless_it_says_otherwise():
 
 @pytest.mark.parametrize("text", ["0.5 % FS", "0.5%FS", " .5 % FS "])
 def test_an_accuracy_in_one_figure_is_rectangular_over_full_scale(text):
-    instrument = TorqueInstrument.model_validate(TORQUE | {"accuracy": text})
+    instrument = Instrument.model_validate(TORQUE | {"accuracy": text})
     told = {
         each.input.name: each.input
         for each in reading_effects(instrument, zeroed=True)
@@ -58,14 +57,14 @@ def test_an_accuracy_in_one_figure_is_rectangular_over_full_scale(text):
 
 
 def test_points_give_the_limit_of_error_where_no_accuracy_is_stated():
-    instrument = TorqueInstrument.model_validate(TORQUE | {"points": POINTS})
+    instrument = Instrument.model_validate(TORQUE | {"points": POINTS})
 
-    assert instrument.accuracy.of_full_scale == pytest.approx((0.03 + 0.01) / 20, rel=1e-12)
+    assert instrument.half_width("overall") == pytest.approx(0.03 + 0.01, rel=1e-12)
     assert instrument.points[2].standard_uncertainty == pytest.approx(0.010, rel=1e-12)
     assert instrument.calibrated_range == (-10.0, 10.0)
-    both = TorqueInstrument.model_validate(TORQUE | {"points": POINTS, "accuracy": SPLIT})
-    assert both.accuracy.gain == pytest.approx(0.003)
-    assert both.accuracy.of_full_scale == 0
+    both = Instrument.model_validate(TORQUE | {"points": POINTS, "accuracy": SPLIT})
+    assert both.half_width("gain") == pytest.approx(0.003)
+    assert both.half_width("overall") == 0
 
 
 @pytest.mark.parametrize(
@@ -80,16 +79,16 @@ def test_points_give_the_limit_of_error_where_no_accuracy_is_stated():
 def test_the_calibrated_range_of_a_torque_transducer(changes, expected):
     entry = TORQUE | {"accuracy": SPLIT} | changes
 
-    assert TorqueInstrument.model_validate(entry).calibrated_range == expected
+    assert Instrument.model_validate(entry).calibrated_range == expected
 
 
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"accuracy": "0.5 %"}, "'0.5 %' is not an accuracy"),
-        ({"accuracy": "5 N·m"}, "'5 N·m' is not an accuracy"),
+        ({"accuracy": "0.5 %"}, "'0.5 %', which does not say of what: write '% FS' or '% reading'"),
+        ({"accuracy": "5 N"}, "got '5 N', a force, expected a torque"),
         ({"accuracy": None}, "'accuracy' is missing, or calibration 'points'"),
-        ({"accuracy": "0.5 % FS", "range": {"max": "5 N"}}, "range has '5 N', a force"),
+        ({"accuracy": "0.5 % FS", "range": {"max": "5 N"}}, "got '5 N', a force"),
         ({"accuracy": "0.5 % FS", "due": "2026-01-01", "calibrated": "2026-01-02"}, "not be after"),
         ({"points": [POINTS[0] | {"U": "-1 N·m"}]}, "U = -1 N·m, expected 0 or more"),
         ({"points": [POINTS[0] | {"indicated": "1 N"}]}, "indicated is '1 N', a force"),
@@ -102,30 +101,123 @@ def test_the_calibrated_range_of_a_torque_transducer(changes, expected):
 )  # fmt: skip
 def test_an_impossible_torque_transducer_is_refused(changes, words):
     with pytest.raises(ValidationError, match=words):
-        ENTRY.validate_python(TORQUE | changes)
+        ENTRY.model_validate(TORQUE | changes)
 
 
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
         ({"measures": "torqe"}, "'torqe' is no quantity"),
-        ({"measures": "temperature"}, "measured is a temperature"),
+        ({"measures": "temperature"}, "got '5 kN', a force, expected a temperature"),
         ({"accuracy": "0.2 °C"}, "is a temperature, not a difference of two"),
         ({"accuracy": "exact"}, "is not a number with a unit"),
-        ({"full_scale": "5 kN"}, "Extra inputs"),
+        ({"full_scale": "5 N·m"}, "got '5 N·m', a torque, expected a force"),
     ],
 )
 def test_an_impossible_other_instrument_is_refused(changes, words):
     with pytest.raises(ValidationError, match=words):
-        ENTRY.validate_python(LOAD_CELL | changes)
+        ENTRY.model_validate(LOAD_CELL | changes)
 
 
 def test_a_thermometer_has_an_uncertainty_in_kelvin():
     point = {"applied": "20 °C", "indicated": "20.1 °C", "U": "0.2 K"}
     entry = {"channel": "room.temperature", "measures": "temperature", "serial": "9"}
-    found = ENTRY.validate_python(entry | {"points": [point]})
+    found = ENTRY.model_validate(entry | {"points": [point]})
 
     assert found.points[0].deviation == pytest.approx(0.1, abs=1e-9)
     assert found.points[0].standard_uncertainty == pytest.approx(0.1, abs=1e-12)
     with pytest.raises(ValidationError, match="not a difference"):
-        ENTRY.validate_python(entry | {"points": [point | {"U": "0.2 °C"}]})
+        ENTRY.model_validate(entry | {"points": [point | {"U": "0.2 °C"}]})
+
+
+THERMOMETER = {
+    "channel": "room.temperature",
+    "measures": "temperature",
+    "serial": "9",
+    "interpolation": "linear",
+    "points": [
+        {"applied": "10 °C", "indicated": "10.2 °C", "U": "0.1 K"},
+        {"applied": "20 °C", "indicated": "20.1 °C", "U": "0.1 K"},
+        {"applied": "30 °C", "indicated": "30.4 °C", "U": "0.2 K"},
+    ],
+}
+FALLEN = {"applied": "40 °C", "indicated": "19 °C", "U": "1 K"}
+
+
+def test_readings_of_any_quantity_are_corrected_between_the_points():
+    """Of a temperature nothing is mirrored: below the lowest point its deviation holds."""
+    found = Instrument.model_validate(THERMOMETER)
+    celsius = np.array([5.0, 10.2, 15.15, 20.1, 25.25, 40.0])
+    expected = celsius - [0.2, 0.2, 0.15, 0.1, 0.25, 0.4]
+    assert found.corrected(celsius + 273.15) - 273.15 == pytest.approx(expected, abs=1e-9)
+    # the greatest U, and the middle point off the line from 0.2 K to 0.4 K over 20.2 K
+    off = 0.2 + 0.2 * (20.1 - 10.2) / (30.4 - 10.2) - 0.1
+    assert found.half_width("overall") == pytest.approx(0.2 + off, abs=1e-9)
+
+
+def test_a_zero_that_was_read_is_corrected_as_well():
+    points = [
+        {"applied": "0 V", "indicated": "0.1 V", "U": "1 mV"},
+        {"applied": "10 V", "indicated": "10.3 V", "U": "1 mV"},
+    ]
+    entry = {"channel": "m.u", "measures": "voltage", "serial": "1", "points": points}
+    linear = Instrument.model_validate(entry | {"interpolation": "linear"})
+    # 5.2 V indicated is 5 V, and a zero reading of 0.1 V is none
+    assert linear.corrected(np.array([5.2, 10.3]), 0.1) == pytest.approx([5.0, 10.0])
+    assert Instrument.model_validate(entry).corrected(np.array([5.2]), 0.1) == pytest.approx(5.1)
+
+
+def test_a_force_is_mirrored_about_its_zero_as_a_torque_is():
+    points = [
+        {"applied": "1 kN", "indicated": "1.01 kN", "U": "1 N"},
+        {"applied": "2 kN", "indicated": "2.03 kN", "U": "1 N"},
+    ]
+    entry = {"channel": "m.f", "measures": "force", "serial": "1", "points": points}
+    found = Instrument.model_validate(entry | {"interpolation": "linear"})
+    at = np.array([-2030.0, -505.0, 0.0, 505.0])
+    assert found.corrected(at + 7.0, 7.0) == pytest.approx([-2000.0, -500.0, 0.0, 500.0])
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"interpolation": "cubic"}, "a cubic goes through zero: of a temperature use 'linear'"),
+        ({"points": THERMOMETER["points"][:1]}, "interpolation needs 2 points or more"),
+        ({"points": [*THERMOMETER["points"], FALLEN]},
+         "indicated must rise with applied"),
+    ],
+)  # fmt: skip
+def test_points_that_cannot_correct_are_refused(changes, words):
+    with pytest.raises(ValidationError, match=words):
+        Instrument.model_validate(THERMOMETER | changes)
+
+
+def test_the_full_scale_of_any_instrument_is_what_a_share_is_of():
+    cell = {key: LOAD_CELL[key] for key in ("channel", "measures", "serial", "accuracy")}
+    found = Instrument.model_validate(cell | {"full_scale": "5 kN"})
+    assert found.half_width("overall") == pytest.approx(5.0)
+    assert found.calibrated_range == (-inf, 5000.0)
+    with pytest.raises(ValidationError, match="got '-5 kN', expected more than 0"):
+        Instrument.model_validate(cell | {"full_scale": "-5 kN"})
+    with pytest.raises(ValidationError, match="'full_scale' is missing, or a 'range'"):
+        Instrument.model_validate({"channel": "a.b", "serial": "1", "accuracy": "0.1 % FS"})
+
+
+def test_points_stand_for_what_the_accuracy_leaves_out():
+    """A drift since the calibration comes on top of the table; a stated gain takes its place."""
+    entry = TORQUE | {"points": POINTS}
+    drifted = Instrument.model_validate(entry | {"accuracy": {"drift": "5 mN·m"}})
+    assert drifted.half_width("overall") == pytest.approx(0.04)
+    assert drifted.half_width("drift") == pytest.approx(0.005)
+    stated = Instrument.model_validate(entry | {"accuracy": {"gain": "0.1 %"}})
+    assert stated.half_width("overall") == 0
+
+
+@pytest.mark.parametrize(
+    ("stated", "share"), [("0.3 %", 0.003), ("3000 ppm", 0.003), ("0.003 1", 0.003)]
+)
+def test_a_bare_share_is_of_the_reading_or_of_full_scale(stated, share):
+    parts = {"gain": stated, "nonlinearity": stated}
+    found = Instrument.model_validate(TORQUE | {"accuracy": parts})
+    assert found.half_width("gain") == pytest.approx(share, rel=1e-12)
+    assert found.half_width("nonlinearity") == pytest.approx(20 * share, rel=1e-12)

@@ -10,7 +10,7 @@ from datetime import date
 import pytest
 from pydantic import ValidationError
 
-from rigrunner.api.instruments import TorqueInstrument
+from rigrunner.api.instruments import Instrument
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import AnyQuantity, Force, Frequency, IsoDate, ListOf, Settings, YesNo
@@ -99,7 +99,7 @@ def test_an_impossible_rig_is_refused(key, value):
 )  # fmt: skip
 def test_an_impossible_instrument_is_refused(key, value):
     with pytest.raises(ValidationError):
-        TorqueInstrument.model_validate(INSTRUMENT | {key: value})
+        Instrument.model_validate(INSTRUMENT | {key: value})
 
 
 @pytest.fixture

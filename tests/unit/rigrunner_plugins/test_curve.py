@@ -12,7 +12,7 @@ import pytest
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.data import Measurement, Recording, RunData
 from rigrunner.api.errors import DataError, PluginError
-from rigrunner.api.instruments import OtherInstrument
+from rigrunner.api.instruments import Instrument
 from rigrunner.registry import load_registry
 from unit.analysis.helpers_analysis import RIG
 
@@ -35,7 +35,7 @@ def rows(x, y, *, of="cell.signal", over="lever.torque", labels=(), read=False, 
 
 
 def entry(channel, measures, accuracy):
-    return OtherInstrument.model_validate(
+    return Instrument.model_validate(
         {"channel": channel, "measures": measures, "serial": "S-1", "accuracy": accuracy}
     )
 
@@ -46,9 +46,9 @@ EXACT = entry("cell.signal", "voltage", {"drift": "0 V"})
 def run_of(measured, *instruments, recordings=()) -> RunData:
     return RunData(
         run_id="r", procedure_id="P", procedure_revision="A", procedure_title="", station_id="s",
-        started_utc=START, ended_utc=START, outcome="completed", inputs={}, rig=RIG, instruments={},
+        started_utc=START, ended_utc=START, outcome="completed", inputs={}, rig=RIG,
+        instruments={each.channel: each for each in instruments},
         zeros={}, recordings=tuple(recordings), measurements=tuple(measured),
-        other_instruments=instruments,
     )  # fmt: skip
 
 

@@ -11,7 +11,7 @@ from scipy import signal, stats
 
 from rigrunner.api.data import Measurement, Recording, RunData
 from rigrunner.api.errors import DataError
-from rigrunner.api.instruments import OtherInstrument, TorqueInstrument
+from rigrunner.api.instruments import Instrument
 from rigrunner.registry import load_registry
 from rigrunner.signal.coverage import expanded
 from unit.analysis.helpers_analysis import RIG
@@ -30,13 +30,13 @@ def row(second: int, current: float, table: str = "measured", **values: float) -
     )
 
 
-def meter(channel="meter.voltage", measures="voltage", accuracy="30 mV") -> OtherInstrument:
-    return OtherInstrument.model_validate(
+def meter(channel="meter.voltage", measures="voltage", accuracy="30 mV") -> Instrument:
+    return Instrument.model_validate(
         {"channel": channel, "measures": measures, "serial": "M-1", "accuracy": accuracy}
     )
 
 
-def run_of(*rows: Measurement, recordings=(), instruments=(), torque=None, zeros=None) -> RunData:
+def run_of(*rows: Measurement, recordings=(), instruments=(), zeros=None) -> RunData:
     return RunData(
         run_id="r",
         procedure_id="P",
@@ -48,11 +48,10 @@ def run_of(*rows: Measurement, recordings=(), instruments=(), torque=None, zeros
         outcome="completed",
         inputs={},
         rig=RIG,
-        instruments=torque or {},
+        instruments={each.channel: each for each in instruments},
         zeros=zeros or {},
         recordings=tuple(recordings),
         measurements=rows,
-        other_instruments=tuple(instruments),
     )
 
 
@@ -136,7 +135,7 @@ def test_range_has_the_error_of_two_readings() -> None:
 
 
 def test_a_gain_and_an_offset_go_through_the_statistic_as_they_are() -> None:
-    torque = TorqueInstrument.model_validate(
+    torque = Instrument.model_validate(
         {
             "channel": "meter.torque",
             "serial": "T",
@@ -148,7 +147,7 @@ def test_a_gain_and_an_offset_go_through_the_statistic_as_they_are() -> None:
         Measurement("t", START, {}, {"meter.torque": v}, {"meter.torque": "N·m"})
         for v in (2.0, 5.0)
     ]
-    run = run_of(*rows, torque={"meter.torque": torque})
+    run = run_of(*rows, instruments=[torque])
     spread = only(run, "N·m", of="meter.torque", statistic="range")
     assert spread.estimate.u == pytest.approx(0.01 * 3 / sqrt(3), rel=1e-6)  # the offset cancels
     highest = only(run, "N·m", of="meter.torque", statistic="maximum")

@@ -21,7 +21,7 @@ from rigrunner.api.analysis import (
     Trace,
 )
 from rigrunner.api.data import Estimate, Points, RunData
-from rigrunner.api.instruments import TorqueInstrument
+from rigrunner.api.instruments import Instrument
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.api.results import FittedTorque, ReportInput, Result
 from rigrunner.api.rig import RigDescription
@@ -44,7 +44,7 @@ RIG = RigDescription(
     support_damping="0.31 N·m·s/rad",
     swing_radius="10.4 mm",
 )
-INSTRUMENT = TorqueInstrument.model_validate(
+INSTRUMENT = Instrument.model_validate(
     {
         "channel": "tester.torque",
         "maker": "Example",

@@ -11,7 +11,7 @@ import pytest
 from rigrunner.api.analysis import MotionSource
 from rigrunner.api.checks import skipped
 from rigrunner.api.data import Estimate
-from rigrunner.api.instruments import OtherInstrument, TorqueInstrument
+from rigrunner.api.instruments import Instrument
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.api.verdict import Verdict
 from rigrunner_reports.view import decision as decided
@@ -273,12 +273,12 @@ def test_an_entry_says_what_its_calibration_covers(result):
         },
     }
     angle = {"channel": "t.angle", "measures": "angle", "serial": "1", "calibration": "simulated"}
-    others = tuple(OtherInstrument.model_validate(each) for each in (cell, angle))
-    load, encoder = map(dict, instruments(replace(result.run, other_instruments=others))[1:])
+    others = {each["channel"]: Instrument.model_validate(each) for each in (cell, angle)}
+    load, encoder = map(dict, instruments(replace(result.run, instruments=others)))
     assert load["Number"] == "LC-3"
     assert load["Certificate"] == "D-1, A lab"
     assert (load["Calibrated"], load["Calibration due"]) == ("2026-01-02", "2027-01-02")
-    assert (load["Range"], load["Accuracy"]) == ("100 N to 5 kN", "±0.1 % FS")
+    assert (load["Range"], load["Accuracy"]) == ("100 N to 5 kN", "±0.1 % of full scale")
     assert load["Calibrated for temperature"] == "18 °C to 25 °C"
     assert load["Calibrated for humidity"] == "20 % to 60 %"
     assert encoder["Calibration"] == "none: the instrument is simulated"
@@ -289,9 +289,9 @@ def test_an_accuracy_in_one_figure_says_where_it_is_from(result):
     entry = {"channel": "t.torque", "serial": "1", "full_scale": "10 N·m"}
     for told, words in (
         ({"accuracy": "0.5 % FS"}, "±0.5 % of full scale"),
-        ({"points": points}, "±0.5 % of full scale, from the calibration points"),
+        ({"points": points}, "±50 mN·m, from the calibration points"),
     ):
-        found = TorqueInstrument.model_validate(entry | told)
+        found = Instrument.model_validate(entry | told)
         (row,) = map(dict, instruments(replace(result.run, instruments={"t.torque": found})))
         assert row["Accuracy"] == words
 

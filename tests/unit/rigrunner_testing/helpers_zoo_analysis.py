@@ -7,6 +7,7 @@ from math import isinf
 
 import numpy as np
 
+from rigrunner.api.accuracy import Accuracy
 from rigrunner.api.analysis import (
     CompensatedPoint,
     Compensation,
@@ -253,13 +254,15 @@ def u_of_its_own(sweep):
 
 
 def knows_no_sensor(sweep):
-    accuracy = sweep.instrument.accuracy.model_copy(update={"gain": 0.003, "drift": 0.02})
+    fixed = Accuracy.model_validate({"gain": "0.3 %", "drift": "0.02 N·m"}).limits
+    accuracy = sweep.instrument.accuracy.model_copy(update=fixed)
     known = sweep.instrument.model_copy(update={"accuracy_": accuracy})
     return peaks(replace(sweep, instrument=known))
 
 
 def knows_no_errors_of_the_transducer(sweep):
-    known = sweep.instrument.model_copy(update={"errors": None})
+    kept = {name: each for name, each in sweep.instrument.accuracy_ if name in ("gain", "drift")}
+    known = sweep.instrument.model_copy(update={"accuracy_": Accuracy.model_validate(kept)})
     return peaks(replace(sweep, instrument=known))
 
 

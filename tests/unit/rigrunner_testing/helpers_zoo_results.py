@@ -33,7 +33,7 @@ def forgiving(run):
 
 def surer_when_worse(run):
     """Give the uncertainty of an instrument that is the better the worse the register has it."""
-    (meter,) = run.other_instruments
+    (meter,) = run.instruments.values()
     u = 1 / meter.limit_of_error(1.0)
     return Findings(
         results=tuple(

@@ -5,9 +5,9 @@ from __future__ import annotations
 from math import sqrt
 
 import pytest
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 
-from rigrunner.api.instruments import AnyInstrument
+from rigrunner.api.instruments import Instrument
 from rigrunner.signal.inputs import model_of
 from rigrunner.signal.propagation import propagate
 from rigrunner.signal.transducer import transducer_effects
@@ -23,7 +23,7 @@ SOURCE = "certificate 12345 DK-17"
 
 def instrument(**errors):
     stated = {name: {"source": SOURCE} | each for name, each in errors.items()}
-    return TypeAdapter(AnyInstrument).validate_python(TORQUE | {"errors": stated})
+    return Instrument.model_validate(TORQUE | {"accuracy": {"overall": "0.1 % FS"} | stated})
 
 
 def contributions(result, readings, slow, **errors):
@@ -33,7 +33,7 @@ def contributions(result, readings, slow, **errors):
 
 
 def test_nothing_is_added_where_nothing_is_stated():
-    plain = TypeAdapter(AnyInstrument).validate_python(TORQUE)
+    plain = Instrument.model_validate(TORQUE)
     assert transducer_effects(plain, 1.0, (7.0, 6.0), slow=1.0) == ()
     assert transducer_effects(instrument(), 1.0, (7.0, 6.0), slow=1.0) == ()
 
@@ -89,9 +89,9 @@ def test_errors_are_independent_of_each_other():
 @pytest.mark.parametrize(
     ("errors", "message"),
     [
-        ({"hysteresis": {"limit": "0.2 K"}}, "'0.2 K' is a temperature, needed is a torque"),
+        ({"hysteresis": {"limit": "0.2 K"}}, "got '0.2 K', a temperature, expected a torque"),
         ({"hysteresis": {"limit": "0.02"}}, "has no unit"),
-        ({"hysteresis": {"limit": "1 % FS", "source": ""}}, "at least 1 item"),
+        ({"hysteresis": {"limit": "-1 mN·m"}}, "got '-1 mN·m', expected 0 or more"),
         ({"creep": {"limit": "1 % FS", "distribution": "flat"}}, "'rectangular'"),
         ({"temperature_zero": {"limit": "1 % FS", "per": "10 K"}}, "within"),
         (

@@ -38,11 +38,11 @@ CASES = [
     ("serial: T-1", "serial: 17", "17", "instruments[0].serial", "got 17, expected a text",
      "put it in quotes: '17'"),
     ("full_scale: 10 N·m", "full_scale: 10 Nm/s", "10 Nm/s", "instruments[0].full_scale",
-     "'10 Nm/s' is a torque rate, not a torque", ""),
+     "got '10 N·m/s', a torque rate, expected a torque", ""),
     ("full_scale: 10 N·m", "full_scale: 10 N·m\n    due: 2026-02-30", "2026-02-30",
      "instruments[0].due", "'2026-02-30' is not a date; write it as 2026-01-31", ""),
     ("gain: 0.3 %", "gain: 0.003", "0.003", "instruments[0].accuracy.gain",
-     "0.003 is not a number with a unit", "write it as '0.003 %' or '0.003 1'"),
+     "0.003 is not a number with a unit", "such as '0.5 % FS'"),
     ("order: 2", "order: 9", "9,", "instruments[0].low_pass.order",
      "got 9, expected 8 or less", ""),
     ("butterworth", "elliptic", "elliptic", "instruments[0].low_pass.type",
@@ -60,7 +60,7 @@ def test_a_station_is_what_its_file_says():
 
     assert station.model.devices["tester"].settings == {"gain": "1 N·m"}
     assert station.rig.eccentric_ratio == pytest.approx(2 / 45, rel=1e-15)
-    assert station.instruments["tester.torque"].low_pass.corner == 1000.0
+    assert station.register["tester.torque"].low_pass.corner == 1000.0
     assert parse_station(station.text, "run.h5").digest == station.digest
 
 

@@ -113,10 +113,10 @@ def test_what_the_budget_states_is_what_is_drawn(simulator):
 @pytest.mark.parametrize("simulator", RANGES)
 def test_the_simulated_sensor_has_the_limits_of_the_register(simulator):
     rig = drawn(simulator)
-    accuracy = rig.station.instruments[0].accuracy
+    limit = rig.station.instruments[0].half_width
     told = rig.bench.no_load
-    assert told["sensors.gain"].number / 100 == pytest.approx(accuracy.gain)
-    assert told["sensors.drift"].number == pytest.approx(accuracy.drift)
+    assert told["sensors.gain"].number / 100 == pytest.approx(limit("gain"))
+    assert told["sensors.drift"].number == pytest.approx(limit("drift"))
     silent = rig.without_sensor_errors
     for run in (silent.no_load, silent.loaded):
         assert all(run[name].number == 0 for name in coverage_rigs.SENSOR_ERRORS)

@@ -181,7 +181,7 @@ def _source(
     largest |= {
         source: float(np.abs(column + origin).max())
         for source, column in zip(settings.over.values(), x.T, strict=True)
-        if source in found[0].values or ("." in source and run.instrument(source))
+        if source in found[0].values or ("." in source and source in run.instruments)
     }
     return Source(
         place=place,

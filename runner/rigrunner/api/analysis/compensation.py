@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis.curves import Curve, Fit
     from rigrunner.api.analysis.points import PeakPoint, SwingPoint
     from rigrunner.api.data import Array, Estimate
-    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.instruments import Instrument
     from rigrunner.api.rig import RigDescription
     from rigrunner.api.uncertainty import MeasurementModel
 
@@ -138,7 +138,7 @@ class Sweep:
     """Of a waveform method they must be SwingPoints: `rigrunner.signal.swings.with_swings`."""
     no_load: tuple[PeakPoint, ...]
     rig: RigDescription
-    instrument: TorqueInstrument
+    instrument: Instrument
     fit: Fit
     """The fit named by the procedure for torque over frequency (`fit:`)."""
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from helpers_rigs import INSTRUMENT
+from rigrunner.api.accuracy import Accuracy
 from rigrunner.api.filters import MeasuredResponse
-from rigrunner.api.transducer import TransducerErrors
 from rigrunner.registry import load_registry
 from rigrunner.signal.response import butterworth
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
@@ -17,7 +17,7 @@ from unit.rigrunner_bearings.compensations.helpers_sweeps import FEW, sweep
 
 REGISTRY = load_registry()
 SOURCE = "DKD-K-12345"
-ERRORS = TransducerErrors.model_validate(
+ERRORS = Accuracy.model_validate(
     {
         "repeatability": {"limit": "0.05 % reading", "source": SOURCE},
         "hysteresis": {"limit": "0.1 % FS", "source": SOURCE},
@@ -25,7 +25,7 @@ ERRORS = TransducerErrors.model_validate(
             "limit": "0.2 % reading", "per": "10 K", "within": "5 K", "source": SOURCE,
         },
     }
-)  # fmt: skip
+).limits  # fmt: skip
 METHODS = ("template_inverse", "model_inverse", "energy", "paper_peak", "peak_same_frequency")
 
 
@@ -38,7 +38,10 @@ def compensated(method, **changes):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_stated_errors_are_lines_of_every_budget(method):
-    plain, stated = compensated(method), compensated(method, errors=ERRORS)
+    plain, stated = (
+        compensated(method),
+        compensated(method, accuracy_=INSTRUMENT.accuracy.model_copy(update=ERRORS)),
+    )
     for before, after in zip(plain.points, stated.points, strict=True):
         assert after.torque.value == before.torque.value
         lines = {each.name: each.u for each in after.components if SOURCE in each.name}

@@ -7,7 +7,7 @@ from helpers_rigs import INSTRUMENT
 from helpers_thorough import first
 from rigrunner.analysis.headline import compensated_mean
 from rigrunner.api.errors import DataError
-from rigrunner.api.instruments import TorqueInstrument
+from rigrunner.api.instruments import Instrument
 from rigrunner.api.results import SUPPORT_LINE
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.propagation import sensitivities
@@ -186,7 +186,7 @@ def test_a_common_offset_falls_out(outcome):
 
 def test_one_figure_of_full_scale_is_taken_as_such():
     made = sweep(RIG, FEW)
-    sensor = TorqueInstrument.model_validate(
+    sensor = Instrument.model_validate(
         {
             "channel": "tester.torque",
             "serial": "SIM-TQ-01",

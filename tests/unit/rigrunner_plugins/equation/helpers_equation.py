@@ -6,7 +6,7 @@ from functools import cache
 
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.data import Measurement, RunData
-from rigrunner.api.instruments import OtherInstrument
+from rigrunner.api.instruments import Instrument
 from rigrunner.api.units import unit
 from rigrunner.registry import load_registry
 from unit.analysis.helpers_analysis import RIG
@@ -14,8 +14,8 @@ from unit.analysis.helpers_analysis import RIG
 START = "2026-01-05T10:00:00+00:00"
 
 
-def instrument(channel, measures, accuracy) -> OtherInstrument:
-    return OtherInstrument.model_validate(
+def instrument(channel, measures, accuracy) -> Instrument:
+    return Instrument.model_validate(
         {"channel": channel, "measures": measures, "serial": "M-1", "accuracy": accuracy}
     )
 
@@ -39,8 +39,8 @@ def run_of(columns, units, instruments=(), places=None) -> RunData:
     return RunData(
         run_id="r", procedure_id="P", procedure_revision="A", procedure_title="", station_id="s",
         started_utc=START, ended_utc=START, outcome="completed", inputs={}, rig=RIG,
-        instruments={}, zeros={}, recordings=(), measurements=rows,
-        other_instruments=tuple(instruments),
+        instruments={each.channel: each for each in instruments}, zeros={}, recordings=(),
+        measurements=rows,
     )  # fmt: skip
 
 

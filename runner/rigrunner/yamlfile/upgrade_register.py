@@ -1,0 +1,122 @@
+"""The register of a station in its older form, where errors of a torque transducer stood apart.
+
+They stood under `errors`, beside `accuracy`; they are among its parts today.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import yaml
+
+from rigrunner.yamlfile import layout
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+STATION = "station/1"
+_STEP = 2
+
+
+def is_older(data: object) -> bool:
+    """Say whether a station has an entry in the older form."""
+    return any(True for _ in older_entries(data))
+
+
+def older_entries(data: object) -> Iterator[int]:
+    """Yield which entries of a station are in the older form."""
+    entries = data.get("instruments") if isinstance(data, dict) else None
+    for index, entry in enumerate(entries if isinstance(entries, list) else ()):
+        if isinstance(entry, dict) and isinstance(entry.get("errors"), dict):
+            yield index
+
+
+def station_today(data: Any) -> Any:
+    """Return what a station says in today's form."""
+    if not is_older(data):
+        return data
+    older = set(older_entries(data))
+    entries = data["instruments"]
+    return {**data, "instruments": [_today(e) if i in older else e for i, e in enumerate(entries)]}
+
+
+def _today(entry: dict[str, Any]) -> dict[str, Any]:
+    stated = entry.get("accuracy") or {}
+    parts = {"overall": stated} if isinstance(stated, str) else stated
+    rest = {key: value for key, value in entry.items() if key not in {"accuracy", "errors"}}
+    return {**rest, "accuracy": {**parts, **entry["errors"]}}
+
+
+def edited_station(text: str, data: Any) -> str:
+    """Return the text of a station with its edits; ValueError where it cannot be edited."""
+    for index in reversed(list(older_entries(data))):
+        _, entries = layout.pair_at(text, ("instruments",))
+        entry = entries.value[index]
+        if not isinstance(entry, yaml.MappingNode):
+            raise ValueError(f"no mapping at {index}")  # noqa: TRY004  (of a text)
+        keys = {key.value: (key, value) for key, value in entry.value}
+        edits = list(_edits(text, entry, keys))
+        for start, end, new in sorted(edits, reverse=True):
+            text = layout.put(text, start, end, new)
+    return text
+
+
+def _edits(
+    text: str, entry: yaml.MappingNode, keys: dict[str, layout.Pair]
+) -> Iterator[tuple[int, int, str]]:
+    """Yield the edits that put `errors` under `accuracy`: from where, to where, the new text."""
+    errors_key, errors = keys["errors"]
+    if "accuracy" not in keys:
+        yield errors_key.start_mark.index, errors_key.end_mark.index, "accuracy"
+        return
+    key, stated = keys["accuracy"]
+    if layout.is_flow(entry):
+        parts = [*_pairs(text, stated), *_pairs(text, errors)]
+        yield stated.start_mark.index, stated.end_mark.index, f"{{{', '.join(parts)}}}"
+        start, end = errors_key.start_mark.index, layout.end_of(errors)
+        comma = text.rindex(",", 0, start)
+        yield (comma, end, "") if not text[comma + 1 : start].strip() else (start, end, "")
+        return
+    indent = " " * (key.start_mark.column + _STEP)
+    ending = layout.line_end_of(text)
+    parts = [*_lines(text, key, stated, indent), *_lines(text, errors_key, errors, indent)]
+    start, end = _whole(text, key, stated)
+    colon = text.index(":", key.end_mark.index) + 1
+    comment = _comment_beside(text, key, stated)
+    beside = f"  {comment}" if comment else ""
+    yield colon, end, beside + ending + "".join(f"{line}{ending}" for line in parts)
+    yield (*_whole(text, errors_key, errors), "")
+
+
+def _pairs(text: str, value: yaml.Node) -> list[str]:
+    """Return each key with its value as they are written; a text alone is the error over all."""
+    if not isinstance(value, yaml.MappingNode):
+        return [f"overall: {layout.source(text, value)}"]
+    return [text[k.start_mark.index : layout.end_of(v)] for k, v in value.value]
+
+
+def _lines(text: str, key: yaml.Node, value: yaml.Node, indent: str) -> list[str]:
+    """Return the lines of a value as those of a block so far in, with the comments among them."""
+    if layout.is_flow(value) or not isinstance(value, yaml.MappingNode):
+        return [indent + pair for pair in _pairs(text, value)]
+    first, last = layout.lines_below(text, key, value)
+    less = value.start_mark.column
+    lines = [line.rstrip("\r\n") for line in layout.lines_of(text[first:last])]
+    return [indent + line[less:] if line[:less].strip() == "" else line for line in lines]
+
+
+def _whole(text: str, key: yaml.Node, value: yaml.Node) -> tuple[int, int]:
+    """Return where the lines of a key and its value begin and end."""
+    start = text.rfind("\n", 0, key.start_mark.index) + 1
+    if isinstance(value, yaml.MappingNode) and not layout.is_flow(value):
+        return start, layout.lines_below(text, key, value)[1]
+    end = text.find("\n", layout.end_of(value))
+    return start, len(text) if end < 0 else end + 1
+
+
+def _comment_beside(text: str, key: yaml.Node, value: yaml.Node) -> str:
+    """Return the comment on the line of a key, or behind a value of one line."""
+    block = isinstance(value, yaml.MappingNode) and not layout.is_flow(value)
+    start = key.end_mark.index + 1 if block else layout.end_of(value)
+    line = text[start : text.find("\n", start) if "\n" in text[start:] else len(text)].strip()
+    return line if line.startswith("#") else ""
