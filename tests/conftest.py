@@ -213,6 +213,13 @@ def quick(made_once) -> Runs:
     return Runs(folder / "runs", *sorted((folder / "runs").iterdir()))
 
 
+@pytest.fixture(scope="module")
+def quick_copy(quick, tmp_path_factory) -> Runs:
+    """Copy the quick runs for one module, which may write to them."""
+    runs = shutil.copytree(quick.folder, tmp_path_factory.mktemp("quick") / "runs")
+    return Runs(runs, *sorted(runs.iterdir()))
+
+
 @pytest.fixture(scope="module", autouse=True)
 def _blank_figures(request):
     """Leave figures blank, except in modules marked `figures`.

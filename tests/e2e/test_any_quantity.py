@@ -150,6 +150,7 @@ def test_it_is_certified_and_verified(passed, tmp_path):
     assert "load regulation" in page
 
 
+@pytest.mark.thorough
 def test_a_certificate_whose_number_was_changed_does_not_verify(passed, tmp_path):
     letterhead = make_letterhead(tmp_path / "letterhead")
     call(

@@ -155,6 +155,7 @@ def test_an_export_has_no_formulas_unless_it_is_to_be_raw(indexed):
         assert [row["specimen"] for row in csv.DictReader(io.StringIO(searched))][-1] == shown
 
 
+@pytest.mark.thorough
 def test_several_folders_and_rebuilding_in_one_database(indexed):
     store_run(indexed.parent / "other", "three")
     database = ["--database", "lab.sqlite"]

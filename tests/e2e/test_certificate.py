@@ -394,6 +394,7 @@ def test_the_same_run_gives_the_same_bytes(quick, registry, tmp_path):
         assert one.read_bytes() == other.read_bytes()
 
 
+@pytest.mark.thorough
 def test_without_asking_for_it_no_specimen_is_made(quick, lab, tmp_path):
     with pytest.raises(UsageError, match=r"not approved and its data are simulated") as caught:
         issue(quick.loaded, lab, tmp_path, not_for_certification=False)
@@ -521,6 +522,7 @@ def test_the_command_asks_why_there_is_to_be_a_further_copy(quick, tmp_path):
     assert "asked for in German" in page.words
 
 
+@pytest.mark.thorough
 def test_the_command_issues_amends_and_refuses_a_second_amendment(quick, tmp_path):
     lab = make_letterhead(tmp_path / "letterhead")
     order = ("--customer", "Mustre", "--customer-contact", "x", "--item", "bearing")

@@ -117,6 +117,7 @@ def test_the_stored_run_gives_the_same_result(demo):
     assert json.loads(called.out) == document(demo.loaded)
 
 
+@pytest.mark.thorough
 def test_a_new_analysis_is_a_new_file(demo, tmp_path):
     out = tmp_path / "again.json"
     assert call("analyse", demo.loaded, "--out", out).code == ExitCode.PASS
@@ -126,6 +127,7 @@ def test_a_new_analysis_is_a_new_file(demo, tmp_path):
     assert "never overwritten" in called.err
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("drawn_figures")
 def test_the_report_is_written_again_with_the_same_bytes(demo, tmp_path):
     out = tmp_path / "again.html"
@@ -160,6 +162,7 @@ def test_without_a_no_load_run_the_message_says_what_is_needed(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.thorough
 def test_a_run_is_compensated_with_the_run_that_is_named(demo, tmp_path):
     called = call(
         "run", LOADED, "--station", "simulated", "--runs", tmp_path, "--unattended",

@@ -242,6 +242,7 @@ def test_clocks_that_are_not_well_known_give_no_result(tmp_path):
     assert "two clocks, aligned to 4.1 ms" in page
 
 
+@pytest.mark.thorough
 def test_clocks_that_are_well_known_give_the_result_of_one(tmp_path):
     done = two_clocks(tmp_path, "0.02 ms")
     assert done.error is None

@@ -121,6 +121,7 @@ def station(tmp_path):
     return path
 
 
+@pytest.mark.thorough
 def test_the_procedures_end_in_the_right_result(tmp_path, clock, model, station):
     no_load = quick_procedure(tmp_path, "no_load_inertia_sweep")
     bare = run(no_load, tmp_path / "runs", station=station, clock=clock)

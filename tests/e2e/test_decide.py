@@ -7,7 +7,6 @@ import json
 import pytest
 
 from helpers_cli import call
-from helpers_workflow import quick_procedure, run
 from rigrunner.api.errors import ExitCode
 from rigrunner.workflow.locate import find_procedure
 
@@ -38,10 +37,8 @@ WHO = ("--by", "A. Person", "--reason", "as agreed <today>")
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    lab = tmp_path_factory.mktemp("lab")
-    run(quick_procedure(lab, "no_load_inertia_sweep"), lab / "runs")
-    return run(quick_procedure(lab, "starting_torque_1000n"), lab / "runs").folder
+def folder(quick_copy):
+    return quick_copy.loaded
 
 
 @pytest.mark.parametrize("station", [(), ("--station", "simulated")])

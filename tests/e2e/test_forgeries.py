@@ -22,7 +22,7 @@ from e2e.helpers_forgery import (
     with_banner,
     with_content,
 )
-from e2e.helpers_tamper import RUN_FILE, issue, letterhead, quick_runs
+from e2e.helpers_tamper import RUN_FILE, issue, letterhead
 from helpers_cli import call
 from helpers_lacking import require_pdf
 from rigrunner.proof.seal import FORMS
@@ -54,11 +54,10 @@ class Issued:
 
 
 @pytest.fixture(scope="module")
-def issued(tmp_path_factory):
+def issued(quick_copy):
     require_pdf()
     pytest.importorskip("pyhanko")
-    folder = tmp_path_factory.mktemp("laboratory")
-    run_folder = quick_runs(folder)
+    folder, run_folder = quick_copy.folder.parent, quick_copy.loaded
     labs = [letterhead(folder / name) for name in ("lab", "other")]
     entries = labs[1] / "letterhead.yaml"
     entries.write_text(entries.read_text("utf-8").replace("prefix: DEMO", "prefix: OTHER"), "utf-8")

@@ -126,6 +126,7 @@ def test_the_verdict_is_from_the_final_recordings_alone(ended):
     assert value - NEW_NM > u_95  # the new bearing's would be another
 
 
+@pytest.mark.thorough
 def test_the_report_shows_both_over_the_cycles(ended):
     lab, _ = ended
     page = (lab.found() / "report.html").read_text(encoding="utf-8")
@@ -134,6 +135,7 @@ def test_the_report_shows_both_over_the_cycles(ended):
     assert call("verify", lab.found()).code == 0
 
 
+@pytest.mark.thorough
 def test_it_ends_at_the_limit_and_is_judged_all_the_same(tmp_path):
     lab = Lab(tmp_path / "warm", (*SHORT, ("too_warm: 55 °C", "too_warm: 23.5 °C")))
     called = lab.run("friction_endurance.yaml")
@@ -148,6 +150,7 @@ def test_it_ends_at_the_limit_and_is_judged_all_the_same(tmp_path):
     assert lab.document()["verdict"]["verdict"] == "pass"
 
 
+@pytest.mark.thorough
 def test_it_ends_by_its_friction_and_is_judged_all_the_same(tmp_path):
     lab = Lab(tmp_path / "stiff", (*SHORT, ("too_stiff: 2.1 N·m", "too_stiff: 1.88 N·m")))
     called = lab.run("friction_endurance.yaml")
@@ -161,6 +164,7 @@ def test_it_ends_by_its_friction_and_is_judged_all_the_same(tmp_path):
     assert lab.document()["verdict"]["verdict"] == "pass"
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kill -9 needs a Unix")
 def test_kill_9_loses_no_finished_block_and_the_cycles_continue(tmp_path):
     lab = Lab(tmp_path / "killed", (("block: 50 s", "block: 20 s"), ("at_most: 50", "at_most: 30"),

@@ -151,6 +151,7 @@ def test_a_run_that_is_killed_leaves_a_safe_rig(rigs, number):
     assert_told(run, f"({run.process.pid}) died")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("trouble", ["abort", "crash"])
 def test_a_driver_that_crashes_leaves_a_safe_rig(rigs, trouble):
     run = rigs("crashed", "--unattended", trouble=trouble)
@@ -159,6 +160,7 @@ def test_a_driver_that_crashes_leaves_a_safe_rig(rigs, trouble):
     assert_told(run, f"({run.process.pid}) died")
 
 
+@pytest.mark.thorough
 def test_what_hangs_is_ended_and_what_waits_is_left_alone(rigs):
     """All at the same time: each takes as long as the guardian waits."""
     hanging = [
@@ -233,6 +235,7 @@ def test_a_guardian_that_is_killed_is_replaced_and_that_is_on_record(rigs):
     assert "guards the rig now" in said
 
 
+@pytest.mark.thorough
 def test_a_run_says_on_record_that_its_guardian_was_lost(rigs):
     run = rigs("lost", "--unattended", procedure=ENERGISED_THEN_ASKED).until_energised()
     first = run.guardian()
@@ -243,6 +246,7 @@ def test_a_run_says_on_record_that_its_guardian_was_lost(rigs):
     assert any(f"the guardian (process {first.pid}) ended with code -9" in text for text in alarms)
 
 
+@pytest.mark.thorough
 def test_nobody_can_take_the_rig_between_a_death_and_the_guardian(rigs):
     run = rigs("gap", "--unattended").until_energised()
     run.lab.put(is_held=True)
@@ -289,6 +293,7 @@ def test_a_station_may_do_without_and_says_so(rigs):
     assert "there is no guardian" in put.subject
 
 
+@pytest.mark.thorough
 def test_a_device_that_no_second_process_can_open_is_left_alone_and_that_is_told(rigs):
     run = rigs("alone", "--unattended", station=())  # for the lab alone
     run.told()
@@ -362,6 +367,7 @@ with ready_station(pathlib.Path(sys.argv[1])).held("late") as held:
 """
 
 
+@pytest.mark.thorough
 def test_a_run_at_the_panel_has_a_guardian_too(tmp_path, monkeypatch):
     monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
     lab = SupplyLab(tmp_path / "lab", "panel")

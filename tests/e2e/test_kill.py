@@ -52,6 +52,7 @@ def assert_complete(recording) -> None:
         assert len(values) == samples
 
 
+@pytest.mark.thorough
 def test_every_recording_that_was_reported_finished_is_there(killed):
     states = Counter()
     for place in killed:

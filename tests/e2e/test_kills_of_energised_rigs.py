@@ -23,6 +23,7 @@ KILLS = int(os.environ.get("RIGRUNNER_KILLS", "5"))
 SEED = 20261122
 
 
+@pytest.mark.thorough
 def test_no_kill_leaves_a_live_rig_that_nobody_is_told_of(tmp_path):
     from e2e import helpers_rig_kills  # noqa: PLC0415  (of Unix alone)
 

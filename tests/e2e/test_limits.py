@@ -184,6 +184,7 @@ def test_a_run_that_fails_by_its_limits_is_certified_as_a_fail(laboratory, chang
     assert (verified.code, "MATCH" in verified.out) == (0, True), verified.out
 
 
+@pytest.mark.thorough
 def test_a_certificate_whose_measured_value_was_changed_does_not_match(laboratory):
     _, folder = run(laboratory / "work", code=1)
     _, page = certified(folder, laboratory)

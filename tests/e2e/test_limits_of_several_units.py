@@ -88,6 +88,7 @@ def test_show_and_report_name_the_torque_where_others_are_limited_too(done):
     assert "mN·m against ≤ 2000 mN·m" in shown
 
 
+@pytest.mark.thorough
 def test_a_certificate_has_each_limit_with_place_result_and_unit(issued):
     _, document = issued
     statements = {each.of: each for each in document.certificate.conformity.statements}
@@ -112,6 +113,7 @@ def test_its_page_shows_them_and_on_which_the_verdict_rests(issued):
     assert "Decided by effective: 25" in words
 
 
+@pytest.mark.thorough
 def test_verify_derives_all_of_it_again(done, issued):
     letterhead, document = issued
     (path,) = (each for each in document.files if each.suffix == ".json")

@@ -304,6 +304,7 @@ def test_ctrl_c_says_that_a_run_goes_on_and_ends_only_when_it_is_safe_and_sealed
     assert any("teardown" in getattr(each, "step", "") for each in run.events)
 
 
+@pytest.mark.thorough
 def test_a_closed_terminal_ends_the_panel_once_its_run_is_safe_and_sealed(lab):
     runs = lab / "runs"
     words = ("panel", "--port", "0", "--no-browser", "--procedures", str(lab), "--runs", str(runs))
@@ -333,6 +334,7 @@ def test_without_a_run_ctrl_c_just_ends(lab):
         assert server.end(signal.SIGINT) == (0, "")
 
 
+@pytest.mark.thorough
 def test_a_panel_that_is_killed_leaves_a_run_that_ends_in_order(lab):
     with served(lab, lab / "runs") as server:
         screen = Screen(server, "client-ann-0001")

@@ -104,6 +104,7 @@ def test_the_version_is_the_tag_in_the_sdist_and_in_the_wheel_made_of_it(release
     assert release.metadata["Version"] == VERSION
 
 
+@pytest.mark.thorough
 def test_a_commit_after_the_tag_is_a_version_of_its_own(release, tmp_path):
     called(*GIT, "clone", "-q", release.sources, tmp_path / "clone", cwd=tmp_path)
     called(*GIT, "commit", "-q", "--allow-empty", "-m", "one more", cwd=tmp_path / "clone")

@@ -142,6 +142,7 @@ def test_a_notebook_draws_the_figures_of_the_report(tested):
         open_run(tested[0]).plot_results("resistanse")
 
 
+@pytest.mark.thorough
 def test_another_statistic_moves_the_results_and_golden_runs_tell(tested, tmp_path):
     changed, golden = tmp_path / "analysis.yaml", tmp_path / "golden"
     changed.write_text(MAXIMUM, encoding="utf-8")

@@ -52,6 +52,7 @@ def test_the_true_growth_lies_within_what_is_found(lab):
     assert read(measured).header.run_id[:15] in found["source"]
 
 
+@pytest.mark.thorough
 def test_the_starting_torque_uses_what_was_measured(lab):
     """The lines go into the station as they are printed."""
     folder, clock, measured = lab
@@ -89,6 +90,7 @@ def _mean(found):
     return mean["value"], mean["expanded_uncertainty_95"]
 
 
+@pytest.mark.thorough
 def test_another_bearing_than_the_known_one_is_refused(tmp_path):
     done = run(
         quick_procedure(tmp_path, "support_friction"),

@@ -11,14 +11,14 @@ import shutil
 import pytest
 
 from e2e.helpers_forgery import resealed
-from e2e.helpers_tamper import RUN_FILE, flips, issue, letterhead, quick_runs
+from e2e.helpers_tamper import RUN_FILE, flips, issue, letterhead
 from helpers_cli import call
 
 
 @pytest.fixture(scope="module")
-def certified(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("certified")
-    run_folder = quick_runs(folder)
+def certified(quick_copy):
+    folder = quick_copy.folder.parent
+    run_folder = quick_copy.loaded
     return run_folder, issue(run_folder, letterhead(folder / "lab"), folder / "out")
 
 
@@ -65,6 +65,7 @@ def test_a_certificate_matches_its_run_wherever_that_lies(certified, tmp_path):
         assert "unsigned: nothing shows who issued it" in done.out
 
 
+@pytest.mark.thorough
 def test_without_its_run_a_certificate_is_left_open(certified, tmp_path):
     _, files = certified
     for path in files:
@@ -109,6 +110,7 @@ def test_signed_by_whom_when_and_whether_trusted(certified, copies, tmp_path):
     assert verified(*both)[0] == 0
 
 
+@pytest.mark.thorough
 def test_a_signature_that_was_changed_is_told(certified, copies, tmp_path):
     call("sign", "--new-key", tmp_path / "key")
     letterhead = folder_of(certified)
@@ -167,6 +169,7 @@ def test_a_picture_that_is_not_the_logo_of_issue_is_told(certified, copies, pict
         assert f"{page.name} made again from its content" in done.out
 
 
+@pytest.mark.thorough
 def test_a_member_that_is_there_twice_is_told(copies):
     """Of the two some programs read the first, and this one the last."""
     resealed(copies, replacing(b"{\n", b'{\n "number": "C-2026-9999",\n'))
@@ -188,6 +191,7 @@ def test_a_number_that_was_changed_everywhere_does_not_follow_from_the_run(copie
     )
 
 
+@pytest.mark.thorough
 def test_pages_are_made_again_with_the_letterhead_of_their_issue(certified, copies):
     done = verified(certified, copies)
     assert (done.code, ".html made again from its content" in done.out) == (0, True)
@@ -201,6 +205,7 @@ def test_pages_are_made_again_with_the_letterhead_of_their_issue(certified, copi
     assert "is not the one it was issued with: logo.svg" in done.out.splitlines()[0]
 
 
+@pytest.mark.thorough
 def test_the_laboratory_of_another_letterhead_is_told(certified, copies):
     for path in (copies.with_suffix(".html"), copies.with_suffix(".pdf")):
         path.unlink(missing_ok=True)

@@ -92,6 +92,7 @@ def test_a_tape_of_a_program_that_did_not_watch_drives_is_replayed_as_it_was(tmp
     assert "note:" not in again.err
 
 
+@pytest.mark.thorough
 def test_one_changed_command_is_the_first_difference(recorded, tmp_path):
     station = tmp_path / "station.yaml"
     text = recorded.station.read_text(encoding="utf-8")

@@ -104,6 +104,7 @@ def test_the_entry_has_the_table_and_the_errors(calibrated):
     assert half == pytest.approx(4 * HYSTERESIS_NM * 0.24 / 2, abs=0.001)
 
 
+@pytest.mark.thorough
 def test_the_starting_torque_uses_the_entry(calibrated, tmp_path):
     """The transducer shows 0.6 % too much at small torques: the torque becomes as much smaller."""
     text = STATION.read_text(encoding="utf-8")

@@ -51,6 +51,7 @@ def test_the_loaded_run_waits_and_says_so(lab):
     assert (loaded.folder / "journal").is_dir()
 
 
+@pytest.mark.thorough
 def test_resume_takes_in_the_second_run_and_the_drift_is_out(lab):
     name, runs = lab["loaded"].folder.name, lab["loaded"].folder.parent
     said = call("resume", name, "--runs", runs, "--no-load-after", lab["before"].folder.name)

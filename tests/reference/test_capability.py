@@ -29,6 +29,7 @@ def test_bissells_interval_of_cpk():
     assert found.high == pytest.approx(1.7774, abs=2e-4)
 
 
+@pytest.mark.thorough
 def test_bissells_interval_holds_the_true_index_about_as_often():
     """Bissell, Appl. Stat. 39 (1990) 331-340: approximate, for values that are normal."""
     rng = np.random.default_rng(7)

@@ -92,6 +92,7 @@ def test_an_interaction_is_pooled_where_its_p_is_above_a_quarter():
     assert sum(0.25 < p < 0.5 for p, _ in found) > 3
 
 
+@pytest.mark.thorough
 def test_components_are_found_again():
     """Over many studies the mean variances are those that the readings were made of."""
     rng = np.random.default_rng(4)

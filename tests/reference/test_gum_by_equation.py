@@ -160,6 +160,7 @@ def test_the_report_sets_equation_and_budget(ran):
     assert "GUM and Monte Carlo, in mm" in page
 
 
+@pytest.mark.thorough
 def test_a_result_of_an_equation_is_certified_and_verified(ran, tmp_path):
     folder, document = ran("h1")
     assert document["verdict"]["verdict"] == "pass"

@@ -131,6 +131,7 @@ def test_the_interval_holds_a_drift_that_was_not_straight():
     assert all(abs(e) < expanded(p.torque) for e, p in zip(error, sudden.points, strict=True))
 
 
+@pytest.mark.thorough
 def test_a_temperature_tells_a_drift_that_was_not_straight():
     warm = found(run_of((0.0, 0.9, 1.0), celsius=(20.0, 29.0, 30.0)), drift="tester.temperature")
     assert line(warm.points[0]).name == f"{NAMED} (tester.temperature)"
@@ -156,6 +157,7 @@ def test_a_drift_over_a_channel_needs_points_of_the_run_itself():
         )
 
 
+@pytest.mark.thorough
 def test_runs_before_and_after_are_as_good_as_points_of_the_run_itself(drifting):
     result = found_of_three(STEADY)
     apart = result.compensations["template_inverse"]

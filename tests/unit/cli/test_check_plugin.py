@@ -156,6 +156,7 @@ def rigrunner_outlier_rules():
 """
 
 
+@pytest.mark.thorough
 def test_of_two_kinds_with_one_name_both_are_checked(tmp_path):
     tmp_path.joinpath("two.py").write_text(TWO)
     called = call("check-plugin", "two", "--drop-in", tmp_path)
@@ -233,6 +234,7 @@ NOTES = SCALE.replace("HELP", "A winch.").replace(
 )
 
 
+@pytest.mark.thorough
 def test_a_drive_is_led_within_the_limits_of_the_station(tmp_path):
     folder = tmp_path / "plugins"
     folder.mkdir()

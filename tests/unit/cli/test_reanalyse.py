@@ -13,21 +13,14 @@ import sys
 import pytest
 
 from helpers_cli import call
-from helpers_workflow import quick_procedure, run
-from rigrunner.clock import SimulatedClock
 from unit.rigrunner_fleet.reanalysis.helpers_reanalysis import lab_of, results
 
 ANALYSIS = "rigrunner: analysis/1\nanalysis:\n  primary: energy\n"
 
 
 @pytest.fixture(scope="module")
-def lab(tmp_path_factory):
-    folder, clock = tmp_path_factory.mktemp("runs"), SimulatedClock()
-    no_load, loaded = (
-        run(quick_procedure(folder, name), folder / "runs", clock=clock)
-        for name in ("no_load_inertia_sweep", "starting_torque_1000n")
-    )
-    return lab_of(tmp_path_factory.mktemp("lab"), (folder, no_load, loaded), copies=2)
+def lab(finished, tmp_path_factory):
+    return lab_of(tmp_path_factory.mktemp("lab"), finished, copies=2)
 
 
 def test_what_was_found_and_where_it_is(lab, tmp_path):
@@ -45,6 +38,7 @@ def test_what_was_found_and_where_it_is(lab, tmp_path):
     assert json.loads(again.out)["analysed"] == 3
 
 
+@pytest.mark.thorough
 def test_what_fails_is_named_and_told_by_the_exit_code(lab, tmp_path):
     (tmp_path / "letter.h5").write_text("dear")
     found = call(
@@ -56,6 +50,7 @@ def test_what_fails_is_named_and_told_by_the_exit_code(lab, tmp_path):
     assert json.loads((tmp_path / "out/summary.json").read_text())["failed"] == 1
 
 
+@pytest.mark.thorough
 def test_another_analysis_from_a_file(lab, tmp_path):
     (tmp_path / "energy.yaml").write_text(ANALYSIS)
     out = tmp_path / "out"

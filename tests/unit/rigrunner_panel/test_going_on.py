@@ -103,6 +103,7 @@ def test_a_long_recording_is_followed_and_a_finished_one_is_whole(lab, monkeypat
     assert all(np.isfinite(view.points[-1].torque_nm) for view in going)
 
 
+@pytest.mark.thorough
 def test_when_too_much_is_recorded_each_recording_is_still_followed(lab, monkeypatch):
     monkeypatch.setattr(analyst, "MOST_BYTES", 1_000)
     asker = Asker(lab[1])

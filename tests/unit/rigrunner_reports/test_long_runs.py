@@ -83,6 +83,7 @@ def test_the_size_is_bounded_whatever_the_number_of_swings(hours):
     assert sizes[1] < 1.02 * sizes[0]
 
 
+@pytest.mark.thorough
 def test_the_size_is_bounded_with_hundreds_of_set_points(many_set_points):
     assert len(html(report_input(many_set_points))) < MOST_BYTES
 
@@ -108,6 +109,7 @@ def test_the_caption_says_so_only_where_something_is_left_out(hours):
     assert few.caption == many.caption.removesuffix(cycles.THINNED)
 
 
+@pytest.mark.thorough
 def test_of_many_set_points_pictures_draw_some_and_say_so(many_set_points):
     page = make_page(report_input(many_set_points))
     for plot in (page.figures.over_frequency, page.figures.fits):
@@ -131,6 +133,7 @@ def test_the_clearest_rejections_are_listed_and_the_others_counted(hours):
     assert min(listed) >= sorted(every)[-MOST_ROWS] - 0.01
 
 
+@pytest.mark.thorough
 def test_the_page_says_how_many_it_leaves_out(hours):
     text = html(report_input(hours, events=EVENTS)).decode()
     assert f"{rejections(hours).left_out} more were rejected" in text

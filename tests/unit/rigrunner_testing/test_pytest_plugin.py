@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from rigrunner_testing import checks
 
 pytest_plugins = ["pytester"]
@@ -50,6 +52,7 @@ def test_a_plugin_goes_through_every_check_and_what_does_not_apply_is_skipped(py
     done.stdout.fnmatch_lines(["*it has no settings with units*", "*its record states no ex*"])
 
 
+@pytest.mark.thorough
 def test_a_demand_that_is_not_met_fails_with_what_to_do(pytester):
     pytester.makepyfile(test_hollow=PACKAGE)
     pytester.mkdir("plugins").joinpath("hollow.py").write_text(HOLLOW)
@@ -58,6 +61,7 @@ def test_a_demand_that_is_not_met_fails_with_what_to_do(pytester):
     done.stdout.fnmatch_lines(["*found: the record's help is empty*", "*fix: write one line*"])
 
 
+@pytest.mark.thorough
 def test_without_a_marker_it_says_how_to_write_one(pytester):
     pytester.makepyfile("def test_it_conforms(conformance): conformance()")
     done = pytester.runpytest_subprocess(*PLUGIN)

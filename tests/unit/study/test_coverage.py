@@ -159,6 +159,7 @@ def test_a_rig_is_measured_with_and_without_the_sensor_term(one_rig):
         assert whole.mean_error_nm == pytest.approx(np.mean(whole.error_nm))
 
 
+@pytest.mark.thorough
 def test_the_same_case_gives_the_same(one_rig):
     assert examine(Case(SIM, "", 3, 0)) == one_rig
 
@@ -194,6 +195,7 @@ def test_tables_and_document_hold_the_same():
     assert row["error_nm"]["largest"] == 0.009
 
 
+@pytest.mark.thorough
 def test_figures_are_the_same_bytes_each_time(tmp_path):
     rigs = [finding(n, e, s) for n, e in enumerate((0.002, -0.005)) for s in (SIM, ODE)]
     study = tally(rigs)

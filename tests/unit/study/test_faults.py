@@ -91,6 +91,7 @@ def test_what_the_engine_sees_fails_the_recording(name):
     assert examine(Case(SIM, name, 1, 0)).answers == (RECORDING,)
 
 
+@pytest.mark.thorough
 def test_the_same_case_gives_the_same_and_clean_rigs_are_measured_right():
     case = Case(SIM, "torque clipped", 1, 3)
     assert examine(case) == examine(case)

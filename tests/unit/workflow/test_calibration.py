@@ -275,6 +275,7 @@ def test_an_override_stands_in_run_file_and_report(tmp_path, wanted):
     assert finished.result.run.people == {"operator": "B. Lee"}
 
 
+@pytest.mark.thorough
 def test_what_was_overridden_for_the_no_load_run_is_told_with_the_result(tmp_path):
     first = overdue(tmp_path)
     overrides = overrides_for(first, ["TQ-7", "A-1", "LC-3"], "A. Jones", "why")

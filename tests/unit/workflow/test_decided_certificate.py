@@ -9,7 +9,6 @@ from datetime import UTC, datetime
 import pytest
 
 from helpers_certificate import issue, make_letterhead
-from helpers_workflow import quick_procedure, run
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.certificate.amending import amended, amendment_of
 from rigrunner.certificate.content import Issue
@@ -39,11 +38,10 @@ TIGHT = Acceptance.model_validate({"limits": [LIMIT], "rule": "simple"})
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def made(quick_copy, tmp_path_factory):
     """Return a loaded run that its procedure passes and a later decision fails, certified."""
     folder = tmp_path_factory.mktemp("lab")
-    run(quick_procedure(folder, "no_load_inertia_sweep"), folder / "runs")
-    loaded = run(quick_procedure(folder, "starting_torque_1000n"), folder / "runs").folder
+    loaded = quick_copy.loaded
     who = Decider(by="A. Person", reason="the drawing was <changed>", at=DECIDED)
     decide_again(loaded, load_registry(), who, lambda _: TIGHT)
     kept = [each for each in load_registry().plugins if each.record.name != "pdf"]
@@ -137,6 +135,7 @@ def test_a_decision_after_the_issue_is_told_and_no_difference(certificate, folde
     )
 
 
+@pytest.mark.thorough
 def test_an_amendment_states_the_decision_in_force(made, certificate):
     silent = certificate.conformity.model_copy(
         update={"decided_again": (), "verdict": "pass", "rule": "guard_band_u"}

@@ -6,7 +6,6 @@ from datetime import UTC, datetime
 
 import pytest
 
-from helpers_workflow import quick_procedure, run
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.procedure import Acceptance
 from rigrunner.registry import load_registry
@@ -31,11 +30,9 @@ TIGHT = Acceptance.model_validate({"limits": [LIMIT], "rule": "simple"})
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    """Return the folder of runs, and that of a loaded run which its procedure passes."""
-    folder = tmp_path_factory.mktemp("lab")
-    run(quick_procedure(folder, "no_load_inertia_sweep"), folder / "runs")
-    return run(quick_procedure(folder, "starting_torque_1000n"), folder / "runs").folder
+def made(quick_copy):
+    """Return the folder of a loaded run which its procedure passes, beside its no-load run."""
+    return quick_copy.loaded
 
 
 @pytest.fixture

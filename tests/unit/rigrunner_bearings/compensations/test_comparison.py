@@ -97,6 +97,7 @@ def with_hum(points, begins_turns):
     return tuple(done)
 
 
+@pytest.mark.thorough
 def test_hum_that_is_a_harmonic_of_the_swing_is_taken_out(healthy):
     """At 5, 10 and 25 Hz the mains are its tenth, fifth and second harmonic."""
     hums = replace(
@@ -117,6 +118,7 @@ def test_where_there_is_no_hum_none_is_taken_out(healthy):
     assert not any(comparison(healthy).hum_nm)
 
 
+@pytest.mark.thorough
 def test_a_known_growth_of_the_support_s_friction_is_taken_out():
     """3 % of 0.76 N·m under the load of 1000 N, of which 19 mN·m are in the torque.
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from helpers_rigs import INSTRUMENT
+from helpers_thorough import first
 from rigrunner.api.errors import DataError
 from rigrunner_bearings.compensations import identification
 from rigrunner_bearings.compensations.bearing import mean_swing
@@ -22,7 +23,7 @@ def identified(parameters, seed=0):
     return identify(points, make_swing(measured_ratio(points)), INSTRUMENT.low_pass)
 
 
-@pytest.mark.parametrize("natural_hz", [200.0, 400.0, 800.0])
+@pytest.mark.parametrize("natural_hz", first(1, [200.0, 400.0, 800.0]))
 @pytest.mark.parametrize(
     ("model", "share"), [(RigParameters, 0.0), (OdeParameters, 1.0)], ids=["closed form", "ode"]
 )

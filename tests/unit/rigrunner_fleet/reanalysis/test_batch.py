@@ -76,6 +76,7 @@ def test_nothing_is_done_twice(lab, whole, monkeypatch):
     assert told == [(4, 4)]
 
 
+@pytest.mark.thorough
 def test_what_was_stopped_goes_on_and_is_the_same_in_the_end(lab, whole, tmp_path):
     stop, told = threading.Event(), []
 
@@ -96,6 +97,7 @@ def test_what_was_stopped_goes_on_and_is_the_same_in_the_end(lab, whole, tmp_pat
     assert times.items() <= {p: p.stat().st_mtime_ns for p in times}.items()
 
 
+@pytest.mark.thorough
 def test_damaged_files_are_listed_and_tried_again(finished, tmp_path):
     lab, out = lab_of(tmp_path / "lab", finished, copies=2), tmp_path / "out"
     broken, text = lab / "rig-1/loaded-0/run.h5", lab / "no run.h5"
@@ -125,6 +127,7 @@ def test_a_bug_is_listed_with_its_traceback_in_a_file(lab, tmp_path, monkeypatch
     assert "in broken" in (tmp_path / "out/rig-1/loaded-0/traceback.txt").read_text()
 
 
+@pytest.mark.thorough
 def test_a_run_whose_file_changed_is_analysed_again(tmp_path, finished):
     mine = lab_of(tmp_path / "lab", finished, copies=1)
     reanalysed(mine, tmp_path / "out")

@@ -111,6 +111,7 @@ def test_value_u_and_degrees_of_freedom_are_those_of_gtc():
             assert min(ours.dof, 1e6) == pytest.approx(min(y.df, 1e6), rel=1e-6), case.text
 
 
+@pytest.mark.thorough
 def test_the_interval_holds_what_it_claims():
     """y ± k u holds 95 % of plain trials, by the shape of the sum.
 

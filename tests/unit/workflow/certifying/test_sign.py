@@ -82,6 +82,7 @@ def test_a_page_that_contradicts_its_content_is_refused(issued, certificate, key
     assert ".html made again from its content: at bytes" in refused(certificate, key, issued[0])
 
 
+@pytest.mark.thorough
 def test_a_pdf_that_contradicts_its_content_is_refused(issued, certificate, key):
     """Its data are those of the JSON; the page shows another result."""
     printed = forged_pdf(certificate.with_suffix(".pdf"))
@@ -109,6 +110,7 @@ def test_what_is_not_on_record_is_refused(issued, certificate, key, tmp_path):
     )
 
 
+@pytest.mark.thorough
 def test_a_replaced_certificate_is_refused(issued, certificate, key, tmp_path):
     letterhead = shutil.copytree(issued[0], tmp_path / "letterhead")
     done = call(
