@@ -9,9 +9,9 @@ from rigrunner.api.certificate import Authorisation
 from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.certificate.numbers import SPECIMEN, Numbers
 from rigrunner.certificate.order import Order
+from rigrunner.documents.certifying.certify import Request, certify
 from rigrunner.registry import load_registry
-from rigrunner.workflow.certifying.certify import Request, certify
-from rigrunner.workflow.labfolder import TEMPLATE
+from rigrunner.tools.labfolder import TEMPLATE
 
 NOW = datetime(2026, 11, 22, 9, 30, tzinfo=UTC)
 ORDER = Order(

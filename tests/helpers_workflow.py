@@ -8,11 +8,11 @@ from datetime import UTC, datetime
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers
 from rigrunner.registry import load_registry
-from rigrunner.workflow.inputs import answer_inputs
-from rigrunner.workflow.locate import find_procedure, find_station, shipped_folder
-from rigrunner.workflow.noload import no_load_for
-from rigrunner.workflow.prepare import plan_run
-from rigrunner.workflow.record import execute
+from rigrunner.run.inputs import answer_inputs
+from rigrunner.run.locate import find_procedure, find_station, shipped_folder
+from rigrunner.run.noload import no_load_for
+from rigrunner.run.prepare import plan_run
+from rigrunner.run.record import execute
 
 START = datetime(2026, 3, 1, 12, 0, tzinfo=UTC)
 ALL_FREQUENCIES = "[1 Hz, 3 Hz, 5 Hz, 8 Hz, 10 Hz, 15 Hz, 18 Hz, 20 Hz, 25 Hz, 30 Hz, 33 Hz, 35 Hz]"

@@ -20,11 +20,11 @@ import numpy as np
 from rigrunner.api.figures import Axis, Figure, Mark, Picture, Series
 from rigrunner.plots import draw
 from rigrunner.registry import load_registry
+from rigrunner.run.locate import run_names
+from rigrunner.run.stored import analyse_run
 from rigrunner.runfile import read_truth
 from rigrunner.signal.kinematics import angular_acceleration, angular_velocity
 from rigrunner.signal.peaks import peak_points
-from rigrunner.workflow.locate import run_names
-from rigrunner.workflow.stored import analyse_run
 
 if TYPE_CHECKING:
     from rigrunner.api.analysis import CompensatedPoint

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Literal
 
 from rigrunner.api.errors import RigrunnerError
 from rigrunner.procedure import load_procedure
+from rigrunner.run.approval import approval_state
+from rigrunner.run.locate import shipped_folder
 from rigrunner.station import load_station
-from rigrunner.workflow.approval import approval_state
-from rigrunner.workflow.locate import shipped_folder
 from rigrunner_panel.errors import not_found
 
 if TYPE_CHECKING:

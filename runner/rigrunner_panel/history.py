@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel
 
 from rigrunner.analysis.verdict.document import verdict_in
+from rigrunner.run.finish import RESULT_FILE
+from rigrunner.run.locate import run_names
+from rigrunner.run.log import event_text
+from rigrunner.run.runs import listed_run
+from rigrunner.run.set_points import other_results
+from rigrunner.run.stored import run_data
 from rigrunner.runfile import read
-from rigrunner.workflow.finish import RESULT_FILE
-from rigrunner.workflow.locate import run_names
-from rigrunner.workflow.log import event_text
-from rigrunner.workflow.runs import listed_run
-from rigrunner.workflow.set_points import other_results
-from rigrunner.workflow.stored import run_data
 from rigrunner_panel.errors import not_found
 from rigrunner_panel.view.of_result import with_uncertainty
 from rigrunner_panel.view.sections import Value

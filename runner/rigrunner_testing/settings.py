@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 from rigrunner.api.errors import PluginError
 from rigrunner.api.units import kinds
 from rigrunner.registry.declared import NAME
-from rigrunner.workflow.schemas.fields import all_fields, fields_of
-from rigrunner.workflow.schemas.settings import settings_schema
+from rigrunner.tools.schemas.fields import all_fields, fields_of
+from rigrunner.tools.schemas.settings import settings_schema
 from rigrunner_testing.check import AnyCheck, Nonconformity, applies, check, demand
 
 if TYPE_CHECKING:
-    from rigrunner.workflow.schemas.fields import Field
+    from rigrunner.tools.schemas.fields import Field
     from rigrunner_testing.subjects import Subject
 
 LONGEST_HELP = 100

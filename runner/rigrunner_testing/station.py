@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DeviceError, UsageError
 from rigrunner.registry import load_registry
+from rigrunner.run.lab_plugins import with_lab_plugins
+from rigrunner.run.rig_lock import station_lock
 from rigrunner.station import load_station
 from rigrunner.station.drive_rules import DriveRules
-from rigrunner.workflow.lab_plugins import with_lab_plugins
-from rigrunner.workflow.rig_lock import station_lock
 from rigrunner_testing.device import DeviceSubject
 
 if TYPE_CHECKING:

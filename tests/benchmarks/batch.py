@@ -26,9 +26,9 @@ from benchmarks.frame import Figure, Spread, Work, at_least, at_most, paired, re
 from helpers_workflow import run
 from rigrunner.clock import SimulatedClock
 from rigrunner.jobs import InProcess, Processes, journal
+from rigrunner.run.locate import find_procedure
 from rigrunner.study.coverage import run_coverage
 from rigrunner.study.going import Going
-from rigrunner.workflow.locate import find_procedure
 from unit.jobs.helpers_jobs import Squares
 from unit.rigrunner_fleet.reanalysis.helpers_reanalysis import reanalysed
 

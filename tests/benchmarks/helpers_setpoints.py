@@ -15,8 +15,8 @@ from rigrunner.api.events import Event, Scanned, StepEnded
 from rigrunner.clock import WallClock
 from rigrunner.engine import UnattendedAnswers
 from rigrunner.registry import load_registry
-from rigrunner.workflow.prepare import plan_run
-from rigrunner.workflow.record import execute
+from rigrunner.run.prepare import plan_run
+from rigrunner.run.record import execute
 
 HIGHEST_N, LIMIT_NM = 2000.0, 3.0
 

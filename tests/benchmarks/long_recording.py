@@ -35,12 +35,12 @@ from helpers_workflow import quick_procedure, run, station_file
 from rigrunner.analysis import waveforms
 from rigrunner.analysis.prepare import prepare_point
 from rigrunner.procedure import parse_procedure
+from rigrunner.run.stored import run_data
 from rigrunner.runfile import read
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.loose import PART_GROUP
 from rigrunner.runfile.recordings import read_facts
 from rigrunner.signal.blocks import BLOCK
-from rigrunner.workflow.stored import run_data
 from unit.runfile.helpers_runfile import write_run
 
 if TYPE_CHECKING:

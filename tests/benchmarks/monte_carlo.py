@@ -28,12 +28,12 @@ from rigrunner.api.uncertainty import Input, MeasurementModel
 from rigrunner.clock import SimulatedClock
 from rigrunner.procedure import parse_procedure
 from rigrunner.registry import load_registry
+from rigrunner.run.locate import find_procedure
+from rigrunner.run.stored import analyse_stored, read
 from rigrunner.signal.mean_model import mean_model
 from rigrunner.signal.monte_carlo.adaptive import BLOCK, Adaptive, propagate
 from rigrunner.signal.monte_carlo.distributions import MultivariateT
 from rigrunner.signal.monte_carlo.model import _grouped, output_of
-from rigrunner.workflow.locate import find_procedure
-from rigrunner.workflow.stored import analyse_stored, read
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -29,10 +29,10 @@ from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
 from rigrunner.registry import load_registry
+from rigrunner.run.locate import find_station
+from rigrunner.run.prepare import plan_run
+from rigrunner.run.record import header_of, rig_of
 from rigrunner.runfile import RunWriter
-from rigrunner.workflow.locate import find_station
-from rigrunner.workflow.prepare import plan_run
-from rigrunner.workflow.record import header_of, rig_of
 from unit.analysis.helpers_analysis import acceptance, analysed, recording, run_of
 
 if TYPE_CHECKING:

@@ -54,17 +54,17 @@ from rigrunner.bus import Bus
 from rigrunner.clock import WallClock
 from rigrunner.engine import UnattendedAnswers, run_plan
 from rigrunner.registry import load_registry
+from rigrunner.run.prepare import plan_run
+from rigrunner.run.record import header_of, open_log, rig_of, syncs_measurements
 from rigrunner.runfile import RunWriter
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.loose import read_journal
-from rigrunner.workflow.prepare import plan_run
-from rigrunner.workflow.record import header_of, open_log, rig_of, syncs_measurements
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from benchmarks.frame import Pair, Target
-    from rigrunner.workflow.prepare import Planned
+    from rigrunner.run.prepare import Planned
 
 MICRO = 1e6
 AS_LONG = 20

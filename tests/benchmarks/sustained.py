@@ -19,7 +19,7 @@ from benchmarks.frame import Figure, Spread, at_most
 from e2e.helpers_panel import INPUTS, Screen, ready, served, started_by
 from helpers_workflow import ALL_FREQUENCIES, edited, run
 from rigrunner.clock import WallClock
-from rigrunner.workflow.locate import find_procedure, shipped_folder
+from rigrunner.run.locate import find_procedure, shipped_folder
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

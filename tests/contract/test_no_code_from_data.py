@@ -32,7 +32,7 @@ KNOWN = {
     "plugins/rigrunner_plugins/devices/modbus/opening.py": {"socket"},
     "runner/rigrunner/api/ports.py": {"socket"},
     "runner/rigrunner/rig_state/addresses.py": {"socket"},  # one host has several names
-    "runner/rigrunner/workflow/rig_lock.py": {"socket"},  # the name of this machine
+    "runner/rigrunner/run/rig_lock.py": {"socket"},  # the name of this machine
     "runner/rigrunner_testing/device/recovery.py": {"socket"},  # an instrument on loopback
 }
 """What a module may import although others may not: processes of a panel tell each other objects

@@ -14,7 +14,7 @@ import pytest
 
 from helpers_cli import call
 from rigrunner.registry import load_registry, with_drop_ins
-from rigrunner.workflow.new_plugin import NewPlugin
+from rigrunner.tools.new_plugin import NewPlugin
 from rigrunner_testing import State, checks, examine, subject
 
 SIMULATOR = "    simulator = SimulatedSpring\n"

@@ -20,10 +20,10 @@ from rigrunner.cli.stopping import stop_on_signals
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
 from rigrunner.registry import load_registry
+from rigrunner.run.locate import find_procedure, find_station
+from rigrunner.run.prepare import plan_run
+from rigrunner.run.record import execute, rig_of
 from rigrunner.runfile import read
-from rigrunner.workflow.locate import find_procedure, find_station
-from rigrunner.workflow.prepare import plan_run
-from rigrunner.workflow.record import execute, rig_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Block
     from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity, StopToken
     from rigrunner.api.events import Event
-    from rigrunner.workflow.prepare import Planned
+    from rigrunner.run.prepare import Planned
 
 HOT_K = 400.0
 FAST = (

@@ -25,14 +25,14 @@ from helpers_workflow import START, quick_procedure, station_file
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import RunEnded, StepEnded, StepStarted
 from rigrunner.clock import SimulatedClock
+from rigrunner.documents.verifying.run import verify_run
 from rigrunner.engine import UnattendedAnswers
 from rigrunner.registry import load_registry
+from rigrunner.run.inputs import answer_inputs
+from rigrunner.run.prepare import plan_run
+from rigrunner.run.record import execute
+from rigrunner.run.report import write_report
 from rigrunner.runfile import read
-from rigrunner.workflow.inputs import answer_inputs
-from rigrunner.workflow.prepare import plan_run
-from rigrunner.workflow.record import execute
-from rigrunner.workflow.report import write_report
-from rigrunner.workflow.verifying.run import verify_run
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -10,10 +10,10 @@ from helpers_workflow import quick_procedure, run
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers
 from rigrunner.registry import load_registry
+from rigrunner.run.interrupted import read_interrupted
+from rigrunner.run.prepare import plan_run
+from rigrunner.run.resume import prepare_resume, resume, run_files
 from rigrunner.runfile import run_lock
-from rigrunner.workflow.interrupted import read_interrupted
-from rigrunner.workflow.prepare import plan_run
-from rigrunner.workflow.resume import prepare_resume, resume, run_files
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -29,8 +29,8 @@ from e2e.helpers_supply import GUARDED, SupplyLab
 from rigrunner.api.errors import DataError
 from rigrunner.cli.main import main
 from rigrunner.rig_state import is_held, read_marker, shared_folder
+from rigrunner.run.locate import run_names
 from rigrunner.runfile import read
-from rigrunner.workflow.locate import run_names
 
 ROUND = ("run", "guardian", "run", "guardian", "panel", "run", "guardian", "server", "both", "run")
 """What is killed, in turn: under the panel each kill takes several times as long."""

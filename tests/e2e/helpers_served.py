@@ -25,9 +25,9 @@ COMMAND = str(Path(sys.executable).parent / "rigrunner")
 FOR_ITSELF = {"panel", "jog", "doctor"}
 IMPORTED_ONCE = (
     "scipy.optimize",
-    "rigrunner.workflow.record",
-    "rigrunner.workflow.stored",
-    "rigrunner.workflow.certifying.certify",
+    "rigrunner.run.record",
+    "rigrunner.run.stored",
+    "rigrunner.documents.certifying.certify",
     "rigrunner_plugins.hooks",
     "rigrunner_reports.hooks",
     "rigrunner_reports.render",

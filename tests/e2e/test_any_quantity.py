@@ -14,8 +14,8 @@ from helpers_certificate import make_letterhead
 from helpers_cli import call
 from rigrunner.api.events import Outcome
 from rigrunner.registry import load_registry
-from rigrunner.workflow.finish import FinishedRun
-from rigrunner.workflow.stored import analyse_run
+from rigrunner.run.finish import FinishedRun
+from rigrunner.run.stored import analyse_run
 from rigrunner_panel.view.of_result import finished_view
 
 U_READING = 0.002 / sqrt(3)

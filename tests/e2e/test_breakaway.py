@@ -10,9 +10,9 @@ import pytest
 from helpers_cli import call
 from helpers_workflow import edited, run
 from rigrunner.api.errors import ExitCode
+from rigrunner.run.locate import find_procedure, find_station
 from rigrunner.runfile import read_truth
 from rigrunner.signal.uncertainty import coverage_factor
-from rigrunner.workflow.locate import find_procedure, find_station
 
 BENCH = "simulated_bench"
 PROCEDURE = "no_load_breakaway"

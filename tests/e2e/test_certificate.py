@@ -23,8 +23,8 @@ from rigrunner.certificate.deviations import deviations_of
 from rigrunner.certificate.order import Order
 from rigrunner.certificate.surroundings import instruments_of
 from rigrunner.certificate.validity import traceability_of
+from rigrunner.documents.certifying.certify import _refuse_beyond_calibration, read_source
 from rigrunner.registry import load_registry
-from rigrunner.workflow.certifying.certify import _refuse_beyond_calibration, read_source
 from unit.rigrunner_reports.helpers_html import read_html
 
 pytestmark = pytest.mark.figures

@@ -14,7 +14,7 @@ import pytest
 from helpers_cli import call
 from rigrunner import __version__
 from rigrunner.api.errors import ExitCode
-from rigrunner.workflow.locate import find_procedure, find_station
+from rigrunner.run.locate import find_procedure, find_station
 
 LOADED = "starting_torque_1000n"
 NO_LOAD = "no_load_inertia_sweep"

@@ -9,10 +9,10 @@ from helpers_workflow import quick_procedure, run, station_file
 from rigrunner.api.errors import ExitCode, InvalidFileError
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
+from rigrunner.run.locate import find_procedure
+from rigrunner.run.prepare import plan_run
 from rigrunner.runfile import read
 from rigrunner.steps.measure import Measure
-from rigrunner.workflow.locate import find_procedure
-from rigrunner.workflow.prepare import plan_run
 from rigrunner.yamlfile import parse
 
 PLAIN = """\

@@ -8,7 +8,7 @@ import pytest
 
 from helpers_cli import call
 from rigrunner.api.errors import ExitCode
-from rigrunner.workflow.locate import find_procedure
+from rigrunner.run.locate import find_procedure
 
 AS14101 = """\
       min: 0.25 in·lbf

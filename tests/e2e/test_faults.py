@@ -17,10 +17,10 @@ from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
 from rigrunner.registry import load_registry
 from rigrunner.rig import Rig
+from rigrunner.run.locate import find_station
+from rigrunner.run.prepare import plan_run
+from rigrunner.run.record import execute
 from rigrunner.runfile import read
-from rigrunner.workflow.locate import find_station
-from rigrunner.workflow.prepare import plan_run
-from rigrunner.workflow.record import execute
 from rigrunner_plugins.devices.fault.settings import NATURES
 
 PAGE = Path(__file__).parents[2] / "docs/reference/faults.md"

@@ -25,10 +25,10 @@ from e2e.helpers_forgery import (
 from e2e.helpers_tamper import RUN_FILE, issue, letterhead
 from helpers_cli import call
 from helpers_lacking import require_pdf
+from rigrunner.documents.verifying.document import read_contents
+from rigrunner.documents.verifying.forms import Form
+from rigrunner.documents.verifying.verification import Verification
 from rigrunner.proof.seal import FORMS
-from rigrunner.workflow.verifying.document import read_contents
-from rigrunner.workflow.verifying.forms import Form
-from rigrunner.workflow.verifying.verification import Verification
 
 pytestmark = pytest.mark.thorough
 

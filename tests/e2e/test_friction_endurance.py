@@ -17,8 +17,8 @@ import pytest
 from e2e.helpers_resume import take_up
 from helpers_cli import call
 from rigrunner.api.errors import DataError
+from rigrunner.run.locate import find_procedure, find_station
 from rigrunner.runfile import read
-from rigrunner.workflow.locate import find_procedure, find_station
 
 NEW_NM = 0.7262
 """The starting torque of a new bearing of the simulated tester, at 1000 N."""

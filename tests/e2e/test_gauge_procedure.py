@@ -12,7 +12,7 @@ from e2e.helpers_trends import index_all
 from helpers_cli import call
 from helpers_workflow import START, edited, quick_procedure, run, station_file
 from rigrunner.clock import SimulatedClock
-from rigrunner.workflow.locate import find_procedure
+from rigrunner.run.locate import find_procedure
 
 pytestmark = pytest.mark.thorough
 

@@ -87,7 +87,7 @@ class Run:
     def guardian(self):
         for each in psutil.Process(self.process.pid).children():
             with suppress(psutil.Error):  # it has ended just now
-                if "rigrunner.workflow.guardian.main" in each.cmdline():
+                if "rigrunner.run.guardian.main" in each.cmdline():
                     return each
         return None
 
@@ -346,7 +346,7 @@ def test_a_guardian_that_starts_after_its_owner_has_died_still_acts(rigs):
 
 LATE = """
 import os, signal, sys, pathlib, subprocess, time
-from rigrunner.workflow.by_hand.station import ready_station
+from rigrunner.tools.by_hand.station import ready_station
 
 def stop_at_once(*words, popen=subprocess.Popen, **known):
     child = popen(*words, **known)

@@ -14,8 +14,8 @@ from helpers_language import edited, place_of
 from rigrunner.api.errors import ExitCode
 from rigrunner.procedure import load_procedure
 from rigrunner.procedure.steps import installed_kinds
+from rigrunner.run.stored import open_run
 from rigrunner.runfile import read
-from rigrunner.workflow.stored import open_run
 
 SOURCE = Path(__file__).parent / "language"
 

@@ -18,8 +18,8 @@ from helpers_cli import call
 from rigrunner.api.errors import ExitCode
 from rigrunner.api.events import Intervention, Prompt, RunStarted
 from rigrunner.rig_state import read_marker
+from rigrunner.run.locate import run_names
 from rigrunner.runfile import read
-from rigrunner.workflow.locate import run_names
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="kill -9 is of POSIX")
 PROGRAM = "import sys; from rigrunner.cli.main import main; sys.exit(main())"

@@ -9,7 +9,7 @@ import pytest
 from helpers_certificate import issue, make_letterhead
 from helpers_cli import call
 from helpers_workflow import quick_procedure, run
-from rigrunner.workflow.locate import find_station
+from rigrunner.run.locate import find_station
 from unit.rigrunner_reports.helpers_html import read_html
 
 pytestmark = pytest.mark.figures

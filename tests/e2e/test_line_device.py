@@ -8,9 +8,9 @@ import pytest
 
 from helpers_cli import call
 from rigrunner.api.errors import ExitCode
+from rigrunner.run.locate import run_names
 from rigrunner.runfile import read
-from rigrunner.workflow.locate import run_names
-from rigrunner.workflow.new_plugin import NewPlugin
+from rigrunner.tools.new_plugin import NewPlugin
 from unit.api.helpers_lines import HANG_UP, ScriptedPeer
 
 LATE = object()

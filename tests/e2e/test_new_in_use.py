@@ -13,7 +13,7 @@ from helpers_cli import call
 from helpers_workflow import quick_procedure, station_file
 from rigrunner.api.errors import ExitCode
 from rigrunner.runfile import read
-from rigrunner.workflow.new_plugin import KINDS, NewPlugin
+from rigrunner.tools.new_plugin import KINDS, NewPlugin
 
 NAMES = {word: f"own_{word.replace('-', '_')}" for word in KINDS}
 HERTZ = (8, 15, 20, 25, 35)

@@ -19,7 +19,7 @@ from pathlib import Path
 import pytest
 
 from helpers_docs import ROOT, code_blocks, matches
-from rigrunner.workflow.new_plugin import KINDS, NewPlugin
+from rigrunner.tools.new_plugin import KINDS, NewPlugin
 
 STRANGER = Path(__file__).parent / "stranger"
 PLUGINS = {word: NewPlugin(word, f"authors_{word.replace('-', '_')}") for word in KINDS}

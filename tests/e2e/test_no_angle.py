@@ -9,7 +9,7 @@ import pytest
 from helpers_workflow import quick_procedure, run
 from rigrunner.cli.summary import summary
 from rigrunner.registry import load_registry
-from rigrunner.workflow.stored import analyse_run
+from rigrunner.run.stored import analyse_run
 
 pytestmark = pytest.mark.thorough
 

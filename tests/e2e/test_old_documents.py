@@ -12,11 +12,11 @@ from e2e.helpers_forgery import resealed
 from helpers_cli import call
 from rigrunner.analysis.revisions import OWN
 from rigrunner.certificate.content import REVISION
+from rigrunner.documents.packing.unpack import unpack
+from rigrunner.documents.verifying.certificate import Means, verify_certificate
 from rigrunner.proof.contents import content_in
 from rigrunner.registry import Registry, load_registry
 from rigrunner.runfile import read
-from rigrunner.workflow.packing.unpack import unpack
-from rigrunner.workflow.verifying.certificate import Means, verify_certificate
 
 pytestmark = pytest.mark.thorough
 
@@ -169,7 +169,7 @@ def test_pages_of_a_layout_that_improved_are_not_proven_but_searched_for_the_res
 def test_results_are_derived_again_where_only_the_content_has_another_revision(
     runs, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr("rigrunner.workflow.verifying.revisions.REVISION", 99)
+    monkeypatch.setattr("rigrunner.documents.verifying.revisions.REVISION", 99)
     means = Means(run=runs / RUN, runs=runs, registry=load_registry())
     forged = tmp_path / AMENDMENT.name
     for old, new, differs in (

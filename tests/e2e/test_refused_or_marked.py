@@ -15,7 +15,7 @@ from rigrunner.api.errors import DataError, ExitCode
 from rigrunner.api.verdict import Verdict
 from rigrunner.certificate.results import results_of
 from rigrunner.procedure import AnalysisSpec
-from rigrunner.workflow.locate import find_procedure
+from rigrunner.run.locate import find_procedure
 from unit.analysis.helpers_analysis import LOADED_SPEC, acceptance, analysed, recording, run_of
 
 TODAY = datetime.now(UTC).date()

@@ -10,8 +10,8 @@ import pytest
 
 from helpers_cli import call
 from rigrunner.api.errors import ExitCode
+from rigrunner.run.locate import find_procedure
 from rigrunner.runfile import read
-from rigrunner.workflow.locate import find_procedure
 
 ENTRY = """
   - channel: room.temperature

@@ -11,7 +11,7 @@ import pytest
 
 from helpers_cli import call
 from rigrunner.api.errors import UsageError
-from rigrunner.workflow.locate import find_procedure
+from rigrunner.run.locate import find_procedure
 from rigrunner_fleet.notebook import analyse, open_run
 from rigrunner_plugins.loopback.chamber import DEVIATION_K, platinum, running_chamber
 

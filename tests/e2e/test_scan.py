@@ -13,8 +13,8 @@ from e2e.helpers_resume import Snapshot
 from helpers_cli import call
 from helpers_workflow import run, station_file
 from rigrunner.api.events import Intervention, Scanned, StepEnded, StepStarted
+from rigrunner.run.locate import find_procedure
 from rigrunner.runfile import read
-from rigrunner.workflow.locate import find_procedure
 
 HEAD = """\
 rigrunner: procedure/2

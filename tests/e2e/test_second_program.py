@@ -11,8 +11,8 @@ import pytest
 
 from e2e.helpers_supply import SupplyLab
 from rigrunner.api.errors import ExitCode
+from rigrunner.run.locate import run_names
 from rigrunner.runfile import read
-from rigrunner.workflow.locate import run_names
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="as the tests of the supply")
 PROGRAM = "import sys; from rigrunner.cli.main import main; sys.exit(main())"

@@ -15,8 +15,8 @@ from e2e.helpers_terminal import PROGRAM, Terminal
 from helpers_workflow import edited
 from rigrunner.api.events import Intervention, MadeSafe, RunEnded, StepEnded
 from rigrunner.ending import ENDING, SUSPENDING, signal_name
+from rigrunner.run.locate import find_procedure, find_station
 from rigrunner.runfile import read
-from rigrunner.workflow.locate import find_procedure, find_station
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="signals of Unix")
 REALTIME = range(getattr(signal, "SIGRTMIN", 0), getattr(signal, "SIGRTMAX", 0) + 1)

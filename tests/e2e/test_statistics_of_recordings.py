@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from helpers_cli import call
+from rigrunner.run.locate import find_station
 from rigrunner.runfile import read
-from rigrunner.workflow.locate import find_station
 
 STATION = find_station("simulated")
 WEAR = """\

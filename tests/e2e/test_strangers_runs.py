@@ -11,7 +11,7 @@ from helpers_workflow import quick_procedure, run, station_file
 from rigrunner.api.errors import ExitCode, InvalidFileError
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
-from rigrunner.workflow.prepare import plan_run
+from rigrunner.run.prepare import plan_run
 
 LAB_PLUGIN = '''
 """A tester and a fit of a lab's own; says when it is imported."""

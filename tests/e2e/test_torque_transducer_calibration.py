@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from helpers_cli import call
-from rigrunner.workflow.locate import find_procedure
+from rigrunner.run.locate import find_procedure
 from rigrunner_plugins.loopback.lever import (
     CUBIC,
     GAIN,

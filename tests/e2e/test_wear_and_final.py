@@ -9,8 +9,8 @@ import pytest
 
 from helpers_cli import call
 from helpers_workflow import quick_procedure, run
+from rigrunner.run.locate import find_procedure, find_station
 from rigrunner.runfile import read
-from rigrunner.workflow.locate import find_procedure, find_station
 
 SIX = """\
 rigrunner: procedure/2

@@ -33,6 +33,9 @@ from rigrunner.proof.contents import content_in
 from rigrunner.proof.keys import new_key, read_private_key, read_public_keys
 from rigrunner.proof.seal import check_seal
 from rigrunner.proof.signature import check_signature, parse_signature, sign_files, signature_json
+from rigrunner.run.approval import ApprovalFile
+from rigrunner.run.inputs import read_answers
+from rigrunner.run.locate import find_procedure, find_station, shipped_folder
 from rigrunner.runfile import RunWriter, read, read_info, read_truth
 from rigrunner.runfile.codec import block_bytes, event_record, header_bytes
 from rigrunner.runfile.folder import RunFolder
@@ -42,11 +45,8 @@ from rigrunner.tape import TapedFile, TapedPlugin, TapeManifest
 from rigrunner.tape.file import TapeFile
 from rigrunner.tape.manifest import read_manifest
 from rigrunner.tape.recording import RecordingWire, Trouble
-from rigrunner.workflow.approval import ApprovalFile
-from rigrunner.workflow.importing.mapping import load_mapping
-from rigrunner.workflow.inputs import read_answers
-from rigrunner.workflow.labfolder import TEMPLATE
-from rigrunner.workflow.locate import find_procedure, find_station, shipped_folder
+from rigrunner.tools.importing.mapping import load_mapping
+from rigrunner.tools.labfolder import TEMPLATE
 from rigrunner.yamlfile import read as read_yaml
 from rigrunner.yamlfile import validate
 from rigrunner_plugins.devices.replay.manifest import load_manifest

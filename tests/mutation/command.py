@@ -57,10 +57,10 @@ TESTS = (
     "tests/unit/rig_state",
     "tests/unit/runfile",
     "tests/unit/station",
-    "tests/unit/workflow/reanalysis/test_selection.py",
-    "tests/unit/workflow/test_resume.py",
-    "tests/unit/workflow/test_rig_lock.py",
-    "tests/unit/workflow/test_salvaging.py",
+    "tests/unit/rigrunner_fleet/reanalysis/test_selection.py",
+    "tests/unit/run/test_resume.py",
+    "tests/unit/run/test_rig_lock.py",
+    "tests/unit/run/test_salvaging.py",
 )
 """Where the rules of these modules are tested; tests of whole commands take a hundred times as long
 and run each line in passing."""

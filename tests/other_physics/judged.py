@@ -14,7 +14,7 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.rig import SupportUnderLoad
 from rigrunner.signal.coverage import expanded
 from rigrunner.study.tools import checks_of, primary_alone, tools
-from rigrunner.workflow.support_friction import MOST, RUNNING, between
+from rigrunner.tools.support_friction import MOST, RUNNING, between
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -13,7 +13,7 @@ from helpers_docs import ROOT, code_blocks, pages
 from rigrunner.cli.lazy import LazyGroup
 from rigrunner.cli.main import rigrunner
 from rigrunner.procedure import load_procedure
-from rigrunner.workflow.inputs import read_answers
+from rigrunner.run.inputs import read_answers
 
 PROCEDURE = ROOT / "procedures/starting_torque_1000n.yaml"
 STATION = ROOT / "procedures/stations/simulated.yaml"

@@ -10,8 +10,8 @@ from rigrunner.cli.pausing import TerminalPauses
 from rigrunner.cli.progress import shown_progress
 from rigrunner.cli.stopping import stop_on_signals
 from rigrunner.engine import UnattendedAnswers
-from rigrunner.workflow.inputs import answer_inputs
-from rigrunner.workflow.record import execute
+from rigrunner.run.inputs import answer_inputs
+from rigrunner.run.record import execute
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
     from rigrunner.api.events import EventSink
     from rigrunner.engine import Interference, Override
-    from rigrunner.workflow.finish import FinishedRun
-    from rigrunner.workflow.left_energised import Person
-    from rigrunner.workflow.prepare import Planned
+    from rigrunner.run.finish import FinishedRun
+    from rigrunner.run.left_energised import Person
+    from rigrunner.run.prepare import Planned
 
 
 def attended_run(

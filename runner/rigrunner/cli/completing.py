@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from click.shell_completion import CompletionItem, shell_complete
 
-from rigrunner.workflow.locate import procedure_names, run_names, station_names
+from rigrunner.run.locate import procedure_names, run_names, station_names
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

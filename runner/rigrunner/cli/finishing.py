@@ -14,7 +14,7 @@ from rigrunner.cli.summary import identity, summary
 from rigrunner.cli.table import pairs
 
 if TYPE_CHECKING:
-    from rigrunner.workflow.finish import FinishedRun
+    from rigrunner.run.finish import FinishedRun
 
 
 def tell_finished(finished: FinishedRun, *, as_json: bool = False) -> None:

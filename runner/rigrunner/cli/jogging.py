@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from rigrunner.cli.stopping import SignalStop
-    from rigrunner.workflow.by_hand.jog import Jog
+    from rigrunner.tools.by_hand.jog import Jog
 
 LOOK_EVERY_S = 0.5
 _WATCH_S = 10.0

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from rigrunner.api.certificate import Authorisation
-    from rigrunner.workflow.certifying.office import Issued
+    from rigrunner.documents.certifying.office import Issued
 
 OPTIONS = {
     "--customer": "The customer's name.",

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 from rigrunner.cli.output import message
 from rigrunner.engine import brought_back
-from rigrunner.workflow.resume import how_it_ended
+from rigrunner.run.resume import how_it_ended
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigrunner.engine import Seam
     from rigrunner.plan import Plan
+    from rigrunner.run.resume import ResumableRun
     from rigrunner.runfile import StoredRun
-    from rigrunner.workflow.resume import ResumableRun
 
 
 def tell_resumable(run: ResumableRun) -> None:

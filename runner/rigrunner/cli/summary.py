@@ -9,7 +9,7 @@ from rigrunner.api.events import Outcome
 from rigrunner.api.verdict import probability_text
 from rigrunner.cli.numbers import with_uncertainty
 from rigrunner.cli.table import pairs, table
-from rigrunner.workflow.set_points import other_results
+from rigrunner.run.set_points import other_results
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

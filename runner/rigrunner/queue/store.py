@@ -13,9 +13,9 @@ from rigrunner.api.errors import DataError, InvalidFileError, Problem, UsageErro
 from rigrunner.api.events import RunStarted
 from rigrunner.clock import utc_text
 from rigrunner.queue.entries import OPEN, Entry, Stored
+from rigrunner.run.runs import listed_run
 from rigrunner.runfile import NEVER_ENDED
 from rigrunner.runfile.durable import write_whole, writing
-from rigrunner.workflow.runs import listed_run
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

@@ -11,8 +11,8 @@ from pydantic import TypeAdapter
 
 from rigrunner.api.errors import AbortedError, DataError
 from rigrunner.jobs import journal
+from rigrunner.run.provenance import code_digest, refuse_other_software, software
 from rigrunner.study.tools import tools
-from rigrunner.workflow.provenance import code_digest, refuse_other_software, software
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence

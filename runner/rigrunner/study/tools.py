@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from rigrunner.analysis.analyse import analyse
 from rigrunner.procedure import load_procedure
 from rigrunner.registry import load_registry
+from rigrunner.run.locate import find_procedure, find_station
 from rigrunner.station import load_station
-from rigrunner.workflow.locate import find_procedure, find_station
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

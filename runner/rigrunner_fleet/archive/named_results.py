@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.coordinates import place_text
 from rigrunner.api.units import QuantityError, si_symbol, unit
 from rigrunner.api.verdict import WORST_FIRST
-from rigrunner.workflow.set_points import coordinates_in, named_place
+from rigrunner.run.set_points import coordinates_in, named_place
 from rigrunner_fleet.archive.documents import at, degrees_of_freedom, key, number, rows, text, whole
 
 if TYPE_CHECKING:

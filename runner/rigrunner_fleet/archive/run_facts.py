@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from rigrunner.api.errors import DataError, RigrunnerError
 from rigrunner.api.results import REPLAYED
 from rigrunner.api.verdict import Verdict
+from rigrunner.run.provenance import is_simulated
 from rigrunner.runfile import read_summary
 from rigrunner.runfile.scan import storable
-from rigrunner.workflow.provenance import is_simulated
 from rigrunner_fleet.archive.documents import at, key, moment, text
 from rigrunner_fleet.archive.named_results import coordinates, named_results
 from rigrunner_fleet.archive.result_facts import decision, figures, headline, points
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
+    from rigrunner.run.decisions import DecisionFile
     from rigrunner.runfile import RunSummary
     from rigrunner.runfile.scan import FoundRun
-    from rigrunner.workflow.decisions import DecisionFile
     from rigrunner_fleet.archive.result_facts import Row
 
 RUN_FILE = "run.h5"
@@ -149,7 +149,7 @@ def _own(summary: RunSummary) -> Iterator[Row]:
 def _later_decisions(found: FoundRun, summary: RunSummary) -> Sequence[DecisionFile]:
     if not any(file.name.startswith("decision-") for file in found.files):
         return ()
-    from rigrunner.workflow.decisions import later_decisions  # noqa: PLC0415  (it loads the analysis; few runs need it)
+    from rigrunner.run.decisions import later_decisions  # noqa: PLC0415  (it loads the analysis; few runs need it)
 
     return later_decisions(summary, found.folder)
 

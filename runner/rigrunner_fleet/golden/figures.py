@@ -7,8 +7,8 @@ from math import inf, sqrt
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.verdict.document import verdict_in
+from rigrunner.run.set_points import named_by_frequency, named_place, other_results, told_apart
 from rigrunner.signal.uncertainty import coverage_factor
-from rigrunner.workflow.set_points import named_by_frequency, named_place, other_results, told_apart
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -13,11 +13,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import DataError, UsageError
+from rigrunner.run.lab_plugins import lab_registry
+from rigrunner.run.locate import RUN_FILE
+from rigrunner.run.provenance import software
 from rigrunner.runfile import read_info
 from rigrunner.runfile.durable import writing
-from rigrunner.workflow.lab_plugins import lab_registry
-from rigrunner.workflow.locate import RUN_FILE
-from rigrunner.workflow.provenance import software
 from rigrunner_fleet.golden.reference import REFERENCE, Found, Reference, found_in, write_reference
 from rigrunner_fleet.reanalysis.batch import RESULT, Batch
 

@@ -62,8 +62,8 @@ def analyse(
     `no_load` stands in place of the no-load run in its file; `station` names one whose own plugins
     are needed. Nothing is written. Raises DataError for what cannot be analysed.
     """
-    from rigrunner.workflow.lab_plugins import lab_registry  # noqa: PLC0415  (the analysis is heavy)
-    from rigrunner.workflow.stored import analyse_run  # noqa: PLC0415  (the same)
+    from rigrunner.run.lab_plugins import lab_registry  # noqa: PLC0415  (the analysis is heavy)
+    from rigrunner.run.stored import analyse_run  # noqa: PLC0415  (the same)
 
     other = None if no_load is None else Path(no_load)
     return Analysis(analyse_run(Path(run), lab_registry(station), other))

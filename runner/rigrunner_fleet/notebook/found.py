@@ -12,8 +12,8 @@ from rigrunner.api.figures import Axis, Figure, Mark, Picture, Series
 from rigrunner.api.findings import MeasurementResult, ResultDefinition
 from rigrunner.api.verdict import Limits, Verdict
 from rigrunner.plots import draw
+from rigrunner.run.set_points import coordinates_in
 from rigrunner.signal.result_figures import over_coordinate
-from rigrunner.workflow.set_points import coordinates_in
 from rigrunner_fleet.archive import Rows
 from rigrunner_fleet.archive.documents import at, degrees_of_freedom, number
 from rigrunner_fleet.archive.named_results import named_results

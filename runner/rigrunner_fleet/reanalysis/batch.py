@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import AbortedError, UsageError
 from rigrunner.jobs import journal
+from rigrunner.run.lab_plugins import lab_registry, plugin_folders
+from rigrunner.run.locate import find_station
+from rigrunner.run.provenance import code_digest, software
 from rigrunner.runfile.durable import writing
-from rigrunner.workflow.lab_plugins import lab_registry, plugin_folders
-from rigrunner.workflow.locate import find_station
-from rigrunner.workflow.provenance import code_digest, software
 from rigrunner_fleet.reanalysis.summary import Summary, by_run, write_summary, write_text
 from rigrunner_fleet.reanalysis.task import Reanalysed, Reanalysis, Row
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import UsageError
+from rigrunner.run.locate import RUN_FILE
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.scan import run_folders
-from rigrunner.workflow.locate import RUN_FILE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

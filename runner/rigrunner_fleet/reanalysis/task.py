@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 from rigrunner.analysis.document import document
 from rigrunner.analysis.verdict.document import verdict_in
 from rigrunner.procedure import parse_procedure
+from rigrunner.run.lab_plugins import lab_registry
+from rigrunner.run.provenance import refuse_other_software
+from rigrunner.run.set_points import named_place, other_results
+from rigrunner.run.stored import analyse_stored
 from rigrunner.runfile import read, read_info
-from rigrunner.workflow.lab_plugins import lab_registry
-from rigrunner.workflow.provenance import refuse_other_software
-from rigrunner.workflow.set_points import named_place, other_results
-from rigrunner.workflow.stored import analyse_stored
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

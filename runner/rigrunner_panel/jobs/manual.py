@@ -18,13 +18,13 @@ from rigrunner.clock import utc_text
 from rigrunner.engine.streams import checked_stream
 from rigrunner.plan import Plan, PlannedStep
 from rigrunner.plan.actions import Phase, Terms
+from rigrunner.run.noload import no_load_for
+from rigrunner.run.planning import planned_run
 from rigrunner.steps.record import Record
 from rigrunner.steps.set_drives import SetDrive
 from rigrunner.steps.zero import Zero
-from rigrunner.workflow.by_hand.points import record_by_hand
-from rigrunner.workflow.by_hand.settling import settle_left
-from rigrunner.workflow.noload import no_load_for
-from rigrunner.workflow.planning import planned_run
+from rigrunner.tools.by_hand.points import record_by_hand
+from rigrunner.tools.by_hand.settling import settle_left
 from rigrunner_panel.jobs.overriding import overrides_of
 from rigrunner_panel.live.asked import LIVE
 from rigrunner_panel.process.news import Ended, LiveRecording, ManualNow, Planned
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array, Block
     from rigrunner.api.events import Event
     from rigrunner.engine.session import Session
-    from rigrunner.workflow.prepare import Planned as PlannedRun
+    from rigrunner.run.prepare import Planned as PlannedRun
     from rigrunner_panel.process.link import Link
     from rigrunner_panel.process.orders import Job
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.engine import Override
-from rigrunner.workflow.overrides import overrides_for
+from rigrunner.run.overrides import overrides_for
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.workflow.prepare import Planned
+    from rigrunner.run.prepare import Planned
     from rigrunner_panel.process.orders import Job
 
 

@@ -6,9 +6,9 @@ import shutil
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import RigrunnerError
-from rigrunner.workflow.noload import no_load_for
-from rigrunner.workflow.planning import planned_run
-from rigrunner.workflow.rig_lock import rig_lock
+from rigrunner.run.noload import no_load_for
+from rigrunner.run.planning import planned_run
+from rigrunner.run.rig_lock import rig_lock
 from rigrunner_panel.jobs.preflight_paper import calibrations
 from rigrunner_panel.jobs.preflight_rig import rig_items
 from rigrunner_panel.process.news import Checked, Ended
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from rigrunner.workflow.prepare import Planned
+    from rigrunner.run.prepare import Planned
     from rigrunner_panel.process.link import Link
     from rigrunner_panel.process.orders import Job
 

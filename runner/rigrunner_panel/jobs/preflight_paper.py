@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import timedelta
 from typing import TYPE_CHECKING
 
-from rigrunner.workflow.calibration import calibration_findings, entering_channels
+from rigrunner.run.calibration import calibration_findings, entering_channels
 from rigrunner_panel.view.sections import PreflightItem
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from datetime import date
 
     from rigrunner.api.instruments import Instrument
-    from rigrunner.workflow.prepare import Planned
+    from rigrunner.run.prepare import Planned
 
 _SOON = timedelta(days=30)
 

@@ -10,8 +10,8 @@ from rigrunner.api.devices import Readable
 from rigrunner.api.errors import RigrunnerError
 from rigrunner.api.member import Member, role_of
 from rigrunner.rig import Patience, Rig, unsafe_text
+from rigrunner.run.left_energised import standing_of, what_to_do
 from rigrunner.steps.zero import Zero
-from rigrunner.workflow.left_energised import standing_of, what_to_do
 from rigrunner_panel.view.sections import PreflightItem
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import Identity
     from rigrunner.plan.actions import Interlock
     from rigrunner.rig_state import RigMarks
-    from rigrunner.workflow.prepare import Planned
+    from rigrunner.run.prepare import Planned
 
 _LOOK_S = 0.5
 """How long a zero is looked at, at most: the run itself takes its time."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.workflow.by_hand.settling import settle_left
-from rigrunner.workflow.inputs import answer_inputs, with_operator
-from rigrunner.workflow.noload import no_load_for
-from rigrunner.workflow.planning import planned_run
-from rigrunner.workflow.record import execute
+from rigrunner.run.inputs import answer_inputs, with_operator
+from rigrunner.run.noload import no_load_for
+from rigrunner.run.planning import planned_run
+from rigrunner.run.record import execute
+from rigrunner.tools.by_hand.settling import settle_left
 from rigrunner_panel.jobs.overriding import overrides_of
 from rigrunner_panel.process.news import Analysing, Ended, Planned
 from rigrunner_panel.process.person import PanelAnswers, PanelPauses, PanelPerson

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import RigrunnerError
 from rigrunner.registry import load_registry
+from rigrunner.run.lab_plugins import with_lab_plugins
 from rigrunner.runfile import read
 from rigrunner.station import load_station
-from rigrunner.workflow.lab_plugins import with_lab_plugins
 from rigrunner_panel.live.asked import Analysed
 from rigrunner_panel.live.going_on import GoingOn
 from rigrunner_panel.live.so_far import result_so_far

@@ -11,8 +11,8 @@ from rigrunner.analysis.prepare import prepare_point
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.errors import DataError
 from rigrunner.procedure import parse_procedure
+from rigrunner.run.stored import run_data
 from rigrunner.runfile import read
-from rigrunner.workflow.stored import run_data
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -6,7 +6,7 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 from rigrunner.api.events import Alarm, InterlockCleared, InterlockTripped, Intervention
-from rigrunner.workflow.log import event_text
+from rigrunner.run.log import event_text
 from rigrunner_panel.view.sections import AlarmView, LogLine
 
 if TYPE_CHECKING:

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from rigrunner.api.results import Result
     from rigrunner.api.verdict import Limits
     from rigrunner.procedure import Acceptance
-    from rigrunner.workflow.finish import FinishedRun
+    from rigrunner.run.finish import FinishedRun
 
 MOST_RESULTS = 200
 """Of named results, the latest are sent to the screen."""

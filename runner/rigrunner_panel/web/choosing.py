@@ -8,9 +8,9 @@ from rigrunner.api.errors import RigrunnerError
 from rigrunner.clock import SimulatedClock
 from rigrunner.procedure import load_procedure
 from rigrunner.procedure.answers import AnswerError
-from rigrunner.workflow.calibration import calibration_findings
-from rigrunner.workflow.noload import no_load_for
-from rigrunner.workflow.planning import planned_run
+from rigrunner.run.calibration import calibration_findings
+from rigrunner.run.noload import no_load_for
+from rigrunner.run.planning import planned_run
 from rigrunner_panel.errors import not_found
 from rigrunner_panel.jobs.preflight import free_bytes
 from rigrunner_panel.view.of_plan import plan_view
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from rigrunner.workflow.prepare import Planned
+    from rigrunner.run.prepare import Planned
     from rigrunner_panel.catalogue import Entry
     from rigrunner_panel.web.asked import Asked
     from rigrunner_panel.web.panel import Panel

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.certificate import Authorisation
 from rigrunner.certificate.order import Order
+from rigrunner.documents.certifying.certify import Request, certify
 from rigrunner.registry import load_registry
 from rigrunner.runfile import read
-from rigrunner.workflow.certifying.certify import Request, certify
-from rigrunner.workflow.comparing.compare import compare_runs
+from rigrunner.tools.comparing.compare import compare_runs
 from rigrunner_panel.errors import not_found
 from rigrunner_panel.web.answers import (
     Again,

@@ -12,7 +12,7 @@ from rigrunner.clock import utc_text
 from rigrunner.engine import Choice, Interference
 from rigrunner.procedure import load_procedure
 from rigrunner.procedure.answers import AnswerError
-from rigrunner.workflow.locate import find_run
+from rigrunner.run.locate import find_run
 from rigrunner_panel.errors import PanelError, not_found, wrong_state
 from rigrunner_panel.process.orders import Job
 from rigrunner_panel.view.sections import JobView, PreflightItem

@@ -109,7 +109,7 @@ def command(
 
 
 def _bound(station: str, role: str, name: str) -> AbstractContextManager[Subject]:
-    from rigrunner.workflow.locate import find_station
+    from rigrunner.run.locate import find_station
     from rigrunner_testing.station import bound_subject
 
     return bound_subject(find_station(station), role, name)

@@ -16,13 +16,13 @@ from rigrunner.api.instruments import torque_instruments
 from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import own_keys
 from rigrunner.clock import SimulatedClock, utc_text
+from rigrunner.run.locate import find_station
 from rigrunner.station import load_station
 from rigrunner.study.bench import LOAD_N, Value
 from rigrunner.study.coverage_case import limits
 from rigrunner.study.coverage_rigs import draw
 from rigrunner.study.recording import record_bench
 from rigrunner.study.tools import tools
-from rigrunner.workflow.locate import find_station
 
 if TYPE_CHECKING:
     from collections.abc import Callable

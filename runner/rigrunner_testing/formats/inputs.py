@@ -19,14 +19,14 @@ from rigrunner.certificate.content import Issue, make_certificate, restrictions_
 from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.certificate.order import Order, complete
 from rigrunner.clock import SimulatedClock, utc_text
+from rigrunner.documents.certifying.certify import read_source
 from rigrunner.engine import UnattendedAnswers
 from rigrunner.procedure import load_procedure
+from rigrunner.run.locate import find_procedure, find_station
+from rigrunner.run.prepare import plan_run
+from rigrunner.run.record import execute
 from rigrunner.study.tools import PROCEDURE, tools
-from rigrunner.workflow.certifying.certify import read_source
-from rigrunner.workflow.labfolder import TEMPLATE
-from rigrunner.workflow.locate import find_procedure, find_station
-from rigrunner.workflow.prepare import plan_run
-from rigrunner.workflow.record import execute
+from rigrunner.tools.labfolder import TEMPLATE
 from rigrunner_testing.compensation.recordings import CLOSED_FORM, swings
 
 if TYPE_CHECKING:

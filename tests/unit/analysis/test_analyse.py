@@ -9,7 +9,7 @@ from rigrunner.analysis.document import document
 from rigrunner.api.analysis import Consequence
 from rigrunner.api.errors import DataError, PluginError
 from rigrunner.api.verdict import Verdict
-from rigrunner.workflow.plot import sweep_plot
+from rigrunner.run.plot import sweep_plot
 from unit.analysis.helpers_analysis import (
     acceptance,
     analysed,

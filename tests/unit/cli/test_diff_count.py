@@ -3,8 +3,8 @@ from __future__ import annotations
 import pytest
 
 from rigrunner.cli.commands.diff import _count
-from rigrunner.workflow.comparing.compare import Comparison
-from rigrunner.workflow.comparing.tree import Change
+from rigrunner.tools.comparing.compare import Comparison
+from rigrunner.tools.comparing.tree import Change
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,8 @@ import pytest
 
 from helpers_cli import call
 from rigrunner.api.errors import ExitCode
-from rigrunner.workflow import doctor
-from rigrunner.workflow.doctor import Finding
+from rigrunner.tools import doctor
+from rigrunner.tools.doctor import Finding
 
 FINE = Finding("Python", "ok", "3.11")
 POOR = Finding("browser", "warn", "none", "install one")

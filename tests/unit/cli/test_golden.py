@@ -12,7 +12,7 @@ import pytest
 
 from helpers_cli import call
 from helpers_workflow import station_file
-from rigrunner.workflow.new_plugin import NewPlugin
+from rigrunner.tools.new_plugin import NewPlugin
 from unit.rigrunner_reports.helpers_html import Page
 
 if TYPE_CHECKING:

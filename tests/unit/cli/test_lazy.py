@@ -14,7 +14,7 @@ EVENTS = {"msgspec", "typing_extensions"}
 MODELS = {"annotated_types", "pydantic", "pydantic_core", "typing_inspection"} | EVENTS
 PLUGINS = {"pluggy", "rigrunner_bearings", "rigrunner_plugins", "rigrunner_reports"}
 OURS = {"rigrunner", "rigrunner_fleet", "rigrunner_panel", "rigrunner_testing"}
-FLOORS = {"api", "blas", "cli", "printable", "workflow"}
+FLOORS = {"api", "blas", "cli", "printable", "run"}
 
 HELP = ({"click"}, FLOORS)
 """Other packages than those of Python and ours, and the floors of ours."""
@@ -114,7 +114,7 @@ def test_the_settings_of_all_plugins_load_and_build_without_numpy():
 def test_no_model_is_built_before_it_is_used():
     """A default that is an instance of a model would build it: `Field(default_factory=...)`."""
     modules_after(
-        "import rigrunner.procedure, rigrunner.station, rigrunner.workflow.approval\n"
+        "import rigrunner.procedure, rigrunner.station, rigrunner.run.approval\n"
         "from rigrunner.api.settings import Settings\n"
         "from rigrunner.registry import load_registry\n"
         "for plugin in load_registry().plugins: plugin.record.settings_model\n"
@@ -135,7 +135,7 @@ def test_every_command_says_first_what_the_list_of_commands_says(name):
 def test_a_report_needs_no_model_of_a_certificate_and_looks_for_no_plugins_of_pydantic():
     loaded = modules_after(
         "main(['--version'])\n"
-        "import rigrunner.workflow.report\n"
+        "import rigrunner.run.report\n"
         "from pydantic.plugin import _loader\n"
         "assert _loader._plugins is None"
     )
@@ -145,7 +145,7 @@ def test_a_report_needs_no_model_of_a_certificate_and_looks_for_no_plugins_of_py
 
 @pytest.mark.parametrize(
     "module",
-    ["rigrunner.workflow.record", "rigrunner_panel.web.app", "rigrunner_panel.live.analyst"],
+    ["rigrunner.run.record", "rigrunner_panel.web.app", "rigrunner_panel.live.analyst"],
 )
 def test_what_records_and_analyses_begins_without_the_slow_packages_of_scipy(module):
     """They take as long as all the rest: `scipy.special` has the distributions, too."""

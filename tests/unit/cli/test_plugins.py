@@ -11,7 +11,7 @@ from rigrunner.api.errors import ExitCode
 from rigrunner.api.hooks import FitRecord, OutlierRuleRecord
 from rigrunner.api.settings import Ratio, Settings, Torque
 from rigrunner.registry import DisabledPlugin, Plugin, Provider, Registry
-from rigrunner.workflow import lab_plugins
+from rigrunner.run import lab_plugins
 
 LAB = Provider("lab_plugins", "2.0")
 

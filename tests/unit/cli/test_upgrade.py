@@ -10,7 +10,7 @@ import pytest
 from helpers_cli import call
 from helpers_language import PROCEDURE, only_problem
 from rigrunner.procedure import load_procedure, parse_procedure, texts_digest
-from rigrunner.workflow.approval import approval_state
+from rigrunner.run.approval import approval_state
 
 NEW_FORM = "analysis:\n  - swing_torque:\n"
 OLD = (

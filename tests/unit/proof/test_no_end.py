@@ -8,11 +8,11 @@ import pytest
 from pypdf.generic import DecodedStreamObject
 
 from rigrunner.api.errors import DataError
+from rigrunner.documents.verifying import pages
 from rigrunner.proof.contents import content_in
 from rigrunner.proof.pdf import metadata_texts
 from rigrunner.proof.places import place_in
 from rigrunner.proof.seal import issued_part
-from rigrunner.workflow.verifying import pages
 
 MANY = 20_000
 MOST_S = 3.0

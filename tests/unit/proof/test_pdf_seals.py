@@ -11,12 +11,12 @@ from pypdf import PdfWriter
 
 from e2e.helpers_forgery import appended, sealed_pdf
 from rigrunner.api.errors import DataError
+from rigrunner.documents.verifying.document import _check_appended
+from rigrunner.documents.verifying.forms import Form
+from rigrunner.documents.verifying.verification import Verification
 from rigrunner.proof.pdf import first_difference
 from rigrunner.proof.pdf_seals import additions_to
 from rigrunner.proof.seal import issued_part
-from rigrunner.workflow.verifying.document import _check_appended
-from rigrunner.workflow.verifying.forms import Form
-from rigrunner.workflow.verifying.verification import Verification
 
 generic = pytest.importorskip("pyhanko.pdf_utils.generic")
 ISSUED = (

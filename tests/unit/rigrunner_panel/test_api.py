@@ -16,8 +16,8 @@ from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
 from rigrunner.registry import load_registry
-from rigrunner.workflow.labfolder import make_lab
-from rigrunner.workflow.locate import find_station
+from rigrunner.run.locate import find_station
+from rigrunner.tools.labfolder import make_lab
 from rigrunner_panel.view.sections import Phase, State
 from rigrunner_panel.web.app import LONGEST_BODY, make_app
 from rigrunner_panel.web.operations import OPERATIONS

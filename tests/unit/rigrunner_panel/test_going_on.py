@@ -8,8 +8,8 @@ import pytest
 from helpers_workflow import FEW_FREQUENCIES, quick_procedure, run
 from rigrunner.api.events import Samples, StepEnded
 from rigrunner.registry import load_registry
+from rigrunner.run.locate import find_station, run_names
 from rigrunner.runfile import read
-from rigrunner.workflow.locate import find_station, run_names
 from rigrunner_panel.live import analyst
 from rigrunner_panel.live.asked import Analyse
 from rigrunner_panel.live.going_on import GoingOn

@@ -14,8 +14,8 @@ from rigrunner.engine import run_by_hand
 from rigrunner.plan.actions import Plan
 from rigrunner.registry import load_registry
 from rigrunner.rig import Rig
-from rigrunner.workflow.locate import find_procedure, find_station
-from rigrunner.workflow.prepare import plan_run
+from rigrunner.run.locate import find_procedure, find_station
+from rigrunner.run.prepare import plan_run
 from rigrunner_panel.jobs.manual import Hand
 from rigrunner_panel.process.news import ManualNow
 from rigrunner_panel.process.orders import CloseManual, SetManually

@@ -8,7 +8,7 @@ import pytest
 
 from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import Outcome
-from rigrunner.workflow.finish import FinishedRun
+from rigrunner.run.finish import FinishedRun
 from rigrunner_panel.view.of_result import finished_view
 
 

@@ -13,8 +13,8 @@ from rigrunner.api.member import Member
 from rigrunner.api.units import unit
 from rigrunner.plan import Plan
 from rigrunner.plan.actions import Interlock
-from rigrunner.workflow.locate import find_procedure, find_station
-from rigrunner.workflow.planning import planned_run
+from rigrunner.run.locate import find_procedure, find_station
+from rigrunner.run.planning import planned_run
 from rigrunner_panel.jobs import preflight
 from rigrunner_panel.jobs.preflight_paper import calibrations
 from rigrunner_panel.jobs.preflight_rig import rig_items

@@ -17,10 +17,10 @@ import rigrunner
 from helpers_lacking import lacking
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.procedure.answers import AnswerError, Expected
+from rigrunner.run.locate import find_procedure, find_station
+from rigrunner.run.planning import planned_run
 from rigrunner.steps.ask import Ask
 from rigrunner.steps.confirm import Confirm
-from rigrunner.workflow.locate import find_procedure, find_station
-from rigrunner.workflow.planning import planned_run
 from rigrunner_panel.jobs.preflight_paper import calibrations
 from rigrunner_panel.jobs.preflight_rig import rig_items
 
@@ -96,7 +96,7 @@ SPEAKERS = [
         if not each.as_posix().endswith(tuple(SILENT))
     ),
     "procedure/answers.py", "api/quantity.py", "engine/breaks.py", "engine/interlocks.py",
-    "engine/watching.py", "workflow/calibration.py", "workflow/noload.py", "workflow/rig_lock.py",
+    "engine/watching.py", "run/calibration.py", "run/noload.py", "run/rig_lock.py",
 ]  # fmt: skip
 PIECES = {  # of sentences: these are put together and translated as a whole, see below
     "Scan Q Q, reading Q", "between Q and Q, Q points", "at Q, 1 point",

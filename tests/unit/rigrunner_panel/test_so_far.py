@@ -9,8 +9,8 @@ from helpers_cli import call
 from helpers_workflow import quick_procedure, run
 from rigrunner.api.events import Samples, StepEnded, StepStarted
 from rigrunner.registry import load_registry
+from rigrunner.run.locate import find_procedure, find_station, run_names
 from rigrunner.runfile import read
-from rigrunner.workflow.locate import find_procedure, find_station, run_names
 from rigrunner_panel.history import History
 from rigrunner_panel.live.so_far import result_so_far
 from rigrunner_panel.view.of_result import correction, live_view

@@ -31,8 +31,8 @@ from rigrunner.certificate.content import Issue, make_certificate, restrictions_
 from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.certificate.order import complete
 from rigrunner.clock import utc_text
+from rigrunner.documents.certifying.certify import read_source
 from rigrunner.registry import load_registry
-from rigrunner.workflow.certifying.certify import read_source
 from rigrunner_reports.certificate.pdf import pdf_maker
 from rigrunner_reports.certificate.render import html
 from rigrunner_reports.certificate.texts import names, shipped, shipped_languages

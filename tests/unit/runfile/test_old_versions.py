@@ -17,10 +17,10 @@ import h5py
 import pytest
 
 from helpers_cli import call
+from rigrunner.documents.packing.pack import pack
+from rigrunner.documents.packing.unpack import unpack
 from rigrunner.jobs import InProcess
 from rigrunner.runfile import file_differences, read, read_info, read_summary
-from rigrunner.workflow.packing.pack import pack
-from rigrunner.workflow.packing.unpack import unpack
 from rigrunner_fleet import open_run
 from rigrunner_fleet.archive import index, open_archive, query
 from rigrunner_fleet.archive.checking import Look, Pace, check

@@ -17,10 +17,10 @@ from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
 from rigrunner.registry import load_registry
+from rigrunner.run.locate import find_station
+from rigrunner.run.prepare import plan_run
+from rigrunner.run.record import rig_of
 from rigrunner.steps.hooks import rigrunner_steps
-from rigrunner.workflow.locate import find_station
-from rigrunner.workflow.prepare import plan_run
-from rigrunner.workflow.record import rig_of
 
 NAMES = sorted(each.name for each in iter_modules(steps.__path__) if each.name != "hooks")
 MODULES = {name: import_module(f"{steps.__name__}.{name}") for name in NAMES}

@@ -52,8 +52,8 @@ def command(
     """
     from rigrunner.cli.progress import shown_progress
     from rigrunner.clock import WallClock
-    from rigrunner.workflow.certifying.amend import AmendRequest, amend
-    from rigrunner.workflow.lab_plugins import lab_registry
+    from rigrunner.documents.certifying.amend import AmendRequest, amend
+    from rigrunner.run.lab_plugins import lab_registry
 
     request = AmendRequest(
         letterhead=letterhead,

@@ -14,7 +14,7 @@ from rigrunner.cli.completing import stored_runs
 from rigrunner.cli.options import json_option, lab_option, run_argument, runs_option
 from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.summary import identity, summary
-from rigrunner.workflow.locate import find_run
+from rigrunner.run.locate import find_run
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -61,9 +61,9 @@ def command(
     """
     from rigrunner.analysis.document import document
     from rigrunner.cli.progress import shown_progress
-    from rigrunner.workflow.finish import verdict_code
-    from rigrunner.workflow.lab_plugins import lab_registry
-    from rigrunner.workflow.stored import analyse_run
+    from rigrunner.run.finish import verdict_code
+    from rigrunner.run.lab_plugins import lab_registry
+    from rigrunner.run.stored import analyse_run
 
     others = [None if each is None else find_run(each, runs) for each in (no_load, no_load_after)]
     with shown_progress() as progress:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rigrunner.cli.options import procedure_argument
-from rigrunner.workflow.locate import find_procedure
+from rigrunner.run.locate import find_procedure
 
 if TYPE_CHECKING:
     from datetime import datetime
@@ -34,7 +34,7 @@ def command(procedure: str, by: str | None, on: datetime | None, *, show: bool) 
     from rigrunner.cli.output import message, result
     from rigrunner.clock import WallClock
     from rigrunner.procedure import load_procedure
-    from rigrunner.workflow.approval import approval_state, approve, moment_of
+    from rigrunner.run.approval import approval_state, approve, moment_of
 
     if show == bool(by or on):
         raise UsageError("say who approves, or --show", hint="such as --by 'A. Jones'")

@@ -69,9 +69,9 @@ def command(
     from rigrunner.certificate.order import Order, read_order
     from rigrunner.cli.progress import shown_progress
     from rigrunner.clock import WallClock
-    from rigrunner.workflow.certifying.certify import Request, certify
-    from rigrunner.workflow.lab_plugins import lab_registry
-    from rigrunner.workflow.locate import find_run
+    from rigrunner.documents.certifying.certify import Request, certify
+    from rigrunner.run.lab_plugins import lab_registry
+    from rigrunner.run.locate import find_run
 
     request = Request(
         letterhead=letterhead,

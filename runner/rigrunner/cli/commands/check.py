@@ -11,7 +11,7 @@ from rigrunner.cli.completing import stations
 from rigrunner.cli.durations import steps_text
 from rigrunner.cli.options import procedure_argument
 from rigrunner.cli.output import result
-from rigrunner.workflow.locate import find_procedure, find_station
+from rigrunner.run.locate import find_procedure, find_station
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -36,7 +36,7 @@ def command(procedure: str, station: str | None) -> None:
 def _check_alone(path: Path) -> None:
     from rigrunner.procedure import check_measurands, check_result_limits, load_procedure
     from rigrunner.registry import load_registry
-    from rigrunner.workflow.approval import approval_state
+    from rigrunner.run.approval import approval_state
 
     loaded = load_procedure(path)
     registry = load_registry()
@@ -49,9 +49,9 @@ def _check_alone(path: Path) -> None:
 
 
 def _check_on(path: Path, station: str) -> None:
-    from rigrunner.workflow.calibration import require_calibrated
-    from rigrunner.workflow.guardian.guarded import guardian_text, real_roles
-    from rigrunner.workflow.planning import planned_run
+    from rigrunner.run.calibration import require_calibrated
+    from rigrunner.run.guardian.guarded import guardian_text, real_roles
+    from rigrunner.run.planning import planned_run
 
     planned = planned_run(path, find_station(station))
     require_calibrated(planned)

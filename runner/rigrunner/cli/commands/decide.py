@@ -14,7 +14,7 @@ from rigrunner.cli.options import json_option, lab_option, run_argument, runs_op
 from rigrunner.cli.output import result, result_json
 from rigrunner.cli.summary import stated_risk
 from rigrunner.cli.table import pairs
-from rigrunner.workflow.locate import find_run
+from rigrunner.run.locate import find_run
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rigrunner.api.verdict import LaterDecision
     from rigrunner.procedure import Acceptance
     from rigrunner.registry import Registry
-    from rigrunner.workflow.decisions import DecisionFile
+    from rigrunner.run.decisions import DecisionFile
 
 
 @click.command(name="decide")
@@ -71,9 +71,9 @@ def command(
     with name, time and reason, and stands in its report.
     """
     from rigrunner.clock import WallClock
-    from rigrunner.workflow.decisions import Decider, decide_again
-    from rigrunner.workflow.finish import verdict_code
-    from rigrunner.workflow.lab_plugins import lab_registry
+    from rigrunner.run.decisions import Decider, decide_again
+    from rigrunner.run.finish import verdict_code
+    from rigrunner.run.lab_plugins import lab_registry
 
     if (file is None) == (rule is None):
         raise UsageError("give --acceptance FILE or --rule RULE, one of them")

@@ -11,7 +11,7 @@ from rigrunner.cli.output import message
 
 if TYPE_CHECKING:
     from rigrunner.api.errors import ExitCode
-    from rigrunner.workflow.finish import FinishedRun
+    from rigrunner.run.finish import FinishedRun
 
 
 @click.command(name="demo")
@@ -33,7 +33,7 @@ def command(folder: Path) -> ExitCode:
     from rigrunner.cli.stopping import stop_on_signals
     from rigrunner.clock import SimulatedClock
     from rigrunner.registry import load_registry
-    from rigrunner.workflow.demo import run_demo
+    from rigrunner.tools.demo import run_demo
 
     message(
         "No-load sweep and 1000 N test on a simulated rig, in simulated time, with its own answers."

@@ -12,14 +12,14 @@ from rigrunner.cli.completing import stations
 from rigrunner.cli.options import json_option, record_option, replay_option
 from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.table import pairs
-from rigrunner.workflow.locate import find_station
+from rigrunner.run.locate import find_station
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     from rigrunner.rig_state import RigMarks
-    from rigrunner.workflow.by_hand.devices import DeviceReport, Who
+    from rigrunner.tools.by_hand.devices import DeviceReport, Who
 
 _MILLI = 1e3
 
@@ -52,9 +52,9 @@ def command(
     """
     from rigrunner.cli.output import warning_label
     from rigrunner.cli.stopping import stop_on_signals
-    from rigrunner.workflow.by_hand.devices import look_at
-    from rigrunner.workflow.by_hand.station import ready_station
-    from rigrunner.workflow.taping import tape_for
+    from rigrunner.run.taping import tape_for
+    from rigrunner.tools.by_hand.devices import look_at
+    from rigrunner.tools.by_hand.station import ready_station
 
     tape = tape_for(record, replay)
     if replay is not None:
@@ -86,7 +86,7 @@ def command(
 def _unconfirmed(marks: RigMarks | None, station: str, safe_by: str | None, reason: str) -> bool:
     """Return whether a rig that was left energised is not known to be safe, and say so."""
     from rigrunner.cli.output import warning_label
-    from rigrunner.workflow.left_energised import what_to_do
+    from rigrunner.run.left_energised import what_to_do
 
     if marks is None or not marks.unconfirmed:
         return False

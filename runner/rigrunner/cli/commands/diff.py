@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.api.errors import ExitCode
-    from rigrunner.workflow.comparing.compare import Comparison
+    from rigrunner.tools.comparing.compare import Comparison
 
 
 @click.command(name="diff")
@@ -31,7 +31,7 @@ def command(before: str, after: str, runs: Path, *, as_json: bool) -> ExitCode:
     """
     from rigrunner.api.errors import ExitCode
     from rigrunner.cli.output import result, result_json
-    from rigrunner.workflow.comparing.compare import compare
+    from rigrunner.tools.comparing.compare import compare
 
     found = compare(before, after, runs)
     if as_json:

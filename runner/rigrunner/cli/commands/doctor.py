@@ -13,13 +13,13 @@ from rigrunner.api.errors import ExitCode
 from rigrunner.cli.options import json_option, lab_option, runs_option
 from rigrunner.cli.output import result, result_json
 from rigrunner.cli.table import pairs
-from rigrunner.workflow.locate import find_station
+from rigrunner.run.locate import find_station
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from rigrunner.workflow.doctor import Finding
+    from rigrunner.tools.doctor import Finding
 
 
 @click.command(name="doctor")
@@ -31,8 +31,8 @@ def command(runs: Path, station: str | None, *, as_json: bool) -> ExitCode:
 
     The exit code is 1 if something that is needed does not work.
     """
-    from rigrunner.workflow.doctor import Surroundings, examine
-    from rigrunner.workflow.lab_plugins import lab_registry
+    from rigrunner.run.lab_plugins import lab_registry
+    from rigrunner.tools.doctor import Surroundings, examine
 
     named = find_station(station) if station is not None else None
     surroundings = Surroundings(

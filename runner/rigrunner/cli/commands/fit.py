@@ -48,8 +48,8 @@ def command(
     which calls them by the names of their columns. Units are those of the table.
     """
     from rigrunner.analysis.document_fits import curve_of
-    from rigrunner.workflow.lab_plugins import lab_registry
-    from rigrunner.workflow.table_fit import fit_of_table
+    from rigrunner.run.lab_plugins import lab_registry
+    from rigrunner.tools.table_fit import fit_of_table
 
     curve = fit_of_table(file, y=y, x=x, u=u, fit=reference, registry=lab_registry(station))
     if as_json:

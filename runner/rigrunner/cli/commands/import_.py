@@ -56,12 +56,12 @@ def command(
     from rigrunner.cli.output import message
     from rigrunner.cli.progress import shown_progress
     from rigrunner.registry import load_registry
-    from rigrunner.workflow.importing.mapping import load_mapping
-    from rigrunner.workflow.importing.planning import plan_import
-    from rigrunner.workflow.importing.run import import_run
-    from rigrunner.workflow.locate import find_station
-    from rigrunner.workflow.noload import no_load_after_for, no_load_for
-    from rigrunner.workflow.overrides import overrides_for
+    from rigrunner.run.locate import find_station
+    from rigrunner.run.noload import no_load_after_for, no_load_for
+    from rigrunner.run.overrides import overrides_for
+    from rigrunner.tools.importing.mapping import load_mapping
+    from rigrunner.tools.importing.planning import plan_import
+    from rigrunner.tools.importing.run import import_run
 
     named = None if station is None else find_station(station)
     checked = plan_import(load_mapping(mapping), load_registry(), named)

@@ -18,7 +18,7 @@ def command(folder: Path) -> None:
     It can be run at once, on simulated devices. Nothing that is there is overwritten.
     """
     from rigrunner.registry import load_registry
-    from rigrunner.workflow.labfolder import STATION, make_lab
+    from rigrunner.tools.labfolder import STATION, make_lab
 
     procedures = make_lab(folder, load_registry())
     message(f"Made the lab folder {folder}; its README.md says what is where. To try it:")

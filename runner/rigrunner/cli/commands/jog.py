@@ -16,11 +16,11 @@ from rigrunner.cli.options import (
     replay_option,
 )
 from rigrunner.cli.output import message, no_time_limits, result_json
-from rigrunner.workflow.locate import find_station
+from rigrunner.run.locate import find_station
 
 if TYPE_CHECKING:
     from rigrunner.api.events import Event
-    from rigrunner.workflow.by_hand.jog import Jog
+    from rigrunner.tools.by_hand.jog import Jog
 
 
 @click.command(name="jog")
@@ -67,10 +67,10 @@ def command(  # noqa: PLR0917  (click hands over each option)
     from rigrunner.cli.jogging import converse
     from rigrunner.cli.left_rig import TerminalPerson
     from rigrunner.cli.stopping import stop_on_signals
-    from rigrunner.workflow.by_hand.jog import jogging
-    from rigrunner.workflow.by_hand.settling import settle_left
-    from rigrunner.workflow.by_hand.station import ready_station
-    from rigrunner.workflow.taping import tape_for
+    from rigrunner.run.taping import tape_for
+    from rigrunner.tools.by_hand.jog import jogging
+    from rigrunner.tools.by_hand.settling import settle_left
+    from rigrunner.tools.by_hand.station import ready_station
 
     wanted = named_values(given)
     if debugger:
@@ -111,7 +111,7 @@ def _once(jog: Jog, wanted: dict[str, str], names: tuple[str, ...], *, as_json: 
 def _tell(event: Event) -> None:
     """Print what the rig does by itself: alarms, interlocks, and how it was made safe."""
     from rigrunner.api.events import InterlockCleared, InterlockTripped, MadeSafe
-    from rigrunner.workflow.log import event_text
+    from rigrunner.run.log import event_text
 
     of_a_drive = isinstance(event, MadeSafe) and "." in event.what and not event.problems
     if isinstance(event, (InterlockTripped, InterlockCleared, MadeSafe)) and not of_a_drive:

@@ -41,7 +41,7 @@ def command(kind: str, name: str, folder: Path | None, *, drop_in: bool) -> None
     is what procedures and stations call it. Nothing that is there is overwritten.
     """
     from rigrunner.registry import load_registry, with_drop_ins
-    from rigrunner.workflow.new_plugin import NewPlugin, make_drop_in, make_package
+    from rigrunner.tools.new_plugin import NewPlugin, make_drop_in, make_package
 
     plugin, registry = NewPlugin(kind, name), load_registry()
     if drop_in:

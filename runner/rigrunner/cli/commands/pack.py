@@ -9,7 +9,7 @@ import click
 from rigrunner.api.errors import UsageError
 from rigrunner.cli.options import run_argument, runs_option
 from rigrunner.cli.output import result
-from rigrunner.workflow.locate import find_run
+from rigrunner.run.locate import find_run
 
 
 @click.command(name="pack")
@@ -26,7 +26,7 @@ def command(run: str, runs: Path, out: Path | None) -> None:
 
     The run stays as it is. The same run always gives the same file.
     """
-    from rigrunner.workflow.packing.pack import pack
+    from rigrunner.documents.packing.pack import pack
 
     folder = find_run(run, runs)
     if not folder.is_dir():

@@ -13,13 +13,13 @@ from rigrunner.cli.durations import clock_text
 from rigrunner.cli.options import json_option, procedure_argument, station_option
 from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.table import pairs, table
-from rigrunner.workflow.locate import find_procedure, find_station
+from rigrunner.run.locate import find_procedure, find_station
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigrunner.plan import PlannedStep, PredictedTorque, Prediction
-    from rigrunner.workflow.prepare import Planned
+    from rigrunner.run.prepare import Planned
 
 
 @click.command(name="plan")
@@ -31,8 +31,8 @@ def command(procedure: str, station: str, *, as_json: bool) -> None:
 
     Nothing is connected. Torque is an upper estimate from the station's design values.
     """
-    from rigrunner.workflow.calibration import calibration_findings
-    from rigrunner.workflow.planning import planned_run
+    from rigrunner.run.calibration import calibration_findings
+    from rigrunner.run.planning import planned_run
 
     planned = planned_run(find_procedure(procedure), find_station(station))
     prediction = planned.prediction()

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigrunner.registry import Plugin, Registry
-    from rigrunner.workflow.schemas.fields import Field
+    from rigrunner.tools.schemas.fields import Field
 
 WIDTH = 80
 
@@ -38,7 +38,7 @@ def command(name: str | None, station: str | None, *, as_json: bool) -> None:
 
 
 def _show(name: str | None, station: str | None, *, as_json: bool) -> None:
-    from rigrunner.workflow.lab_plugins import lab_registry
+    from rigrunner.run.lab_plugins import lab_registry
 
     registry = lab_registry(station)
     if as_json:
@@ -74,7 +74,7 @@ def _listing(registry: Registry) -> Iterator[str]:
 
 def _details(plugin: Plugin) -> str:
     head = f"{_words(plugin.kind)} '{plugin.record.name}' of {_provider(plugin)}"
-    from rigrunner.workflow.schemas.fields import all_fields
+    from rigrunner.tools.schemas.fields import all_fields
 
     settings = [_setting(name, field) for name, field in all_fields(plugin.record.settings_model)]
     return "\n".join([head, plugin.record.help, "", *(settings or ["  nothing to set"])])
@@ -103,8 +103,8 @@ def _yaml(value: Any) -> str:
 
 
 def _document(plugin: Plugin) -> dict[str, Any]:
-    from rigrunner.workflow.schemas.fields import all_fields
-    from rigrunner.workflow.schemas.settings import settings_schema
+    from rigrunner.tools.schemas.fields import all_fields
+    from rigrunner.tools.schemas.settings import settings_schema
 
     record = plugin.record
     return {

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rigrunner.cli.options import json_option, run_argument, runs_option
-from rigrunner.workflow.locate import find_run
+from rigrunner.run.locate import find_run
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -38,7 +38,7 @@ def command(run: str, runs: Path, *, by: str, reason: str, salvage: bool, as_jso
     from rigrunner.cli.output import message, result, result_json
     from rigrunner.cli.resuming import on_disk
     from rigrunner.clock import WallClock
-    from rigrunner.workflow.interrupted import has_ended, person, read_interrupted, recover
+    from rigrunner.run.interrupted import has_ended, person, read_interrupted, recover
 
     folder = find_run(run, runs)
     before = read_interrupted(folder)
@@ -58,8 +58,8 @@ def _salvage(run: str, runs: Path, by: str, reason: str, *, as_json: bool) -> No
     from rigrunner.cli.facts import info_document, salvaged_lines
     from rigrunner.cli.output import message, result, result_json
     from rigrunner.clock import WallClock
+    from rigrunner.run.salvaging import salvage
     from rigrunner.runfile import read
-    from rigrunner.workflow.salvaging import salvage
 
     folder = salvage(find_run(run, runs), WallClock(), by.strip() or "operator", reason.strip())
     stored = read(folder)

@@ -11,7 +11,7 @@ from rigrunner.api.errors import UsageError
 from rigrunner.cli.brief import short_command
 from rigrunner.cli.options import lab_option, run_argument, runs_option
 from rigrunner.cli.output import result
-from rigrunner.workflow.locate import find_run
+from rigrunner.run.locate import find_run
 
 if TYPE_CHECKING:
     from rigrunner.registry import Registry
@@ -39,8 +39,8 @@ def command(run: str, runs: Path, station: str | None, kind: str | None, out: Pa
     The same run gives the same bytes; the path of the report is printed.
     """
     from rigrunner.cli.progress import shown_progress
-    from rigrunner.workflow.lab_plugins import lab_registry
-    from rigrunner.workflow.report import DEFAULT_FORMAT, write_report
+    from rigrunner.run.lab_plugins import lab_registry
+    from rigrunner.run.report import DEFAULT_FORMAT, write_report
 
     folder = find_run(run, runs)
     if out is not None and not out.parent.is_dir():

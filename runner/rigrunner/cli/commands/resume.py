@@ -9,7 +9,7 @@ import click
 from rigrunner.api.errors import ExitCode
 from rigrunner.cli.completing import procedures, stations, stored_runs
 from rigrunner.cli.options import json_option, run_argument, runs_option
-from rigrunner.workflow.locate import find_procedure, find_run, find_station
+from rigrunner.run.locate import find_procedure, find_run, find_station
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -72,12 +72,12 @@ def command(
     from rigrunner.cli.resuming import tell_resumable
     from rigrunner.cli.stopping import stop_on_signals
     from rigrunner.engine import UnattendedAnswers
+    from rigrunner.run.interrupted import person, read_interrupted
+    from rigrunner.run.noload import NamedNoLoads
+    from rigrunner.run.planning import planned_run
+    from rigrunner.run.resume import prepare_resume, resume, run_files
     from rigrunner.runfile import run_lock
-    from rigrunner.workflow.by_hand.settling import settle_left
-    from rigrunner.workflow.interrupted import person, read_interrupted
-    from rigrunner.workflow.noload import NamedNoLoads
-    from rigrunner.workflow.planning import planned_run
-    from rigrunner.workflow.resume import prepare_resume, resume, run_files
+    from rigrunner.tools.by_hand.settling import settle_left
 
     folder = find_run(run, runs)
     with run_lock(folder):

@@ -20,7 +20,7 @@ from rigrunner.cli.options import (
     set_option,
     station_option,
 )
-from rigrunner.workflow.locate import find_procedure, find_station
+from rigrunner.run.locate import find_procedure, find_station
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -75,12 +75,12 @@ def command(
     from rigrunner.cli.finishing import tell_finished
     from rigrunner.cli.left_rig import TerminalPerson
     from rigrunner.cli.output import message, no_time_limits
-    from rigrunner.workflow.by_hand.settling import settle_left
-    from rigrunner.workflow.inputs import read_answers, with_operator
-    from rigrunner.workflow.noload import no_load_for
-    from rigrunner.workflow.overrides import overrides_for
-    from rigrunner.workflow.planning import planned_run
-    from rigrunner.workflow.taping import inputs_on, overrides_on, tape_for
+    from rigrunner.run.inputs import read_answers, with_operator
+    from rigrunner.run.noload import no_load_for
+    from rigrunner.run.overrides import overrides_for
+    from rigrunner.run.planning import planned_run
+    from rigrunner.run.taping import inputs_on, overrides_on, tape_for
+    from rigrunner.tools.by_hand.settling import settle_left
 
     if debugger:
         message(no_time_limits())

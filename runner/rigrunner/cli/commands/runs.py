@@ -14,7 +14,7 @@ from rigrunner.cli.table import table
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigrunner.workflow.runs import ListedRun
+    from rigrunner.run.runs import ListedRun
 
 
 @click.command(name="runs")
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 def command(runs: Path, *, as_json: bool) -> None:
     """List the stored runs."""
     from rigrunner.cli.left_rig import tell_all_left
-    from rigrunner.workflow.runs import list_runs
+    from rigrunner.run.runs import list_runs
 
     listed = list_runs(runs)
     if as_json:

@@ -11,7 +11,7 @@ from rigrunner.cli.options import lab_option
 from rigrunner.cli.output import result_json
 
 if TYPE_CHECKING:
-    from rigrunner.workflow.schemas.files import Language
+    from rigrunner.tools.schemas.files import Language
 
 
 KINDS = ["procedure", "station", "import", "letterhead", "order", "certificate"]
@@ -25,8 +25,8 @@ def command(language: str, station: str | None) -> None:
 
     Those of procedures, stations and imports know the installed plugins: editors check with them.
     """
-    from rigrunner.workflow.lab_plugins import lab_registry
-    from rigrunner.workflow.schemas.files import certificate_schema, language_schema
+    from rigrunner.run.lab_plugins import lab_registry
+    from rigrunner.tools.schemas.files import certificate_schema, language_schema
 
     with brief_command():
         if language == "certificate":

@@ -16,7 +16,7 @@ from rigrunner.cli.options import json_option, run_argument, runs_option
 from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.summary import summary
 from rigrunner.cli.table import pairs
-from rigrunner.workflow.locate import find_run
+from rigrunner.run.locate import find_run
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
     from rigrunner.api.data import Measurement
     from rigrunner.api.verdict import LaterDecision
+    from rigrunner.run.decisions import DecisionFile
     from rigrunner.runfile import StoredRun
-    from rigrunner.workflow.decisions import DecisionFile
 
 MOST_ALARMS = 20
 """Shown on a terminal: a step that is tried again and again may raise thousands."""
@@ -41,8 +41,8 @@ def command(run: str, runs: Path, *, as_json: bool) -> ExitCode:
     RUN is a run folder, its run.h5, or the beginning of its name in the folder of runs. Of a
     damaged run it shows which recordings are sound and what is lost, and ends with 5.
     """
-    from rigrunner.workflow.decisions import later_decisions
-    from rigrunner.workflow.stored import open_run
+    from rigrunner.run.decisions import later_decisions
+    from rigrunner.run.stored import open_run
 
     found = find_run(run, runs)
     try:
@@ -78,7 +78,7 @@ def command(run: str, runs: Path, *, as_json: bool) -> ExitCode:
 
 def _show_damaged(path: Path, error: DataError, *, as_json: bool) -> ExitCode:
     """Show what is sound of a run that cannot be read whole; raise the error where nothing is."""
-    from rigrunner.workflow.salvaging import damaged_run, lost_text
+    from rigrunner.run.salvaging import damaged_run, lost_text
 
     try:
         damaged = damaged_run(path)

@@ -59,8 +59,8 @@ def command(
             hint="rigrunner sign CERTIFICATE --key FILE --by NAME; --new-key FILE makes a key",
         )
     from rigrunner.clock import WallClock
-    from rigrunner.workflow.certifying.sign import Signer, sign
-    from rigrunner.workflow.lab_plugins import lab_registry
+    from rigrunner.documents.certifying.sign import Signer, sign
+    from rigrunner.run.lab_plugins import lab_registry
 
     if os.name == "nt":
         message("Who may read the key is not checked on Windows: see its Properties, Security.")

@@ -8,7 +8,7 @@ import click
 
 from rigrunner.cli.options import json_option, lab_option, run_argument, runs_option
 from rigrunner.cli.output import result, result_json
-from rigrunner.workflow.locate import find_run
+from rigrunner.run.locate import find_run
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -26,9 +26,9 @@ def command(run: str, runs: Path, station: str | None, *, as_json: bool) -> None
     lines to enter in the station; its results then use them.
     """
     from rigrunner.cli.numbers import with_uncertainty
+    from rigrunner.run.lab_plugins import lab_registry
     from rigrunner.signal.coverage import expanded
-    from rigrunner.workflow.lab_plugins import lab_registry
-    from rigrunner.workflow.support_friction import support_friction
+    from rigrunner.tools.support_friction import support_friction
 
     found = support_friction(find_run(run, runs), lab_registry(station))
     if as_json:

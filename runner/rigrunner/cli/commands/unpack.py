@@ -18,6 +18,6 @@ def command(file: Path, runs: Path) -> None:
 
     Refuses what does not match its digests, and a run that is there already.
     """
-    from rigrunner.workflow.packing.unpack import unpack
+    from rigrunner.documents.packing.unpack import unpack
 
     result(str(unpack(file, runs)))

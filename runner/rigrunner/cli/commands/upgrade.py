@@ -10,7 +10,7 @@ import click
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.workflow.upgrading import Upgrade
+    from rigrunner.tools.upgrading import Upgrade
 
 
 @click.command(name="upgrade")
@@ -29,7 +29,7 @@ def command(files: Sequence[Path], out: Path | None, *, dry_run: bool) -> None:
     a new text by this: an approval of the older one does not hold for it.
     """
     from rigrunner.cli.output import message, result
-    from rigrunner.workflow.upgrading import upgrade_of, write_upgrades
+    from rigrunner.tools.upgrading import upgrade_of, write_upgrades
 
     found = [upgrade_of(path, out) for path in files]
     needed = [each for each in found if each.is_needed]
@@ -51,7 +51,7 @@ def _tell_approvals(upgrades: Sequence[Upgrade]) -> None:
     """Load the new procedures, which may call each other, and say whether they are approved."""
     from rigrunner.cli.output import result
     from rigrunner.procedure import load_procedure
-    from rigrunner.workflow.approval import approval_state
+    from rigrunner.run.approval import approval_state
 
     for each in upgrades:
         if each.is_procedure:

@@ -14,12 +14,12 @@ from rigrunner.cli.brief import short_command
 from rigrunner.cli.completing import stored_runs
 from rigrunner.cli.options import json_option, lab_option, runs_option
 from rigrunner.cli.output import result, result_json
-from rigrunner.workflow.locate import find_run
+from rigrunner.run.locate import find_run
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.workflow.verifying.verification import Verification
+    from rigrunner.documents.verifying.verification import Verification
 
 FORMS = (".json", ".html", ".pdf")
 RUN_FILES = (".h5", ".hdf5")
@@ -65,9 +65,9 @@ def command(
     11 if the document was replaced, 12 if a page is not proven, 13 if its numbers are by methods of
     another revision, 10 if the run is missing.
     """
-    from rigrunner.workflow.lab_plugins import lab_registry
-    from rigrunner.workflow.verifying.certificate import Means, verify_certificate
-    from rigrunner.workflow.verifying.run import verify_run
+    from rigrunner.documents.verifying.certificate import Means, verify_certificate
+    from rigrunner.documents.verifying.run import verify_run
+    from rigrunner.run.lab_plugins import lab_registry
 
     registry = lab_registry(station)
     if Path(what).suffix in FORMS:

@@ -16,8 +16,8 @@ from rigrunner.api.errors import AbortedError, DataError, UsageError
 from rigrunner.jobs import Cluster, Processes
 from rigrunner.procedure import AnalysisFile
 from rigrunner.registry import load_registry
-from rigrunner.workflow.locate import find_procedure
-from rigrunner.workflow.stored import analyse_run
+from rigrunner.run.locate import find_procedure
+from rigrunner.run.stored import analyse_run
 from rigrunner_fleet.reanalysis import batch as module
 from rigrunner_fleet.reanalysis.changes import Changes
 from rigrunner_fleet.reanalysis.selection import choose

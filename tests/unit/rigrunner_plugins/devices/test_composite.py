@@ -33,8 +33,8 @@ from rigrunner.api.events import MadeSafe
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
 from rigrunner.rig import Rig
+from rigrunner.run.provenance import identities, is_simulated
 from rigrunner.steps.set_drives import SetDrive
-from rigrunner.workflow.provenance import identities, is_simulated
 from rigrunner.yamlfile import parse, validate
 from rigrunner_plugins.devices.composite.device import make
 from rigrunner_plugins.devices.composite.settings import CompositeSettings

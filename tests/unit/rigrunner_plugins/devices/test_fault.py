@@ -27,7 +27,7 @@ from rigrunner.api.errors import (
 )
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
-from rigrunner.workflow.provenance import identities, is_simulated
+from rigrunner.run.provenance import identities, is_simulated
 
 REGISTRY = load_registry()
 NAMES = ("angle", "torque")

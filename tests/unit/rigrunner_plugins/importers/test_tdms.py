@@ -12,7 +12,7 @@ from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 from rigrunner.api.errors import DataError, MissingPackageError
 from rigrunner.api.importing import NotInFileError
 from rigrunner.registry import load_registry
-from rigrunner.workflow.importing.sampling import start_of
+from rigrunner.tools.importing.sampling import start_of
 from rigrunner_plugins.importers.tdms_file import TdmsImporter
 
 START = np.datetime64("2026-03-02T09:15:00.25", "us")

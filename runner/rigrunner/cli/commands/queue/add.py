@@ -16,7 +16,7 @@ from rigrunner.cli.options import (
     station_option,
 )
 from rigrunner.cli.queueing import by_option
-from rigrunner.workflow.locate import find_procedure, find_station
+from rigrunner.run.locate import find_procedure, find_station
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -8,7 +8,7 @@ import click
 
 from rigrunner.cli.options import json_option, runs_option
 from rigrunner.cli.queueing import by_option
-from rigrunner.workflow.locate import find_procedure, find_station
+from rigrunner.run.locate import find_procedure, find_station
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -36,10 +36,10 @@ def command(
     from rigrunner.cli.left_rig import TerminalPerson
     from rigrunner.cli.output import message
     from rigrunner.queue import Queue
-    from rigrunner.workflow.by_hand.settling import settle_left
-    from rigrunner.workflow.inputs import with_operator
-    from rigrunner.workflow.noload import no_load_for
-    from rigrunner.workflow.planning import planned_run
+    from rigrunner.run.inputs import with_operator
+    from rigrunner.run.noload import no_load_for
+    from rigrunner.run.planning import planned_run
+    from rigrunner.tools.by_hand.settling import settle_left
 
     queue = Queue(runs)
     entry = queue.next(station)

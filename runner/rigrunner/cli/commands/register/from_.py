@@ -49,9 +49,9 @@ def command(
     such as one of the procedure torque_transducer_calibration. It is verified first. The entry is
     printed, to be put under 'instruments:' of a station.
     """
-    from rigrunner.workflow.lab_plugins import lab_registry
-    from rigrunner.workflow.locate import find_run
-    from rigrunner.workflow.registering import Wanted, entry_from
+    from rigrunner.run.lab_plugins import lab_registry
+    from rigrunner.run.locate import find_run
+    from rigrunner.tools.registering import Wanted, entry_from
 
     wanted = Wanted(channel, due.date(), serial, laboratory, full_scale)
     entry = entry_from(find_run(run, runs), wanted, lab_registry(station))

@@ -1,0 +1,1 @@
+"""Documents on a run: certificates issued and verified, and packed runs."""

@@ -1,0 +1,152 @@
+"""From an issued certificate to the document that replaces it; the original stays as it is."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from datetime import date
+from typing import TYPE_CHECKING
+
+from rigrunner.analysis.progress import unseen
+from rigrunner.analysis.revisions import FIRST
+from rigrunner.api.certificate import parse_certificate
+from rigrunner.api.errors import DataError, UsageError
+from rigrunner.certificate.amending import amended, amendment_of
+from rigrunner.certificate.content import Issue
+from rigrunner.certificate.letterhead import read_letterhead
+from rigrunner.certificate.numbers import Numbers, prefix_of
+from rigrunner.certificate.results import conformity_of
+from rigrunner.clock import utc_text
+from rigrunner.documents.certifying.certify import read_source
+from rigrunner.documents.certifying.office import Issued, Office
+from rigrunner.run.provenance import layouts, software
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from datetime import datetime
+    from pathlib import Path
+
+    from rigrunner.analysis.progress import Progress
+    from rigrunner.api.certificate import Authorisation, Certificate, Conformity
+    from rigrunner.registry import Registry
+
+
+@dataclass(frozen=True, kw_only=True)
+class AmendRequest:
+    """What is asked for."""
+
+    letterhead: Path
+    """The laboratory's folder."""
+    reason: str
+    authorisation: Authorisation
+    """Who amends, and so authorises the further document."""
+    language: str = ""
+    """Left out, that of the original."""
+    out: Path | None = None
+    """The folder to write into; None for that of the original."""
+    given: Mapping[str, str] = field(default_factory=dict)
+    """What changes, by field of the order."""
+    run: Path | None = None
+    """The run, where the document is to state the decision that is in force on it now."""
+
+
+def amend(
+    path: Path,
+    request: AmendRequest,
+    registry: Registry,
+    now: datetime,
+    *,
+    progress: Progress = unseen,
+) -> Issued:
+    """Issue a document that replaces the one at a path (its JSON, or a form beside that).
+
+    Raises UsageError for what is missing, was replaced before or changes nothing it could, and
+    DataError if the original is no certificate or not what was issued.
+    """
+    if not request.reason.strip():
+        raise UsageError("an amendment needs its --reason")
+    if "received" in request.given:
+        _refuse_no_date(request.given["received"])
+    file = path.with_suffix(".json")
+    content = _bytes_of(file)
+    original = parse_certificate(content, str(file))
+    sha256 = hashlib.sha256(content).hexdigest()
+    _refuse_not_issued(original, sha256, request.letterhead)
+    letterhead = read_letterhead(
+        request.letterhead, request.language or original.appearance.language
+    )
+    by = request.authorisation.by
+    decided = None if request.run is None else _decided(original, request.run, registry)
+
+    def further(number: str) -> Certificate:
+        issue = Issue(
+            number=number,
+            issued_utc=utc_text(now),
+            authorisation=request.authorisation,
+            restrictions=original.restrictions,
+            software=software(registry),
+            layouts=layouts(registry),
+            amends=amendment_of(original, sha256, request.reason, by),
+        )
+        return amended(original, request.given, letterhead, issue, decided)
+
+    office = Office(request.letterhead, letterhead, registry, now, progress)
+    return office.issue(further, request.out or file.parent)
+
+
+def _decided(original: Certificate, run: Path, registry: Registry) -> Conformity | None:
+    """Return the statement of conformity by the decision in force; raise DataError."""
+    source = read_source(run, registry)
+    known, header = original.evidence.run, source.stored.header
+    if (header.run_id, source.stored.digest) != (known.run_id, known.digest_sha256):
+        raise DataError(f"{header.run_id} is not the run of {original.number}: {known.run_id} is")
+    then = original.evidence.revisions
+    other = [
+        f"{method} has revision {now}, {original.number} is by revision {then.get(method, FIRST)}"
+        for method, now in source.result.revisions.items()
+        if now != then.get(method, FIRST)
+    ]
+    if other:
+        raise DataError(
+            f"the decision cannot be taken over from {header.run_id}: {'; '.join(other)}",
+            hint="its numbers would be by one revision, its verdict by another",
+        )
+    return conformity_of(source.result.decision, source.decided_again)
+
+
+def _bytes_of(file: Path) -> bytes:
+    try:
+        return file.read_bytes()
+    except FileNotFoundError as error:
+        raise UsageError(
+            f"there is no {file}", hint="an amendment is made from the JSON of the original"
+        ) from error
+    except OSError as error:
+        raise DataError(f"{file} cannot be read: {error.strerror or error}") from error
+
+
+def _refuse_not_issued(original: Certificate, sha256: str, folder: Path) -> None:
+    numbers = Numbers(folder, prefix_of(original.number))
+    issued = numbers.digests_of(original.number)
+    if issued and sha256 not in issued:
+        raise DataError(
+            f"{original.number} is not as it was issued: its SHA-256 is {sha256[:12]}…",
+            hint=f"the laboratory's {folder} has another on record",
+        )
+    if not issued:
+        raise UsageError(
+            f"{original.number} was not issued under the letterhead in {folder}",
+            hint="name the folder that holds its number with --letterhead",
+        )
+    replaced = numbers.replaced_by(original.number)
+    if replaced:
+        raise UsageError(
+            f"{original.number} was replaced by {replaced} already", hint="amend that one"
+        )
+
+
+def _refuse_no_date(text: str) -> None:
+    try:
+        date.fromisoformat(text)
+    except ValueError as error:
+        raise UsageError(f"--received: '{text}' is not a date; write it as 2026-01-31") from error

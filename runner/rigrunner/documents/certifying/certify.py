@@ -1,0 +1,222 @@
+"""From a stored run to its certificate: JSON, and every printed form that can be made here."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field, replace
+from datetime import date, datetime, timedelta
+from typing import TYPE_CHECKING
+
+from rigrunner.analysis.progress import unseen
+from rigrunner.api.certificate import FurtherCopy
+from rigrunner.api.errors import UsageError
+from rigrunner.certificate.content import (
+    Issue,
+    Source,
+    certifiable,
+    make_certificate,
+    restrictions_of,
+)
+from rigrunner.certificate.letterhead import read_letterhead
+from rigrunner.certificate.numbers import SPECIMEN, Numbers
+from rigrunner.certificate.order import complete
+from rigrunner.certificate.validity import beyond_calibration, load_channel, load_problem
+from rigrunner.clock import utc_text
+from rigrunner.documents.certifying.derived_again import refuse_other_numbers
+from rigrunner.documents.certifying.office import Issued, Office
+from rigrunner.run.decision_records import record_of
+from rigrunner.run.decisions import later_decisions
+from rigrunner.run.provenance import is_simulated, layouts, software
+from rigrunner.run.stored import analyse_stored
+from rigrunner.runfile import read_with_truth
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from pathlib import Path
+
+    from rigrunner.analysis.progress import Progress
+    from rigrunner.api.certificate import Authorisation, Certificate, Restriction
+    from rigrunner.api.letterhead import Letterhead
+    from rigrunner.certificate.order import Order
+    from rigrunner.registry import Registry
+
+RUN_FILE = "run.h5"
+_WHY = {
+    "draft_procedure": "its procedure was not approved",
+    "simulated": "its data are simulated",
+    "trial": "its instruments are those of a trial",
+    "replayed": "it is the replay of a tape",
+    "inconclusive_check": "a check says that nothing can be decided on it",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Request:
+    """What is asked for."""
+
+    letterhead: Path
+    """The laboratory's folder; the sequence of numbers is kept in it."""
+    order: Order
+    authorisation: Authorisation
+    not_for_certification: bool = False
+    language: str = ""
+    out: Path | None = None
+    """The folder to write into; None for that of the run."""
+    given: Mapping[str, object] = field(default_factory=dict)
+    """Fields of the order that go before it."""
+    further_copy: str = ""
+    """Why there is to be a specimen beside another one on the same run."""
+
+
+def certify(
+    run: Path,
+    request: Request,
+    registry: Registry,
+    now: datetime,
+    *,
+    progress: Progress = unseen,
+) -> Issued:
+    """Issue a certificate on a stored run; `progress` is told how far it is.
+
+    Nothing takes a number before everything that can be known to be missing is there. Raises
+    UsageError for what is missing or not allowed, DataError where the run allows no certificate.
+    """
+    letterhead = read_letterhead(request.letterhead, request.language)
+    progress("reading and analysing the run", 1, 2)
+    source = read_source(run, registry)
+    progress("reading and analysing the run", 2, 2)
+    certifiable(source)
+    refuse_other_numbers(source.stored, source.result)
+    restrictions = tuple(restrictions_of(source, requested=request.not_for_certification))
+    _refuse_restricted(source, restrictions, request)
+    known = {**source.stored.header.inputs, **source.result.run.people}
+    order = complete(request.order, request.given, known)
+    _refuse_late_receipt(source, order)
+    further = _further_copy(source, letterhead, request, is_specimen=bool(restrictions))
+    if not restrictions:  # a simulator's time runs ahead of the clock
+        _refuse_early_issue(source, now)
+        _refuse_beyond_calibration(source)
+
+    def content(number: str) -> Certificate:
+        issue = Issue(
+            number=number,
+            issued_utc=utc_text(now),
+            authorisation=request.authorisation,
+            restrictions=restrictions,
+            further_copy=further,
+            software=software(registry),
+            layouts=layouts(registry),
+        )
+        return make_certificate(source, order, letterhead, issue)
+
+    folder = run if run.is_dir() else run.parent
+    office = Office(request.letterhead, letterhead, registry, now, progress)
+    issued = office.issue(content, request.out or folder)
+    return replace(issued, notes=(*issued.notes, *_decided_again(source)))
+
+
+def read_source(run: Path, registry: Registry) -> Source:
+    """Read and analyse a stored run, by the decision in force; raise DataError."""
+    stored, truth = read_with_truth(run)
+    file = run / RUN_FILE if run.is_dir() else run
+    later = later_decisions(stored, file.parent)
+    return Source(
+        stored=stored,
+        result=analyse_stored(
+            stored,
+            registry,
+            stored.no_load,
+            acceptance=later[-1].acceptance if later else None,
+        ),
+        file_sha256=hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else "",
+        simulated=bool(truth) or is_simulated(stored.header.provenance),
+        decided_again=tuple(map(record_of, later)),
+    )
+
+
+def _decided_again(source: Source) -> Iterator[str]:
+    """Yield that the decision is not the one that was agreed before the run."""
+    for each in source.decided_again[-1:]:
+        yield (
+            f"the certificate states '{each.verdict}' by {each.file}, decided again by {each.by}:"
+            f" {each.reason} (until then '{each.verdict_before}')"
+        )
+
+
+def _refuse_restricted(
+    source: Source, restrictions: tuple[Restriction, ...], request: Request
+) -> None:
+    if restrictions and not request.not_for_certification:
+        why = " and ".join(dict.fromkeys(_WHY[each.code] for each in restrictions))
+        raise UsageError(
+            f"{source.stored.header.run_id} cannot be certified: {why}",
+            hint="--not-for-certification makes a specimen that says so on every page",
+        )
+
+
+def _refuse_early_issue(source: Source, now: datetime) -> None:
+    """Refuse a certificate that would be dated before its test: a clock is wrong."""
+    ended = source.result.run.ended_utc
+    if now < datetime.fromisoformat(ended):
+        raise UsageError(
+            f"the run ended on {ended[:19]}, and it is {utc_text(now)[:19]} (UTC): a certificate"
+            " cannot be dated before its test",
+            hint="set the clock right that is wrong; if it was the rig's, repeat the run",
+        )
+
+
+def _further_copy(
+    source: Source, letterhead: Letterhead, request: Request, *, is_specimen: bool
+) -> FurtherCopy | None:
+    """Return what a further specimen says of the first one; refuse one that gives no reason.
+
+    Another certificate on a run is refused: a new one must name what it replaces (7.8.8.3).
+    """
+    run_id, reason = source.stored.header.run_id, request.further_copy.strip()
+    prefix = f"{SPECIMEN}-{letterhead.prefix}" if is_specimen else letterhead.prefix
+    number = Numbers(request.letterhead, prefix).in_force_for(run_id)
+    if not number:
+        if reason:
+            raise UsageError(
+                f"nothing was issued on {run_id} yet, so this is no further copy",
+                hint="leave --further-copy out",
+            )
+        return None
+    if not is_specimen:
+        raise UsageError(
+            f"{number} was issued on {run_id} already, and is in force",
+            hint=f"'rigrunner amend' replaces {number}, and the further document says so",
+        )
+    if not reason:
+        raise UsageError(
+            f"{number} exists: it was issued on {run_id} and is in force",
+            hint="amend it ('rigrunner amend'), or issue a further copy, with a reason"
+            " (--further-copy REASON)",
+        )
+    return FurtherCopy(number=number, reason=reason, by=request.authorisation.by)
+
+
+def _refuse_beyond_calibration(source: Source) -> None:
+    """Refuse a certificate on values for which no calibration holds."""
+    run_id = source.stored.header.run_id
+    for channel, text in beyond_calibration(source.result):
+        raise UsageError(
+            f"{run_id} cannot be certified: {channel} went beyond its calibrated range: {text}",
+            hint="have it calibrated up to there, or repeat the run within the range;"
+            " --not-for-certification makes a specimen that says so",
+        )
+    if problem := load_problem(source.result):
+        raise UsageError(
+            f"{run_id} cannot be certified: {load_channel(source.result)}: {problem}",
+            hint="enter the force instrument with its certificate and accuracy in the station's"
+            " register, and repeat the run",
+        )
+
+
+def _refuse_late_receipt(source: Source, order: Order) -> None:
+    """Refuse receipt after the test; its date is local, and may be a day ahead of UTC."""
+    started = date.fromisoformat(source.stored.header.started_utc[:10])
+    if order.received is not None and order.received > started + timedelta(days=1):
+        raise UsageError(
+            f"--received {order.received} is after the test, which began on {started} (UTC)"
+        )

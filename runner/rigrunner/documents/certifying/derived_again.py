@@ -1,0 +1,88 @@
+"""Whether what is derived from a stored run today is what was derived when it was sealed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.analysis.document import document
+from rigrunner.analysis.revisions import FIRST
+from rigrunner.api.errors import DataError
+from rigrunner.run.set_points import named_by_frequency, named_place, other_results
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from rigrunner.api.results import Result
+    from rigrunner.runfile import StoredRun
+
+TOLERANCE = 1e-3
+"""Of the standard uncertainty: sums differ by less between machines, and no print shows it."""
+
+_NUMBERS = ("value", "standard_uncertainty", "expanded_uncertainty_95")
+
+
+def refuse_other_numbers(stored: StoredRun, result: Result) -> None:
+    """Raise DataError where the primary method's numbers are not those of the first analysis.
+
+    They differ if the program or a plugin changed since the run, whatever its version says. A run
+    that was sealed without a result has nothing to compare with.
+    """
+    if stored.result_document is None:
+        return
+    then = dict(_estimates(stored.result_document))
+    now = dict(_estimates(document(result)))
+    why = _changed(stored.result_document.get("revisions", {}), result)
+    for name in then.keys() | now.keys():
+        _compare(stored, name, then.get(name), now.get(name), why)
+
+
+def _changed(then: Mapping[str, int], result: Result) -> str:
+    """Return which methods have another revision than when the run was sealed, in words."""
+    other = (
+        f"{method} has revision {now}, the run was computed by revision {then.get(method, FIRST)}"
+        for method, now in result.revisions.items()
+        if now != then.get(method, FIRST)
+    )
+    return "; ".join(other) or "the program or a plugin changed"
+
+
+def _estimates(content: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    headline = content.get("headline") or {}
+    yield "the mean", headline.get("compensated") or {}
+    method = (content.get("compensations") or {}).get(headline.get("method")) or {}
+    points = method.get("points") or ()
+    yield from named_by_frequency((one["set_frequency"]["value"], one["torque"]) for one in points)
+    yield from ((named_place(one), one["estimate"]) for one in other_results(content))
+
+
+def _compare(
+    stored: StoredRun,
+    name: str,
+    then: Mapping[str, Any] | None,
+    now: Mapping[str, Any] | None,
+    why: str,
+) -> None:
+    if then is not None and now is not None and _same(then, now):
+        return
+    raise DataError(
+        f"{stored.header.run_id} gives other numbers today than when it was sealed:"
+        f" {name} was {_text(then)}, is {_text(now)}",
+        hint=f"{why}; certify with those of the run, or measure again",
+    )
+
+
+def _same(then: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
+    was: list[Any] = [then.get(name) for name in _NUMBERS]
+    found: list[Any] = [now.get(name) for name in _NUMBERS]
+    if None in was or None in found:
+        return was == found
+    allowed = TOLERANCE * then["standard_uncertainty"]
+    return all(abs(one - other) <= allowed for one, other in zip(was, found, strict=True))
+
+
+def _text(estimate: Mapping[str, Any] | None) -> str:
+    if not estimate:
+        return "not there"
+    value, width = estimate.get("value"), estimate.get("expanded_uncertainty_95")
+    shown = "unknown" if width is None else f"{width:.4g}"
+    return f"{'unknown' if value is None else f'{value:.6g}'} ± {shown} {estimate.get('unit', '')}"

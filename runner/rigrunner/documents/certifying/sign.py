@@ -1,0 +1,95 @@
+"""A laboratory signs its certificates: one signature over the bytes of every form of a document."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError, UsageError
+from rigrunner.certificate.numbers import Numbers, prefix_of
+from rigrunner.clock import utc_text
+from rigrunner.documents.verifying.document import (
+    Document,
+    check_document,
+    read_contents,
+    read_forms,
+)
+from rigrunner.documents.verifying.forms import signature_file_of
+from rigrunner.documents.verifying.verification import Verification
+from rigrunner.proof.signature import sign_files, signature_json
+
+if TYPE_CHECKING:
+    from datetime import datetime
+    from pathlib import Path
+
+    from rigrunner.registry import Registry
+
+
+@dataclass(frozen=True, kw_only=True)
+class Signer:
+    """Who signs, with which key, for which laboratory."""
+
+    key: Path
+    by: str
+    letterhead: Path
+    """The laboratory's folder: its record of numbers, and what its pages are made with."""
+    passphrase: str = ""
+
+
+def sign(certificate: Path, signer: Signer, registry: Registry, now: datetime) -> Path:
+    """Sign all forms of a certificate that lie beside the named one; return the signature's file.
+
+    Every page is made again from the content and compared, and every form with the laboratory's
+    record of numbers: nothing is signed that was not issued as it is. Raises UsageError for a key
+    that cannot be used, or where the document is signed already, and DataError with what is wrong.
+    """
+    from rigrunner.proof.keys import read_private_key  # noqa: PLC0415  (needs the extra 'sign')
+
+    found = Verification()
+    forms = list(read_forms(found, certificate))
+    private = read_private_key(signer.key, signer.passphrase)
+    target = signature_file_of(certificate)
+    if target.exists():
+        raise _is_signed(target)
+    document = Document(certificate, forms, read_contents(found, forms))
+    if not found.differences:
+        _refuse_unknown(document, signer.letterhead)
+        check_document(found, document, registry, signer.letterhead, signed=False)
+    _refuse_unproven(certificate, found)
+    files = {form.name: form.content for form in forms}
+    text = signature_json(sign_files(files, private, signer.by, utc_text(now)))
+    try:
+        with target.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError as error:
+        raise _is_signed(target) from error
+    except OSError as error:
+        raise UsageError(f"{target} cannot be written: {error.strerror}") from error
+    return target
+
+
+def _is_signed(target: Path) -> UsageError:
+    return UsageError(
+        f"{target} exists: the document is signed", hint="signatures are never overwritten"
+    )
+
+
+def _refuse_unknown(document: Document, letterhead: Path) -> None:
+    """Raise DataError where no record says whether the document was issued."""
+    if not Numbers(letterhead, prefix_of(document.certificate.number)).kept:
+        raise DataError(
+            f"{document.path} is not signed: {letterhead} keeps no numbers, so it is not known"
+            " whether it was issued",
+            hint="name the laboratory's folder with --letterhead",
+        )
+
+
+def _refuse_unproven(path: Path, found: Verification) -> None:
+    """Raise DataError for a document that is not, form by form, what was issued."""
+    problems = [*found.differences, *found.replaced, *found.unproven]
+    if problems:
+        more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+        raise DataError(
+            f"{path} is not signed: {problems[0]}{more}",
+            hint="'rigrunner verify' with the same --letterhead lists all",
+        )

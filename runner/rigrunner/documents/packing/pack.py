@@ -1,0 +1,103 @@
+"""From a run folder to one file."""
+
+from __future__ import annotations
+
+import hashlib
+from stat import S_IFREG
+from typing import TYPE_CHECKING
+from zipfile import ZIP_STORED, ZipFile, ZipInfo
+
+from rigrunner.api.errors import DataError, UsageError
+from rigrunner.documents.packing.checking import require_sound
+from rigrunner.documents.packing.contents import (
+    LISTING,
+    Contents,
+    PackedFile,
+    blocks,
+    is_hidden,
+    is_safe,
+    sha256_of,
+)
+from rigrunner.run.locate import RUN_FILE
+from rigrunner.runfile.durable import publish, temporary, writing
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+_NO_DATE = (1980, 1, 1, 0, 0, 0)
+"""The first that a ZIP knows: the same run gives the same bytes."""
+_LEFT_OUT = ("run.lock",)
+
+
+def pack(folder: Path, target: Path) -> Contents:
+    """Write a sealed run to one new file, and return what is in it.
+
+    Raises UsageError where the file is there already, and DataError for a run that is not sealed,
+    is not as it was sealed, or has a file whose name not every system takes.
+    """
+    if target.exists():
+        raise UsageError(f"{target} exists", hint="a packed run is never overwritten")
+    sealed = folder / RUN_FILE
+    if not sealed.is_file():
+        raise DataError(
+            f"{folder} is not sealed",
+            hint="'rigrunner resume' or 'rigrunner recover' ends it first",
+        )
+    info = require_sound(sealed)
+    contents = Contents(
+        folder=folder.resolve().name,
+        run=info.header.run_id,
+        digest_sha256=info.digest,
+        manifest_sha256=info.manifest_sha256,
+        files=tuple(_listed(folder)),
+    )
+    if not is_safe(contents.folder):
+        raise DataError(f"not every system takes the name '{contents.folder}'", hint="rename it")
+    with writing(target):
+        try:
+            _write(contents, folder, temporary(target))
+        except BaseException:
+            temporary(target).unlink(missing_ok=True)
+            raise
+        publish(target, read_only=True)
+    return contents
+
+
+def _listed(folder: Path) -> Iterator[PackedFile]:
+    paths = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*")}
+    for name, path in sorted(paths.items()):
+        if is_hidden(name):  # such as what a file manager leaves; `unpack` would not take it
+            continue
+        if path.is_symlink() or not (path.is_file() or path.is_dir()):
+            raise DataError(f"{path} is no regular file", hint="take it out of the run folder")
+        if path.is_dir() or name in _LEFT_OUT:
+            continue
+        if not is_safe(name):
+            raise DataError(f"not every system takes the name '{name}'", hint="rename it")
+        with path.open("rb") as file:
+            sha256, size = sha256_of(file)
+        yield PackedFile(name=name, bytes=size, sha256=sha256)
+
+
+def _write(contents: Contents, folder: Path, target: Path) -> None:
+    with ZipFile(target, "w", ZIP_STORED) as packed:
+        packed.writestr(_entry(LISTING), contents.text())
+        for each in contents.files:
+            entry = _entry(f"{contents.folder}/{each.name}", each.bytes)
+            digest = hashlib.sha256()
+            with (folder / each.name).open("rb") as source, packed.open(entry, "w") as inside:
+                for block in blocks(source):
+                    digest.update(block)
+                    inside.write(block)
+            if digest.hexdigest() != each.sha256:  # `unpack` would refuse all of it
+                raise DataError(f"{folder / each.name} was changed meanwhile", hint="pack it anew")
+
+
+def _entry(name: str, size: int = 0) -> ZipInfo:
+    entry = ZipInfo(name, _NO_DATE)
+    entry.file_size = size  # so that one beyond 4 GB gets the form for it
+    entry.create_system = 3
+    mode = 0o444 if name.endswith(f"/{RUN_FILE}") else 0o644
+    entry.external_attr = (S_IFREG | mode) << 16
+    return entry

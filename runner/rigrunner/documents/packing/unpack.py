@@ -1,0 +1,124 @@
+"""From one file back to a run folder; the file may be a stranger's."""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+import tempfile
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+from zipfile import ZIP_STORED, BadZipFile, ZipFile, ZipInfo
+
+from rigrunner.api.errors import DataError, UsageError
+from rigrunner.documents.packing.checking import require_sound
+from rigrunner.documents.packing.contents import LISTING, LONGEST_LISTING, blocks, parse_contents
+from rigrunner.run.locate import RUN_FILE
+from rigrunner.runfile.durable import READ_ONLY, sync_file, sync_folder, writing
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.documents.packing.contents import Contents, PackedFile
+
+_ENCRYPTED = 0x1
+
+
+def unpack(packed: Path, runs: Path) -> Path:
+    """Take a packed run into a folder of runs, and return its run folder.
+
+    It appears whole or not at all. Raises UsageError where a run of that name is there already, and
+    DataError for a file that is no packed run, or of which anything does not match its digests.
+    """
+    with _opened(packed) as file:
+        contents = _contents(packed, file)
+        target = runs / contents.folder
+        if target.exists():
+            raise UsageError(f"{target} exists", hint="a run is never overwritten")
+        with writing(target):
+            runs.mkdir(parents=True, exist_ok=True)
+            place = Path(tempfile.mkdtemp(prefix=".unpacking-", dir=runs))
+        try:
+            with writing(target):
+                _take_out(packed, file, contents, place)
+            _require_same(packed, contents, place / RUN_FILE)
+            with writing(target):
+                # not before: Windows removes no file that is read-only
+                (place / RUN_FILE).chmod(READ_ONLY)
+                place.chmod(0o755)
+                place.rename(target)
+                sync_folder(runs)
+        finally:
+            shutil.rmtree(place, ignore_errors=True)
+    return target
+
+
+def _contents(packed: Path, file: ZipFile) -> Contents:
+    entries = file.infolist()
+    if not entries or entries[0].filename != LISTING:
+        raise DataError(f"{packed} is a ZIP, but not a packed run")
+    if entries[0].file_size > LONGEST_LISTING:
+        raise DataError(f"{packed}: its list of files is too long")
+    _refuse_odd(packed, entries)
+    try:
+        found = parse_contents(file.read(entries[0]))
+    except DataError as error:
+        raise DataError(f"{packed}: {error.message}") from error
+    names = [each.filename for each in entries]
+    if names != found.members or RUN_FILE not in {each.name for each in found.files}:
+        raise DataError(f"{packed} does not hold what its list names")
+    return found
+
+
+def _refuse_odd(packed: Path, entries: list[ZipInfo]) -> None:
+    """Raise DataError where more could come out than is in the file."""
+    for each in entries:
+        if each.compress_type != ZIP_STORED or each.flag_bits & _ENCRYPTED:
+            raise DataError(
+                f"{packed}: '{each.filename}' is compressed or encrypted",
+                hint="'rigrunner pack' makes files that are neither",
+            )
+    if sum(each.file_size for each in entries) > packed.stat().st_size:
+        raise DataError(f"{packed} says that it holds more than it is large")
+
+
+def _take_out(packed: Path, file: ZipFile, contents: Contents, place: Path) -> None:
+    for each in contents.files:
+        target = place / each.name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with file.open(f"{contents.folder}/{each.name}") as source, target.open("xb") as out:
+            digest = hashlib.sha256()
+            for block in blocks(source):  # type: ignore[arg-type]  # it reads as any binary file
+                digest.update(block)
+                out.write(block)
+        _require_digest(packed, each, digest.hexdigest())
+        sync_file(target)
+
+
+def _require_digest(packed: Path, each: PackedFile, found: str) -> None:
+    if found != each.sha256:
+        raise DataError(f"{packed}: '{each.name}' is not what was packed, by its SHA-256")
+
+
+def _require_same(packed: Path, contents: Contents, sealed: Path) -> None:
+    try:
+        info = require_sound(sealed)
+    except DataError as error:
+        words = error.message.replace(str(sealed), RUN_FILE)
+        raise DataError(f"{packed}: {words}") from error
+    found = (info.header.run_id, info.digest, info.manifest_sha256)
+    if found != (contents.run, contents.digest_sha256, contents.manifest_sha256):
+        raise DataError(f"{packed}: its {RUN_FILE} is of another run than its list says")
+
+
+@contextmanager
+def _opened(packed: Path) -> Iterator[ZipFile]:
+    try:
+        with ZipFile(packed) as file:
+            yield file
+    except (BadZipFile, EOFError, NotImplementedError) as error:
+        raise DataError(f"{packed} is no packed run, or is damaged: {error}") from error
+    except FileNotFoundError as error:
+        raise UsageError(f"there is no {packed}") from error
+    except OSError as error:
+        raise DataError(f"{packed} cannot be read: {error.strerror or error}") from error

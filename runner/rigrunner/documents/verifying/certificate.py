@@ -1,0 +1,295 @@
+"""Whether a certificate is whole, and follows from the run that it names."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from datetime import date
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError, RigrunnerError
+from rigrunner.api.letterhead import Letterhead
+from rigrunner.certificate.content import Issue, Source, make_certificate, restrictions_of
+from rigrunner.certificate.order import ExternalEntry, OpinionEntry, Order
+from rigrunner.certificate.results import conformity_of, named_of, results_of
+from rigrunner.documents.verifying.decisions import check_decisions, decided_again
+from rigrunner.documents.verifying.document import (
+    Document,
+    check_document,
+    read_contents,
+    read_forms,
+)
+from rigrunner.documents.verifying.forms import signature_file_of
+from rigrunner.documents.verifying.revisions import CERTIFICATE, methods_used, other_revisions
+from rigrunner.documents.verifying.run import check_run, versions
+from rigrunner.documents.verifying.signature import check_signature_of
+from rigrunner.documents.verifying.verification import Verification
+from rigrunner.procedure import parse_procedure
+from rigrunner.proof.compare import mismatches
+from rigrunner.run.decision_records import acceptance_of
+from rigrunner.run.provenance import is_simulated, software
+from rigrunner.run.stored import analyse_run
+from rigrunner.runfile import read_truth, sealed_file_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    from rigrunner.api.certificate import Certificate, RunEvidence
+    from rigrunner.api.results import Result
+    from rigrunner.documents.verifying.forms import Form
+    from rigrunner.documents.verifying.run import CheckedRun
+    from rigrunner.registry import Registry
+    from rigrunner.runfile import StoredRun
+
+RUN_FILE = "run.h5"
+_MARKS = (b"certificate/1", b"seal: sha256 ", b'"seal": "sha256 ')
+_COMPARED_APART = ("evidence/run/file_sha256", "evidence/run/manifest_sha256")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Means:
+    """With what a certificate is verified, besides itself."""
+
+    run: Path | None
+    """The run; None: it is looked for beside the certificate and among the runs."""
+    runs: Path
+    registry: Registry
+    trusted: Sequence[Path] = ()
+    """Files of public keys; with any, an unknown signer is a difference."""
+    letterhead: Path | None = None
+    """The laboratory's folder, to make the pages again as they were issued."""
+
+
+def verify_certificate(path: Path, means: Means) -> Verification:
+    """Check every form of a document, its signature, its run, and each number against the run.
+
+    Raises UsageError where there is no such file, and DataError where it is no certificate.
+    """
+    found = Verification()
+    forms = list(read_forms(found, path))
+    _refuse_others(path, forms)
+    document = Document(path, forms, read_contents(found, forms))
+    signed = check_signature_of(found, signature_file_of(path), forms, means.trusted)
+    if document.contents:
+        check_document(found, document, means.registry, means.letterhead, signed=signed)
+        _check_run(found, document.certificate, path, means)
+    return found
+
+
+def _refuse_others(path: Path, forms: Sequence[Form]) -> None:
+    """Raise DataError for a file that was never a certificate, whatever was changed in it."""
+    content = next((each.content for each in forms if each.path == path), b"")
+    if not any(mark in content for mark in _MARKS):
+        raise DataError(
+            f"{path} is no certificate: it has neither a seal nor a certificate's content",
+            hint="'rigrunner certify' makes certificates; reports and results have no seal",
+        )
+
+
+def _check_run(found: Verification, certificate: Certificate, path: Path, means: Means) -> None:
+    evidence = certificate.evidence.run
+    run = means.run or _run_beside(path, evidence.run_id, means.runs)
+    if run is None:
+        found.unchecked.append(
+            f"the run {evidence.run_id} is neither beside the certificate nor in {means.runs}:"
+            " no number was derived again"
+        )
+        return
+    sealed = sealed_file_of(run)
+    if sealed is None:
+        found.differences.append(f"{run} is not sealed, and a certificate names a sealed run")
+        return
+    before = len(found.differences)
+    of_run = Verification()
+    checked = check_run(of_run, run, means.registry)
+    _take_over(found, of_run)
+    digest = _sha256_of(sealed)
+    sound = len(found.differences) == before
+    found.take(f"bytes of {sealed.name}", _bytes_differ(digest, evidence, sound=sound))
+    if checked is None:
+        return
+    stored = checked.stored
+    if stored.header.run_id != evidence.run_id:
+        found.differences.append(
+            f"run: the certificate names {evidence.run_id}, and {run} is {stored.header.run_id}"
+        )
+        return
+    if stored.manifest_sha256 or evidence.manifest_sha256:
+        found.take("manifest named by the certificate", _manifest_differs(stored, evidence))
+    check_decisions(found, certificate, stored, run)
+    _check_numbers(found, certificate, checked, digest, means.registry)
+    now = software(means.registry)
+    found.information.extend(versions(certificate.evidence.issued_with, now, "was issued"))
+
+
+def _take_over(found: Verification, of_run: Verification) -> None:
+    """Take over what was found of the run; by which revision *its* result was computed is told.
+
+    The numbers of the certificate have revisions of their own.
+    """
+    found.held.extend(of_run.held)
+    found.differences.extend(of_run.differences)
+    found.unchecked.extend(of_run.unchecked)
+    found.information.extend(
+        [*(f"the run's own result was not recomputed: {each}" for each in of_run.not_recomputed)]
+    )
+    found.information.extend(of_run.information)
+
+
+def _check_numbers(
+    found: Verification,
+    certificate: Certificate,
+    checked: CheckedRun,
+    digest: str,
+    registry: Registry,
+) -> None:
+    """Make the certificate again from its run, by the revisions that made it, or not at all."""
+    stored, run = checked.stored, checked.path
+    again = decided_again(certificate)
+    try:
+        procedure = parse_procedure(
+            stored.header.procedure_text, stored.header.procedure_id, stored=True
+        ).model
+    except RigrunnerError as error:
+        found.differences.append(f"procedure in the run: it cannot be read: {error}")
+        return
+    acceptance = acceptance_of(again[-1]) if again else None
+    then, software_then = certificate.evidence.revisions, certificate.evidence.issued_with
+    methods, content = (
+        list(other_revisions(names, then, software_then, registry))
+        for names in (methods_used(procedure, acceptance), [CERTIFICATE])
+    )
+    found.not_recomputed.extend([*methods, *content])
+    if methods:
+        return
+    known = None if again else checked.result
+
+    def derived() -> Result:
+        return known or analyse_run(run, registry, acceptance=acceptance)
+
+    def differs() -> Iterator[object]:
+        source = Source(
+            stored=stored,
+            result=derived(),
+            file_sha256=digest,
+            simulated=bool(read_truth(run)) or is_simulated(stored.header.provenance),
+            decided_again=again,
+        )
+        return _derived_differs(certificate, source)
+
+    if content:
+        what = "results and verdict derived again from the run"
+        found.attempt(what, lambda: _results_differ(certificate, derived()))
+    else:
+        found.attempt("certificate made again from the run", differs)
+
+
+def _results_differ(certificate: Certificate, result: Result) -> Iterator[object]:
+    """Yield where results and verdict are others: they are the same in every revision."""
+    made = (results_of(result), named_of(result), conformity_of(result.decision, ()))
+    recorded, derived = (
+        {
+            "results": None if results is None else results.model_dump(mode="json"),
+            "named": [each.model_dump(mode="json") for each in named],
+            "verdict": None if conformity is None else conformity.verdict,
+        }
+        for results, named, conformity in (
+            (certificate.results, certificate.named, certificate.conformity),
+            made,
+        )
+    )
+    return mismatches(recorded, derived)
+
+
+def _run_beside(path: Path, run_id: str, runs: Path) -> Path | None:
+    places = (path.parent, path.parent / run_id, runs / run_id)
+    return next((each for each in places if (each / RUN_FILE).exists()), None)
+
+
+def _sha256_of(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _bytes_differ(digest: str, evidence: RunEvidence, *, sound: bool) -> Iterator[str]:
+    if digest != evidence.file_sha256:
+        where = (
+            "nothing recorded in it differs from its manifest: the change is in the layout of"
+            " the file, or manifest and content were changed together"
+            if sound
+            else "what differs in it is told above"
+        )
+        yield f"SHA-256 {digest}, and the certificate names {evidence.file_sha256}; {where}"
+
+
+def _manifest_differs(stored: StoredRun, evidence: RunEvidence) -> Iterator[str]:
+    if stored.manifest_sha256 != evidence.manifest_sha256:
+        yield (
+            f"the file's manifest has the SHA-256 {stored.manifest_sha256 or '(none)'},"
+            f" not {evidence.manifest_sha256 or '(none)'}"
+        )
+
+
+def _derived_differs(certificate: Certificate, source: Source) -> Iterator[object]:
+    """Yield where the certificate is not what its run and its own entries make of it again."""
+    derived = _made_again(certificate, source)
+    recorded, made = certificate.model_dump(mode="json"), derived.model_dump(mode="json")
+    for each in mismatches(recorded, made):
+        if each.where not in _COMPARED_APART:
+            yield each
+
+
+def _made_again(certificate: Certificate, source: Source) -> Certificate:
+    requested = any(each.code == "requested" for each in certificate.restrictions)
+    return make_certificate(
+        source,
+        _order_of(certificate),
+        Letterhead(
+            laboratory=certificate.laboratory,
+            language=certificate.appearance.language,
+            prefix="",
+            statements=certificate.statements,
+            files=certificate.appearance.files,
+        ),
+        Issue(
+            number=certificate.number,
+            issued_utc=certificate.issued_utc,
+            authorisation=certificate.authorisation,
+            restrictions=tuple(restrictions_of(source, requested=requested)),
+            software=certificate.evidence.issued_with,
+            amends=certificate.amends,
+            further_copy=certificate.further_copy,
+            layouts=certificate.appearance.layouts,
+        ),
+    )
+
+
+def _order_of(certificate: Certificate) -> Order:
+    """Return what people told, as the certificate has it: no run knows that."""
+    item, customer = certificate.item, certificate.customer
+    stated = (each.text for each in certificate.deviations if each.kind == "stated")
+    return Order(
+        customer=customer.name,
+        customer_contact=customer.contact,
+        customer_reference=customer.reference,
+        item=item.description,
+        item_id=item.identification,
+        item_condition=item.condition,
+        received=_date(item.received),
+        sampling=item.sampling,
+        conditions=certificate.conditions_stated,
+        operator=certificate.performance.operator,
+        deviations=tuple(stated),
+        opinions=tuple(OpinionEntry(text=each.text, by=each.by) for each in certificate.opinions),
+        external=tuple(
+            ExternalEntry(text=each.text, provider=each.provider) for each in certificate.external
+        ),
+    )
+
+
+def _date(text: str) -> date | None:
+    try:
+        return date.fromisoformat(text)
+    except ValueError as error:
+        raise DataError(f"item.received: '{text}' is no date") from error

@@ -1,0 +1,80 @@
+"""Whether the decision on a certificate is the one in force, as it is on record beside the run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError
+from rigrunner.proof.compare import mismatches
+from rigrunner.run.decision_records import record_of
+from rigrunner.run.decisions import later_decisions
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    from rigrunner.api.certificate import Certificate, DecisionRecord
+    from rigrunner.documents.verifying.verification import Verification
+    from rigrunner.run.decisions import DecisionFile
+    from rigrunner.runfile import StoredRun
+
+
+def decided_again(certificate: Certificate) -> tuple[DecisionRecord, ...]:
+    """Return the decisions after the run's own that a certificate states, oldest first."""
+    return () if certificate.conformity is None else certificate.conformity.decided_again
+
+
+def check_decisions(
+    found: Verification, certificate: Certificate, stored: StoredRun, run: Path
+) -> None:
+    """Compare the decisions that a certificate states with those on record beside its run."""
+    what = "decisions on record beside the run"
+    records = decided_again(certificate)
+    try:
+        files = later_decisions(stored, run if run.is_dir() else run.parent)
+    except DataError as error:
+        found.take(what, [error])
+        return
+    there = {each.path.name: each for each in files}
+    missing = [each.file for each in records if each.file not in there]
+    if missing:
+        found.unchecked.append(
+            f"{', '.join(missing)} is not beside the run: the decision was derived again, but who"
+            " decided it and why stands on the certificate alone"
+        )
+    differs = [
+        *_different(records, there),
+        *_left_out(certificate, files[len(records) :]),
+    ]
+    if (records and not missing) or differs:
+        found.take(what, differs)
+    found.information.extend(_since(certificate, files[len(records) :]))
+
+
+def _different(
+    records: Sequence[DecisionRecord], there: dict[str, DecisionFile]
+) -> Iterator[object]:
+    for each in records:
+        if each.file in there:
+            wanted = record_of(there[each.file])
+            yield from mismatches(
+                each.model_dump(mode="json"), wanted.model_dump(mode="json"), each.file
+            )
+
+
+def _left_out(certificate: Certificate, others: Sequence[DecisionFile]) -> Iterator[str]:
+    for each in others:
+        if each.summary.decided_utc <= certificate.issued_utc:
+            yield (
+                f"{each.path.name} of {each.summary.decided_utc} decides '{each.summary.verdict}',"
+                f" and the certificate of {certificate.issued_utc} does not state it"
+            )
+
+
+def _since(certificate: Certificate, others: Sequence[DecisionFile]) -> Iterator[str]:
+    for each in others:
+        if each.summary.decided_utc > certificate.issued_utc:
+            yield (
+                f"the run was decided again after this certificate was issued: '"
+                f"{each.summary.verdict}' by {each.summary.by} in {each.path.name}"
+            )

@@ -1,0 +1,130 @@
+"""Whether the files of a document are one: each whole, with one content, and pages that show it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError, MissingPackageError
+from rigrunner.documents.verifying.forms import Form, paths_of
+from rigrunner.documents.verifying.number import check_name, check_number
+from rigrunner.documents.verifying.pages import check_page, page_maker
+from rigrunner.proof.compare import mismatches
+from rigrunner.proof.contents import content_in
+from rigrunner.proof.places import place_in
+from rigrunner.proof.seal import check_seal
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
+
+    from rigrunner.api.certificate import Certificate
+    from rigrunner.documents.verifying.verification import Verification
+    from rigrunner.registry import Registry
+
+
+@dataclass(frozen=True, eq=False)
+class Document:
+    """The forms of a document with the content of each that could be read."""
+
+    path: Path
+    """Of the form that was named."""
+    forms: Sequence[Form]
+    contents: Mapping[str, Certificate]
+    """By file name."""
+
+    @property
+    def first(self) -> str:
+        """The file whose content the others are compared with: the named one if it is readable."""
+        return self.path.name if self.path.name in self.contents else next(iter(self.contents))
+
+    @property
+    def certificate(self) -> Certificate:
+        """The content of the document."""
+        return self.contents[self.first]
+
+
+def read_forms(found: Verification, path: Path) -> Iterator[Form]:
+    """Yield the files of the document at a path; one that cannot be read is a difference."""
+    for each in paths_of(path):
+        try:
+            yield Form(each, each.read_bytes())
+        except OSError as error:
+            found.differences.append(f"{each.name}: it cannot be read: {error.strerror}")
+
+
+def read_contents(found: Verification, forms: Sequence[Form]) -> dict[str, Certificate]:
+    """Check the seals of all forms, and return the content of each that can be read."""
+    contents = {each.name: _content(found, each) for each in forms}
+    return {name: content for name, content in contents.items() if content is not None}
+
+
+def _content(found: Verification, form: Form) -> Certificate | None:
+    found.attempt(f"seal of {form.name}", lambda: _broken_places(form))
+    try:
+        return content_in(form.issued, form.suffix, form.name)
+    except DataError as error:
+        why = error.message.removeprefix(f"{form.name} ")
+        found.differences.append(f"content of {form.name}: it {why}")
+        return None
+
+
+def _broken_places(form: Form) -> Iterator[str]:
+    for part in check_seal(form.issued, form.suffix):
+        yield f"changed at {place_in(form.issued, form.suffix, part.start, part.end)}"
+
+
+def check_document(
+    found: Verification,
+    document: Document,
+    registry: Registry,
+    letterhead: Path | None,
+    *,
+    signed: bool,
+) -> None:
+    """Check that all forms are one document, that its pages show its content, and its number.
+
+    `signed` says whether a trusted key signed all of them.
+    """
+    certificate = document.certificate
+    _check_same_content(found, document)
+    check_name(found, document.path, certificate.number)
+    maker = page_maker(found, certificate, registry, letterhead)
+    for each in document.forms:
+        if each.suffix != ".json" and each.name in document.contents:
+            check_page(found, each, maker, signed=signed)
+            _check_appended(found, each)
+    check_number(found, document.forms, certificate, letterhead)
+
+
+def _check_same_content(found: Verification, document: Document) -> None:
+    wanted = document.certificate.model_dump(mode="json")
+    for name, other in document.contents.items():
+        if name != document.first:
+            differs: list[object] = [*mismatches(wanted, other.model_dump(mode="json"))]
+            if not differs and other != document.certificate:
+                differs.append("its content differs by less than is printed")
+            found.take(f"content of {name} is that of {document.first}", differs)
+
+
+def _check_appended(found: Verification, form: Form) -> None:
+    """Check what was appended to a PDF after it was issued: a seal by standard means, or more."""
+    if form.content == form.issued:
+        return
+    what = f"what was appended to {form.name} after it was issued"
+    try:
+        from rigrunner.proof.pdf_seals import additions_to  # noqa: PLC0415  (an extra)
+
+        appended = additions_to(form.issued, form.content)
+    except MissingPackageError as error:
+        found.unproven.append(f"{what} was not checked: {error}")
+        return
+    except DataError as error:
+        found.take(what, [error])
+        return
+    if found.take(what, appended.changed):
+        found.unproven.extend(f"{each} may cover what was issued" for each in appended.drawn)
+        found.information.append(
+            f"{form.name} is as issued, plus a seal ({', '.join(appended.seals)}):"
+            " whose it is, and whether it is valid, a PDF reader says"
+        )

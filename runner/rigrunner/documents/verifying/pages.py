@@ -1,0 +1,310 @@
+"""Whether a page shows what its content says: it is made again, and the two are compared.
+
+A page that cannot be made again here is not proven, whatever it says of itself: it needs a
+signature over its bytes. What can be seen without making it is checked all the same.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from difflib import SequenceMatcher
+from html import unescape
+from typing import TYPE_CHECKING
+
+from rigrunner.analysis.revisions import FIRST
+from rigrunner.api.certificate import parse_certificate
+from rigrunner.api.errors import DataError, MissingPackageError, RigrunnerError, UsageError
+from rigrunner.api.hooks import CertificateFormatRecord
+from rigrunner.api.letterhead import CertificateInput, Letterhead
+from rigrunner.certificate.letterhead import FILE as LETTERHEAD_FILE
+from rigrunner.certificate.letterhead import STYLE, read_letterhead
+from rigrunner.documents.verifying.revisions import made_with
+from rigrunner.proof.compare import mismatches
+from rigrunner.proof.contents import without_content
+from rigrunner.proof.places import place_in
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from rigrunner.api.certificate import Certificate
+    from rigrunner.documents.verifying.forms import Form
+    from rigrunner.documents.verifying.verification import Verification
+    from rigrunner.registry import Registry
+
+KIND = "certificate_format"
+_FIGURE = re.compile(rb'(?<=<img src=")data:image/svg\+xml;base64,[^"]*')
+"""Of the drawing alone: the words that tell it to who cannot see it stay, and are compared."""
+_LOGO = re.compile(rb'^<img class="logo" src="data:[^"<>]*" alt="[^"<>]*">$', re.MULTILINE)
+_STYLE = re.compile(rb"(?<=<style>)[^<]*(?=</style>)")
+_OWN_WORDS = ("templates/", "texts/")
+"""Files of a letterhead that change what a page says."""
+_HIDDEN = re.compile(r"<(?:script|style|title)\b[^<>]*>[^<]*", re.IGNORECASE)
+_TAG = re.compile(r"<[^<>]*>")
+_DECIMAL = re.compile(r"\d+\.\d+")
+_LONGEST = 90
+_FAR_MORE = 3
+
+
+class NotMadeAgainError(RigrunnerError):
+    """A page cannot be made again here, and why."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PageMaker:
+    """Makes the pages of one document again, as they were issued."""
+
+    certificate: Certificate
+    registry: Registry
+    letterhead: Letterhead | None
+    """As it was at the time of issue; None where that is not known."""
+    why: str = ""
+    """Why it is not known."""
+
+    def page(self, suffix: str) -> bytes:
+        """Return a page without its seal; raise NotMadeAgainError where that is not possible."""
+        name = self._installed(suffix)
+        if self.letterhead is None:
+            raise NotMadeAgainError(self.why)
+        return self._made(name, self.letterhead)
+
+    def plain_page(self, suffix: str) -> bytes:
+        """Return a page as it is without the laboratory's logo and style; raise as `page` does."""
+        name, appearance = self._installed(suffix), self.certificate.appearance
+        if any(each.startswith(_OWN_WORDS) for each in appearance.files):
+            raise NotMadeAgainError("the laboratory has texts or templates of its own")
+        plain = Letterhead(self.certificate.laboratory, appearance.language, prefix="")
+        return self._made(name, plain)
+
+    def _installed(self, suffix: str) -> str:
+        """Return the format that makes such pages, by the layout of the issue."""
+        record = self._record(suffix)
+        layout = self.certificate.appearance.layouts.get(record.name, FIRST)
+        if layout != record.revision:
+            then = self.certificate.evidence.issued_with
+            raise NotMadeAgainError(
+                f"its layout has revision {layout}, installed is {record.revision};"
+                f" {made_with(then, KIND, record.name, self.registry)} makes it again"
+            )
+        return record.name
+
+    def _made(self, name: str, letterhead: Letterhead) -> bytes:
+        try:
+            make = self.registry.make(KIND, name, {})
+            return bytes(make(CertificateInput(self.certificate, letterhead)))
+        except RigrunnerError as error:
+            raise NotMadeAgainError(str(error)) from error
+
+    def _record(self, suffix: str) -> CertificateFormatRecord:
+        for name in self.registry.names(KIND):
+            record = self.registry.find(KIND, name).record
+            if isinstance(record, CertificateFormatRecord) and record.suffix == suffix:
+                return record
+        raise NotMadeAgainError(f"no plugin makes {suffix}")
+
+
+def page_maker(
+    found: Verification, certificate: Certificate, registry: Registry, folder: Path | None
+) -> PageMaker:
+    """Return what makes the pages of a document again, with the laboratory's folder or without.
+
+    A folder that is the one of the issue, and names another laboratory, is a difference. Raises
+    UsageError where there is no letterhead in it.
+    """
+    letterhead, why = None, ""
+    try:
+        letterhead = _letterhead(certificate, folder)
+    except UsageError:
+        raise
+    except RigrunnerError as error:
+        why = str(error)
+    if letterhead is not None and folder is not None:
+        recorded, there = (
+            {
+                "laboratory": each.laboratory.model_dump(mode="json"),
+                "statements": list(each.statements),
+            }
+            for each in (certificate, letterhead)
+        )
+        found.take("laboratory and statements of the letterhead", mismatches(recorded, there))
+    return PageMaker(certificate=certificate, registry=registry, letterhead=letterhead, why=why)
+
+
+def _letterhead(certificate: Certificate, folder: Path | None) -> Letterhead:
+    files, language = certificate.appearance.files, certificate.appearance.language
+    if folder is None:
+        own = [name for name in files if name != LETTERHEAD_FILE]
+        if own:
+            raise NotMadeAgainError(
+                f"it shows the laboratory's own {', '.join(own)}, which is not here",
+                hint="name the laboratory's folder with --letterhead, or its key with --trust",
+            )
+        return Letterhead(laboratory=certificate.laboratory, language=language, prefix="")
+    found = read_letterhead(folder, language)
+    other = [name for name in {**files, **found.files} if files.get(name) != found.files.get(name)]
+    if other:
+        raise NotMadeAgainError(
+            f"the letterhead in {folder} is not the one it was issued with:"
+            f" {', '.join(sorted(other))}"
+        )
+    return found
+
+
+def check_page(found: Verification, form: Form, maker: PageMaker, *, signed: bool) -> None:
+    """Make one page again and compare it; `signed` says whether a trusted key signed its bytes.
+
+    What differs in words or structure is a difference. A page that cannot be made again, or that is
+    drawn otherwise, is proven by the signature alone.
+    """
+    what = f"{form.name} made again from its content"
+    differs: list[str] = []
+    try:
+        made = maker.page(form.suffix)
+        compare = _compare_html if form.suffix == ".html" else _compare_pdf
+        differs, why = compare(form.page, made)
+    except NotMadeAgainError as error:
+        why = str(error)
+        differs = list(_contradictions(form, maker))
+    if differs:
+        found.take(what, differs)
+    elif not why:
+        found.held.append(what)
+    elif signed:
+        found.held.append(f"{form.name} is as a trusted key signed it")
+        found.information.append(f"{form.name} was not made again: {why}")
+    else:
+        found.unproven.append(f"{form.name}: {why}")
+
+
+def _compare_html(shown: bytes, made: bytes) -> tuple[list[str], str]:
+    """Return what differs in words and structure, and what is drawn otherwise."""
+    other = _FIGURE.findall(shown) != _FIGURE.findall(made)
+    why = "its figure is not the one that is drawn here" if other else ""
+    return list(_different_lines(shown, made)), why
+
+
+def _compare_pdf(shown: bytes, made: bytes) -> tuple[list[str], str]:
+    """Return what differs in numbers, and what is drawn otherwise: page, font or picture."""
+    if shown == made:
+        return [], ""
+    try:
+        from rigrunner.proof.pdf import first_difference  # noqa: PLC0415  (an extra)
+
+        where = first_difference(shown, made, _same_certificate)
+    except MissingPackageError as error:
+        return [], str(error)
+    except DataError as error:
+        return [error.message], ""
+    if not where:
+        return [], ""
+    why = f"it is drawn otherwise than here, first at {where}"
+    return list(_different_numbers(shown, made)), why
+
+
+def _contradictions(form: Form, maker: PageMaker) -> Iterator[str]:
+    """Yield what a page that cannot be made again shows, and its content does not give.
+
+    Without the laboratory's logo and style its words are known; of its own texts and templates
+    only that they show the results.
+    """
+    try:
+        plain = maker.plain_page(form.suffix)
+    except NotMadeAgainError:
+        yield from _missing(form, maker.certificate)
+        return
+    if form.suffix == ".html":
+        shown = _LOGO.sub(b"", form.page, count=1)
+        if STYLE in maker.certificate.appearance.files:
+            shown, plain = (_STYLE.sub(b"", each) for each in (shown, plain))
+        yield from _different_lines(shown, plain)
+    else:
+        yield from _different_numbers(form.page, plain)
+
+
+def _different_numbers(shown: bytes, made: bytes) -> Iterator[str]:
+    """Yield the decimal numbers that stand on one PDF alone; none where they cannot be read."""
+    try:
+        from rigrunner.proof.pdf import text_of  # noqa: PLC0415  (an extra)
+
+        ours, theirs = (set(_DECIMAL.findall(_plain(text_of(each)))) for each in (shown, made))
+    except MissingPackageError:
+        return
+    except DataError as error:
+        yield error.message
+        return
+    yield from (f"it shows '{each}', its content does not" for each in sorted(ours - theirs))
+    yield from (f"it does not show '{each}' of its content" for each in sorted(theirs - ours))
+
+
+def _same_certificate(one: bytes, other: bytes) -> bool:
+    """Say whether two attachments hold one content; a newer program writes more members."""
+    return parse_certificate(one, "attachment") == parse_certificate(other, "attachment")
+
+
+def _missing(form: Form, certificate: Certificate) -> Iterator[str]:
+    """Yield which results of its content a page does not show that cannot be made again."""
+    try:
+        text = _plain(_text(form))
+    except MissingPackageError:
+        return
+    except DataError as error:
+        yield error.message
+        return
+    results, measured = certificate.results, certificate.measured
+    stated = (results.headline, *(each.torque for each in results.points)) if results else ()
+    stated = (*stated, *(each.found for each in certificate.named))
+    for words in dict.fromkeys(
+        (
+            certificate.number,
+            *(w for each in stated for w in (each.printed, each.printed_uncertainty)),
+            *(each.printed for each in (measured.values if measured else ())),
+        )
+    ):
+        if not re.search(rf"(?<![\w.]){re.escape(words)}(?![\w])", text):
+            yield f"it does not show '{words}' of its content"
+
+
+def _text(form: Form) -> str:
+    if form.suffix == ".html":
+        return _text_of_html(form.page)
+    from rigrunner.proof.pdf import text_of  # noqa: PLC0415  (an extra)
+
+    return text_of(form.page)
+
+
+def _text_of_html(page: bytes) -> str:
+    return unescape(_TAG.sub(" ", _HIDDEN.sub(" ", page.decode("utf-8", "replace"))))
+
+
+def _plain(text: str) -> str:
+    """Return a text with the signs of numbers as they stand in the content."""
+    return re.sub(r"(?<=\d),(?=\d)", ".", text.replace("\N{MINUS SIGN}", "-"))
+
+
+def _different_lines(shown: bytes, made: bytes) -> Iterator[str]:
+    ours, theirs = (_lines(page) for page in (shown, made))
+    if len(ours) > _FAR_MORE * len(theirs):  # to say where would take very long
+        yield f"it has {len(ours)} lines, its content gives {len(theirs)}"
+        return
+    for tag, start, end, a, b in SequenceMatcher(None, ours, theirs, autojunk=False).get_opcodes():
+        if tag != "equal":
+            there, wanted = (b" ".join(part) for part in (ours[start:end], theirs[a:b]))
+            at = max(shown.find(ours[start]) if start < len(ours) else len(shown) - 1, 0)
+            place = place_in(shown, ".html", at, at + 1)
+            yield f"at {place} it shows {_words(there)}, its content gives {_words(wanted)}"
+
+
+def _lines(page: bytes) -> list[bytes]:
+    """Return the lines of a page without the drawing of its figure, and without its data.
+
+    What was read from the data is what the other page was made from.
+    """
+    shown = without_content(_FIGURE.sub(b"", page))
+    return [line for line in shown.splitlines() if line.strip()]
+
+
+def _words(markup: bytes) -> str:
+    words = re.sub(rb"<[^<>]*>", b" ", markup).split() or markup.split()
+    text = b" ".join(words).decode(errors="replace")
+    return f"'{text[:_LONGEST]}{'…' if len(text) > _LONGEST else ''}'"

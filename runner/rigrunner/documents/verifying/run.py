@@ -1,0 +1,154 @@
+"""Whether a run file, and what was made of it, is what it says it is."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.analysis.document import document
+from rigrunner.api.errors import DataError, RigrunnerError
+from rigrunner.documents.verifying.revisions import methods_used, other_revisions
+from rigrunner.documents.verifying.verification import Verification
+from rigrunner.procedure import parse_procedure
+from rigrunner.proof.compare import mismatches
+from rigrunner.run.provenance import software
+from rigrunner.run.stored import analyse_run
+from rigrunner.runfile import file_differences, read, refuse_crashing, sealed_file_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from pathlib import Path
+
+    from rigrunner.api.results import Result
+    from rigrunner.registry import Registry
+    from rigrunner.runfile import StoredRun
+
+RESULT_FILE = "result.json"
+
+
+@dataclass(frozen=True, eq=False)
+class CheckedRun:
+    """A run that could be read, with the result that was derived from it again, if any."""
+
+    path: Path
+    stored: StoredRun
+    result: Result | None
+
+
+def verify_run(path: Path, registry: Registry) -> Verification:
+    """Check a run by its manifest, and derive its result again from the raw samples.
+
+    Raises DataError where there is no run at that path.
+    """
+    found = Verification()
+    check_run(found, path, registry)
+    return found
+
+
+def check_run(found: Verification, path: Path, registry: Registry) -> CheckedRun | None:
+    """Do the checks of one run; return it, or None where it cannot be read. Raises as above."""
+    sealed = sealed_file_of(path)
+    if sealed is None:
+        found.information.append("the run is not sealed: it has no manifest yet")
+    else:
+        try:
+            refuse_crashing(sealed)
+        except DataError as error:
+            found.take("run file", [error])
+            return None
+        _check_manifest(found, sealed)
+    try:
+        stored = read(path)
+    except DataError as error:
+        if found.matches:
+            found.take("run file", [error])
+        found.information.append("its result was not derived again: the file must be sound first")
+        return None
+    found.held.append(f"recordings: {len(stored.recordings)} with the digest {stored.digest}")
+    if salvaged := stored.header.salvaged:
+        found.unchecked.append(
+            f"the run was salvaged from {salvaged.get('file')} (SHA-256 {salvaged.get('sha256')}),"
+            " which is damaged: it lacks what is lost, and is never certified"
+        )
+    result = _check_result(found, stored, path, registry)
+    now = software(registry)
+    found.information.extend(versions(stored.header.provenance, now, "was recorded"))
+    return CheckedRun(path, stored, result)
+
+
+def _check_manifest(found: Verification, sealed: Path) -> None:
+    try:
+        differences = file_differences(sealed)
+    except DataError as error:
+        found.take("run file", [error])
+        return
+    if differences is None:
+        found.information.append(
+            "the file was sealed without a manifest, by an older version:"
+            " digests cover its recordings and measurements alone"
+        )
+    else:
+        found.take("manifest of the run file", differences)
+
+
+def _check_result(
+    found: Verification, stored: StoredRun, path: Path, registry: Registry
+) -> Result | None:
+    """Derive the result again and compare it; return it, or None where that cannot be done.
+
+    It is derived by the methods that derived it, or not at all: another revision finds others.
+    """
+    recorded = stored.result_document
+    if recorded is None:
+        found.information.append("the run holds no result, so none was derived again")
+        return None
+    what = "result derived again from the raw samples"
+    result = None
+    try:
+        other = list(_other_revisions(stored, recorded, registry))
+        found.not_recomputed.extend(other)
+        if not other:
+            result = analyse_run(path, registry)
+    except RigrunnerError as error:
+        found.take(what, [f"it cannot be derived: {error}"])
+        return None
+    if result is not None:
+        found.take(what, mismatches(recorded, _plain(document(result))))
+    beside = (path if path.is_dir() else path.parent) / RESULT_FILE
+    if path.is_dir() and beside.exists():
+        found.attempt(RESULT_FILE, lambda: _differs_from_file(recorded, beside))
+    return result
+
+
+def _other_revisions(
+    stored: StoredRun, recorded: Mapping[str, Any], registry: Registry
+) -> Iterator[str]:
+    header = stored.header
+    methods = methods_used(
+        parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
+    )
+    then = recorded.get("revisions", {})
+    return other_revisions(methods, then, header.provenance, registry)
+
+
+def _differs_from_file(recorded: Mapping[str, object], path: Path) -> Iterator[object]:
+    try:
+        beside = json.loads(path.read_bytes())
+    except (OSError, ValueError, RecursionError) as error:
+        raise DataError(f"{path} cannot be read: {error}") from error
+    if beside != recorded:
+        named: list[object] = list(mismatches(recorded, beside))
+        yield from named or ["it is not the result that is in the run file"]
+
+
+def _plain(content: object) -> object:
+    """Return a document as it is when it was written and read."""
+    return json.loads(json.dumps(content))
+
+
+def versions(then: Mapping[str, str], now: Mapping[str, str], what: str) -> Iterator[str]:
+    """Yield which versions are not those with which something was done, in words."""
+    for name, version in now.items():
+        if name in then and then[name] != version:
+            yield f"{name}: {then[name]} when it {what}, {version} now"

@@ -1,0 +1,1 @@
+"""The life of a run: prepared, recorded, analysed, reported, resumed, made safe."""

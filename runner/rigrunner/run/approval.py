@@ -1,0 +1,157 @@
+"""The state of a procedure: a draft, or approved by somebody, bound to what it says."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field
+
+from rigrunner.api.errors import UsageError
+from rigrunner.api.settings import ListOf, Settings
+from rigrunner.clock import utc_text
+from rigrunner.run.locate import shipped_folder
+from rigrunner.yamlfile import read, validate
+from rigrunner.yamlfile.names import Identifier, Text
+
+if TYPE_CHECKING:
+    from datetime import date, datetime
+
+    from rigrunner.procedure import LoadedProcedure
+
+SUFFIX = ".approval.json"
+NOT_FOR_CERTIFICATION = "not for certification"
+
+Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+
+
+class Approved(Settings):
+    """Who approved a procedure, when, and which texts."""
+
+    revision: Text
+    """Of the procedure."""
+    by: Text
+    """The person."""
+    utc: Text
+    """When: a date, or a time in UTC."""
+    sha256: Digest
+    """Over the procedure and all that it calls: `rigrunner.procedure.texts_digest`."""
+
+
+class ApprovalFile(Settings):
+    """The file beside a procedure that says who approved it."""
+
+    rigrunner: Literal["approval/1"]
+    """What this file is, and its version."""
+    procedure: Identifier
+    """The id of the procedure."""
+    approved: Approved
+    """The approval that counts."""
+    earlier: ListOf[Approved] = ()
+    """Those before it, the oldest first."""
+
+
+@dataclass(frozen=True)
+class ApprovalState:
+    """Whether a procedure is approved as it stands."""
+
+    state: Literal["draft", "approved"]
+    by: str = ""
+    utc: str = ""
+    sha256: str = ""
+    """Of the texts as they are now, whether approved or not."""
+    note: str = ""
+    """Why it is a draft although somebody once approved it."""
+
+    @property
+    def is_draft(self) -> bool:
+        """Whether what is measured by it is not for certification."""
+        return self.state == "draft"
+
+    def texts(self) -> dict[str, str]:
+        """Return the state for the header of a run: what is known of it, by name."""
+        fields = ("state", "by", "utc", "sha256", "note")
+        return {name: text for name in fields if (text := str(getattr(self, name)))}
+
+    def sentence(self) -> str:
+        """Return the state in words."""
+        if self.state == "approved":
+            return f"approved by {self.by} on {self.utc[:10]}"
+        return f"draft, {NOT_FOR_CERTIFICATION}{f': {self.note}' if self.note else ''}"
+
+
+def approval_file(procedure: Path) -> Path:
+    """Return where the approval of a procedure file is kept: beside it."""
+    return procedure.with_suffix(SUFFIX)
+
+
+def approval_state(procedure: LoadedProcedure) -> ApprovalState:
+    """Return the state of a procedure; raise InvalidFileError if its approval cannot be read."""
+    digest = procedure.digest_with_called
+    found = _read(approval_file(Path(procedure.document.name)))
+    if found is None:
+        return ApprovalState("draft", sha256=digest)
+    last = found.approved
+    if last.sha256 == digest and found.procedure == procedure.model.id:
+        return ApprovalState("approved", last.by, last.utc, digest)
+    what = "the procedure, or one that it calls," if procedure.called else "the procedure"
+    note = f"{what} was changed after its approval by {last.by} on {last.utc[:10]}"
+    return ApprovalState("draft", sha256=digest, note=note)
+
+
+def moment_of(day: date | None, now: datetime) -> str:
+    """Return the given day, or else this moment in UTC; raise UsageError for a day to come."""
+    if day is None:
+        return utc_text(now)
+    if day > now.date():
+        raise UsageError(f"{day} is still to come", hint="an approval is dated today or earlier")
+    return day.isoformat()
+
+
+def approve(procedure: LoadedProcedure, by: str, utc: str) -> Path:
+    """Write down that a person approves a procedure as it stands; return the file.
+
+    Earlier approvals are kept in it. Raises UsageError where nobody is named, where the procedure
+    is a shipped one, and where the file cannot be written; InvalidFileError for a broken file.
+    """
+    by, source = by.strip(), Path(procedure.document.name)
+    if not by:
+        raise UsageError("an approval needs a name", hint="such as --by 'A. Jones'")
+    if source.resolve().is_relative_to(shipped_folder().resolve()):
+        raise UsageError(
+            f"{source.name} is shipped with Rigrunner: a laboratory approves a copy of its own",
+            hint="'rigrunner init DIR' makes a lab folder with copies",
+        )
+    path = approval_file(source)
+    before = _read(path)
+    content = {
+        "rigrunner": "approval/1",
+        "procedure": procedure.model.id,
+        "approved": {
+            "revision": procedure.model.revision,
+            "by": by,
+            "utc": utc,
+            "sha256": procedure.digest_with_called,
+        },
+        "earlier": [each.model_dump() for each in (*before.earlier, before.approved)]
+        if before
+        else [],
+    }
+    _write(path, json.dumps(content, ensure_ascii=False, indent=2) + "\n")
+    return path
+
+
+def _read(path: Path) -> ApprovalFile | None:
+    return validate(ApprovalFile, read(path)) if path.exists() else None
+
+
+def _write(path: Path, text: str) -> None:
+    """Replace the file as a whole: half an approval would be none."""
+    part = path.with_name(f".{path.name}.part")
+    try:
+        part.write_text(text, encoding="utf-8")
+        part.replace(path)
+    except OSError as error:
+        raise UsageError(f"{path} cannot be written: {error.strerror}") from error

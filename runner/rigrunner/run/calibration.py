@@ -1,0 +1,279 @@
+"""Whether every instrument of a planned run is calibrated for it: on record, in time, in range."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from math import asin, isinf
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.analysis.channels import INDEX
+from rigrunner.api.errors import InvalidFileError, Problem
+from rigrunner.api.member import Member, channel_of
+from rigrunner.api.quantity import readable
+from rigrunner.api.units import unit
+from rigrunner.yamlfile.document import dotted
+
+if TYPE_CHECKING:
+    from collections.abc import Container, Iterator, Mapping
+    from datetime import date
+
+    from rigrunner.api.instruments import Instrument
+    from rigrunner.plan.actions import Recording
+    from rigrunner.run.prepare import Planned
+    from rigrunner.yamlfile.document import Path
+
+
+class Lack(StrEnum):
+    """What a calibration lacks; the words by which a person may override it."""
+
+    MISSING = "missing"
+    OVERDUE = "overdue"
+    RANGE = "range"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Why an instrument may not be used for a run."""
+
+    lack: Lack
+    channel: str
+    names: tuple[str, ...]
+    """By which it may be called: channel, the laboratory's number, serial number."""
+    problem: Problem
+
+    @property
+    def key(self) -> str:
+        """The short name by which it is put on record, such as 'overdue tester.torque'."""
+        return f"{self.lack} {self.channel}"
+
+
+def require_calibrated(planned: Planned, but: Container[str] = ()) -> None:
+    """Raise InvalidFileError with all that `calibration_findings` finds but these, by their key."""
+    left = [each.problem for each in calibration_findings(planned) if each.key not in but]
+    if left:
+        raise InvalidFileError(left)
+
+
+def calibration_findings(planned: Planned) -> tuple[Finding, ...]:
+    """Return what keeps the instruments of a planned run from being used, on the clock's day.
+
+    Looked at is every channel whose value enters the result. On a simulated device nothing has to
+    be registered, but what is entered is held to. An instrument of a trial needs no calibration:
+    what it measures cannot be certified.
+    """
+    return tuple(_Register(planned).findings())
+
+
+@dataclass(frozen=True)
+class _Register:
+    planned: Planned
+
+    def findings(self) -> Iterator[Finding]:
+        today = self.planned.clock.utc().date()
+        known = self.planned.station.register
+        for channel in entering_channels(self.planned):
+            if channel in known:
+                yield from self._of(known[channel], today)
+            elif not self._is_simulated(channel):
+                yield self._unknown(channel)
+
+    def _of(self, each: Instrument, today: date) -> Iterator[Finding]:
+        yield from self._missing(each)
+        if each.calibrated is not None and each.calibrated > today:
+            message = f"{_named(each)} has its calibration on {each.calibrated}, which is to come"
+            yield self._entered(Lack.MISSING, each, "calibrated", message, "correct the date")
+        if each.due is not None and each.due < today:
+            days = (today - each.due).days
+            ago = f"{days} day{'s' if days > 1 else ''} before this run"
+            message = f"the calibration of {_named(each)} was due on {each.due}, {ago}"
+            hint = "have it calibrated and enter the new certificate"
+            yield self._entered(Lack.OVERDUE, each, "due", message, hint)
+        yield from self._out_of_range(each)
+
+    def _missing(self, each: Instrument) -> Iterator[Finding]:
+        simulated = self._is_simulated(each.channel)
+        if each.calibration == "trial":
+            return
+        if each.calibration is not None and not simulated:
+            plugin, _ = self._source(each.channel)
+            message = f"{_named(each)} is entered as {each.calibration}, but '{plugin}' is a device"
+            hint = "enter its certificate and due in place of calibration"
+            yield self._entered(Lack.MISSING, each, "calibration", message, hint)
+        elif each.calibration is None and not simulated:
+            without = [name for name in ("certificate", "due") if not getattr(each, name)]
+            if without:
+                message = f"{_named(each)} has no {' and no '.join(without)}"
+                hint = f"enter {' and '.join(without)} of its calibration"
+                yield self._entered(Lack.MISSING, each, "", message, hint)
+
+    def _out_of_range(self, each: Instrument) -> Iterator[Finding]:
+        bounds = each.calibrated_range
+        simulated = self._is_simulated(each.channel) or each.calibration == "trial"
+        if simulated and not (each.range_ or each.points):
+            return
+        if bounds is None:
+            if not simulated:
+                message = f"{_named(each)} has no calibrated range"
+                yield self._entered(Lack.RANGE, each, "", message, "enter range or points")
+            return
+        lowest, highest = bounds
+        outside = [use for use in self._uses(each) if not lowest <= use.value <= highest]
+        if outside:
+            worst = max(outside, key=lambda use: abs(use.value))
+            value = _short(worst.value, each.quantity)
+            message = f"{_named(each)} is calibrated {_span(bounds, each.quantity)}"
+            hint = "take an instrument that is calibrated that far, or have this one calibrated so"
+            field = "range" if each.range_ else "points" if each.points else "full_scale"
+            message = f"{message}, but {worst.what} {value}"
+            yield self._entered(Lack.RANGE, each, field, message, hint)
+
+    def _uses(self, each: Instrument) -> Iterator[_Use]:
+        """Yield what the plan will put on an instrument, as far as it is known beforehand."""
+        rig = self.planned.station.rig
+        if each.quantity == "torque":
+            yield from self._torques(each.channel)
+        elif each.quantity == "angle" and rig.swings and self._swings(each.channel):
+            half_swing = asin(rig.eccentric_ratio)
+            for value in (-half_swing, half_swing):
+                yield _Use("the swing goes to", value)
+        else:
+            yield from self._set_points(each.channel)
+
+    def _torques(self, channel: Member) -> Iterator[_Use]:
+        role, name = channel.role, channel.name
+        recorded = {
+            action.name
+            for action in self._recordings()
+            if action.role == role and name in action.channels
+        }
+        for each in self.planned.prediction().torques:
+            if each.recording in recorded:
+                for value in (-each.peak_nm, each.peak_nm):
+                    yield _Use(f"recording {each.recording} is expected to reach", value)
+
+    def _swings(self, channel: Member) -> bool:
+        role, name = channel.role, channel.name
+        return any(
+            action.role == role and name in action.channels and action.cycle_frequency_hz
+            for action in self._recordings()
+        )
+
+    def _set_points(self, channel: Member) -> Iterator[_Use]:
+        """Yield what the drive of the same name is set to; zero needs no calibration point."""
+        for step in self.planned.plan.steps:
+            action = step.action
+            if action.led == channel:
+                yield from (_Use(f"{channel} is set to", value) for value in action.passes if value)
+
+    def _recordings(self) -> Iterator[Recording]:
+        return (each.record for each in self.planned.plan.recordings)
+
+    def _is_simulated(self, channel: Member) -> bool:
+        return self.planned.registry.is_simulated(*self._source(channel))
+
+    def _source(self, channel: Member) -> tuple[str, Mapping[str, Any]]:
+        """Return plugin and settings of the device that the channel comes from."""
+        role, name = channel.role, channel.name
+        device = self.planned.station.model.devices[role]
+        return self.planned.registry.source(device.plugin, device.settings, name)
+
+    def _entered(
+        self, lack: Lack, each: Instrument, field: str, message: str, hint: str
+    ) -> Finding:
+        index = self.planned.station.model.instruments.index(each)
+        path: Path = ("instruments", index, *((field,) if field else ()))
+        names = tuple(name for name in (each.channel, each.id, each.serial) if name)
+        problem = self._problem(path, message, f"{hint}; {_way(each.name)}")
+        return Finding(lack, each.channel, names, problem)
+
+    def _unknown(self, channel: Member) -> Finding:
+        message = f"there is no instrument for {channel}, whose value enters the result"
+        problem = self._problem(("instruments",), message, f"enter it; {_way(channel)}")
+        return Finding(Lack.MISSING, channel, (channel,), problem)
+
+    def _problem(self, path: Path, message: str, hint: str) -> Problem:
+        return Problem(message, self.planned.station.document.where(path), dotted(path), hint)
+
+
+@dataclass(frozen=True)
+class _Use:
+    what: str
+    value: float
+    """In the SI unit of the channel."""
+
+
+def entering_channels(planned: Planned) -> tuple[Member, ...]:
+    """Return the channels whose values enter the result, each once.
+
+    Of a procedure without an analysis these are all that it records and measures. Of one with an
+    analysis of torque: what is recorded but for index pulses, of which only the time counts; of
+    what is measured the torque; and the load that is read beside. Of one with other analyses alone:
+    the channels that these need, and those whose values have limits.
+    """
+    model = planned.procedure.model
+    analysed = not model.torque_analysis.asks_nothing
+    if model.named_analyses and not analysed:
+        return tuple(dict.fromkeys(_of_named_analyses(planned)))
+    found: dict[Member, None] = {}
+    recordings = {each.record.name: each.record for each in planned.plan.recordings}
+    for step in planned.plan.steps:
+        if record := recordings.get(step.action.recording):
+            names = [Member(record.role, each) for each in record.channels if each != INDEX]
+            found.update(dict.fromkeys(names))
+            if analysed:
+                found.update(dict.fromkeys(_read_loads(planned, record.role)))
+        if rows := step.action.rows:
+            torque = [
+                each for each in rows.channels if unit(rows.units[each]).dimension == "torque"
+            ]
+            found.update(dict.fromkeys(torque if analysed else rows.channels))
+    return tuple(found)
+
+
+def _of_named_analyses(planned: Planned) -> Iterator[Member]:
+    """Yield the channels that analyses need; a set-point alone if the register has it."""
+    rows = [step.action.rows for step in planned.plan.steps if step.action.rows]
+    known: set[str] = {name for each in rows for name in each.channels}
+    known |= {each.channel for each in planned.station.model.instruments}
+    known |= {
+        f"{each.record.role}.{name}"
+        for each in planned.plan.recordings
+        for name in each.record.channels
+    }
+    for plugin in planned.procedure.model.named_analyses:
+        needed = planned.registry.requires(plugin.kind, plugin.name, plugin.settings)
+        for each in needed.channels:
+            if not each.or_coordinate or each.name in known:
+                yield channel_of(each.name)
+    for step in planned.plan.steps:
+        for limit in step.limits:
+            role, name, *_ = limit.of.split(".")  # and a statistic of a recording
+            yield Member(role, name)
+
+
+def _read_loads(planned: Planned, role: str) -> list[Member]:
+    """Return the role's channel of the load, where its device has one: torque scales with it."""
+    names = [channel.name for channel in planned.devices[role].channels]
+    return [Member(role, "load")] if "load" in names else []
+
+
+def _way(name: str) -> str:
+    """Say how to start all the same."""
+    return f"or start with --override {name} --by NAME --reason TEXT"
+
+
+def _named(each: Instrument) -> str:
+    """Return 'TQ-7 (tester.torque)'."""
+    return f"{each.name} ({each.channel})"
+
+
+def _span(bounds: tuple[float, float], dimension: str) -> str:
+    lowest, highest = bounds
+    top = _short(highest, dimension)
+    return f"up to {top}" if isinf(lowest) else f"from {_short(lowest, dimension)} to {top}"
+
+
+def _short(si: float, dimension: str) -> str:
+    written = readable(si, dimension)
+    return f"{written.number:.4g} {written.unit.symbol}"

@@ -1,0 +1,40 @@
+"""Later decisions as a certificate has them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.certificate import DecisionRecord
+from rigrunner.api.errors import DataError
+from rigrunner.procedure import Acceptance
+from rigrunner.yamlfile.upgrade import upgraded_acceptance
+
+if TYPE_CHECKING:
+    from rigrunner.run.decisions import DecisionFile
+
+
+def record_of(decision: DecisionFile) -> DecisionRecord:
+    """Return what a certificate says of a later decision."""
+    found = decision.summary
+    return DecisionRecord(
+        file=found.file,
+        sha256=decision.sha256,
+        decided_utc=found.decided_utc,
+        by=found.by,
+        reason=found.why,
+        verdict=found.verdict,
+        rule=found.rule,
+        limit=found.limit_text,
+        verdict_before=found.verdict_before,
+        rule_before=found.rule_before,
+        limit_before=found.limit_before,
+        acceptance=decision.document["acceptance"],
+    )
+
+
+def acceptance_of(record: DecisionRecord) -> Acceptance:
+    """Return limits and rule of a decision on a certificate; raise DataError."""
+    try:
+        return Acceptance.model_validate(upgraded_acceptance(record.acceptance))
+    except ValueError as error:
+        raise DataError(f"the limits and rule of {record.file} cannot be read") from error

@@ -1,0 +1,284 @@
+"""Later decisions on a stored run, by another rule or other limits: each a file, on record.
+
+`run.h5` stays as it is. Beside it `decision-2.json`, then `decision-3.json` and so on say who
+decided what, when and why, by which rule before and after, and of which recordings, by digest.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+from rigrunner import __version__
+from rigrunner.analysis.verdict.document import decision as decision_document
+from rigrunner.api.errors import DataError, UsageError
+from rigrunner.api.events import Outcome
+from rigrunner.api.units import unit
+from rigrunner.api.verdict import LaterDecision, Verdict
+from rigrunner.clock import utc_text
+from rigrunner.procedure import Acceptance, parse_procedure
+from rigrunner.run.locate import RUN_FILE
+from rigrunner.run.stored import analyse_run
+from rigrunner.runfile import read
+from rigrunner.runfile.durable import sync_file, sync_folder, writing
+from rigrunner.yamlfile.upgrade import upgraded_acceptance
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from datetime import datetime
+    from pathlib import Path
+
+    from rigrunner.api.results import Result
+    from rigrunner.procedure import AnalysisSpec, Procedure
+    from rigrunner.registry import Registry
+    from rigrunner.runfile import StoredRun
+
+FORMAT = "rigrunner: decision/1"
+FIRST = 2
+"""The run's own decision is the first."""
+NAME = re.compile(r"decision-([1-9]\d{0,5})\.json")
+NONE = "none"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Decider:
+    """Who decides again, why, and when."""
+
+    by: str
+    reason: str
+    at: datetime
+
+
+@dataclass(frozen=True, eq=False)
+class DecisionFile:
+    """A later decision as it stands in its file."""
+
+    path: Path
+    document: Mapping[str, Any]
+    acceptance: Acceptance
+    sha256: str
+    """Of the file's bytes."""
+
+    @property
+    def summary(self) -> LaterDecision:
+        """What a report says of it."""
+        found, before = self.document["decision"], self.document["before"]
+        return LaterDecision(
+            file=self.path.name,
+            decided_utc=self.document["decided_utc"],
+            by=self.document["by"],
+            why=self.document["reason"],
+            verdict=found["verdict"],
+            reason=found["reason"],
+            rule=found["rule"],
+            limit_text=found["limit"],
+            limit_source=found["limit_source"],
+            verdict_before=before["verdict"],
+            rule_before=before["rule"],
+            limit_before=before["limit"],
+        )
+
+
+class Digested(Protocol):
+    """Whatever knows the digest of a run's recordings."""
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 over finished recordings and measurements."""
+
+
+def later_decisions(stored: Digested, folder: Path) -> tuple[DecisionFile, ...]:
+    """Return the decisions beside a run, oldest first.
+
+    Raises DataError for a file that cannot be read, for one that is of other recordings, and where
+    one is missing.
+    """
+    found = tuple(_read(path, stored.digest) for _, path in _files(folder))
+    before = RUN_FILE
+    for number, each in enumerate(found, FIRST):
+        if each.path.name != _name(number) or each.document["before"]["file"] != before:
+            raise DataError(
+                f"{each.path} does not follow {before}: it was decided after "
+                f"{each.document['before']['file']}",
+                hint=f"bring back {_name(number)}: a decision that is on record stays",
+            )
+        before = each.path.name
+    return found
+
+
+def acceptance_in_force(stored: StoredRun, folder: Path) -> Acceptance | None:
+    """Return limits and rule of the latest decision: the procedure's, unless decided again."""
+    later = later_decisions(stored, folder)
+    return later[-1].acceptance if later else _procedure(stored).acceptance
+
+
+def decide_again(
+    folder: Path,
+    registry: Registry,
+    decider: Decider,
+    change: Callable[[Acceptance | None], Acceptance],
+) -> tuple[DecisionFile, Result]:
+    """Decide a stored run by other limits or another rule, and put that on record.
+
+    `change` returns what is to hold, given what holds now. Nothing is measured again, and no file
+    that is there is changed. Raises UsageError where a name or reason is missing or nothing
+    changes, and DataError for a run on which nothing can be decided, or whose result the limits
+    are not for.
+    """
+    if not (decider.by.strip() and decider.reason.strip()):
+        raise UsageError("a decision needs a name and a reason", hint="give --by and --reason")
+    stored = read(folder)
+    if stored.info.outcome != Outcome.COMPLETED:
+        raise DataError(
+            f"{stored.header.run_id} was not completed ({stored.info.outcome})",
+            hint="a run that was not completed neither passes nor fails",
+        )
+    before = acceptance_in_force(stored, folder)
+    after = change(before)
+    if after == before:
+        raise UsageError("these limits and this rule hold already", hint="nothing was written")
+    procedure = _procedure(stored)
+    spec = procedure.torque_analysis
+    torque = after.limits_of(spec.name)
+    if spec.primary_plugin is None and (torque or not procedure.named_analyses):
+        raise DataError(
+            f"{stored.header.run_id} has no result to decide on",
+            hint=f"its procedure {stored.header.procedure_id} compensates nothing",
+        )
+    result = analyse_run(folder, registry, acceptance=after)
+    if spec.primary_plugin is not None and torque:
+        _refuse(result, spec, spec.primary_plugin.name, after, registry)
+    _refuse_other_results(result, after)
+    held = _before(folder, stored, before)
+    content = _content(stored, decider, held, after, result)
+    return _read(_write(folder, content), stored.digest), result
+
+
+def _procedure(stored: StoredRun) -> Procedure:
+    header = stored.header
+    return parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
+
+
+def _refuse(
+    result: Result, spec: AnalysisSpec, plugin: str, acceptance: Acceptance, registry: Registry
+) -> None:
+    """Raise DataError where there is no result, or a limit is of another torque than it."""
+    if result.headline is None:
+        raise DataError(f"{result.run.run_id} has no result to decide on: {result.notes[0]}")
+    kind = registry.yields(plugin)
+    if kind is None:
+        raise DataError(f"'{plugin}' does not say which torque it yields")
+    loads = [point.load_n for point in result.loaded]
+    for limit in acceptance.limits_of(spec.name):
+        if limit.measurand is None:
+            hint = "say it: 'measurand: {nature: ..., condition: ...}'"
+            raise DataError(
+                f"{limit.source}: the limit does not say of which torque it is", hint=hint
+            )
+        objection = limit.measurand.objection(spec.measured(kind), loads)
+        if objection:
+            hint = "limits and results of two measurands have nothing to say to each other"
+            raise DataError(f"{limit.source}: {objection}", hint=hint)
+
+
+def _refuse_other_results(result: Result, acceptance: Acceptance) -> None:
+    """Raise DataError for a limit of a result that the run does not have, or of another kind."""
+    units = {each.name: each.of.unit for each in (*result.results, *result.means)}
+    for limit in acceptance.limits:
+        if limit.of not in units:
+            known = ", ".join(units) or "none"
+            raise DataError(
+                f"{result.run.run_id} has no result '{limit.of}'", hint=f"results: {known}"
+            )
+        kind = unit(units[limit.of]).dimension
+        if limit.dimension != kind:
+            raise DataError(
+                f"{limit.source}: the limit is a {limit.dimension}, and {limit.of} a {kind}",
+                hint=f"write it in {units[limit.of]}",
+            )
+
+
+def _before(folder: Path, stored: StoredRun, held: Acceptance | None) -> dict[str, Any]:
+    """Return what was decided until now, and by which file."""
+    later = later_decisions(stored, folder)
+    document: Mapping[str, Any] = stored.result_document or {}
+    decided = later[-1].document["decision"] if later else document.get("decision")
+    words = decided or {"verdict": NONE, "rule": NONE, "limit": NONE}
+    return {
+        "file": later[-1].path.name if later else RUN_FILE,
+        "acceptance": None if held is None else held.as_written(),
+        **{key: words[key] for key in ("verdict", "rule", "limit")},
+    }
+
+
+def _content(
+    stored: StoredRun,
+    decider: Decider,
+    before: Mapping[str, Any],
+    after: Acceptance,
+    result: Result,
+) -> dict[str, Any]:
+    assert result.decision is not None  # noqa: S101  (an acceptance was given)
+    return {
+        "format": FORMAT,
+        "run": {"id": stored.header.run_id, "digest_sha256": stored.digest},
+        "decided_utc": utc_text(decider.at),
+        "by": decider.by,
+        "reason": decider.reason,
+        "program": f"Rigrunner {__version__}",
+        "before": before,
+        "acceptance": after.as_written(),
+        "decision": decision_document(result.decision),
+    }
+
+
+def _write(folder: Path, content: Mapping[str, Any]) -> Path:
+    """Write the next decision file, durably; never over another."""
+    text = json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)
+    number = max((number for number, _ in _files(folder)), default=FIRST - 1) + 1
+    path = folder / _name(number)
+    with writing(path):
+        with path.open("x", encoding="utf-8") as file:
+            file.write(f"{text}\n")
+        sync_file(path)
+        sync_folder(folder)
+    return path
+
+
+def _name(number: int) -> str:
+    return f"decision-{number}.json"
+
+
+def _files(folder: Path) -> list[tuple[int, Path]]:
+    found = [(NAME.fullmatch(path.name), path) for path in folder.iterdir()]
+    return sorted((int(match[1]), path) for match, path in found if match)
+
+
+def _read(path: Path, digest: str) -> DecisionFile:
+    try:
+        content = path.read_bytes()
+        document = json.loads(content)
+        acceptance = Acceptance.model_validate(upgraded_acceptance(document["acceptance"]))
+        file = DecisionFile(path, document, acceptance, hashlib.sha256(content).hexdigest())
+        recordings, kind = document["run"]["digest_sha256"], document["format"]
+        words = vars(file.summary).values()
+        Verdict(file.summary.verdict)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise _unreadable(path) from error
+    if kind != FORMAT or not all(isinstance(each, str) for each in words):
+        raise _unreadable(path)
+    if recordings != digest:
+        raise DataError(
+            f"{path} is a decision on other recordings: it names {recordings[:16]}…, these are "
+            f"{digest[:16]}…",
+            hint="move it to the run that it belongs to",
+        )
+    return file
+
+
+def _unreadable(path: Path) -> DataError:
+    hint = "move it away to go on without it; a decision that is on record is never deleted"
+    return DataError(f"{path} is not a decision that can be read", hint=hint)

@@ -1,0 +1,184 @@
+"""What becomes of a run once the rig is safe: analysed, sealed, reported."""
+
+from __future__ import annotations
+
+import json
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.analysis.document import document
+from rigrunner.api.cleanup import add_beside, error_text
+from rigrunner.api.errors import AbortedError, ExitCode, RigrunnerError
+from rigrunner.api.events import CONCLUDED, Outcome
+from rigrunner.api.verdict import Verdict
+from rigrunner.run.plot import sweep_plot
+from rigrunner.run.report import write_report
+from rigrunner.run.stored import analyse_run
+from rigrunner.runfile import read_without_samples
+from rigrunner.runfile.durable import writing
+from rigrunner.runfile.folder import RunFolder
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from pathlib import Path
+
+    from rigrunner.analysis.progress import Progress
+    from rigrunner.api.devices import StopToken
+    from rigrunner.api.results import Result
+    from rigrunner.run.prepare import Planned
+    from rigrunner.runfile import RunWriter
+
+RESULT_FILE = "result.json"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FinishedRun:
+    """What a run left behind."""
+
+    folder: Path
+    outcome: Outcome
+    reason: str
+    error: BaseException | None
+    """The first error of the run, or else that of its analysis, or of sealing it."""
+    sealed: bool = True
+    """Whether run.h5 is there; else the folder holds what was recorded, as after a crash."""
+    result: Result | None = None
+    report: Path | None = None
+    passed_over: tuple[str, ...] = ()
+    """The failures after which the run went on because the procedure says so."""
+    unsafe: str = ""
+    """What speaks against the rig being safe, in words."""
+    waits: bool = False
+    """Whether it is kept open for the no-load run after it; it has no result before."""
+
+    @property
+    def exit_code(self) -> ExitCode:
+        """How a command that did this run ends; a rig that is not safe goes before all else."""
+        if self.unsafe:
+            return ExitCode.DEVICE
+        if isinstance(self.error, KeyboardInterrupt):
+            return ExitCode.INTERRUPTED
+        if self.outcome is Outcome.ABORTED and not isinstance(self.error, AbortedError):
+            return ExitCode.ABORTED
+        if isinstance(self.error, RigrunnerError):
+            return self.error.exit_code
+        if self.error is not None:
+            return ExitCode.BUG
+        code = verdict_code(self.result)
+        undecided = self.waits or (code is ExitCode.PASS and self.passed_over)
+        return ExitCode.UNDECIDED if undecided else code
+
+
+def verdict_code(result: Result | None) -> ExitCode:
+    """Return the exit code of an analysed run: its verdict, where there is one to give.
+
+    A run that was interrupted neither passes nor fails, whatever its recordings say.
+    """
+    if result is None:
+        return ExitCode.PASS
+    if result.run.outcome not in CONCLUDED:
+        return ExitCode.UNDECIDED
+    codes = {None: ExitCode.PASS, Verdict.PASS: ExitCode.PASS, Verdict.FAIL: ExitCode.FAIL}
+    return codes.get(result.verdict, ExitCode.UNDECIDED)
+
+
+def finish(
+    planned: Planned,
+    writer: RunWriter,
+    end: tuple[Outcome, str, tuple[str, ...]],
+    no_load: Path | None,
+    errors: list[BaseException],
+    *,
+    progress: Progress,
+    to_be_resumed: bool = False,
+    no_load_after: Path | None = None,
+) -> FinishedRun:
+    """Analyse what was recorded, seal it whatever comes of that, and report.
+
+    `end` is outcome, reason, and what was passed over. A run that cannot be sealed stays as it is,
+    and so does one that is `to_be_resumed`, or whose procedure asks for a no-load run after it.
+    """
+    outcome, reason, passed_over = end
+    folder = writer.folder
+    with kept(errors):
+        writer.close()
+    result = report = None
+    asked = not (planned.procedure.model.asks_nothing or _is_empty(planned, writer))
+    spec = planned.procedure.model.torque_analysis.no_load
+    waits = (
+        outcome is Outcome.COMPLETED
+        and asked
+        and spec is not None
+        and spec.after
+        and no_load_after is None
+    )
+    with kept(errors):
+        if not waits and outcome in CONCLUDED and (asked or _has_limits(planned, folder)):
+            result = analyse_run(
+                folder, planned.registry, no_load, no_load_after, progress=progress
+            )
+    content = None if result is None else document(result)
+    if not (to_be_resumed or waits):
+        with kept(errors):
+            plot = None if result is None else sweep_plot(result)
+            writer.seal(content, plot, no_load, no_load_after)
+    sealed = RunFolder(folder).sealed_file.exists()
+    if content is not None and sealed:
+        with kept(errors):
+            _write_result(folder, content)
+            report = write_report(folder, planned.registry, result=result)
+    for later in errors[1:]:
+        add_beside(errors[0], error_text(later))
+    return FinishedRun(
+        folder=folder,
+        outcome=outcome,
+        reason=reason,
+        error=next(iter(errors), None),
+        sealed=sealed,
+        result=result,
+        report=report,
+        passed_over=passed_over,
+        waits=waits and not sealed,
+    )
+
+
+def _has_limits(planned: Planned, folder: Path) -> bool:
+    """Say whether one of the values that a run measured has a limit."""
+    if not any(step.limits or step.terms.expected for step in planned.plan.steps):
+        return False  # without reading what may be many thousands of rows
+    return any(row.limits or row.expected for row in read_without_samples(folder).measurements)
+
+
+def _is_empty(planned: Planned, writer: RunWriter) -> bool:
+    """Say whether a session by hand, of which no step is planned, ended without a point."""
+    return not planned.plan.steps and not writer.recordings
+
+
+def stoppable(progress: Progress, stop: StopToken) -> Progress:
+    """Return a progress that ends the analysis at a stop: the run is sealed without a result."""
+
+    def told(what: str, done: int, of: int) -> None:
+        progress(what, done, of)
+        if stop.is_set():
+            raise AbortedError(
+                f"stopped at {done} of {of} {what}",
+                hint="the run is whole: 'rigrunner analyse' makes its result",
+            )
+
+    return told
+
+
+def _write_result(folder: Path, content: Mapping[str, object]) -> None:
+    text = json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)
+    with writing(folder / RESULT_FILE):
+        (folder / RESULT_FILE).write_text(text + "\n", encoding="utf-8")
+
+
+@contextmanager
+def kept(errors: list[BaseException]) -> Iterator[None]:
+    """Keep an error for the FinishedRun: what was measured must be sealed all the same."""
+    try:
+        yield
+    except BaseException as error:  # noqa: BLE001  (of a plugin, or Ctrl-C)
+        errors.append(error)

@@ -1,0 +1,188 @@
+"""What the guardian does once its owner is gone: it makes the rig safe, and says so everywhere."""
+
+from __future__ import annotations
+
+import os
+import time
+from contextlib import contextmanager, suppress
+from datetime import UTC, datetime
+from pathlib import Path
+from threading import Thread
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.events import Alarm, MadeSafe
+from rigrunner.api.member import Member, role_of
+from rigrunner.bus import EventStamp
+from rigrunner.clock import WallClock, utc_text
+from rigrunner.registry import load_registry
+from rigrunner.rig import Rig, unsafe_text
+from rigrunner.rig_state import (
+    Busy,
+    Holder,
+    hold,
+    read_marker,
+    record_made_safe,
+    take_over,
+)
+from rigrunner.run.guardian.saying import say
+from rigrunner.run.lab_plugins import with_lab_plugins
+from rigrunner.run.prepare import make_devices, patience_of
+from rigrunner.station import parse_station
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.rig import SafetyReport
+    from rigrunner.rig_state import Marker
+
+ATTEMPTS = 4
+"""How often the rig is tried: a port may be free only some seconds after its process has died."""
+PAUSE_S = 2.0
+ATTEMPT_S = 900.0
+"""How long an attempt may take: a drive may need minutes to its safe value."""
+NOTE_FILE = "guardian.txt"
+"""In the run's folder: what the guardian found and did."""
+
+
+def act(task: dict[str, Any], reason: str) -> None:
+    """Make the rig safe if it is energised and nobody else has taken it, and tell how that went."""
+    try:
+        with _held(task):
+            marker = read_marker(task["station"])
+            if marker is None or marker.safe_by:
+                say(f"{reason}; the rig was not energised")
+                return
+            _make_safe(task, marker, reason)
+    except Busy as busy:
+        who = f" ({busy.holder.procedure}, process {busy.holder.process})" if busy.holder else ""
+        say(f"{reason}; another process has taken the rig{who}: it is left alone")
+    except Exception as error:  # noqa: BLE001  (nobody else is there to say it)
+        say(f"{reason}. THE RIG IS NOT SAFE: {type(error).__name__}: {error}. Go to the rig.")
+        _note(task, [f"{reason}; the rig could not be made safe: {type(error).__name__}: {error}"])
+
+
+@contextmanager
+def _held(task: dict[str, Any]) -> Iterator[None]:
+    """Hold the rig: by the locks that the owner left, so that nobody comes in between, or anew."""
+    now = utc_text(datetime.now(UTC))
+    what = f"the guardian of {task['what']}, which makes the rig safe"
+    holder = Holder(task["station"], what, os.getpid(), now)
+    paths = [Path(each) for each in task["locks"]]
+    handed = task["handed"]
+    with take_over(handed, paths, holder) if handed else hold(paths, holder):
+        yield
+
+
+def _make_safe(task: dict[str, Any], marker: Marker, reason: str) -> None:
+    say(f"{reason}; last set-points: {marker.set_points}. Making the rig safe.")
+    reports: tuple[SafetyReport, ...] = ()
+    left = ""
+    for attempt in range(ATTEMPTS):
+        time.sleep(attempt * PAUSE_S)
+        reports, left = _within(task)
+        if not left:
+            break
+    skipped = [each for each in task["unreachable"] if _has_drive_of(marker, each)]
+    if skipped:
+        names = ", ".join(skipped)
+        told = f"{names}: its plugin says that no second process can open it"
+        left = "; ".join(each for each in (left, told) if each)
+    if not left:
+        record_made_safe(task["station"], "The guardian made it safe")
+    lines = [f"{reason}; last set-points: {marker.set_points}", *_lines(reports, left)]
+    for line in lines[1:]:
+        say(line)
+    _note(task, lines)
+    if marker.owner is not None and Path(marker.owner.run or "-").is_dir():
+        folder = Path(marker.owner.run)
+        with suppress(Exception):  # the rest says it as well
+            _note_in_journal(folder, lines[0], reports, left)
+
+
+def _within(task: dict[str, Any]) -> tuple[tuple[SafetyReport, ...], str]:
+    """Return what an attempt gives; a driver that is called inline may never return."""
+    given: list[tuple[tuple[SafetyReport, ...], str]] = []
+    errors: list[BaseException] = []
+
+    def attempt() -> None:
+        try:
+            given.append(_one_attempt(task))
+        except BaseException as error:  # noqa: BLE001  (told: nobody else is there to say it)
+            errors.append(error)
+
+    work = Thread(target=attempt, daemon=True)
+    work.start()
+    work.join(ATTEMPT_S)
+    if given:
+        return given[0]
+    if errors:
+        return (), f"{type(errors[0]).__name__}: {errors[0]}"
+    return (), f"a device did not return within {ATTEMPT_S:g} s"
+
+
+def _one_attempt(task: dict[str, Any]) -> tuple[tuple[SafetyReport, ...], str]:
+    """Make each device anew, connect what answers, make safe; return what is not safe in words."""
+    file = Path(task["station_file"])
+    station = parse_station(task["station_text"], str(file))
+    registry = with_lab_plugins(load_registry(), station, file.parent)
+    clock = WallClock()
+    made = make_devices(station, registry, clock, file.parent)
+    devices = {role: device for role, device in made.items() if role in task["roles"]}
+    order = [each for each in station.model.safety.order if role_of(each) in devices]
+    rig = Rig(devices, clock, patience_of(station), order)
+    failed = rig.connect_each()
+    try:
+        reports = rig.make_safe()
+    finally:
+        with suppress(Exception):
+            rig.close()
+    unsafe = unsafe_text(reports)
+    why = "; ".join(f"{role} was not reached: {text}" for role, text in failed.items())
+    return reports, "; ".join(each for each in (why, unsafe) if each)
+
+
+def _has_drive_of(marker: Marker, role: str) -> bool:
+    return any(each.member.role == role for each in marker.drives)
+
+
+def _lines(reports: tuple[SafetyReport, ...], left: str) -> list[str]:
+    lines = [
+        f"{each.what} is safe: read back "
+        + ", ".join(f"{name} {value:g}" for name, value in each.read_back.items())
+        for each in reports
+        if each.safe and each.read_back
+    ]
+    if left:
+        return [*lines, f"THE RIG IS NOT SAFE: {left}. Go to the rig."]
+    return [*lines, "the rig is safe: every drive was read back at its safe value"]
+
+
+def _note(task: dict[str, Any], lines: list[str]) -> None:
+    """Add to the log of what was done with the rig, and to a file of its own beside it."""
+    marker = read_marker(task["station"])
+    run = marker.owner.run if marker is not None and marker.owner is not None else ""
+    logs = [Path(run)] if run else []  # of what is done by hand
+    if run and Path(run).is_dir():
+        logs = [Path(run) / "run.log", Path(run) / NOTE_FILE]
+    now = utc_text(datetime.now(UTC))
+    text = "".join(f"{now} ALARM guardian: {line}\n" for line in lines)
+    for log in logs:
+        with suppress(OSError), log.open("ab") as file:
+            file.write(text.encode())
+
+
+def _note_in_journal(folder: Path, what: str, reports: tuple[SafetyReport, ...], left: str) -> None:
+    """Put on the run's record how its rig was left, for whoever resumes or recovers it."""
+    from rigrunner.run.interrupted import next_seq, read_interrupted  # noqa: PLC0415  (as above)
+    from rigrunner.runfile import RunWriter, run_lock  # noqa: PLC0415  (numpy: the rig is first)
+
+    with run_lock(folder):
+        stored = read_interrupted(folder)
+        stamp = EventStamp(WallClock(), next_seq(stored))
+        with RunWriter(folder) as writer:
+            writer(stamp(Alarm, source="guardian", text=what))
+            for each in reports:
+                read_back = {Member(each.role, name): one for name, one in each.read_back.items()}
+                writer(stamp(MadeSafe, what=each.what, read_back=read_back, problems=each.problems))
+            if left:
+                writer(stamp(Alarm, source="guardian", text=f"the rig is not safe: {left}"))

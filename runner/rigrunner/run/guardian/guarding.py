@@ -1,0 +1,234 @@
+"""Starts the guardian of a rig, lets it hear that the run makes progress, and ends it."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.engine import Interference
+from rigrunner.rig import Pulse
+from rigrunner.run.guardian.guarded import WITHOUT, guardian_text, not_reopenable
+from rigrunner.run.guardian.main import IGNORED, TICK_S
+from rigrunner.run.guardian.saying import say
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Mapping
+
+    from rigrunner.api.devices import Patience
+    from rigrunner.registry import Registry
+    from rigrunner.rig.messages import DeviceMessages
+    from rigrunner.rig_state import RigMarks
+    from rigrunner.station import LoadedStation
+
+MODULE = "rigrunner.run.guardian.main"
+LEAST_S = 10.0
+"""How long a rig may go without progress at least: a disk may keep a run waiting for seconds."""
+PATIENCES = 3.0
+"""The same, in times that a device of the station is waited for."""
+MOST_STARTS = 4
+"""How often a guardian is started for a rig: each that was killed is replaced."""
+_DEBUGGERS = {
+    *("bdb", "pdb", "code", "ipdb", "pudb", "rpdb", "remote_pdb", "web_pdb", "IPython"),
+    *("debugpy", "pydevd", "_pydevd_bundle", "_pydevd_frame_eval"),
+}
+"""The top packages of debuggers and consoles, whose code waits in the thread that they hold."""
+END_S = 5.0
+NAME = "guardian"
+"""Who tells of a guardian that was lost."""
+
+
+class Guardian:
+    """The guardian of one rig, as the process sees it that drives the rig."""
+
+    def __init__(
+        self, task: Mapping[str, Any], marks: RigMarks, limit_s: float, messages: DeviceMessages
+    ) -> None:
+        self.pulse = Pulse(limit_s, self._beat)
+        self._messages = messages
+        self._task = dict(task)
+        self._marks = marks
+        self._limit_s = limit_s
+        self._child: subprocess.Popen[bytes] | None = None
+        self._starts = 0
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._work, name="guardian", daemon=True)
+        # a debugger that suspends all threads lets this one go on: what it holds is no hang
+        self._thread.pydev_do_not_trace = True  # type: ignore[attr-defined]  # its own word
+        self._thread.is_pydev_daemon_thread = True  # type: ignore[attr-defined]  # its own word
+
+    def start(self) -> None:
+        """Start it; where that fails the run goes on, and says so on record."""
+        self._begin()
+        if unreachable := self._task["unreachable"]:
+            names = ", ".join(unreachable)
+            self._marks.describe(unguarded=f"no second process can open {names}")
+        if self._child is not None:
+            self._marks.describe(guardian="a second process")
+        self._thread.start()
+
+    def end(self) -> None:
+        """Let it end: the rig was given back."""
+        self._ended.set()
+        self._thread.join(END_S)
+        child = self._child
+        if child is None or child.stdin is None:
+            return
+        with suppress(OSError):
+            os.write(child.stdin.fileno(), b"end\n")
+        with suppress(OSError):
+            child.stdin.close()
+        try:
+            child.wait(END_S)
+        except subprocess.TimeoutExpired:  # it was stopped: it has nothing to guard any more
+            child.kill()
+            child.wait()
+
+    def _begin(self) -> None:
+        self._starts += 1
+        descriptors = list(self._marks.locks.values()) if os.name != "nt" else []
+        if -1 in descriptors:
+            descriptors = []  # it takes them anew, once they are free
+        try:
+            with _blocked(IGNORED):  # a new process inherits that, until it ignores them itself
+                child = subprocess.Popen(  # noqa: S603  (our own interpreter and module)
+                    [sys.executable, "-P", "-m", MODULE],
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.DEVNULL,
+                    pass_fds=descriptors,
+                    start_new_session=True,  # neither Ctrl-C nor a closed terminal is its
+                    creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
+                )
+        except OSError as error:
+            self._lose(f"no guardian could be started: {error}")
+            self._child = None
+            return
+        assert child.stdin is not None  # noqa: S101  (it is a pipe)
+        task = {**self._task, "handed": descriptors}
+        with suppress(OSError):
+            os.write(child.stdin.fileno(), json.dumps(task).encode() + b"\n")
+        if os.name != "nt":
+            os.set_blocking(child.stdin.fileno(), False)
+        self._child = child
+
+    def _work(self) -> None:
+        looked_s = time.monotonic()
+        while not self._ended.wait(TICK_S):
+            now_s = time.monotonic()
+            self.pulse.tick(min(now_s - looked_s, 2 * TICK_S))
+            looked_s = now_s
+            left_s = self.pulse.left_s()
+            if left_s > 0 or debugger_at(threading.main_thread()):
+                self._beat(self._limit_s if math.isinf(left_s) else max(left_s, self._limit_s))
+            if self._child is not None and (code := self._child.poll()) is not None:
+                self._replace(self._child.pid, code)
+
+    def _beat(self, allowed_s: float) -> None:
+        child = self._child
+        if child is not None and child.stdin is not None:
+            with suppress(OSError, ValueError):  # it is gone, or stopped: looked at by the thread
+                os.write(child.stdin.fileno(), f"{allowed_s:.3f}\n".encode())
+
+    def _replace(self, pid: int, code: int) -> None:
+        if self._child is not None and self._child.stdin is not None:
+            with suppress(OSError):
+                self._child.stdin.close()
+        self._child = None
+        lost = f"the guardian (process {pid}) ended with code {code}"
+        if self._starts >= MOST_STARTS:
+            self._lose(f"{lost}; no other one is started: nothing makes the rig safe if this dies")
+            return
+        self._begin()
+        if self._child is not None:
+            self._lose(f"{lost}; process {self._child.pid} guards the rig now")
+
+    def _lose(self, text: str) -> None:
+        """Put on record that the guardian was lost, as what a device tells is put there."""
+        self._messages.take(NAME, "warning", text)
+        say(text)
+
+
+@contextmanager
+def _blocked(numbers: Collection[int]) -> Iterator[None]:
+    """Keep these signals from this thread meanwhile; those that come are taken afterwards."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows has it not
+        yield
+        return
+    former = signal.pthread_sigmask(signal.SIG_BLOCK, numbers)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, former)
+
+
+@contextmanager
+def guarding(
+    station: LoadedStation,
+    registry: Registry,
+    marks: RigMarks | None,
+    patience: Patience,
+    what: str,
+    *,
+    messages: DeviceMessages,
+    roles: Collection[str] | None = None,
+) -> Iterator[Guardian | None]:
+    """Let a guardian watch over a rig that this process holds; give it, or None for none.
+
+    There is none for simulators, replays and a station that wants none. `roles` are those that are
+    used, all by default; `messages` take that a guardian was lost. With endless patience it sees
+    the death of this process alone, and no hang.
+    """
+    if marks is None or not station.model.safety.guardian:
+        if marks is not None:
+            say(f"{WITHOUT}: nothing makes the rig safe if this process dies")
+        yield None
+        return
+    used = [each for each in marks.roles if roles is None or each in roles]
+    unreachable = not_reopenable(station, registry, used)
+    limit_s = max(LEAST_S, PATIENCES * patience.answer_s)
+    endless = not math.isfinite(limit_s)
+    task = {
+        "process": os.getpid(),
+        "what": what,
+        "station": station.model.id,
+        "station_file": marks.owner.station_file,
+        "station_text": station.text,
+        "roles": sorted(set(used) - set(unreachable)),
+        "unreachable": unreachable,
+        "locks": [str(each) for each in marks.locks],
+        "limit_s": LEAST_S if endless else limit_s,
+        "hangs": not endless,
+    }
+    guardian = Guardian(task, marks, LEAST_S if endless else limit_s, messages)
+    guardian.start()
+    try:
+        yield guardian
+    finally:
+        guardian.end()
+
+
+def unguarded(
+    station: LoadedStation, registry: Registry, real: Collection[str]
+) -> list[Interference]:
+    """Return what a run puts on record where the guardian does not guard all real devices."""
+    if real and (not station.model.safety.guardian or not_reopenable(station, registry, real)):
+        text = guardian_text(station, registry, real)
+        return [Interference("guardian", by="station", subject=text)]
+    return []
+
+
+def debugger_at(thread: threading.Thread) -> bool:
+    """Say whether the code of a debugger is at work in a thread."""
+    frame = sys._current_frames().get(thread.ident or 0)  # noqa: SLF001  (public in all but name)
+    while frame is not None:
+        if str(frame.f_globals.get("__name__", "")).partition(".")[0] in _DEBUGGERS:
+            return True
+        frame = frame.f_back
+    return False

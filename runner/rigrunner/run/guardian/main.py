@@ -1,0 +1,218 @@
+"""The program of the guardian. Until it has to act it imports nothing but the standard library.
+
+Its stdin has a line of JSON that says what it guards, then a line with each beat: how many seconds
+may pass until the next one. 'end' says that the rig was given back in order. The end of stdin
+without it, or of the owner's process, is the owner's death.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import signal
+import sys
+import threading
+import time
+from contextlib import suppress
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from typing import Any
+
+from rigrunner.ending import ENDING, SUSPENDING
+from rigrunner.run.guardian.saying import say
+
+TICK_S = 1.0
+"""How often it looks by itself: time is counted in ticks, of which each counts for two at most.
+
+So neither a computer that was suspended nor a guardian that was stopped takes that for silence.
+"""
+GRACE_S = 10.0
+"""How long a process that hangs may take to show any progress once it was asked to end."""
+DEATH_S = 60.0
+"""How long is waited for a process to be gone after SIGKILL: its driver may be in the kernel."""
+LAST_WORDS_S = 0.2
+"""How long is listened to the pipe of a dead owner: another process may have inherited it."""
+IGNORED = (signal.SIGINT, *ENDING, *SUSPENDING)
+"""The signals that do not end it."""
+_DEAD, _CLOSED = "dead", "closed"
+
+
+def main() -> int:
+    """Guard a rig until its owner gives it back, dies or hangs; return the exit code."""
+    for number in IGNORED:
+        with suppress(OSError, ValueError):
+            signal.signal(number, signal.SIG_IGN)  # it ends with its owner, by no other word
+    if hasattr(signal, "pthread_sigmask"):  # its owner blocked them until here
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, IGNORED)
+    news: SimpleQueue[str] = SimpleQueue()
+    task = json.loads(sys.stdin.readline() or "{}")
+    if not task:
+        return 0
+    threading.Thread(target=_hear, args=(news,), daemon=True).start()
+    owner = Owner(task["process"])
+    threading.Thread(target=_watch_death, args=(owner, news), daemon=True).start()
+    reason = _guard(task, owner, news)
+    if reason:
+        from rigrunner.run.guardian.acting import act  # noqa: PLC0415  (late: see above)
+
+        act(task, reason)
+    return 0
+
+
+class Owner:
+    """The process that has the rig: whether it lives, and its end."""
+
+    def __init__(self, pid: int) -> None:
+        self.pid = pid
+        self.handle = -1
+        """What tells of its death at once; -1 where the system has no such thing."""
+        if hasattr(os, "pidfd_open"):
+            with suppress(OSError):  # an old kernel, or the owner is dead already
+                self.handle = os.pidfd_open(pid)
+
+    @property
+    def is_dead(self) -> bool:
+        """Whether it is gone: an orphan has another parent. On Windows only the pipe tells."""
+        return os.name != "nt" and os.getppid() != self.pid
+
+    @property
+    def is_traced(self) -> bool:
+        """Whether a debugger such as gdb holds it; known on Linux alone."""
+        try:
+            text = Path(f"/proc/{self.pid}/status").read_text(encoding="utf-8", errors="replace")
+        except OSError:
+            return False
+        found = [line.split()[1] for line in text.splitlines() if line.startswith("TracerPid:")]
+        return found not in ([], ["0"])
+
+    def send(self, name: str) -> None:
+        """Send it a signal, where the system has that one and the process is there."""
+        number = getattr(signal, name, None)
+        if number is None or self.is_dead:
+            return
+        with suppress(OSError):
+            if self.handle >= 0 and hasattr(signal, "pidfd_send_signal"):
+                signal.pidfd_send_signal(self.handle, number)
+            else:
+                os.kill(self.pid, number)
+
+
+def _hear(news: SimpleQueue[str]) -> None:
+    for line in sys.stdin:
+        news.put(line.strip())
+    news.put(_CLOSED)
+
+
+def _watch_death(owner: Owner, news: SimpleQueue[str]) -> None:
+    if owner.handle >= 0:
+        select.select([owner.handle], [], [])
+        news.put(_DEAD)
+
+
+def _guard(task: dict[str, Any], owner: Owner, news: SimpleQueue[str]) -> str:
+    """Return why the rig is to be made safe; '' once it was given back."""
+    patience = _Patience(task, owner)
+    is_deaf = not task["hangs"]
+    while True:
+        try:
+            told = news.get(timeout=TICK_S)
+        except Empty:
+            told = ""
+        patience.tick()
+        if told == "end":
+            return ""
+        if told == _CLOSED and not owner.is_dead:
+            is_deaf = not _dies_within(owner, TICK_S)  # somebody closed the pipe: no beats then
+        if told == _DEAD or owner.is_dead or (told == _CLOSED and not is_deaf):
+            if _was_given_back(news):
+                return ""
+            how = "hung, and was ended" if patience.is_asked else "died"
+            return f"the process of {task['what']} ({owner.pid}) {how}"
+        if told and told != _CLOSED:
+            patience.beat(float(told))
+        if patience.is_over and not is_deaf and news.empty():
+            patience.end()
+
+
+def _was_given_back(news: SimpleQueue[str]) -> bool:
+    """Say whether 'end' stands among what a dead owner has said and nobody has heard yet."""
+    with suppress(Empty):
+        while (told := news.get(timeout=LAST_WORDS_S)) != _CLOSED:
+            if told == "end":
+                return True
+    return False
+
+
+class _Patience:
+    """How long nothing was heard of the owner, by the guardian's own ticks, and what follows."""
+
+    def __init__(self, task: dict[str, Any], owner: Owner) -> None:
+        self._task = task
+        self._owner = owner
+        self._limit_s = float(task["limit_s"])
+        self._looked_s = time.monotonic()
+        self._silent_s = 0.0
+        self.is_asked = False
+        """Whether the owner was asked to end."""
+
+    def tick(self) -> None:
+        """Let time pass."""
+        now_s = time.monotonic()
+        self._silent_s += min(now_s - self._looked_s, 2 * TICK_S)
+        self._looked_s = now_s
+        if self._silent_s > 2 * TICK_S and self._owner.is_traced:
+            self._silent_s = 0.0  # a process that its debugger lets go has all of its time again
+
+    def beat(self, limit_s: float) -> None:
+        """Take note of a beat, and of how long it may take to the next one."""
+        self._limit_s, self._silent_s = limit_s, 0.0
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the owner should have been heard by now."""
+        return self._silent_s > self._limit_s
+
+    def end(self) -> None:
+        """End an owner that hangs with its rig energised: it is asked first, then killed."""
+        if self._owner.is_traced or not _is_energised(self._task["station"]):
+            self.beat(float(self._task["limit_s"]))
+        elif not self.is_asked:
+            text = f"the process of {self._task['what']} ({self._owner.pid}) has shown no progress"
+            say(f"{text} for {self._silent_s:.0f} s; it is asked to end (SIGTERM)")
+            self.is_asked = True
+            self._owner.send("SIGTERM")
+            self._owner.send("SIGCONT")  # one that was stopped could not hear it
+            self.beat(GRACE_S)
+        else:
+            _kill(self._task, self._owner)
+            self.beat(DEATH_S)
+
+
+def _kill(task: dict[str, Any], owner: Owner) -> None:
+    say(f"the process of {task['what']} ({owner.pid}) does not end: it is killed")
+    owner.send("SIGKILL" if hasattr(signal, "SIGKILL") else "SIGTERM")
+    if not _dies_within(owner, DEATH_S):
+        say("it cannot be killed, and keeps its devices: go to the rig and switch it off by hand")
+
+
+def _dies_within(owner: Owner, seconds: float) -> bool:
+    end_s = time.monotonic() + seconds
+    while not owner.is_dead:
+        if time.monotonic() >= end_s:
+            return os.name == "nt"  # where only the end of the pipe tells
+        time.sleep(0.02)
+    return True
+
+
+def _is_energised(station: str) -> bool:
+    from rigrunner.rig_state import read_marker  # noqa: PLC0415  (late: see above)
+
+    marker = read_marker(station)
+    return marker is not None and not marker.safe_by
+
+
+if __name__ == "__main__":
+    code = main()
+    sys.stderr.flush()
+    os._exit(code)  # a thread of a driver that hangs must not keep it, and the locks of the rig

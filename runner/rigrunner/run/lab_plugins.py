@@ -1,0 +1,73 @@
+"""The plugins that are there: those that are installed, and those of a lab's own folder."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import InvalidFileError, PluginError, Problem
+from rigrunner.registry import load_registry, with_drop_ins
+from rigrunner.run.locate import find_station
+from rigrunner.station import InconsistentStationError, load_station
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner.registry import Registry
+    from rigrunner.station import LoadedStation
+
+
+def lab_registry(station: str | None) -> Registry:
+    """Return the installed plugins and, where a station is named, those of its own folder."""
+    registry = load_registry()
+    if station is None:
+        return registry
+    return load_with_plugins(find_station(station), registry)[1]
+
+
+def load_with_plugins(path: Path, registry: Registry) -> tuple[LoadedStation, Registry]:
+    """Return a station, and the registry with the lab's own plugins; raise InvalidFileError."""
+    try:
+        loaded = load_station(path)
+    except InconsistentStationError as error:
+        if error.loaded.model.plugins is None:
+            raise
+        registry = with_lab_plugins(registry, error.loaded, path.parent)
+        return load_station(path), registry  # they may bring the units that it is written in
+    return loaded, with_lab_plugins(registry, loaded, path.parent)
+
+
+def plugin_folders(station: str | None) -> list[Path]:
+    """Return the folder of a lab's own plugins, if a station is named and names one."""
+    if station is None:
+        return []
+    path = find_station(station)
+    named = load_station(path).model.plugins
+    return [] if named is None else [path.parent / named]
+
+
+def with_lab_plugins(registry: Registry, station: LoadedStation, folder: Path) -> Registry:
+    """Return the registry with the lab's own plugins, if the station in that folder names any.
+
+    Raises InvalidFileError where there is no such folder, and where it is not within the station's:
+    whoever gives somebody a station must not choose what code of theirs it runs.
+    """
+    named = station.model.plugins
+    if named is None:
+        return registry
+    try:
+        return with_drop_ins(registry, _within(folder, named))
+    except PluginError as error:
+        where = station.document.where(("plugins",))
+        raise InvalidFileError([Problem(error.message, where, "plugins", error.hint)]) from error
+
+
+def _within(folder: Path, named: str) -> Path:
+    path = folder / named
+    try:
+        inside = path.resolve().is_relative_to(folder.resolve())
+    except (OSError, RuntimeError, ValueError) as error:  # links in a circle, a name with a null
+        raise PluginError(f"'{named}' cannot be looked up") from error
+    if not inside:
+        hint = "plugins lie in the station's folder, or in one below"
+        raise PluginError(f"'{named}' leads out of this file's folder", hint=hint)
+    return path

@@ -1,0 +1,88 @@
+"""Starting a run although a calibration lacks something: by name and with a reason, on record."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import UsageError
+from rigrunner.clock import SimulatedClock
+from rigrunner.engine import Interference, Override
+from rigrunner.run.calibration import calibration_findings, require_calibrated
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+    from datetime import datetime
+
+    from rigrunner.run.calibration import Finding
+    from rigrunner.run.prepare import Planned
+    from rigrunner.station import LoadedStation
+
+
+def overrides_for(
+    planned: Planned, wanted: Sequence[str], by: str, reason: str
+) -> tuple[Override, ...]:
+    """Return what lets a planned run start; none where nothing stands against it.
+
+    `wanted` names instruments (channel, number or serial number) or what is lacking (missing,
+    overdue, range). Raises InvalidFileError with all that is not overridden, and UsageError for an
+    override that nobody answers for, that has no reason, or that fits nothing.
+    """
+    by, reason = by.strip(), reason.strip()
+    _check_answered_for(wanted, by, reason)
+    findings = calibration_findings(planned)
+    for word in wanted:
+        if not any(_means(word, finding) for finding in findings):
+            raise UsageError(f"'--override {word}' fits nothing", hint=_open(findings))
+    found = tuple(
+        Override(finding.key, finding.problem.message, by, reason)
+        for finding in findings
+        if any(_means(word, finding) for word in wanted)
+    )
+    require_overridden(planned, found)
+    return found
+
+
+def require_overridden(planned: Planned, overrides: Iterable[Override]) -> None:
+    """Raise InvalidFileError with all that keeps a run from starting and is not overridden."""
+    require_calibrated(planned, {each.what for each in overrides})
+
+
+def require_still_allowed(planned: Planned, started: datetime) -> None:
+    """Raise InvalidFileError with what came to stand against a run since it was started."""
+    at_start = replace(planned, clock=SimulatedClock(started))
+    require_calibrated(planned, {finding.key for finding in calibration_findings(at_start)})
+
+
+def _check_answered_for(wanted: Sequence[str], by: str, reason: str) -> None:
+    if wanted and not (by and reason):
+        missing = " and ".join(
+            option for option, given in (("--by NAME", by), ("--reason TEXT", reason)) if not given
+        )
+        raise UsageError(
+            f"an override needs {missing}", hint="both stand in the run file and on the report"
+        )
+    if (by or reason) and not wanted:
+        raise UsageError(
+            "--by and --reason belong to an override, and there is none",
+            hint="say what is overridden: --override INSTRUMENT, or leave them out",
+        )
+
+
+def _means(word: str, finding: Finding) -> bool:
+    return word == finding.lack or word in finding.names
+
+
+def _open(findings: Iterable[Finding]) -> str:
+    what = [f"{finding.names[-1]} ({finding.lack})" for finding in findings]
+    if not what:
+        return "nothing keeps this run from starting"
+    return f"what keeps this run from starting: {', '.join(what)}"
+
+
+def without_time_limits(station: LoadedStation) -> tuple[Interference, ...]:
+    """Return what goes on record of a run whose time limits are suspended; nothing of another."""
+    if station.time_limits:
+        return ()
+    text = "no call of a device is given up, however long it takes"
+    return (Interference("suspend time limits", "option --debugger", subject=text),)

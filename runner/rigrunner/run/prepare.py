@@ -1,0 +1,229 @@
+"""From two files to a run that is ready to start: nothing of the rig is touched yet."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field, replace
+from functools import partial
+from math import inf
+from typing import TYPE_CHECKING, TypeVar, cast
+
+from rigrunner.api.devices import DeviceContext, Patience
+from rigrunner.api.errors import InvalidFileError, PluginError, Problem
+from rigrunner.clock import SimulatedClock
+from rigrunner.plan import (
+    check_analyses,
+    check_limits,
+    check_plugins,
+    check_requirements,
+    check_station_plugins,
+    make_plan,
+    predict,
+)
+from rigrunner.procedure import (
+    InconsistentProcedureError,
+    check_result_limits,
+    load_procedure,
+    step_kinds,
+)
+from rigrunner.rig.messages import DeviceMessages
+from rigrunner.run.approval import approval_state
+from rigrunner.run.lab_plugins import with_lab_plugins
+from rigrunner.station import InconsistentStationError, load_station
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Mapping, Sequence
+    from pathlib import Path
+
+    from rigrunner.api.devices import Clock, Device
+    from rigrunner.plan import Plan, Prediction
+    from rigrunner.procedure import LoadedProcedure
+    from rigrunner.registry import Registry
+    from rigrunner.run.approval import ApprovalState
+    from rigrunner.station import LoadedStation
+    from rigrunner.tape import Tape
+
+    TimeOf = Callable[[LoadedStation, Registry], Clock]
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True, eq=False)
+class Planned:
+    """A procedure on a station, checked in every way that needs no rig."""
+
+    procedure: LoadedProcedure
+    station: LoadedStation
+    devices: Mapping[str, Device]
+    plan: Plan
+    registry: Registry
+    clock: Clock
+    approval: ApprovalState
+    tape: Tape | None = None
+    """What records the run's instruments, or plays them back."""
+    messages: DeviceMessages = field(default_factory=DeviceMessages)
+    """What the drivers of the devices tell beside their answers."""
+
+    def prediction(self) -> Prediction:
+        """Return what torque is to be expected where, and how much disk the run takes."""
+        return predict(self.procedure, self.station, self.plan)
+
+
+def plan_run(
+    procedure: Path, station: Path, registry: Registry, clock: Clock, tape: Tape | None = None
+) -> Planned:
+    """Load and check both files and plan the run; raise InvalidFileError with all problems."""
+    return plan_run_in(procedure, station, registry, lambda _station, _registry: clock, tape)
+
+
+def plan_run_in(
+    procedure: Path,
+    station: Path,
+    registry: Registry,
+    time: TimeOf,
+    tape: Tape | None = None,
+    *,
+    time_limits: bool = True,
+) -> Planned:
+    """Do the same in the time that suits the station, each file read once.
+
+    Without `time_limits` no call of a device is ever given up: for a debugger.
+    """
+    problems, of_station = _Problems(), _Problems()
+    loaded_station = of_station.without(lambda: load_station(station))
+    if loaded_station is not None:
+        registry = with_lab_plugins(registry, loaded_station, station.parent)
+        if of_station and loaded_station.model.plugins is not None:  # which may bring its units
+            of_station = _Problems()
+            loaded_station = of_station.without(lambda: load_station(station))
+    kinds = step_kinds(registry)
+    loaded_procedure = problems.without(lambda: load_procedure(procedure, kinds))
+    problems += of_station
+    if loaded_procedure is None or loaded_station is None:
+        if (alone := loaded_station) is not None:
+            problems.without(lambda: check_station_plugins(alone, registry))
+        raise InvalidFileError(problems)
+    loaded_station = replace(loaded_station, time_limits=time_limits)
+    messages = DeviceMessages()
+    problems.without(lambda: check_plugins(loaded_procedure, loaded_station, registry))
+    broken = [role for role in loaded_station.model.devices if problems.has(("devices", role))]
+    clock = SimulatedClock() if broken else time(loaded_station, registry)
+    devices, unmade = _devices(
+        loaded_station, registry, clock, station.parent, tape, broken, messages
+    )
+    problems += unmade
+    missing = [role for role in loaded_station.model.devices if role not in devices]
+    plan = problems.without(
+        lambda: make_plan(loaded_procedure, loaded_station, devices), but_of=missing
+    )
+    problems.without(lambda: check_limits(loaded_procedure, plan, registry))
+    problems.without(lambda: check_result_limits(loaded_procedure, registry))
+    if plan is not None:
+        problems.without(lambda: check_requirements(loaded_procedure, plan, registry))
+        problems.without(lambda: check_analyses(loaded_procedure, loaded_station, plan, registry))
+    approval = problems.without(lambda: approval_state(loaded_procedure))
+    if plan is None or approval is None or problems:
+        raise InvalidFileError(problems)
+    return Planned(
+        loaded_procedure,
+        loaded_station,
+        devices,
+        plan,
+        registry,
+        clock,
+        approval,
+        tape,
+        messages,
+    )
+
+
+def make_devices(
+    station: LoadedStation,
+    registry: Registry,
+    clock: Clock,
+    folder: Path,
+    tape: Tape | None = None,
+    *,
+    messages: DeviceMessages | None = None,
+) -> dict[str, Device]:
+    """Return the devices of the station in that folder by role; raise InvalidFileError."""
+    told = DeviceMessages() if messages is None else messages
+    devices, problems = _devices(station, registry, clock, folder, tape, (), told)
+    if problems:
+        raise InvalidFileError(problems)
+    return devices
+
+
+def _devices(  # noqa: PLR0917  (as `make_devices`, and which not)
+    station: LoadedStation,
+    registry: Registry,
+    clock: Clock,
+    folder: Path,
+    tape: Tape | None,
+    broken: Collection[str],
+    messages: DeviceMessages,
+) -> tuple[dict[str, Device], list[Problem]]:
+    """Return the devices that can be made, but for those of broken settings, and why others not."""
+    patience, made, problems = patience_of(station), {}, _Problems()
+    for role in station.model.devices:
+        log = messages.log_of(role)
+        context = DeviceContext(role, clock, folder, patience=patience, log=log)
+        device = (
+            None
+            if role in broken
+            else problems.without(partial(_device, station, registry, context, tape))
+        )
+        if device is not None:
+            made[role] = device
+    return made, problems
+
+
+def patience_of(station: LoadedStation) -> Patience:
+    """Return how long the station's devices are waited for: under a debugger without an end."""
+    waiting = station.model.safety.patience
+    return Patience(waiting.connect, waiting.answer if station.time_limits else inf)
+
+
+class _Problems(list[Problem]):
+    """What is wrong, gathered over several steps so that it can be told at once."""
+
+    def without(self, work: Callable[[], _T], but_of: Collection[str] = ()) -> _T | None:
+        """Return what the work gives, as far as it can be had; keep its problems.
+
+        But for those of roles whose devices could not be made: they follow from that.
+        """
+        try:
+            return work()
+        except InvalidFileError as error:
+            self += [
+                problem
+                for problem in error.problems
+                if problem not in self
+                and not any(_is_of(role, f"{problem.field} {problem.message}") for role in but_of)
+            ]
+            if isinstance(error, (InconsistentProcedureError, InconsistentStationError)):
+                return cast("_T", error.loaded)
+        return None
+
+    def has(self, path: Sequence[str]) -> bool:
+        """Say whether something is wrong at a path, or below it."""
+        at = ".".join(path)
+        return any(each.field == at or each.field.startswith(f"{at}.") for each in self)
+
+
+def _is_of(role: str, text: str) -> bool:
+    return re.search(rf"(?<!\w){re.escape(role)}(?!\w)", text) is not None
+
+
+def _device(
+    station: LoadedStation, registry: Registry, context: DeviceContext, tape: Tape | None
+) -> Device:
+    entry = station.model.devices[context.role]
+    try:
+        return registry.make_device(entry.plugin, entry.settings, context, tape)
+    except PluginError as error:
+        path = ("devices", context.role, "settings")
+        where = station.document.where(path)
+        raise InvalidFileError(
+            [Problem(error.message, where, ".".join(path), error.hint)]
+        ) from error

@@ -1,0 +1,307 @@
+"""A run from start to sealed folder: connect, measure, make safe, and finish."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rigrunner.analysis.progress import unseen
+from rigrunner.api.cleanup import noted_on
+from rigrunner.api.errors import DeviceError
+from rigrunner.bus import Bus
+from rigrunner.clock import utc_text
+from rigrunner.engine import run_plan, streams_before
+from rigrunner.plan import plan_text
+from rigrunner.rig import Rig, note_unsafe
+from rigrunner.run.finish import finish, kept, stoppable
+from rigrunner.run.guardian.guarding import guarding, unguarded
+from rigrunner.run.left_energised import NOBODY, LeftAsItStandsError, check_left
+from rigrunner.run.listening import listeners_of
+from rigrunner.run.log import RunLog
+from rigrunner.run.overrides import require_overridden, without_time_limits
+from rigrunner.run.prepare import patience_of
+from rigrunner.run.provenance import identities, software
+from rigrunner.run.rig_lock import rig_lock
+from rigrunner.run.stored import result_by_now
+from rigrunner.run.taping import from_tape, mark_of, on_tape
+from rigrunner.runfile import RunHeader, RunWriter, create_run_folder, run_lock
+from rigrunner.station.drive_rules import DriveRules
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from contextlib import AbstractContextManager
+
+    from rigrunner.analysis.progress import Progress
+    from rigrunner.api.devices import Identity, StopToken
+    from rigrunner.api.events import EventSink
+    from rigrunner.engine import (
+        AnswerSource,
+        Interference,
+        Override,
+        Pauses,
+        RunSummary,
+        Seam,
+    )
+    from rigrunner.rig import Pulse
+    from rigrunner.rig_state import RigMarks
+    from rigrunner.run.finish import FinishedRun
+    from rigrunner.run.guardian.guarding import Guardian
+    from rigrunner.run.left_energised import Person
+    from rigrunner.run.prepare import Planned
+
+
+def execute(
+    planned: Planned,
+    *,
+    runs: Path,
+    inputs: Mapping[str, str],
+    no_load: Path | None,
+    answers: AnswerSource,
+    stop: StopToken,
+    listeners: Sequence[EventSink] = (),
+    operator: str = "",
+    overrides: Sequence[Override] = (),
+    pauses: Pauses | None = None,
+    progress: Progress = unseen,
+    person: Person = NOBODY,
+    told: Sequence[Interference] = (),
+) -> FinishedRun:
+    """Connect the rig, run the plan, seal the folder and write the report.
+
+    `operator` is who does it, or else the input of that name; a rig that stands energised before
+    the run is reported to `person`. What people said of the run before it is `told`, for its
+    record. Raises InvalidFileError where a
+    calibration keeps the run from starting and is not overridden, a DeviceError if the rig cannot
+    be connected or another run has it, and DataError if the folder cannot be made; from then on
+    what happens is in the FinishedRun, and the rig is made safe on every way.
+    """
+    require_overridden(planned, overrides)
+    if (tape := planned.tape) is not None:
+        attended = pauses is not None
+        planned, answers = on_tape(planned, tape, inputs, overrides, answers, attended=attended)
+        pauses = tape.pauses(pauses)
+        listeners = (*tape.listeners, *listeners)
+    people = {"operator": name} if (name := operator or inputs.get("operator", "")) else {}
+    return carry_out(
+        planned,
+        lambda identified: new_folder(planned, runs, inputs, people, identified, no_load),
+        inputs=inputs,
+        no_load=no_load,
+        answers=answers,
+        stop=stop,
+        listeners=listeners,
+        overrides=overrides,
+        pauses=pauses,
+        progress=progress,
+        person=person,
+        told=told,
+    )
+
+
+def carry_out(
+    planned: Planned,
+    opened: Callable[[Mapping[str, Identity]], AbstractContextManager[RunWriter]],
+    *,
+    inputs: Mapping[str, str],
+    no_load: Path | None,
+    answers: AnswerSource,
+    stop: StopToken,
+    listeners: Sequence[EventSink] = (),
+    overrides: Sequence[Override] = (),
+    pauses: Pauses | None = None,
+    progress: Progress = unseen,
+    seam: Seam | None = None,
+    person: Person = NOBODY,
+    told: Sequence[Interference] = (),
+) -> FinishedRun:
+    """Connect the rig, run the plan into the folder that is `opened`, seal it, write the report.
+
+    `opened` is told who answered, and holds the folder until it is sealed. Raises as `execute`.
+    """
+    asked = stop if planned.tape is None else planned.tape.stop(stop)
+
+    def work(rig: Rig, bus: Bus, folder: Path, before: Sequence[Interference]) -> RunSummary:
+        if seam is not None:
+            rig.continue_after(streams_before(planned.plan.steps, seam))
+        return run_plan(
+            planned.plan,
+            rig,
+            bus,
+            planned.clock,
+            answers,
+            asked,
+            folder.name,
+            overrides,
+            pauses=pauses,
+            seam=seam,
+            before=(*told, *before),
+            watches_drives=planned.tape is None or planned.tape.watches_drives,
+            inputs=inputs,
+            results=partial(result_by_now, folder, planned.procedure.model, planned.registry),
+        )
+
+    return into_folder(
+        planned,
+        opened,
+        work,
+        no_load=no_load,
+        listeners=listeners,
+        progress=stoppable(progress, stop),
+        person=person,
+    )
+
+
+def into_folder(
+    planned: Planned,
+    opened: Callable[[Mapping[str, Identity]], AbstractContextManager[RunWriter]],
+    work: Callable[[Rig, Bus, Path, Sequence[Interference]], RunSummary],
+    *,
+    no_load: Path | None,
+    listeners: Sequence[EventSink],
+    progress: Progress,
+    person: Person,
+) -> FinishedRun:
+    """Connect the rig, let `work` measure into the folder that is `opened`, seal it, report.
+
+    `work` is given the rig, the bus, the run's folder, and what is to be put on record of how the
+    rig was found. Raises as `execute`.
+    """
+    errors: list[BaseException] = []
+    with ExitStack() as held:
+        told = [*held.enter_context(listeners_of(planned)), *listeners]
+        with rig_lock(planned) as marks, guarded(planned, marks) as guardian:
+            rig = rig_of(planned, marks, guardian.pulse if guardian else None)
+            identified = rig.connect()
+            try:
+                file, reads = planned.station.document.name, planned.tape is None
+                with rig.person():
+                    before = check_left(rig, marks, person, file, reads=reads)
+                if marks is not None:
+                    before = (*before, *unguarded(planned.station, planned.registry, marks.roles))
+                before = (*before, *without_time_limits(planned.station))
+                writer = held.enter_context(opened(identified))
+                if marks is not None:
+                    marks.describe(run=str(writer.folder.absolute()))
+                with open_log(writer.folder) as log:
+                    of_guardian = [guardian.pulse.note] if guardian else []
+                    tracers = [each.trace for each in log]
+                    bus = Bus(writer.sinks, [*log, *of_guardian, *told], tracers)
+                    summary = work(rig, bus, writer.folder, before)
+                if marks is not None:
+                    marks.put_on_record()
+            except BaseException as error:
+                if not isinstance(error, LeftAsItStandsError):
+                    note_unsafe(error, rig.make_safe())
+                with noted_on(error, "closing the rig"):
+                    rig.close()
+                raise
+            rig.make_safe()
+            with kept(errors):
+                rig.close()
+        if summary.error is not None:
+            errors.insert(0, summary.error)
+        end = (summary.outcome, summary.reason, summary.passed_over)
+        finished = finish(
+            planned,
+            writer,
+            end,
+            no_load,
+            errors,
+            progress=progress,
+            to_be_resumed=summary.resumable
+            and isinstance(summary.error, DeviceError)
+            and planned.tape is None,
+        )
+        return replace(finished, unsafe=summary.unsafe)
+
+
+@contextmanager
+def open_log(folder: Path) -> Iterator[list[RunLog]]:
+    """Give the log as a sink; none where it cannot be written: the journal holds all of it."""
+    try:
+        log = RunLog(folder / "run.log")
+    except OSError:
+        yield []
+        return
+    with log:
+        yield [log]
+
+
+def guarded(planned: Planned, marks: RigMarks | None) -> AbstractContextManager[Guardian | None]:
+    """Let a guardian watch over the rig of a planned run while it is held."""
+    station, what = planned.station, planned.procedure.model.id
+    known = (station, planned.registry, marks, patience_of(station))
+    return guarding(*known, what, messages=planned.messages)
+
+
+def rig_of(planned: Planned, marks: RigMarks | None = None, pulse: Pulse | None = None) -> Rig:
+    """Return the rig of a planned run with the station's rules; nothing is connected."""
+    safety = planned.station.model.safety
+    rules = DriveRules(safety.drives, safety.combinations)
+    patience = patience_of(planned.station)
+    rig = Rig(
+        planned.devices, planned.clock, patience, safety.order, rules, marks=marks, pulse=pulse
+    )
+    rig.messages = planned.messages
+    return rig
+
+
+@contextmanager
+def new_folder(  # noqa: PLR0917  (what a header is made of)
+    planned: Planned,
+    runs: Path,
+    inputs: Mapping[str, str],
+    people: Mapping[str, str],
+    identified: Mapping[str, Identity],
+    no_load: Path | None,
+) -> Iterator[RunWriter]:
+    """Make a folder and give its writer, while no other process may write there."""
+    procedure, started = planned.procedure, planned.clock.utc()
+    specimen, mark = inputs.get("specimen", ""), mark_of(planned.tape)
+    folder = create_run_folder(runs, started, procedure.model.id, specimen, mark)
+    header = replace(
+        header_of(planned, folder.name, inputs),
+        people=people,
+        provenance=software(planned.registry) | identities(identified) | from_tape(planned.tape),
+        files=_files(planned, no_load),
+    )
+    at_once = syncs_measurements(planned)
+    with run_lock(folder), RunWriter(folder, header, sync_measurements=at_once) as writer:
+        yield writer
+
+
+def syncs_measurements(planned: Planned) -> bool:
+    """Say whether the station wants each measured value on the disk at once."""
+    return planned.station.model.durability.sync == "each_measurement"
+
+
+def header_of(planned: Planned, run_id: str, inputs: Mapping[str, str]) -> RunHeader:
+    """Return what a run's header says of what is planned, at the time of its clock."""
+    procedure, station = planned.procedure, planned.station
+    return RunHeader(
+        run_id=run_id,
+        started_utc=utc_text(planned.clock.utc()),
+        procedure_id=procedure.model.id,
+        procedure_revision=procedure.model.revision,
+        procedure_title=procedure.model.title,
+        station_id=station.model.id,
+        procedure_text=procedure.text,
+        station_text=station.text,
+        plan_text=plan_text(planned.plan),
+        called_texts=procedure.called_texts,
+        inputs=inputs,
+        approval=planned.approval.texts(),
+    )
+
+
+def _files(planned: Planned, no_load: Path | None) -> dict[str, str]:
+    """Return where the files came from, for who takes up the run if it is interrupted."""
+    known = {
+        "procedure": planned.procedure.document.name,
+        "station": planned.station.document.name,
+        "no_load": no_load,
+    }
+    return {name: str(Path(path).absolute()) for name, path in known.items() if path is not None}

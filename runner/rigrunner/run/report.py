@@ -1,0 +1,132 @@
+"""From a stored run to its report, by a report format's plugin."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.analysis.document import document
+from rigrunner.analysis.progress import unseen
+from rigrunner.api.events import (
+    Alarm,
+    Answer,
+    Event,
+    Intervention,
+    LimitMissed,
+    Note,
+    Prompt,
+    RunEnded,
+)
+from rigrunner.api.hooks import ReportFormatRecord
+from rigrunner.api.results import ReportInput
+from rigrunner.run.decisions import later_decisions
+from rigrunner.run.log import event_text
+from rigrunner.run.stored import analyse_stored
+from rigrunner.runfile import read_with_truth
+from rigrunner.runfile.durable import write_whole
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from rigrunner.analysis.progress import Progress
+    from rigrunner.api.results import Result
+    from rigrunner.registry import Registry
+    from rigrunner.runfile import StoredRun
+
+OVERRIDE = "override"
+DEFAULT_FORMAT = "html"
+
+
+def write_report(
+    path: Path,
+    registry: Registry,
+    *,
+    result: Result | None = None,
+    out: Path | None = None,
+    kind: str = DEFAULT_FORMAT,
+    progress: Progress = unseen,
+) -> Path:
+    """Write the report of a run and return its path; the same run gives the same bytes.
+
+    `result` saves analysing again where that was just done. Left out, `out` is `report` with the
+    format's suffix in the run folder. Raises DataError and PluginError.
+    """
+    record = registry.find("report_format", kind).record
+    assert isinstance(record, ReportFormatRecord)  # noqa: S101  (the kind says so)
+    folder = path if path.is_dir() else path.parent
+    target = out or folder / f"report{record.suffix}"
+    render = registry.make("report_format", kind, {})
+    write_whole(target, render(report_input(path, registry, result, progress)))
+    return target
+
+
+def report_input(
+    path: Path,
+    registry: Registry,
+    result: Result | None = None,
+    progress: Progress = unseen,
+) -> ReportInput:
+    """Return what a report format is given for a stored run."""
+    stored, truth = read_with_truth(path)
+    found = result or analyse_stored(stored, registry, stored.no_load, progress=progress)
+    return ReportInput(
+        result=found,
+        document=document(found),
+        truth=truth,
+        provenance=_provenance(stored, found),
+        events=(*_let_pass(stored.no_load), *_let_pass(stored.no_load_after), *_told(stored)),
+        later_decisions=tuple(
+            each.summary for each in later_decisions(stored, path if path.is_dir() else path.parent)
+        ),
+    )
+
+
+def _provenance(stored: StoredRun, result: Result) -> dict[str, str]:
+    header = stored.header
+    no_load, after = result.no_load_run, stored.no_load_after
+    return {
+        "run": header.run_id,
+        "digest of the recordings (SHA-256)": stored.digest,
+        "procedure": f"{header.procedure_id} revision {header.procedure_revision}",
+        "station": header.station_id,
+        **({"no-load run": no_load.run_id} if no_load else {}),
+        **({"digest of the no-load recordings (SHA-256)": no_load.digest} if no_load else {}),
+        **({"no-load run after it": after.header.run_id} if after else {}),
+        **({"digest of that run's recordings (SHA-256)": after.digest} if after else {}),
+        **header.provenance,
+        **{f"import, {name}": text for name, text in header.imported.items()},
+        **{f"salvage, {name}": text for name, text in header.salvaged.items()},
+    }
+
+
+def _told(stored: StoredRun) -> Iterator[dict[str, str]]:
+    """Yield what a person was asked and did, and what went wrong, in order."""
+    question = ""
+    for event in stored.events:
+        if isinstance(event, Prompt):
+            question = event.text
+        elif isinstance(event, Answer):
+            yield _line(event, "answer", f"{question} — {event.text} ({event.by})")
+        elif isinstance(event, Intervention):
+            yield _line(event, event.action, event_text(event))
+        elif isinstance(event, (Alarm, Note)):
+            yield _line(event, _kind(event), event_text(event))
+        elif isinstance(event, RunEnded):
+            yield _line(event, "end", event_text(event))
+
+
+def _kind(event: Alarm | Note) -> str:
+    if isinstance(event, LimitMissed):
+        return "out of limits"
+    return "alarm" if isinstance(event, Alarm) else "note"
+
+
+def _let_pass(no_load: StoredRun | None) -> Iterator[dict[str, str]]:
+    """Yield what was overridden for the no-load run: the result rests on that run as well."""
+    for event in no_load.events if no_load else ():
+        if isinstance(event, Intervention) and event.action == OVERRIDE:
+            yield _line(event, event.action, f"no-load run: {event_text(event)}")
+
+
+def _line(event: Event, kind: str, text: str) -> dict[str, str]:
+    return {"utc": event.utc, "kind": kind, "text": text}

@@ -1,0 +1,161 @@
+"""One run at a time on a rig: by the station's id, and by where its instruments are reached."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import socket
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DeviceError
+from rigrunner.clock import utc_text
+from rigrunner.rig_state import (
+    Busy,
+    Holder,
+    Owner,
+    RigMarks,
+    canonical,
+    hold,
+    read_markers,
+    shared_folder,
+)
+from rigrunner.run.guardian.guarded import real_roles
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from rigrunner.registry import Registry
+    from rigrunner.run.prepare import Planned
+    from rigrunner.station import LoadedStation
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the instrument of a role is reached."""
+
+    role: str
+    written: str
+    """As the station has it: 'serial:/dev/ttyUSB0'."""
+    addresses: frozenset[str]
+    """The same in the one spelling that others have too."""
+
+
+@contextmanager
+def rig_lock(planned: Planned) -> Iterator[RigMarks | None]:
+    """Hold the rig of a planned run; no rig is touched where the run is a replay."""
+    if planned.tape is not None and planned.tape.replays:
+        yield None
+        return
+    with station_lock(planned.station, planned.registry, planned.procedure.model.id) as marks:
+        yield marks
+
+
+@contextmanager
+def station_lock(
+    station: LoadedStation, registry: Registry, what: str
+) -> Iterator[RigMarks | None]:
+    """Hold the station's rig for this process; raise DeviceError where another one has it.
+
+    The station's id names the rig, for everyone on this machine, and so does each place where an
+    instrument of it is reached. `what` says what it is held for. Gives what keeps the marker of the
+    energised rig. A station of simulators alone is not locked and has no marker: each process
+    simulates a rig of its own. Raises DeviceError also where another station left one of the
+    instruments energised.
+    """
+    real = real_roles(station, registry)
+    if not real:
+        yield None
+        return
+    now, station_id, process = utc_text(datetime.now(UTC)), station.model.id, os.getpid()
+    places = list(_places(station, registry, real))
+    folder = shared_folder()
+    holder = Holder(station_id, what, process, now)
+    with ExitStack() as held:
+        own = folder / f"{station_id}.lock"
+        locks = {own: _take(held, own, holder, f"the rig of station {station_id}")}
+        taken: set[str] = set()
+        for place in places:
+            named = f"the instrument of '{place.role}' at {place.written}"
+            for address in sorted(place.addresses - taken):
+                lock = folder / f"{_file_name(address)}.lock"
+                locks[lock] = _take(held, lock, holder, named)
+            taken |= place.addresses
+        _refuse_left_by_others(station_id, places)
+        owner = Owner(
+            station=station_id,
+            station_file=os.path.abspath(station.document.name),  # noqa: PTH100  (a name, no path of ours)
+            procedure=what,
+            process=process,
+            host=socket.gethostname(),
+            since=now,
+            plugins={role: station.model.devices[role].plugin for role in real},
+            addresses=_by_role(places),
+        )
+        yield RigMarks(owner, real, locks)
+
+
+def _places(station: LoadedStation, registry: Registry, roles: list[str]) -> Iterator[Place]:
+    """Yield where the instruments are reached that no other run may reach meanwhile."""
+    for role in roles:
+        binding = station.model.devices[role]
+        if binding.shared:
+            continue
+        for written in registry.physical_addresses(binding.plugin, binding.settings):
+            yield Place(role, written, canonical(written))
+
+
+def _by_role(places: list[Place]) -> dict[str, tuple[str, ...]]:
+    return {
+        place.role: tuple(
+            sorted(each for other in places if other.role == place.role for each in other.addresses)
+        )
+        for place in places
+    }
+
+
+def _take(held: ExitStack, lock_file: Path, holder: Holder, named: str) -> int:
+    """Hold a lock; return its descriptor, -1 if it has none."""
+    try:
+        (descriptor,) = held.enter_context(hold([lock_file], holder))
+    except Busy as busy:
+        raise DeviceError(
+            f"{named} is in use{_holder_text(busy.holder, holder)}",
+            hint="wait for that run, or stop it; two rigs need two station ids, and instruments of"
+            " their own",
+        ) from busy
+    except OSError as error:
+        text = f"the rig cannot be locked: {error}"
+        raise DeviceError(text, hint=f"see {lock_file}") from error
+    return descriptor
+
+
+def _refuse_left_by_others(station_id: str, places: list[Place]) -> None:
+    """Raise DeviceError where a run on another station left one of these instruments energised."""
+    for marker in read_markers():
+        if marker.station == station_id or marker.owner is None or marker.safe_by:
+            continue
+        theirs = {each for some in marker.owner.addresses.values() for each in some}
+        for place in places:
+            if place.addresses & theirs:
+                raise DeviceError(
+                    f"the instrument of '{place.role}' at {place.written} is not known to be safe:"
+                    f" {marker.text}",
+                    hint=f"'rigrunner devices {marker.owner.station_file}' makes it safe first",
+                )
+
+
+def _file_name(address: str) -> str:
+    """Return the name of an address's lock: no station's id begins with a dot."""
+    return f".{hashlib.sha256(address.encode()).hexdigest()[:24]}"
+
+
+def _holder_text(other: Holder | None, own: Holder) -> str:
+    """Return who holds the lock in words; '' where it cannot be told."""
+    if other is None:
+        return ""
+    station = "" if other.station == own.station else f" on station {other.station}"
+    return f": {other.procedure}{station}, process {other.process}, since {other.since}"

@@ -1,0 +1,58 @@
+"""The list of runs in a folder."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import RigrunnerError
+from rigrunner.run.locate import run_names
+from rigrunner.runfile import NEVER_ENDED, is_going_on, read_info
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner.runfile import RunInfo
+
+
+@dataclass(frozen=True)
+class ListedRun:
+    """One entry of a folder of runs."""
+
+    name: str
+    info: RunInfo | None
+    problem: str = ""
+    """Why the run cannot be read, where it cannot."""
+    is_going_on: bool = False
+    """Whether a process writes to it just now."""
+
+    @property
+    def state(self) -> str:
+        """How the run ended, or that it did not, in words."""
+        if self.info is None:
+            return "unreadable"
+        if self.is_going_on:
+            return "running"
+        if self.info.sealed:
+            return self.info.outcome
+        interrupted = self.info.reason == NEVER_ENDED
+        return "interrupted" if interrupted else f"{self.info.outcome}, not sealed"
+
+    @property
+    def is_interrupted(self) -> bool:
+        """Whether it was interrupted, and can be resumed or recovered."""
+        return self.info is not None and not self.info.sealed and not self.is_going_on
+
+
+def list_runs(runs: Path) -> list[ListedRun]:
+    """Return all runs of a folder, oldest first; one that cannot be read is listed with why."""
+    return [listed_run(runs, name) for name in run_names(runs)]
+
+
+def listed_run(runs: Path, name: str) -> ListedRun:
+    """Return one run of a folder of runs."""
+    try:
+        going_on = is_going_on(runs / name)
+        return ListedRun(name, read_info(runs / name), is_going_on=going_on)
+    except RigrunnerError as error:
+        return ListedRun(name, None, str(error))

@@ -1,0 +1,108 @@
+"""A run on tape: what is recorded of it beside the exchanges, and how it is played back."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING
+
+from rigrunner import __version__
+from rigrunner.api.errors import UsageError
+from rigrunner.engine import Override
+from rigrunner.tape import (
+    RecordedTape,
+    ReplayedTape,
+    TapedFile,
+    TapedOverride,
+    TapedPlugin,
+    TapeManifest,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from datetime import datetime
+    from pathlib import Path
+
+    from rigrunner.engine import AnswerSource
+    from rigrunner.registry import Registry
+    from rigrunner.run.prepare import Planned
+    from rigrunner.station import LoadedStation
+    from rigrunner.tape import Tape
+
+
+def tape_for(record: Path | None, replay: Path | None) -> Tape | None:
+    """Return the tape that is wanted, if any; raise UsageError where both are, or DataError."""
+    if record is not None and replay is not None:
+        raise UsageError("--record and --replay exclude each other", hint="give one of them")
+    if record is not None:
+        return RecordedTape(record)
+    return None if replay is None else ReplayedTape(replay)
+
+
+def on_tape(
+    planned: Planned,
+    tape: Tape,
+    inputs: Mapping[str, str],
+    overrides: Sequence[Override],
+    answers: AnswerSource,
+    *,
+    attended: bool = False,
+) -> tuple[Planned, AnswerSource]:
+    """Begin the tape of a run; return the run with its clock on tape, and its answers so."""
+    procedure = planned.procedure
+    texts = [procedure.text, *(text for _, text in sorted(procedure.called_texts.items()))]
+    manifest = manifest_of(planned.station, planned.registry, planned.clock.utc()).model_copy(
+        update={
+            "procedure": TapedFile(id=procedure.model.id, sha256=_digest("\0".join(texts))),
+            "attended": attended,
+            "watches_drives": tape.watches_drives,
+            "inputs": dict(inputs),
+            "overrides": tuple(TapedOverride(**asdict(each)) for each in overrides),
+        }
+    )
+    tape.begin(manifest)
+    return replace(planned, clock=tape.clock(planned.clock)), tape.answers(answers)
+
+
+def manifest_of(station: LoadedStation, registry: Registry, began: datetime) -> TapeManifest:
+    """Return of what a tape of a station's instruments is."""
+    return TapeManifest(
+        program=__version__,
+        began_utc=began,
+        station=TapedFile(id=station.model.id, sha256=station.digest),
+        devices={
+            role: TapedPlugin(
+                plugin=each.plugin,
+                provider=str(registry.find("device", each.plugin).provider),
+                settings_sha256=_digest(json.dumps(each.settings, sort_keys=True, default=str)),
+            )
+            for role, each in station.model.devices.items()
+        },
+    )
+
+
+def inputs_on(tape: Tape | None) -> dict[str, str]:
+    """Return the inputs of the run that is played back."""
+    return dict(tape.manifest.inputs) if isinstance(tape, ReplayedTape) else {}
+
+
+def overrides_on(tape: Tape | None) -> tuple[Override, ...]:
+    """Return what was let pass in the run that is played back."""
+    if not isinstance(tape, ReplayedTape):
+        return ()
+    return tuple(Override(**each.model_dump()) for each in tape.manifest.overrides)
+
+
+def from_tape(tape: Tape | None) -> dict[str, str]:
+    """Return what the provenance of a run says of the tape that it is from."""
+    return {} if tape is None else dict(tape.provenance)
+
+
+def mark_of(tape: Tape | None) -> str:
+    """Return what tells a replay from the run itself, which has the same time and specimen."""
+    return "replay" if isinstance(tape, ReplayedTape) else ""
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,192 @@
+"""What the devices of a station say: who they are, whether calibrated, safe, and how quick."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Literal
+
+from rigrunner.api.devices import Readable, Settable
+from rigrunner.api.errors import RigrunnerError
+from rigrunner.api.member import Member
+from rigrunner.rig import agrees
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from datetime import date
+
+    from rigrunner.api.devices import Device, Identity
+    from rigrunner.api.instruments import Instrument
+    from rigrunner.rig import Rig
+    from rigrunner.tools.by_hand.station import ReadyStation
+
+State = Literal["ok", "warn", "fail"]
+
+
+@dataclass(frozen=True)
+class Who:
+    """Who answered, in a role or in a part of it."""
+
+    maker: str
+    model: str
+    serial: str
+    firmware: str
+    simulated: bool
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """What the register has of a channel's instrument."""
+
+    channel: str
+    instrument: str
+    state: State
+    text: str
+
+
+@dataclass(frozen=True)
+class Stands:
+    """Where a drive was found, in SI units."""
+
+    drive: str
+    unit: str
+    found: float
+    safe_value: float
+    safe: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class DeviceReport:
+    """What one device said."""
+
+    role: str
+    plugin: str
+    connected: bool = False
+    who: Mapping[str, Who] = field(default_factory=dict)
+    """By role, and by 'role/part' for each part of a device that is made of several."""
+    calibrated: tuple[Calibrated, ...] = ()
+    drives: tuple[Stands, ...] = ()
+    """As they were found, before the device was made safe."""
+    values: Mapping[str, float] = field(default_factory=dict)
+    """Of each channel that can be read, in SI units."""
+    units: Mapping[str, str] = field(default_factory=dict)
+    read_s: float | None = None
+    """How long it took to read all of them once."""
+    problems: tuple[str, ...] = ()
+    hint: str = ""
+
+    @property
+    def state(self) -> State:
+        """`fail` where it does not do what it should, `warn` where a person is to look."""
+        if self.problems:
+            return "fail"
+        unsafe = any(not each.safe for each in self.drives)
+        overdue = any(each.state != "ok" for each in self.calibrated)
+        return "warn" if unsafe or overdue else "ok"
+
+    def failed(self, error: Exception) -> DeviceReport:
+        """Return the report with one more thing that the device did not do."""
+        if isinstance(error, RigrunnerError):
+            return replace(
+                self, problems=(*self.problems, error.message), hint=self.hint or error.hint
+            )
+        text = f"{type(error).__name__}: {error}"
+        return replace(self, problems=(*self.problems, f"a bug of the plugin: {text}"))
+
+
+def look_at(ready: ReadyStation) -> Iterator[DeviceReport]:
+    """Yield what each device says, connected on its own, made safe and closed.
+
+    What a device does not do is in its report, and keeps no other one from its turn.
+    """
+    for role in ready.devices:
+        yield _look_at(ready, role)
+
+
+def _look_at(ready: ReadyStation, role: str) -> DeviceReport:
+    rig, device = ready.rig([role]), ready.devices[role]
+    plugin = ready.station.model.devices[role].plugin
+    report = DeviceReport(role=role, plugin=plugin, calibrated=tuple(_calibrations(ready, role)))
+    try:
+        identity = rig.connect()[role]
+    except Exception as error:  # noqa: BLE001  (a stranger's plugin may raise anything)
+        return report.failed(error)
+    report = replace(report, connected=True, who=dict(_who(role, identity)))
+    try:
+        for look in (_with_drives, _with_values):
+            report = look(report, rig, device)
+    except BaseException as error:  # Ctrl-C: what is connected must not be left so
+        rig.__exit__(type(error), error, None)
+        raise
+    return _ended(report, rig)
+
+
+def _with_drives(report: DeviceReport, rig: Rig, device: Device) -> DeviceReport:
+    if not isinstance(device, Settable):
+        return report
+    stands: list[Stands] = []
+    for info in device.drives:
+        try:
+            found = rig.read_back(report.role, info.name)
+        except Exception as error:  # noqa: BLE001  (the next drive has its turn)
+            report = report.failed(error)
+            continue
+        safe = agrees(info, found, info.safe_value)
+        stands.append(Stands(info.name, info.unit, found, info.safe_value, safe))
+    return replace(report, drives=tuple(stands))
+
+
+def _with_values(report: DeviceReport, rig: Rig, device: Device) -> DeviceReport:
+    if not isinstance(device, Readable):
+        return report
+    units = {info.name: info.unit for info in device.channels}
+    began_s = time.perf_counter()
+    try:
+        values = rig.read(report.role, tuple(units))
+    except Exception as error:  # noqa: BLE001  (it is still to be made safe)
+        return report.failed(error)
+    taken_s = time.perf_counter() - began_s
+    named: dict[str, str] = {Member(report.role, name): each for name, each in units.items()}
+    return replace(report, values=values, units=named, read_s=taken_s)
+
+
+def _ended(report: DeviceReport, rig: Rig) -> DeviceReport:
+    """Make the device safe and close it."""
+    unsafe = [text for each in rig.make_safe() if not each.drive for text in each.problems]
+    report = replace(report, problems=(*report.problems, *(f"NOT SAFE: {t}" for t in unsafe)))
+    try:
+        rig.close()
+    except Exception as error:  # noqa: BLE001  (the next device has its turn)
+        return report.failed(error)
+    return report
+
+
+def _who(role: str, identity: Identity) -> Iterator[tuple[str, Who]]:
+    known = (identity.maker, identity.model, identity.serial, identity.firmware)
+    yield role, Who(*known, simulated=identity.simulated)
+    for name, part in identity.parts.items():
+        yield from _who(f"{role}/{name}", part)
+
+
+def _calibrations(ready: ReadyStation, role: str) -> Iterator[Calibrated]:
+    today = ready.clock.utc().date()
+    known = ready.station.register
+    binding = ready.station.model.devices[role]
+    simulated = ready.registry.is_simulated(binding.plugin, binding.settings)
+    for info in ready.devices[role].channels:
+        channel = Member(role, info.name)
+        if channel in known:
+            state, text = _calibration(known[channel], today)
+            yield Calibrated(channel, known[channel].name, state, text)
+        elif not simulated:
+            yield Calibrated(channel, "", "ok", "not in the register")
+
+
+def _calibration(each: Instrument, today: date) -> tuple[State, str]:
+    if each.calibration is not None:
+        return "ok", f"not calibrated: {each.calibration}"
+    if each.due is None:
+        return "warn", "no date of the next calibration is in the register"
+    if each.due < today:
+        return "warn", f"overdue since {each.due}"
+    return "ok", f"calibrated until {each.due}"

@@ -1,0 +1,335 @@
+"""One device set and read by hand, within the limits and interlocks of its station."""
+
+from __future__ import annotations
+
+import difflib
+from contextlib import contextmanager, suppress
+from functools import partial
+from typing import TYPE_CHECKING, TypeVar
+
+from rigrunner.api.devices import Readable, Streaming
+from rigrunner.api.errors import (
+    DataError,
+    DeviceError,
+    DeviceRejectedError,
+    RigrunnerError,
+    UsageError,
+)
+from rigrunner.api.events import Alarm, Intervention, MadeSafe, Note
+from rigrunner.api.member import Member
+from rigrunner.api.quantity import parse_quantity
+from rigrunner.api.units import QuantityError, unit
+from rigrunner.bus import Bus, Emitter
+from rigrunner.engine import UnattendedAnswers
+from rigrunner.engine.interlocks import Guard
+from rigrunner.engine.notes import words
+from rigrunner.engine.pausing import PauseWantedError
+from rigrunner.engine.session import Session
+from rigrunner.rig import unsafe_text
+from rigrunner.run.guardian.guarding import unguarded
+from rigrunner.run.left_energised import NOBODY, LeftAsItStandsError, check_left
+from rigrunner.run.log import RunLog
+from rigrunner.run.overrides import without_time_limits
+from rigrunner.station.drive_rules import DriveRules
+from rigrunner.steps.measure import Measure
+from rigrunner.steps.set_drives import SetDrive
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from contextlib import AbstractContextManager
+    from pathlib import Path
+
+    from rigrunner.api.devices import ChannelInfo, DriveInfo, StopToken
+    from rigrunner.api.events import Event, EventSink
+    from rigrunner.rig import Rig, SafetyReport
+    from rigrunner.run.left_energised import Person
+    from rigrunner.tools.by_hand.station import ReadyStation
+
+_T = TypeVar("_T")
+_STEP = "jog"
+_MEAN_S, _ZERO_S, _WATCH_EVERY_S = 0.2, 1.0, 0.2
+_ROUNDING_S = 1e-9
+
+
+class Jog:
+    """A connected device, and what may be done with it.
+
+    A UsageError is raised before anything is sent. After any other error the rig is made safe.
+    """
+
+    def __init__(self, ready: ReadyStation, role: str, rig: Rig, session: Session) -> None:
+        safety = ready.station.model.safety
+        rules = DriveRules(safety.drives, safety.combinations)
+        device = ready.devices[role]
+        self.role = role
+        self.channels: Mapping[str, ChannelInfo] = {info.name: info for info in device.channels}
+        self.drives: Mapping[str, DriveInfo] = {
+            info.name: rules.narrowed(Member(role, info.name), info) for info in device.drives
+        }
+        self.zeros: dict[str, float] = {}
+        """What is taken from a channel's values, in SI units."""
+        self.unsafe = ""
+        """What was not safe when the rig was last made safe, in words."""
+        self._device = device
+        self._rig = rig
+        self._session = session
+
+    def person(self) -> AbstractContextManager[None]:
+        """Say for a while that a person is asked, and may take any time."""
+        return self._rig.person()
+
+    def look(self) -> None:
+        """Read all interlocks, and raise what must not be gone on with."""
+        self._guarded("look", lambda: self._session.check(anew=True))
+
+    def set(self, drive: str, text: str) -> float:
+        """Give a drive a set-point such as '5 Hz', and return its read-back in SI."""
+        info = _found("drive", drive, self.drives)
+        value = _quantity(text, info)
+        if not info.minimum <= value <= info.maximum:
+            allowed = f"{info.minimum:g} to {info.maximum:g} {info.unit}"
+            raise UsageError(f"{drive} cannot be set to {text}", hint=f"allowed: {allowed}")
+        self.look()
+        action = SetDrive(self.role, drive, value, info.unit)
+        what = f"set {drive} {text}"
+        measured = self._guarded(what, lambda: action.do(_STEP, self._session))
+        actual = measured.values[Member(self.role, drive)]
+        self._note(f"{what}: reads back {actual:g} {info.unit}")
+        return actual
+
+    def read(self, names: Sequence[str] = ()) -> dict[str, float]:
+        """Return the value of each channel, of all if none is named, less its zero; in SI."""
+        for name in names:
+            _found("channel", name, self.channels)
+        values = self._values(tuple(names) or tuple(self._readable()))
+        self._note("read " + ", ".join(f"{name} {value:g}" for name, value in values.items()))
+        return values
+
+    def watch(self, name: str, seconds: float) -> Iterator[float]:
+        """Yield a channel's value, less its zero, again and again for so long."""
+        _found("channel", name, self.channels)
+        clock = self._session.rig.clock
+        until_s = clock.monotonic_s() + seconds - _ROUNDING_S
+        self._note(f"watch {name} for {seconds:g} s")
+        while clock.monotonic_s() < until_s:
+            self.look()
+            yield self._values((name,))[name]
+            clock.sleep(_WATCH_EVERY_S)
+
+    def zero(self, name: str) -> float:
+        """Take a channel's present value, its mean where it streams, for its zero; return it."""
+        _found("channel", name, self.channels)
+        self.zeros.pop(name, None)
+        self.zeros[name] = self._values((name,), mean=True)[name]
+        self._note(f"zero {name}: {self.zeros[name]:g} {self.channels[name].unit}")
+        return self.zeros[name]
+
+    def stands(self) -> dict[str, float]:
+        """Return where each drive is read back to stand, in SI."""
+        return {
+            name: self._guarded("read back", partial(self._rig.read_back, self.role, name))
+            for name in self.drives
+        }
+
+    def safe(self) -> tuple[SafetyReport, ...]:
+        """Make the rig safe, and put on record how."""
+        reports = self._make_safe()
+        for each in reports:
+            read_back = {Member(each.role, name): value for name, value in each.read_back.items()}
+            problems = each.problems
+            self._session.emit(MadeSafe, what=each.what, read_back=read_back, problems=problems)
+        return reports
+
+    def _values(self, names: Sequence[str], *, mean: bool = False) -> dict[str, float]:
+        """Return values less their zeros; a mean of some time, or of what can only be streamed."""
+        rate_hz = self._rate_hz(names) if mean or not isinstance(self._device, Readable) else None
+        duration_s = _ZERO_S if mean else _MEAN_S if rate_hz else 0.0
+        members = [Member(self.role, name) for name in names]
+        units: dict[str, str] = {each: self.channels[each.name].unit for each in members}
+        action = Measure(_STEP, tuple(members), duration_s, {}, units, rate_hz)
+        what = f"read {', '.join(names)}"
+        found = self._guarded(what, lambda: action.do(_STEP, self._session)).values
+        return {name: found[Member(self.role, name)] - self.zeros.get(name, 0.0) for name in names}
+
+    def _rate_hz(self, names: Sequence[str]) -> float | None:
+        """Return the rate of the channels' stream; None where they have none."""
+        device = self._device
+        if isinstance(device, Streaming) and all(self.channels[name].streams for name in names):
+            return device.sample_rate_hz
+        return None
+
+    def _readable(self) -> list[str]:
+        if isinstance(self._device, Readable):
+            return list(self.channels)
+        return [name for name, info in self.channels.items() if info.streams]
+
+    def _guarded(self, what: str, work: Callable[[], _T]) -> _T:
+        """Do something with the rig; whatever goes wrong, make it safe before that is told."""
+        try:
+            return work()
+        except PauseWantedError as held:
+            self._trouble(what, held)
+            raise DeviceRejectedError(held.message, hint="nothing is set until it clears") from held
+        except BaseException as error:
+            self._trouble(what, error)
+            raise
+
+    def _trouble(self, what: str, error: BaseException) -> None:
+        try:
+            self._session.emit(Alarm, source=f"{_STEP}: {what}", text=words(error))
+        finally:
+            self.safe()
+
+    def _note(self, text: str) -> None:
+        try:
+            self._session.emit(Note, step=f"{_STEP} {self.role}", text=text)
+        except BaseException:  # nothing is done by hand that is not on record
+            self._make_safe()
+            raise
+
+    def _make_safe(self) -> tuple[SafetyReport, ...]:
+        reports = self._rig.make_safe()
+        self.unsafe = unsafe_text(reports)
+        return reports
+
+
+@contextmanager
+def jogging(
+    ready: ReadyStation,
+    role: str,
+    log: Path,
+    stop: StopToken,
+    listeners: Iterable[EventSink] = (),
+    *,
+    person: Person = NOBODY,
+) -> Iterator[Jog]:
+    """Connect a device, and all that its interlocks and combinations look at, and give it.
+
+    However the block ends, the rig is made safe and closed. All that is done is in the log, whose
+    failure ends it. Raises UsageError for a role that is not there, DataError where the log cannot
+    be written, and a DeviceError if the rig cannot be connected, or is not safe in the end.
+    """
+    _found("device in the role", role, ready.devices)
+    what, needed = f"jog {role}", _needed(ready, role)
+    with (
+        ready.held(what) as held,
+        _opened(log) as sink,
+        held.guarded(what, needed) as guardian,
+    ):
+        rig = held.rig(needed, guardian.pulse if guardian else None)
+        of_guardian = [guardian.pulse.note] if guardian else []
+        bus = Bus(critical=[sink], guarded=[*of_guardian, *listeners])
+        emit = Emitter(bus, held.clock)
+        replay = ", played back from a tape" if held.tape and held.tape.replays else ""
+        emit(Note, step=_STEP, text=f"{role} of station {held.station.model.id}{replay}")
+        with _connected(rig):
+            with rig.person():
+                file, reads = held.station.document.name, held.tape is None
+                before = check_left(rig, held.marks, person, file, reads=reads)
+            if held.marks is not None:
+                roles = held.marks.roles & needed
+                before = (*before, *unguarded(held.station, held.registry, roles))
+            for each in (*before, *without_time_limits(held.station)):
+                emit(
+                    Intervention,
+                    action=each.action,
+                    by=each.by,
+                    reason=each.reason,
+                    subject=each.subject,
+                )
+            if held.marks is not None:
+                held.marks.describe(run=str(log.absolute()))
+                held.marks.put_on_record()
+            guard = Guard(held.interlocks, rig, emit)
+            session = Session(rig, emit, UnattendedAnswers(), stop, guard)
+            jog = Jog(held, role, rig, session)
+            try:
+                yield jog
+                jog.safe()
+            except BaseException as error:
+                _end_safe(jog, error)
+                raise
+            if jog.unsafe:
+                raise DeviceError(f"the rig is not safe: {jog.unsafe}")
+
+
+@contextmanager
+def _connected(rig: Rig) -> Iterator[None]:
+    """Connect the rig and make it safe in the end, unless a person wants it left as it was."""
+    rig.connect()
+    try:
+        yield
+    except LeftAsItStandsError:
+        rig.close()
+        raise
+    except BaseException as error:
+        rig.__exit__(type(error), error, error.__traceback__)
+        raise
+    rig.__exit__(None, None, None)
+
+
+def _end_safe(jog: Jog, error: BaseException) -> None:
+    """Make safe after an error, which is told first; what is not safe is told beside it.
+
+    A stop or a log that fails becomes a DeviceError then, so that nobody takes the end for a safe
+    one.
+    """
+    with suppress(RigrunnerError):  # a log that fails has been told
+        jog.safe()
+    if not jog.unsafe:
+        return
+    text = f"the rig is not safe: {jog.unsafe}"
+    if isinstance(error, KeyboardInterrupt) or (
+        isinstance(error, RigrunnerError) and not isinstance(error, DeviceError)
+    ):
+        raise DeviceError(f"{words(error)}; {text}") from error
+    error.add_note(text)
+
+
+@contextmanager
+def _opened(log: Path) -> Iterator[EventSink]:
+    with _writing(log):
+        sink = RunLog(log)
+
+    def write(event: Event) -> None:
+        with _writing(log):
+            sink(event)
+
+    with sink:
+        yield write
+
+
+@contextmanager
+def _writing(log: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise DataError(
+            f"cannot write the log {log}: {error.strerror or error}",
+            hint="what is done by hand must be on record; name another file with --log",
+        ) from error
+
+
+def _needed(ready: ReadyStation, role: str) -> set[str]:
+    """Return the role, and those that its limits and any interlock look at."""
+    looked_at = {each.member.role for each in ready.interlocks}
+    beside = [
+        {drive.role for drive in each.drives} for each in ready.station.model.safety.combinations
+    ]
+    return {role, *looked_at, *(other for roles in beside if role in roles for other in roles)}
+
+
+def _found(what: str, name: str, known: Mapping[str, _T]) -> _T:
+    if name not in known:
+        near = difflib.get_close_matches(name, known, n=1)
+        there = f"there are: {', '.join(known) or 'none'}"
+        hint = f"did you mean '{near[0]}'?" if near else there
+        raise UsageError(f"there is no {what} '{name}'", hint=hint)
+    return known[name]
+
+
+def _quantity(text: str, info: DriveInfo) -> float:
+    try:
+        return parse_quantity(text, unit(info.unit).dimension).si
+    except QuantityError as error:
+        raise UsageError(f"{info.name}: {error.message}", hint=error.hint) from error

@@ -1,0 +1,112 @@
+"""Compares what two words name: two procedures, or two stored runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import UsageError
+from rigrunner.procedure import load_procedure
+from rigrunner.run.approval import approval_state
+from rigrunner.run.locate import find_procedure, find_run
+from rigrunner.runfile import read
+from rigrunner.tools.comparing.procedures import ProcedureTexts, procedure_changes
+from rigrunner.tools.comparing.runs import run_changes
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner.procedure import LoadedProcedure
+    from rigrunner.runfile import RunHeader
+    from rigrunner.tools.comparing.tree import Change
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What was compared, and what is different."""
+
+    before: str
+    """What the first one is, in words."""
+    after: str
+    changes: tuple[Change, ...]
+    verdict: str
+    """What is to be said where nothing is different that matters."""
+
+    @property
+    def same(self) -> bool:
+        """Whether nothing is different that matters."""
+        return not any(each.matters for each in self.changes)
+
+
+def compare(before: str, after: str, runs: Path) -> Comparison:
+    """Compare two procedures, or two runs in the folder of runs.
+
+    Raises UsageError for words that name neither, or one of each; InvalidFileError and DataError
+    for what cannot be read.
+    """
+    first, second = _procedure(before), _procedure(after)
+    if first and second:
+        return _of_procedures(first, second)
+    if not first and not second:
+        return compare_runs(_run(before, runs), _run(after, runs))
+    procedure, other = (before, after) if first else (after, before)
+    _run(other, runs)
+    message = f"'{procedure}' is a procedure, and '{other}' is a run"
+    raise UsageError(message, hint="name two procedures, or two runs")
+
+
+def compare_runs(before: Path, after: Path) -> Comparison:
+    """Compare two stored runs; raise DataError for one that cannot be read."""
+    first, second = read(before), read(after)
+    return Comparison(
+        _named(first.header),
+        _named(second.header),
+        tuple(run_changes(first, second)),
+        "no difference that matters",
+    )
+
+
+def _procedure(word: str) -> Path | None:
+    """Return the procedure file that a word names, if it does."""
+    try:
+        path = find_procedure(word)
+    except UsageError:
+        return None
+    return path if path.suffix in {".yaml", ".yml"} else None
+
+
+def _run(word: str, runs: Path) -> Path:
+    try:
+        return find_run(word, runs)
+    except UsageError as error:
+        message = f"there is no procedure and no run '{word}'"
+        raise UsageError(message, hint=error.message) from error
+
+
+def _of_procedures(before: Path, after: Path) -> Comparison:
+    first, second = load_procedure(before), load_procedure(after)
+    return Comparison(
+        _described(first),
+        _described(second),
+        tuple(procedure_changes(_texts(first), _texts(second))),
+        _layout(first.text == second.text and first.called_texts == second.called_texts),
+    )
+
+
+def _layout(identical: bool) -> str:  # noqa: FBT001  (a verdict's one question)
+    if identical:
+        return "no difference: the texts are the same"
+    return "no difference but in comments, layout, or ways to write the same"
+
+
+def _texts(loaded: LoadedProcedure) -> ProcedureTexts:
+    return ProcedureTexts(loaded.document.name, loaded.text, loaded.called_texts)
+
+
+def _described(loaded: LoadedProcedure) -> str:
+    model, state = loaded.model, approval_state(loaded)
+    return f"{loaded.document.name}: {model.id}, revision {model.revision}; {state.sentence()}"
+
+
+def _named(header: RunHeader) -> str:
+    return f"{header.run_id}: {header.procedure_id}, {header.started_utc[:16]}"

@@ -1,0 +1,95 @@
+"""What changed between two procedures: what is asked, done, computed and accepted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import InvalidFileError
+from rigrunner.procedure import parse_procedure
+from rigrunner.tools.comparing.tree import Change, changes
+from rigrunner.yamlfile import parse
+from rigrunner.yamlfile.upgrade import upgraded
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+SECTIONS = (
+    *("id", "revision", "title", "description", "measurand", "inputs", "uses", "parameters"),
+    *("setup", "main", "teardown", "analysis", "acceptance"),
+)
+_WITH_DEFAULTS = ("measurand", "analysis", "acceptance")
+"""Sections of which a key that is written with its default is no change."""
+SET_POINTS = "set-points"
+
+
+@dataclass(frozen=True)
+class ProcedureTexts:
+    """A procedure with all that it calls, as it is kept with a run."""
+
+    name: str
+    text: str
+    called: Mapping[str, str] = field(default_factory=dict)
+
+
+def procedure_changes(before: ProcedureTexts, after: ProcedureTexts) -> Iterator[Change]:
+    """Yield what is different between two procedures; comments and layout do not count."""
+    yield from _of_texts(before.name, before.text, after.name, after.text)
+    for file in dict.fromkeys([*before.called, *after.called]):
+        first, second = before.called.get(file), after.called.get(file)
+        if first is None or second is None:
+            verb = "is called now" if first is None else "is no longer called"
+            yield Change("called procedures", f"{file} {verb}")
+            continue
+        for each in _of_texts(file, first, file, second):
+            yield Change("called procedures", f"{file}: {each.section}: {each.text}")
+
+
+def _of_texts(name: str, text: str, other_name: str, other: str) -> Iterator[Change]:
+    before = parse(upgraded(text, name), name).data
+    after = parse(upgraded(other, other_name), other_name).data
+    equal = _equal_sections(name, text, other_name, other)
+    points = _swept(before) | _swept(after)
+    for section in dict.fromkeys([*SECTIONS, *before, *after]):
+        first, second = before.get(section), after.get(section)
+        if section in equal:
+            continue
+        if section == "parameters":
+            yield from _of_parameters(first or {}, second or {}, points)
+        elif section in {"setup", "main", "teardown"}:
+            yield from changes(section, first or [], second or [])
+        else:
+            yield from changes(section, first, second)
+
+
+def _of_parameters(
+    before: Mapping[str, Any], after: Mapping[str, Any], points: set[str]
+) -> Iterator[Change]:
+    for name in dict.fromkeys([*before, *after]):
+        section = SET_POINTS if name in points else "parameters"
+        yield from changes(section, before.get(name), after.get(name), (name,))
+
+
+def _equal_sections(name: str, text: str, other_name: str, other: str) -> set[str]:
+    """Return the sections that say the same once defaults are filled in."""
+    try:
+        first = parse_procedure(text, name, stored=True)
+        second = parse_procedure(other, other_name, stored=True)
+    except InvalidFileError:  # of a called procedure, whose values come from its caller
+        return set()
+    return {
+        section
+        for section in _WITH_DEFAULTS
+        if getattr(first.model, section) == getattr(second.model, section)
+    }
+
+
+def _swept(tree: object) -> set[str]:
+    """Return the parameters that a sweep goes over, at any depth: `over: $name`."""
+    if isinstance(tree, list):
+        return set().union(*map(_swept, tree))
+    if not isinstance(tree, dict):
+        return set()
+    over = tree.get("over")
+    own = {over[1:]} if isinstance(over, str) and over.startswith("$") else set()
+    return own.union(*map(_swept, tree.values()))

@@ -1,0 +1,121 @@
+"""How far two results are apart, against what they are uncertain by."""
+
+from __future__ import annotations
+
+from math import hypot, inf, sqrt
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.analysis.verdict.document import verdict_in
+from rigrunner.run.set_points import named_by_frequency, named_place, other_results
+from rigrunner.signal.rounding import places
+from rigrunner.signal.uncertainty import coverage_factor
+from rigrunner.tools.comparing.tree import Change, changes
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    Json = Mapping[str, Any]
+
+SECTION = "results"
+TORQUE = "N·m"
+
+
+def result_changes(before: Json | None, after: Json | None) -> Iterator[Change]:
+    """Yield how the results of two runs differ, from their result documents.
+
+    Each value is compared by E_n = |difference| / sqrt(U1² + U2²), with the expanded uncertainties
+    (ISO/IEC 17043:2023, B.3.1.3; ISO 13528:2022, 9.7): above 1 they do not agree. It takes the
+    two as independent; what they have in common, such as the sensor, makes them agree better.
+    """
+    if before is None or after is None:
+        yield from changes(SECTION, _presence(before), _presence(after))
+        return
+    yield from changes(SECTION, _verdict(before), _verdict(after), ("verdict",))
+    first_judged, second_judged = _judgements(before), _judgements(after)
+    for name in {**first_judged, **second_judged}:
+        then, now = (found.get(name, "not measured") for found in (first_judged, second_judged))
+        yield from changes(SECTION, then, now, (name,))
+    yield from changes(SECTION, _method(before), _method(after), ("method",))
+    name = before["measurand"]["name"]
+    yield from _apart(name, before["headline"]["compensated"], after["headline"]["compensated"])
+    first, second = _torques(before) | _named(before), _torques(after) | _named(after)
+    for place in first:
+        if place in second:
+            yield from _apart(place, first[place], second[place])
+
+
+def _presence(document: Json | None) -> str:
+    return "no result" if document is None else "a result"
+
+
+def _verdict(document: Json) -> str:
+    return verdict_in(document) or "no verdict"
+
+
+def _judgements(document: Json) -> dict[str, str]:
+    """Return the verdict on each measured value that has a limit, by its place."""
+    values = (document.get("limits") or {}).get("values", ())
+    return {f"{each['of']} in {each['table']} {each['row']}": each["verdict"] for each in values}
+
+
+def _method(document: Json) -> str:
+    return str(document["headline"]["method"] or "")
+
+
+def _torques(document: Json) -> dict[str, Json | None]:
+    """Return the torque at each set-point: compensated by the primary method, or else the peak."""
+    method = document["compensations"].get(_method(document))
+    points = document["points"]
+    if method and method["points"]:
+        values = [point["torque"] for point in method["points"]]
+    else:
+        values = [_raw_peak(point["raw_peak"]) for point in points]
+    frequencies = (point["set_frequency"]["value"] for point in points)
+    return dict(named_by_frequency(zip(frequencies, values, strict=False)))
+
+
+def _named(document: Json) -> dict[str, Json | None]:
+    """Return the results that analyses name, by name and place."""
+    return {named_place(each): each["estimate"] for each in other_results(document)}
+
+
+def _raw_peak(peak: Json) -> Json:
+    """Return a mean peak with the expanded uncertainty of its scatter (GUM 4.2.3, G.3.4).
+
+    What the sensor adds is not in it.
+    """
+    kept, deviation = peak["cycles_kept"], peak["standard_deviation"]["value"]
+    known = kept > 1 and deviation is not None
+    expanded = coverage_factor(kept - 1) * deviation / sqrt(kept) if known else None
+    return {**peak["mean"], "expanded_uncertainty_95": expanded, "note": " from scatter alone"}
+
+
+def _apart(what: str, before: Json | None, after: Json | None) -> Iterator[Change]:
+    if not before or not after or before["value"] is None or after["value"] is None:
+        return
+    difference = after["value"] - before["value"]
+    unit = after["unit"]
+    digits = 4 if unit == TORQUE else _decimals(before, after)
+    shown = round(difference, digits) + 0.0  # no negative zero
+    pair = f"{before['value']:.{digits}f} and {after['value']:.{digits}f} {unit}"
+    values = f"{pair}: {shown:+.{digits}f} {unit}"
+    if difference == 0:
+        return
+    expanded = [each["expanded_uncertainty_95"] for each in (before, after)]
+    if any(each is None for each in expanded):
+        text = f"{what}: {values}; whether they agree is not known, as an uncertainty is missing"
+        yield Change(SECTION, text)
+        return
+    combined = hypot(*expanded)
+    ratio = round(abs(difference) / combined, 2) if combined else inf
+    agrees = ratio <= 1
+    words = f"{'within' if agrees else 'beyond'} their combined U{before.get('note', '')}"
+    text = f"{what}: {values}, {words} of {combined:.{digits}f} {unit}"
+    yield Change(SECTION, f"{text} (E_n = {ratio:.2f})", matters=not agrees)
+
+
+def _decimals(before: Json, after: Json) -> int:
+    """Return how many decimals the smaller uncertainty bears; 6 where none is known."""
+    known = [each["expanded_uncertainty_95"] for each in (before, after)]
+    widths = [each for each in known if each]
+    return max(0, places(min(widths))) if widths else 6

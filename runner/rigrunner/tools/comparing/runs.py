@@ -1,0 +1,70 @@
+"""What changed between two stored runs: what was done, with what, by whom, and what was found."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from rigrunner.tools.comparing.procedures import ProcedureTexts, procedure_changes
+from rigrunner.tools.comparing.results import result_changes
+from rigrunner.tools.comparing.tree import Change, changes
+from rigrunner.yamlfile import parse
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.runfile import RunHeader, StoredRun
+
+_STATION = ("id", "rig", "devices", "plugins", "instruments")
+
+
+def run_changes(before: StoredRun, after: StoredRun) -> Iterator[Change]:
+    """Yield what is different between two runs; when each was made is none.
+
+    Results that differ by no more than their combined uncertainty are told, but do not matter.
+    """
+    first, second = before.header, after.header
+    yield from procedure_changes(texts_of(first), texts_of(second))
+    yield from changes("state of the procedure", _state(first), _state(second))
+    yield from _of_stations(first, second)
+    yield from changes("inputs", dict(first.inputs), dict(second.inputs))
+    yield from changes("people", dict(first.people), dict(second.people))
+    yield from changes("programs and devices", dict(first.provenance), dict(second.provenance))
+    yield from changes("outcome", before.info.outcome, after.info.outcome)
+    yield from _of_recordings(before, after)
+    yield from _of_no_load_runs(_no_load(before), _no_load(after))
+    yield from result_changes(before.result_document, after.result_document)
+
+
+def texts_of(header: RunHeader) -> ProcedureTexts:
+    """Return the procedure of a run as it was kept."""
+    return ProcedureTexts(header.procedure_id, header.procedure_text, header.called_texts)
+
+
+def _state(header: RunHeader) -> str:
+    approval = header.approval
+    by = f" by {approval['by']}" if approval.get("by") else ""
+    return f"{approval.get('state', 'draft')}{by}"
+
+
+def _of_stations(before: RunHeader, after: RunHeader) -> Iterator[Change]:
+    first, second = (parse(each.station_text, each.station_id).data for each in (before, after))
+    for key in _STATION:
+        section = key if key == "instruments" else f"station, {key}"
+        empty: list[object] | None = [] if key == "instruments" else None
+        yield from changes(section, first.get(key, empty), second.get(key, empty))
+
+
+def _of_recordings(before: StoredRun, after: StoredRun) -> Iterator[Change]:
+    first, second = before.info.recording_names, after.info.recording_names
+    yield from changes("recordings", list(first), list(second))
+
+
+def _of_no_load_runs(before: str | None, after: str | None) -> Iterator[Change]:
+    """Tell of another no-load run, which matters by what it does to the results alone."""
+    for each in changes("no-load run", before, after):
+        yield replace(each, matters=before is None or after is None)
+
+
+def _no_load(run: StoredRun) -> str | None:
+    return run.no_load.header.run_id if run.no_load else None

@@ -1,0 +1,104 @@
+"""What reaches instruments: VISA libraries, NI-DAQmx, serial ports and the right to use them."""
+
+from __future__ import annotations
+
+import getpass
+import os
+import sys
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rigrunner.tools.doctor.finding import Finding
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.tools.doctor.finding import Surroundings
+
+_KINDS = ("TCPIP SOCKET", "TCPIP INSTR", "ASRL INSTR", "USB INSTR", "GPIB INSTR")
+_VISA, _DAQMX, _SERIAL = "VISA", "NI-DAQmx", "serial ports"
+
+
+def visa(_: Surroundings) -> Iterator[Finding]:
+    """Say which kinds of addresses pyvisa-py can speak to, and look for a vendor's library."""
+    try:
+        spoken = import_module("pyvisa_py.highlevel").PyVisaLibrary.get_debug_info()
+        library = import_module("pyvisa.ctwrapper").IVIVisaLibrary
+    except ImportError:
+        yield _not_looked_for(_VISA, "visa")
+        return
+    kinds = {kind: spoken.get(kind) for kind in _KINDS}
+    can = [kind for kind, found in kinds.items() if isinstance(found, str)]
+    cannot = "".join(
+        f"; not {kind}: {found[0]}"
+        for kind, found in kinds.items()
+        if isinstance(found, (list, tuple))
+    )
+    yield Finding(_VISA, "ok", f"pyvisa-py speaks {', '.join(can)} (backend @py){cannot}")
+    paths = [str(path) for path in library.get_library_paths()]
+    if paths:
+        yield Finding(_VISA, "ok", f"{', '.join(paths)} (backend @ivi)")
+        return
+    fix = "where pyvisa-py will not do: install NI-VISA or Keysight IO Libraries"
+    yield Finding(_VISA, "warn", "no vendor's library (optional; backend @ivi)", fix)
+
+
+def daqmx(_: Surroundings) -> Iterator[Finding]:
+    """Ask the driver of National Instruments for its version and its devices."""
+    try:
+        system_class = import_module("nidaqmx.system").System
+        problem = import_module("nidaqmx.errors").Error
+    except ImportError:
+        yield _not_looked_for(_DAQMX, "daq")
+        return
+    fix = "install NI-DAQmx from ni.com, for the plugin 'daq'; without such hardware leave it out"
+    try:
+        system = system_class.local()
+        driver = system.driver_version
+        devices = [f"{each.name} ({each.product_type})" for each in system.devices]
+    except (problem, OSError) as error:
+        first = str(error).strip().partition("\n")[0].partition(". ")[0]
+        yield Finding(_DAQMX, "warn", f"no driver (optional): {first}", fix)
+        return
+    numbers = ".".join(str(part) for part in driver)
+    if devices:
+        yield Finding(_DAQMX, "ok", f"{numbers}; {', '.join(devices)}")
+        return
+    fix = "is it plugged in and on? NI MAX, or 'nilsdev' on Linux, lists what the driver sees"
+    yield Finding(_DAQMX, "warn", f"{numbers} sees no device", fix)
+
+
+def serial_ports(_: Surroundings) -> Iterator[Finding]:
+    """List the serial ports, and those that this user may not open."""
+    try:
+        comports = import_module("serial.tools.list_ports").comports
+    except ImportError:
+        yield _not_looked_for(_SERIAL, "serial")
+        return
+    ports = sorted(port.device for port in comports())
+    barred = [port for port in ports if not _may_open(port)]
+    usable = [port for port in ports if port not in barred]
+    if usable or not ports:
+        yield Finding(_SERIAL, "ok", ", ".join(usable) or "none is seen")
+    if barred:
+        group = _group(barred[0])
+        fix = f"sudo usermod -aG {group} {getpass.getuser()}, then log in anew"
+        found = f"you may not open {', '.join(barred)}, which belongs to the group {group}"
+        yield Finding(_SERIAL, "warn", found, fix)
+
+
+def _not_looked_for(name: str, extra: str) -> Finding:
+    return Finding(name, "ok", f"not looked for: the extra {extra} is not installed")
+
+
+def _may_open(port: str) -> bool:
+    return sys.platform == "win32" or os.access(port, os.R_OK | os.W_OK)
+
+
+def _group(port: str) -> str:
+    """Return the group that owns a port; on most systems that is dialout."""
+    try:
+        return Path(port).group()
+    except (OSError, KeyError, NotImplementedError):
+        return "dialout"

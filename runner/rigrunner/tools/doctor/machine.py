@@ -1,0 +1,134 @@
+"""The machine: clock, disk, and the programs and fonts that reports need."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import sys
+import tempfile
+from datetime import UTC, datetime, timedelta
+from typing import TYPE_CHECKING
+
+from rigrunner.run.locate import run_names
+from rigrunner.tools.doctor.finding import Finding, State, Surroundings
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+RELEASED = datetime(2026, 11, 1, tzinfo=UTC)
+"""A clock that is before this program was written is wrong."""
+AHEAD = timedelta(hours=1)
+"""By which a run may be dated ahead: simulated time is faster than the clock."""
+FULL_BYTES = 200_000_000
+"""A long run with three channels takes about as much."""
+SCARCE_BYTES = 50 * FULL_BYTES
+"""A day's runs of a busy rig."""
+FONT = "DejaVu Sans"
+"""Of the report's plots; it comes with matplotlib."""
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome", "msedge", "firefox")
+
+
+def clock(of: Surroundings) -> Iterator[Finding]:
+    """Look whether the clock is right, as far as a machine can tell by itself."""
+    text = f"{of.now:%Y-%m-%d %H:%M:%S} UTC"
+    fix = "set the clock; let it be kept by NTP"
+    newest = _newest_run(of.runs)
+    if of.now < RELEASED:
+        yield Finding("clock", "fail", f"{text} is before this program was written", fix)
+    elif newest is not None and newest > of.now + AHEAD:
+        yield Finding("clock", "warn", f"{text} is before the newest run in {of.runs}", fix)
+    else:
+        yield Finding("clock", "ok", text)
+
+
+def _newest_run(runs: Path) -> datetime | None:
+    starts = [re.match(r"\d{8}T\d{6}Z", name) for name in run_names(runs)]
+    times = [datetime.strptime(f"{found[0]}+0000", "%Y%m%dT%H%M%SZ%z") for found in starts if found]
+    return max(times, default=None)
+
+
+def runs_folder(of: Surroundings) -> Iterator[Finding]:
+    """Try to write where the runs are."""
+    there = of.runs.is_dir()
+    folder = of.runs if there else _nearest_folder(of.runs)
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        fix = "give yourself the right to write there, or name another folder with --runs"
+        yield Finding("runs folder", "fail", f"{folder}: {error.strerror or error}", fix)
+    else:
+        made = "can be written" if there else "will be made by the first run"
+        yield Finding("runs folder", "ok", f"{of.runs.absolute()} {made}")
+
+
+def disk(of: Surroundings) -> Iterator[Finding]:
+    """Look how much room there is for runs."""
+    free = shutil.disk_usage(_nearest_folder(of.runs)).free
+    state: State = "ok" if free >= SCARCE_BYTES else "warn" if free >= FULL_BYTES else "fail"
+    fix = "" if state == "ok" else "move old runs elsewhere, or name another disk with --runs"
+    yield Finding("disk", state, f"{free / 1e9:.1f} GB free for runs", fix)
+
+
+def _nearest_folder(path: Path) -> Path:
+    here = path.absolute()
+    return next(folder for folder in (here, *here.parents) if folder.is_dir())
+
+
+def hdf5(_: Surroundings) -> Iterator[Finding]:
+    """Write and read an array in memory, compressed as runs are."""
+    import h5py  # noqa: PLC0415  (heavy)
+
+    with h5py.File("doctor.h5", "w", driver="core", backing_store=False) as file:
+        file.create_dataset("values", data=[1.0, 2.0], compression="gzip", shuffle=True)
+        read = list(file["values"][()])
+    state: State = "ok" if read == [1.0, 2.0] else "fail"
+    versions = f"HDF5 {h5py.version.hdf5_version}, h5py {h5py.version.version}"
+    fix = "" if state == "ok" else "reinstall h5py: pip install --force-reinstall h5py"
+    yield Finding("HDF5", state, versions, fix)
+
+
+def fonts(_: Surroundings) -> Iterator[Finding]:
+    """Look for the font of the reports' plots."""
+    from matplotlib import font_manager  # noqa: PLC0415  (heavy)
+
+    try:
+        found = font_manager.findfont(FONT, fallback_to_default=False)
+    except ValueError:
+        fix = "reinstall matplotlib, which brings it"
+        yield Finding("fonts", "fail", f"{FONT}, of the report's plots, is missing", fix)
+    else:
+        yield Finding("fonts", "ok", f"{FONT} at {found}")
+
+
+def text(_: Surroundings) -> Iterator[Finding]:
+    """Look whether the terminal can show what is printed."""
+    encoding = sys.stdout.encoding or "utf-8"
+    try:
+        "N·m µ ± °".encode(encoding)
+    except UnicodeEncodeError:
+        fix = "set the environment variable PYTHONUTF8=1"
+        yield Finding("text", "warn", f"{encoding} cannot show N·m, µ, ± and °", fix)
+    else:
+        yield Finding("text", "ok", f"{encoding} on stdout")
+
+
+def browser(_: Surroundings) -> Iterator[Finding]:
+    """Look for a browser."""
+    yield _optional(
+        "browser", BROWSERS, "install chromium to print reports; to look at one any will do"
+    )
+
+
+def editor(_: Surroundings) -> Iterator[Finding]:
+    """Look for the language server that helps editors with YAML."""
+    fix = "npm install --global yaml-language-server, for an editor that helps with procedures"
+    yield _optional("editor support", ("yaml-language-server",), fix)
+
+
+def _optional(name: str, programs: tuple[str, ...], fix: str) -> Finding:
+    found = next((path for path in map(shutil.which, programs) if path), None)
+    if found:
+        return Finding(name, "ok", found)
+    return Finding(name, "warn", f"none found (optional): {', '.join(programs)}", fix)

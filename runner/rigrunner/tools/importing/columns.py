@@ -1,0 +1,173 @@
+"""One recording of another program, in SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from math import isfinite
+from numbers import Real
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.errors import DataError, InvalidFileError, Location, PluginError, Problem
+from rigrunner.api.importing import Column, NotInFileError
+from rigrunner.api.samples import as_samples
+from rigrunner.api.units import QuantityError, unit
+from rigrunner.tools.importing.sampling import rate_of, start_of
+from rigrunner.yamlfile.document import dotted
+
+if TYPE_CHECKING:
+    from datetime import datetime
+
+    from rigrunner.api.data import Array
+    from rigrunner.api.importing import Importer
+    from rigrunner.tools.importing.mapping import ColumnSpec, LoadedMapping, Part, TimeSpec
+    from rigrunner.yamlfile.document import Path as DocumentPath
+
+_TIME = "time"
+_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A column of a recording, and where the mapping asks for it."""
+
+    spec: ColumnSpec | TimeSpec
+    at: DocumentPath
+
+
+@dataclass(frozen=True, eq=False)
+class Read:
+    """What a file gives of a recording: columns of shape (n,), in SI units."""
+
+    rate_hz: float
+    columns: Mapping[str, Array]
+    started: datetime | None
+    """When its first sample was taken, if the file says so; local time has no zone."""
+
+
+def read_part(
+    mapping: LoadedMapping,
+    importer: Importer,
+    part: Part,
+    at: DocumentPath,
+    wanted: Mapping[str, Wanted],
+) -> Read:
+    """Read the wanted columns of a recording, which stands in the mapping at `at`.
+
+    Raises InvalidFileError where the mapping and the file contradict each other, and DataError
+    where the file is not a recording without gaps.
+    """
+    sampling = mapping.model.sampling
+    asked = dict(wanted)
+    if sampling.time is not None:
+        asked[_TIME] = Wanted(sampling.time, ("sampling", "time"))
+    found = _columns(mapping, importer, part, at, asked)
+    file = str(mapping.file(part.file))
+    _check_lengths(found, asked, file)
+    in_si = {name: _in_si(mapping, column, asked[name], file) for name, column in found.items()}
+    times_s = in_si.pop(_TIME, None)
+    sampled = {name: found[name] for name in wanted}
+    rate_hz = rate_of(sampled, times_s, sampling.rate, file)
+    first, last = _window(mapping, part, at, rate_hz, len(next(iter(in_si.values()))))
+    started = start_of(sampled, rate_hz, file)
+    return Read(rate_hz, {name: values[first:last] for name, values in in_si.items()}, started)
+
+
+def _columns(
+    mapping: LoadedMapping,
+    importer: Importer,
+    part: Part,
+    at: DocumentPath,
+    asked: Mapping[str, Wanted],
+) -> Mapping[str, Column]:
+    names = {name: each.spec.column for name, each in asked.items()}
+    try:
+        found = importer.read(mapping.file(part.file), names, part.group)
+    except NotInFileError as error:
+        known = error.wanted in asked
+        path = (*asked[error.wanted].at, "column") if known else (*at, "group")
+        place = error.location or Location(str(mapping.file(part.file)))
+        raise fault(mapping, path, f"{place}: {error.message}", error.hint) from error
+    if not isinstance(found, Mapping):
+        raise _not_given(mapping, f"{type(found).__name__}, needed is a Column for each name")
+    return {name: _checked(mapping, name, found.get(name)) for name in asked}
+
+
+def _checked(mapping: LoadedMapping, name: str, column: object) -> Column:
+    """Return a column as an importer must give it; raise PluginError."""
+    if not isinstance(column, Column):
+        raise _not_given(mapping, f"{column!r} for '{name}', needed is a Column")
+    try:
+        values = as_samples(column.values)
+    except TypeError as error:
+        raise _not_given(mapping, f"values that are {error} for '{name}', not float64") from error
+    if values.ndim != 1 or not np.isfinite(values).all():
+        raise _not_given(mapping, f"values for '{name}' that are not a row of finite numbers")
+    interval_s = column.interval_s
+    if interval_s is not None and not (isinstance(interval_s, Real) and isfinite(interval_s)):
+        raise _not_given(mapping, f"an interval of {interval_s!r} s for '{name}'")
+    return replace(column, values=values)
+
+
+def _not_given(mapping: LoadedMapping, what: str) -> PluginError:
+    name = mapping.model.format.name
+    hint = f"its author is to fix that; see 'rigrunner check-plugin {name}'"
+    return PluginError(f"the importer '{name}' gave {what}", hint=hint)
+
+
+def fault(
+    mapping: LoadedMapping, path: DocumentPath, message: str, hint: str = ""
+) -> InvalidFileError:
+    """Return an error at a place in the mapping."""
+    return InvalidFileError([Problem(message, mapping.document.where(path), dotted(path), hint)])
+
+
+def _check_lengths(found: Mapping[str, Column], asked: Mapping[str, Wanted], file: str) -> None:
+    lengths = {name: len(column.values) for name, column in found.items()}
+    if len(set(lengths.values())) > 1:
+        counts = (f"{count} of '{asked[name].spec.column}'" for name, count in lengths.items())
+        told = ", ".join(counts)
+        raise DataError(
+            f"the columns have different numbers of samples: {told}", location=Location(file)
+        )
+
+
+def _in_si(mapping: LoadedMapping, column: Column, wanted: Wanted, file: str) -> Array:
+    spec = wanted.spec
+    if column.unit and not _agrees(column.unit, spec):
+        raise fault(
+            mapping,
+            (*wanted.at, "unit"),
+            f"{file} states '{column.unit[:40]}' for '{spec.column}', not '{spec.unit}'",
+            "correct the unit; or, where the file is known to be wrong, say so:"
+            f" file_says: {column.unit[:40]}",
+        )
+    known = unit(spec.unit)
+    return column.values * known.factor + known.offset
+
+
+def _agrees(stated: str, spec: ColumnSpec | TimeSpec) -> bool:
+    if stated == spec.file_says:
+        return True
+    try:
+        return unit(stated).symbol == spec.unit
+    except QuantityError:
+        return False
+
+
+def _window(
+    mapping: LoadedMapping, part: Part, at: DocumentPath, rate_hz: float, samples: int
+) -> tuple[int, int]:
+    """Return the first sample that belongs to the recording, and the one after the last."""
+    length_s = samples / rate_hz
+    for key, seconds in (("from", part.from_), ("to", part.to)):
+        if seconds is not None and seconds > length_s * (1 + _TOLERANCE):
+            message = f"{part.file} is only {length_s:.6g} s long"
+            raise fault(mapping, (*at, key), message)
+    first = 0 if part.from_ is None else round(part.from_ * rate_hz)
+    last = samples if part.to is None else min(round(part.to * rate_hz), samples)
+    if first >= last:
+        raise fault(mapping, at, "no sample lies between 'from' and 'to'")
+    return first, last

@@ -1,0 +1,290 @@
+"""Whether a mapping gives what the procedure records, and which recording is which."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.api.member import Member
+from rigrunner.api.quantity import Quantity
+from rigrunner.api.units import unit
+from rigrunner.procedure.answers import AnswerError
+from rigrunner.steps.ask import Ask
+from rigrunner.steps.measure import Measure
+from rigrunner.steps.record import Record
+from rigrunner.steps.scan import Scan
+from rigrunner.steps.zero import Zero
+from rigrunner.yamlfile.problems import Problems, suggestion
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from rigrunner.api.steps import Action
+    from rigrunner.procedure.answers import Expected
+    from rigrunner.run.prepare import Planned
+    from rigrunner.tools.importing.mapping import (
+        ColumnSpec,
+        ImportMapping,
+        LoadedMapping,
+        RecordingEntry,
+    )
+    from rigrunner.yamlfile.document import Path
+
+CLOSE = 1e-6
+"""Relative difference up to which two set-points are the same."""
+
+
+@dataclass(frozen=True)
+class Matched:
+    """What of a mapping belongs to each step of a plan."""
+
+    recordings: Mapping[int, int]
+    """For the index of each step that records, the index of its recording in the mapping."""
+    inputs: Mapping[str, str]
+    """The accepted answers."""
+
+
+def match(mapping: LoadedMapping, planned: Planned) -> Matched:
+    """Return which recording is which; raise InvalidFileError with all that does not fit."""
+    return _Matcher(mapping, planned).matched()
+
+
+class _Matcher:
+    def __init__(self, mapping: LoadedMapping, planned: Planned) -> None:
+        self._mapping: ImportMapping = mapping.model
+        self._document = mapping.document
+        self._planned = planned
+        self._problems = Problems()
+        self._records = {
+            index: step.action
+            for index, step in enumerate(planned.plan.steps)
+            if isinstance(step.action, Record)
+        }
+
+    def matched(self) -> Matched:
+        if not self._records:
+            what = self._planned.procedure.model.id
+            self._complain(("procedure",), f"{what} records nothing: there is nothing to import")
+        if self._planned.plan.has_conditions:
+            message = "its procedure has conditions, and what was left out is not known"
+            self._complain(("procedure",), message, "import by one without 'when' and 'until'")
+        self._problems.stop_if_any()
+        self._channels()
+        self._zeros()
+        self._measures()
+        self._set_points()
+        self._conditions()
+        self._same_samples()
+        inputs = self._inputs()
+        self._problems.stop_if_any()
+        recordings = self._recordings()
+        self._problems.stop_if_any()
+        return Matched(recordings, inputs)
+
+    def _complain(self, path: Path, message: str, hint: str = "", *, key: bool = False) -> None:
+        self._problems.add(self._document, path, message, hint, key=key)
+
+    def _channels(self) -> None:
+        units: dict[Member, str] = {}
+        for action in self._records.values():
+            members = [Member(action.role, name) for name in action.channels]
+            units |= {member: action.units[member] for member in members}
+        for member, spec in self._mapping.channels.items():
+            path: Path = ("channels", member)
+            if member not in units:
+                hint = suggestion(member, units, "it records")
+                self._complain(path, "the procedure does not record this channel", hint, key=True)
+                continue
+            self._fits((*path, "unit"), spec.unit, units[member], member)
+        for member in units:
+            if member not in self._mapping.channels:
+                self._complain(
+                    ("channels",), f"the procedure records '{member}', but no column is given",
+                    f"such as {member}: {{column: ..., unit: {units[member]}}}", key=True,
+                )  # fmt: skip
+
+    def _fits(self, path: Path, symbol: str, needed: str, member: str) -> None:
+        got, wanted = unit(symbol).dimension, unit(needed).dimension
+        if got != wanted:
+            text = f"'{symbol}' is a unit of {got}, but {member} needs one of {wanted}"
+            self._complain(path, text)
+
+    def _zeros(self) -> None:
+        steps = [step.action for step in self._planned.plan.steps if isinstance(step.action, Zero)]
+        zeroed = [action.zeroed for action in steps]
+        for member in self._mapping.zeros:
+            if member not in zeroed:
+                hint = suggestion(member, zeroed, "it zeroes")
+                self._complain(
+                    ("zeros", member), "the procedure does not zero this channel", hint, key=True
+                )
+            else:
+                self._zeros_of(member, steps[zeroed.index(member)].unit)
+        for member in dict.fromkeys(zeroed):
+            if member not in self._mapping.zeros:
+                self._complain(
+                    ("zeros",), f"the procedure zeroes '{member}': what did it read at rest?",
+                    "0 in its unit where the program had taken it off already", key=True,
+                )  # fmt: skip
+            elif (given := len(self._mapping.zeros_of(member))) != zeroed.count(member):
+                self._complain(
+                    ("zeros", member),
+                    f"the procedure zeroes it {zeroed.count(member)} times, given: {given}",
+                    "a list with what it read each time, in that order",
+                )
+
+    def _zeros_of(self, member: Member, needed: str) -> None:
+        for zero in self._mapping.zeros_of(member):
+            if isinstance(zero, Quantity):
+                self._fits(("zeros", member), zero.unit.symbol, needed, member)
+            elif member not in self._mapping.channels:
+                self._complain(("zeros", member), f"no column of '{member}' is given")
+
+    def _measures(self) -> None:
+        steps = [row for step in self._planned.plan.steps for row in _rows(step.action)]
+        entries = self._mapping.measurements
+        for index, (action, entry) in enumerate(zip(steps, entries, strict=False)):
+            path: Path = ("measurements", index)
+            if entry.name != action.name:
+                self._complain((*path, "name"), f"the procedure measures '{action.name}' here")
+            elif entry.values.keys() != set(action.channels):
+                wanted = ", ".join(action.channels)
+                self._complain((*path, "values"), f"the procedure measures here: {wanted}")
+            else:
+                for member, value in entry.values.items():
+                    at: Path = (*path, "values", member)
+                    self._fits(at, value.unit.symbol, action.units[member], member)
+        for action in steps[len(entries) :]:
+            text = f"what was measured is missing: '{action.name}' of {', '.join(action.channels)}"
+            self._complain(("measurements",), text, key=True)
+        for index in range(len(steps), len(entries)):
+            text = "the procedure measures nothing, or nothing more"
+            self._complain(("measurements", index), text)
+
+    def _set_points(self) -> None:
+        known: dict[str, str] = {}
+        for action in self._records.values():
+            known |= {member: action.units[member] for member in action.setpoints}
+        for path, given in self._given_set_points():
+            for member, quantity in given.items():
+                at: Path = (*path, member)
+                if member not in known:
+                    hint = suggestion(member, known, "it sets")
+                    self._complain(at, "the procedure does not set this drive", hint, key=True)
+                else:
+                    self._fits(at, quantity.unit.symbol, known[member], member)
+
+    def _given_set_points(self) -> Iterator[tuple[Path, Mapping[Member, Quantity]]]:
+        yield ("set_points",), self._mapping.set_points
+        for index, entry in enumerate(self._mapping.recordings):
+            yield ("recordings", index, "set_points"), entry.set_points
+
+    def _conditions(self) -> None:
+        known = dict(self._readable())
+        for path, given in self._given_conditions():
+            for member, condition in given.items():
+                at: Path = (*path, member)
+                if member in self._mapping.channels:
+                    self._complain(at, "this channel is recorded already", key=True)
+                elif member not in known:
+                    hint = suggestion(member, known, "there are")
+                    self._complain(at, "the station has no such channel", hint, key=True)
+                else:
+                    symbol = (
+                        condition.unit.symbol if isinstance(condition, Quantity) else condition.unit
+                    )
+                    self._fits(at, symbol, known[member], member)
+
+    def _given_conditions(self) -> Iterator[tuple[Path, Mapping[Member, Quantity | ColumnSpec]]]:
+        yield ("conditions",), self._mapping.conditions
+        for index, entry in enumerate(self._mapping.recordings):
+            yield ("recordings", index, "conditions"), entry.conditions
+
+    def _same_samples(self) -> None:
+        """Complain of samples that are taken for two recordings: a line that was copied."""
+        entries = self._mapping.recordings
+        for index, entry in enumerate(entries):
+            other = next((i for i in range(index) if entry.overlaps(entries[i])), None)
+            if other is not None:
+                self._complain(
+                    ("recordings", index, "file"), f"recordings[{other}] has the same samples"
+                )
+
+    def _readable(self) -> Iterator[tuple[str, str]]:
+        for role, device in self._planned.devices.items():
+            yield from ((Member(role, each.name), each.unit) for each in device.channels)
+            yield from ((Member(role, each.name), each.unit) for each in device.drives)
+
+    def _inputs(self) -> dict[str, str]:
+        asked: dict[str, Expected] = {
+            name: each.expected for name, each in self._planned.procedure.inputs.items()
+        }
+        for step in self._planned.plan.steps:
+            if isinstance(step.action, Ask):
+                asked[step.action.into] = step.action.expected
+        found: dict[str, str] = {}
+        for name, answer in self._mapping.inputs.items():
+            path: Path = ("inputs", name)
+            if name not in asked:
+                hint = suggestion(name, asked, "it asks for")
+                self._complain(path, "the procedure has no such input", hint, key=True)
+                continue
+            try:
+                found[name] = asked[name].accept(answer)
+            except AnswerError as error:
+                self._complain(path, error.message, error.hint)
+        for name in asked:
+            if name not in self._mapping.inputs:
+                self._complain(("inputs",), f"the answer to '{name}' is missing", key=True)
+        return found
+
+    def _recordings(self) -> dict[int, int]:
+        left = dict(enumerate(self._mapping.recordings))
+        found: dict[int, int] = {}
+        missing: list[str] = []
+        for step, action in self._records.items():
+            index = next((i for i, entry in left.items() if self._is_at(entry, action)), None)
+            if index is None:
+                missing.append(_words(action.setpoints, action.units))
+            else:
+                found[step] = index
+                del left[index]
+        for text in missing:
+            self._complain(("recordings",), f"there is no recording at {text}", key=True)
+        for index, entry in left.items():
+            self._complain(("recordings", index), self._not_wanted(entry))
+        return found
+
+    def _is_at(self, entry: RecordingEntry, action: Record) -> bool:
+        given = {**self._mapping.set_points, **entry.set_points}
+        return given.keys() >= action.setpoints.keys() and all(
+            _same(given[Member.parse(each)].si, value) for each, value in action.setpoints.items()
+        )
+
+    def _not_wanted(self, entry: RecordingEntry) -> str:
+        given = {**self._mapping.set_points, **entry.set_points}
+        action = next(iter(self._records.values()))
+        unset = [member for member in action.setpoints if member not in given]
+        if unset:
+            return f"nothing says to what it was set: {', '.join(unset)}"
+        text = ", ".join(f"{member} {quantity}" for member, quantity in given.items())
+        return f"the procedure records nothing, or nothing more, at {text}"
+
+
+def _words(set_points: Mapping[str, float], units: Mapping[str, str]) -> str:
+    return ", ".join(f"{member} {value:g} {units[member]}" for member, value in set_points.items())
+
+
+def _same(a: float, b: float) -> bool:
+    return abs(a - b) <= CLOSE * max(abs(a), abs(b))
+
+
+def _rows(action: Action) -> Sequence[Measure | Scan]:
+    """Return an action as often as it gives a row of a table."""
+    match action:
+        case Measure():
+            return (action,)
+        case Scan():
+            return (action,) * len(action.values)
+        case _:
+            return ()

@@ -1,0 +1,107 @@
+"""A mapping, its procedure and its station, checked in every way that needs no sample."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import InvalidFileError, PluginError, UsageError
+from rigrunner.clock import SimulatedClock
+from rigrunner.run.approval import ApprovalState
+from rigrunner.run.locate import find_procedure, find_station
+from rigrunner.run.prepare import plan_run
+from rigrunner.station import load_station
+from rigrunner.tools.importing.columns import fault
+from rigrunner.tools.importing.mapping import IMPORTER
+from rigrunner.tools.importing.matching import match
+from rigrunner.yamlfile import validate
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner.api.importing import Importer
+    from rigrunner.registry import Registry
+    from rigrunner.run.prepare import Planned
+    from rigrunner.tools.importing.mapping import LoadedMapping
+    from rigrunner.tools.importing.matching import Matched
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedImport:
+    """An import that was checked in every way that needs no sample."""
+
+    mapping: LoadedMapping
+    planned: Planned
+    matched: Matched
+    importer: Importer
+    reader: str
+    """The importer's name and where it comes from."""
+
+
+def plan_import(
+    mapping: LoadedMapping, registry: Registry, station: Path | None = None
+) -> PlannedImport:
+    """Check a mapping, its procedure and its station against each other, as on the day of the run.
+
+    `station` stands in place of the mapping's own. Raises InvalidFileError with all problems, and
+    UsageError where the mapping names a station that brings plugins of its own: a folder of files
+    that came from elsewhere must not choose what code is run.
+    """
+    model = mapping.model
+    procedure = _found(mapping, "procedure", model.procedure)
+    named = station or _found(mapping, "station", model.station)
+    if station is None and load_station(named).model.plugins is not None:
+        raise UsageError(
+            f"the station {named} brings plugins of its own",
+            hint=f"say that you trust them: --station {named}",
+        )
+    planned = plan_run(procedure, named, registry, SimulatedClock(model.started))
+    planned = replace(planned, approval=_approval_then(planned.approval, model.started))
+    importer, reader = _importer(mapping, planned.registry)
+    matched = match(mapping, planned)
+    _require_files(mapping)
+    return PlannedImport(mapping, planned, matched, importer, reader)
+
+
+def _found(mapping: LoadedMapping, key: str, name: str) -> Path:
+    """Return the procedure or station of that name: beside the mapping, or a shipped one."""
+    beside = mapping.file(name)
+    if beside.is_file():
+        return beside
+    find = find_procedure if key == "procedure" else find_station
+    try:
+        return find(name)
+    except UsageError as error:
+        raise fault(mapping, (key,), error.message, error.hint) from error
+
+
+def _approval_then(state: ApprovalState, started: datetime) -> ApprovalState:
+    """Return the approval as it was on the day of the run: a later one is none for it."""
+    if state.is_draft or state.utc[:10] <= started.astimezone(UTC).date().isoformat():
+        return state
+    note = f"it was approved by {state.by} on {state.utc[:10]}, after the recordings were made"
+    return ApprovalState("draft", sha256=state.sha256, note=note)
+
+
+def _importer(mapping: LoadedMapping, registry: Registry) -> tuple[Importer, str]:
+    name = mapping.model.format.name
+    try:
+        found = registry.find(IMPORTER, name)
+        validate(found.record.settings_model, mapping.document, ("format", name))
+        importer = registry.make(IMPORTER, name, mapping.model.format.settings)
+    except InvalidFileError:
+        raise
+    except PluginError as error:
+        raise fault(mapping, ("format",), error.message, error.hint) from error
+    return importer, f"{name} of {found.provider}"
+
+
+def _require_files(mapping: LoadedMapping) -> None:
+    for index, entry in enumerate(mapping.model.recordings):
+        if not mapping.file(entry.file).is_file():
+            raise fault(
+                mapping,
+                ("recordings", index, "file"),
+                f"there is no file '{entry.file}' in {mapping.path.parent}",
+            )

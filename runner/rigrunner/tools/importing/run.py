@@ -1,0 +1,132 @@
+"""An import that was checked, to a sealed run and its report."""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+from dataclasses import replace
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+from rigrunner.analysis.progress import unseen
+from rigrunner.api.errors import DataError
+from rigrunner.api.events import Outcome
+from rigrunner.clock import utc_text
+from rigrunner.run.finish import finish
+from rigrunner.run.provenance import SIMULATED, software
+from rigrunner.run.record import header_of, open_log
+from rigrunner.runfile import RunWriter, create_run_folder, run_lock
+from rigrunner.tools.importing.mapping import Part
+from rigrunner.tools.importing.writing import write_run
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from rigrunner.analysis.progress import Progress
+    from rigrunner.engine import Override
+    from rigrunner.run.finish import FinishedRun
+    from rigrunner.runfile import RunHeader
+    from rigrunner.tools.importing.mapping import LoadedMapping
+    from rigrunner.tools.importing.planning import PlannedImport
+
+
+def import_run(
+    checked: PlannedImport,
+    *,
+    runs: Path,
+    no_load: Path | None,
+    no_load_after: Path | None = None,
+    overrides: Sequence[Override] = (),
+    progress: Progress = unseen,
+) -> FinishedRun:
+    """Read the recordings into a run folder, seal it and write the report.
+
+    Where a recording cannot be read nothing is left behind: raises InvalidFileError or DataError.
+    """
+    planned, mapping = checked.planned, checked.mapping
+    inputs = checked.matched.inputs
+    started = planned.clock.utc()
+    folder = create_run_folder(
+        runs, started, planned.procedure.model.id, inputs.get("specimen", "")
+    )
+    errors: list[BaseException] = []
+    is_recorded = False
+    try:
+        with run_lock(folder):
+            digests = {name: _digest(mapping.file(name)) for name in _file_names(mapping)}
+            header = _header(checked, folder.name, digests)
+            with RunWriter(folder, header) as writer, open_log(folder) as log:
+                write_run(checked, [writer, *log], folder.name, overrides, progress)
+            _refuse_changed(mapping, digests)
+            is_recorded = True
+            end = (Outcome.COMPLETED, "", ())
+            return finish(
+                planned,
+                writer,
+                end,
+                no_load,
+                errors,
+                progress=progress,
+                no_load_after=no_load_after,
+            )
+    except BaseException:
+        if not is_recorded:  # the files that it was read from are whole; the lock is let go of:
+            shutil.rmtree(folder, ignore_errors=True)  # Windows removes no file that is open
+        raise
+
+
+def _file_names(mapping: LoadedMapping) -> list[str]:
+    parts: list[Part] = [*mapping.model.recordings]
+    zeros = (zero for member in mapping.model.zeros for zero in mapping.model.zeros_of(member))
+    parts += [zero for zero in zeros if isinstance(zero, Part)]
+    return list(dict.fromkeys(part.file for part in parts))
+
+
+def _digest(path: Path) -> str:
+    """Return the SHA-256 of a file."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise DataError(f"{path} cannot be read: {error.strerror or error}") from error
+
+
+def _refuse_changed(mapping: LoadedMapping, digests: Mapping[str, str]) -> None:
+    for name, digest in digests.items():
+        if _digest(mapping.file(name)) != digest:
+            raise DataError(
+                f"{mapping.file(name)} was changed while it was read",
+                hint="import again once the program that writes it is done",
+            )
+
+
+def _header(checked: PlannedImport, run_id: str, digests: Mapping[str, str]) -> RunHeader:
+    planned, mapping, inputs = checked.planned, checked.mapping, checked.matched.inputs
+    model = mapping.model
+    imported = {
+        "program": model.program,
+        "by": model.by,
+        "importer": checked.reader,
+        "utc": utc_text(datetime.now(UTC)),
+        "mapping": mapping.path.name,
+        "mapping SHA-256": mapping.digest,
+        **{f"file {name}": digest for name, digest in digests.items()},
+    }
+    return replace(
+        header_of(planned, run_id, inputs),
+        people={"operator": name} if (name := inputs.get("operator", "")) else {},
+        provenance=software(planned.registry) | _devices(checked),
+        imported=imported,
+        mapping_text=mapping.text,
+    )
+
+
+def _devices(checked: PlannedImport) -> dict[str, str]:
+    """Return who recorded in each role: what a simulated station recorded stays simulated."""
+    planned, program = checked.planned, checked.mapping.model.program
+    return {
+        f"device {role}": f"recorded by {program}"
+        + (SIMULATED if planned.registry.is_simulated(each.plugin, each.settings) else "")
+        for role, each in planned.station.model.devices.items()
+    }

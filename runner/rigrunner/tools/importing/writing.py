@@ -1,0 +1,302 @@
+"""The events of an imported run: what is known of it, and that nothing else was seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.data import Block
+from rigrunner.api.errors import DataError, Location
+from rigrunner.api.events import (
+    Intervention,
+    Note,
+    Outcome,
+    RunEnded,
+    RunStarted,
+    Samples,
+    Scanned,
+)
+from rigrunner.api.member import Member
+from rigrunner.api.quantity import Quantity
+from rigrunner.api.steps import Found
+from rigrunner.api.units import si_symbol, unit
+from rigrunner.clock import utc_text
+from rigrunner.engine.attempt import Attempt
+from rigrunner.engine.limits import remarks_on
+from rigrunner.engine.recorded import RecordedStatistics
+from rigrunner.steps.measure import Measure
+from rigrunner.steps.record import Record
+from rigrunner.steps.scan import Scan
+from rigrunner.steps.zero import Zero
+from rigrunner.tools.importing.columns import Wanted, fault, read_part
+from rigrunner.tools.importing.mapping import ColumnSpec
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rigrunner.analysis.progress import Progress
+    from rigrunner.api.data import Array
+    from rigrunner.api.events import Event, EventSink
+    from rigrunner.bus import Emit
+    from rigrunner.engine import Override
+    from rigrunner.plan.actions import PlannedStep
+    from rigrunner.tools.importing.columns import Read
+    from rigrunner.tools.importing.mapping import Part
+    from rigrunner.tools.importing.planning import PlannedImport
+    from rigrunner.yamlfile.document import Path as DocumentPath
+
+BLOCK_SAMPLES = 1 << 16
+_DAY = timedelta(days=1)
+_SECOND = timedelta(seconds=1)
+_LITTLE = 1e-3
+
+
+def write_run(
+    checked: PlannedImport,
+    sinks: Sequence[EventSink],
+    run_id: str,
+    overrides: Sequence[Override],
+    progress: Progress,
+) -> None:
+    """Read all recordings, one after the other, and hand their events to the sinks.
+
+    Raises InvalidFileError and DataError, as `read_part`, and where a value is beyond its limits.
+    """
+    _Import(checked, sinks, progress).write(run_id, overrides)
+
+
+@dataclass(frozen=True, eq=False)
+class _Sampled:
+    """The samples of a recording: columns of shape (n,), in SI units."""
+
+    rate_hz: float
+    columns: Mapping[str, Array]
+
+
+class _Import:
+    def __init__(
+        self, checked: PlannedImport, sinks: Sequence[EventSink], progress: Progress
+    ) -> None:
+        self._checked = checked
+        self._mapping = checked.mapping.model
+        self._sinks = sinks
+        self._progress = progress
+        self._done = 0
+        self._measurements = iter(self._mapping.measurements)
+        self._zeros = {
+            member: iter(self._mapping.zeros_of(member)) for member in self._mapping.zeros
+        }
+        self._seq = 0
+        self._started = self._mapping.started.astimezone(UTC)
+        self._latest = self._started
+
+    def write(self, run_id: str, overrides: Sequence[Override]) -> None:
+        plan = self._checked.planned.plan
+        matched = self._checked.matched.recordings
+        emit = self._emit_at(self._started)
+        emit(RunStarted, run_id=run_id, steps=len(plan.steps), estimated_s=plan.estimated_s)
+        for each in overrides:
+            emit(
+                Intervention,
+                action="override",
+                by=each.by,
+                reason=each.reason,
+                subject=each.subject,
+            )
+        for text in self._remarks():
+            emit(Note, step="import", text=text)
+        for index, step in enumerate(plan.steps):
+            if isinstance(step.action, Zero):
+                self._zero(index, step, step.action)
+            elif isinstance(step.action, Measure):
+                self._measure(index, step, step.action)
+            elif isinstance(step.action, Scan):
+                self._scan(index, step, step.action)
+            elif isinstance(step.action, Record):
+                self._record(index, step, step.action, matched[index])
+        self._emit_at(self._ended())(RunEnded, outcome=Outcome.COMPLETED)
+
+    def _remarks(self) -> tuple[str, ...]:
+        known, files = self._mapping, len({each.file for each in self._mapping.recordings})
+        made = (
+            f"Imported: {known.program} made the recordings, not Rigrunner; {self._checked.reader}"
+            f" read them from {files} file{'s' if files > 1 else ''}."
+        )
+        stated = (
+            f"Set-points, conditions, single values, zeros and times are as {known.by} states"
+            " them. That the other steps of the procedure were done, and the rig was safe,"
+            " Rigrunner has not seen."
+        )
+        return made, stated
+
+    def _zero(self, index: int, step: PlannedStep, action: Zero) -> None:
+        member = action.zeroed
+        given, at = next(self._zeros[member]), ("zeros", member)
+        value = given.si if isinstance(given, Quantity) else self._mean_at_rest(given, at, member)
+        if abs(value) > action.within:
+            message = (
+                f"{member} read {value:.4g} {action.unit} at rest,"
+                f" more than the {action.within:g} {action.unit} that the procedure allows"
+            )
+            raise fault(self._checked.mapping, at, message)
+        found = Found({member: value}, {member: action.unit}, {})
+        self._step(index, step, (self._latest, self._latest), found)
+
+    def _stated(self) -> dict[str, float]:
+        """Return the next values that are stated."""
+        return {member: each.si for member, each in next(self._measurements).values.items()}
+
+    def _scan(self, index: int, step: PlannedStep, action: Scan) -> None:
+        attempt, emit = Attempt(index, step, 1, 1), self._emit_at(self._latest)
+        attempt.begin(emit)
+        for point, value in enumerate(action.values):
+            values = self._stated()
+            emit(
+                Scanned,
+                step=step.path,
+                point=point,
+                measurement=action.name,
+                setpoints={**action.setpoints, action.led: value},
+                values=values,
+            )
+            for kind, text in remarks_on(action.limits, values, partial(action.where, point)):
+                emit(kind, step=step.path, text=text)
+        attempt.end(emit, ok=True)
+
+    def _measure(self, index: int, step: PlannedStep, action: Measure) -> None:
+        found = Found(self._stated(), action.units, {})
+        self._step(index, step, (self._latest, self._latest), found)
+
+    def _mean_at_rest(self, part: Part, at: DocumentPath, member: Member) -> float:
+        wanted: dict[str, Wanted] = {
+            member: Wanted(self._mapping.channels[member], ("channels", member))
+        }
+        read = read_part(self._checked.mapping, self._checked.importer, part, at, wanted)
+        return float(read.columns[member].mean())
+
+    def _record(self, index: int, step: PlannedStep, action: Record, number: int) -> None:
+        entry, at = self._mapping.recordings[number], ("recordings", number)
+        members = [Member(action.role, name) for name in action.channels]
+        conditions = {**self._mapping.conditions, **entry.conditions}
+        wanted: dict[str, Wanted] = {
+            member: Wanted(self._mapping.channels[member], ("channels", member))
+            for member in members
+        }
+        for name, each in conditions.items():
+            if isinstance(each, ColumnSpec):
+                base = (*at, "conditions") if name in entry.conditions else ("conditions",)
+                wanted[name] = Wanted(each, (*base, name))
+        read = read_part(self._checked.mapping, self._checked.importer, entry, at, wanted)
+        samples: dict[str, Array] = {member: read.columns[member] for member in members}
+        self._require_length(step, action, entry, len(samples[members[0]]) / read.rate_hz)
+        values, units = _conditions(conditions, read)
+        known = {*values, *action.statistics}
+        if unstated := [each.of for each in step.terms.limits if each.of not in known]:
+            message = f"{unstated[0]} is not stated, and the procedure has limits for it"
+            raise fault(self._checked.mapping, at, message, "state it under 'conditions'")
+        started = self._start_of(entry, at, read)
+        ended = started + timedelta(seconds=len(samples[members[0]]) / read.rate_hz)
+        statistics = RecordedStatistics(action.statistics)
+        statistics.take(samples)
+        found = Found(values, {**action.units, **units}, {}, statistics.found())
+        self._step(index, step, (started, ended), found, _Sampled(read.rate_hz, samples))
+        self._latest = max(self._latest, ended)
+        self._done += 1
+        self._progress("recordings", self._done, len(self._mapping.recordings))
+
+    def _require_length(
+        self, step: PlannedStep, action: Record, part: Part, length_s: float
+    ) -> None:
+        if length_s < action.duration_s * (1 - _LITTLE):
+            raise DataError(
+                f"the recording is only {length_s:.6g} s long; asked for is: {step.text}",
+                location=Location(str(self._checked.mapping.file(part.file))),
+                hint="import by a procedure that asks for what was done; as a recording may begin"
+                " anywhere in a cycle, there has to be one more than is counted",
+            )
+
+    def _start_of(self, part: Part, at: DocumentPath, read: Read) -> datetime:
+        """Return when a recording began: as the file says, or else after the one before."""
+        if read.started is None:
+            return self._latest
+        local = self._mapping.started.tzinfo
+        told = read.started if read.started.tzinfo else read.started.replace(tzinfo=local)
+        began = told.astimezone(UTC) + timedelta(seconds=part.from_ or 0.0)
+        latest = (self._mapping.ended or self._mapping.started + _DAY).astimezone(UTC)
+        if not self._started - _DAY <= began <= latest + _DAY:
+            raise fault(
+                self._checked.mapping,
+                (*at, "file"),
+                f"the file says that it was recorded at {utc_text(began)}, but the run is said to"
+                f" have been started at {utc_text(self._started)}",
+                "correct 'started', or give 'ended' for a run of more than a day",
+            )
+        return began
+
+    def _ended(self) -> datetime:
+        stated = self._mapping.ended
+        if stated is None:
+            return self._latest
+        if self._latest > stated.astimezone(UTC) + _SECOND:
+            message = f"the last recording ends at {utc_text(self._latest)}, which is later"
+            raise fault(self._checked.mapping, ("ended",), message)
+        return stated.astimezone(UTC)
+
+    def _step(
+        self,
+        index: int,
+        step: PlannedStep,
+        times: tuple[datetime, datetime],
+        found: Found,
+        sampled: _Sampled | None = None,
+    ) -> None:
+        attempt, (started, ended) = Attempt(index, step, 1, 1), times
+        attempt.begin(self._emit_at(started))
+        if sampled is not None:
+            self._samples(started, attempt.recording, sampled)
+        emit = self._emit_at(ended)
+        attempt.end(emit, found, ok=True)
+        values = {**found.values, **found.statistics}
+        for kind, text in remarks_on(step.terms.limits, values):
+            emit(kind, step=step.path, text=text)
+
+    def _samples(self, started: datetime, name: str, sampled: _Sampled) -> None:
+        rate_hz, columns = sampled.rate_hz, sampled.columns
+        count = len(next(iter(columns.values())))
+        since_s = self._monotonic_s(started)
+        for first in range(0, count, BLOCK_SAMPLES):
+            part = {key: values[first : first + BLOCK_SAMPLES] for key, values in columns.items()}
+            block = Block(rate_hz, first, since_s + first / rate_hz, part)
+            self._emit_at(started)(Samples, recording=name, block=block)
+
+    def _emit_at(self, at: datetime) -> Emit:
+        """Return what hands out events of that time."""
+        monotonic_s, utc = self._monotonic_s(at), utc_text(at)
+
+        def emit(kind: type[Event], /, **fields: Any) -> None:
+            event = kind(seq=self._seq, monotonic_s=monotonic_s, utc=utc, **fields)
+            self._seq += 1
+            for sink in self._sinks:
+                sink(event)
+
+        return emit
+
+    def _monotonic_s(self, at: datetime) -> float:
+        return (at - self._started).total_seconds()
+
+
+def _conditions(
+    conditions: Mapping[Member, Quantity | ColumnSpec], read: Read
+) -> tuple[dict[str, float], dict[str, str]]:
+    """Return values and units in SI: a value as stated, or the mean of its column."""
+    values: dict[str, float] = {}
+    units: dict[str, str] = {}
+    for name, each in conditions.items():
+        if isinstance(each, ColumnSpec):
+            values[name], known = float(read.columns[name].mean()), unit(each.unit)
+        else:
+            values[name], known = each.si, each.unit
+        units[name] = si_symbol(known.dimension)
+    return values, units

@@ -1,0 +1,191 @@
+"""Makes a plugin of a lab's own that works at once: a package, or one file of its folder."""
+
+from __future__ import annotations
+
+import ast
+import keyword
+import re
+from collections import Counter
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from rigrunner import __version__
+from rigrunner.api.errors import UsageError
+from rigrunner.api.hooks import API_VERSION
+from rigrunner.tools.new_files import write_new_files
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from rigrunner.registry import Registry
+
+TEMPLATE = Path(__file__).parent / "plugin_template"
+KINDS = {
+    "device": "device",
+    "fit": "fit",
+    "compensation": "compensation",
+    "outlier-rule": "outlier_rule",
+    "rule": "decision_rule",
+    "analysis": "analysis",
+    "importer": "importer",
+    "report": "report_format",
+    "step": "step",
+    "unit": "unit",
+}
+"""The kinds that can be made, by the word for them, with the registry's own name."""
+_NUMPY = {"fit", "outlier_rule", "compensation", "importer", "analysis"}
+_PYDANTIC = {"outlier_rule", "decision_rule"}
+_LONGEST = 30
+_NAME = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*")
+_YAML_WORDS = {"yes", "no", "true", "false", "on", "off", "null"}
+
+
+@dataclass(frozen=True)
+class NewPlugin:
+    """A plugin to make; `word` is a key of KINDS."""
+
+    word: str
+    name: str
+
+    @property
+    def kind(self) -> str:
+        """The registry's name of the kind."""
+        return KINDS[self.word]
+
+    @property
+    def project(self) -> str:
+        """The name under which it is installed."""
+        return f"rigrunner-{self.name.replace('_', '-')}"
+
+    @property
+    def package(self) -> str:
+        """The name under which it is imported."""
+        return f"rigrunner_{self.name}"
+
+    def texts(self) -> dict[str, str]:
+        """Return the files of its package, by name."""
+        source, test = f"src/{self.package}", f"tests/test_{self.name}.py"
+        files = {
+            "pyproject.toml": "pyproject.toml",
+            "README.md": "README.md",
+            f"{source}/__init__.py": f"{self.stem}.py",
+            test: f"test_{self.stem}.py",
+        }
+        if self.kind == "device":
+            files |= {name: name for name in ("example/procedure.yaml", "example/station.yaml")}
+        return {name: self._rendered(of) for name, of in files.items()} | {f"{source}/py.typed": ""}
+
+    def module(self) -> str:
+        """Return the text of its module."""
+        return self._rendered(f"{self.stem}.py")
+
+    @property
+    def stem(self) -> str:
+        """The name of the templates of this kind."""
+        return self.word.replace("-", "_")
+
+    def _rendered(self, template: str) -> str:
+        return (
+            _environment()
+            .get_template(f"{template}.jinja")
+            .render(
+                name=self.name,
+                title=self.name.replace("_", " ").capitalize(),
+                class_name=self.class_name,
+                project=self.project,
+                package=self.package,
+                kind=self.stem,
+                registry_kind=self.kind,
+                kind_words=self.word.replace("-", " "),
+                article="an" if self.word[0] in "aeio" else "a",
+                api_version=API_VERSION,
+                dependencies=", ".join(f'"{each}"' for each in self._dependencies()),
+            )
+        )
+
+    @property
+    def class_name(self) -> str:
+        """What its class is called."""
+        return "".join(part.capitalize() for part in self.name.split("_"))
+
+    def _dependencies(self) -> Iterator[str]:
+        if self.kind in _NUMPY:
+            yield "numpy>=1.26"
+        if self.kind in _PYDANTIC:
+            yield "pydantic>=2.7"
+        major, minor = __version__.split(".")[:2]
+        yield f"rigrunner>={major}.{minor},<{int(major) + 1}"
+
+
+def make_package(plugin: NewPlugin, folder: Path, registry: Registry) -> list[str]:
+    """Write an installable package and return its files; raise UsageError, nothing written."""
+    _check(plugin, registry)
+    if find_spec(plugin.package) is not None:
+        raise UsageError(
+            f"there is a package {plugin.package} already", hint="give the plugin another name"
+        )
+    return _written(folder, plugin.texts())
+
+
+def make_drop_in(plugin: NewPlugin, folder: Path, registry: Registry) -> list[str]:
+    """Write one file into a lab's folder of plugins and return it; raise UsageError."""
+    _check(plugin, registry)
+    return _written(folder, {f"{plugin.name}.py": plugin.module()})
+
+
+def _written(folder: Path, texts: Mapping[str, str]) -> list[str]:
+    write_new_files(folder, texts)
+    return list(texts)
+
+
+def _check(plugin: NewPlugin, registry: Registry) -> None:
+    name = plugin.name
+    if len(name) > _LONGEST:
+        raise UsageError(f"'{name}' has {len(name)} characters, allowed are {_LONGEST}")
+    if not _NAME.fullmatch(name) or keyword.iskeyword(name) or name in _YAML_WORDS:
+        words = re.findall(r"[^\W_]+", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower())
+        usable = "_".join(words)
+        near = f"such as '{usable}'" if _NAME.fullmatch(usable) and usable != name else ""
+        raise UsageError(
+            f"'{name}' cannot be the name of a plugin: small letters, digits and '_', a letter"
+            " first, no word of Python or YAML",
+            hint=near,
+        )
+    taken = [
+        each for each in registry.plugins if (each.kind, each.record.name) == (plugin.kind, name)
+    ]
+    if taken:
+        raise UsageError(
+            f"there is {'an' if plugin.word[0] in 'aeiou' else 'a'} {plugin.word} '{name}' already,"
+            f" of {taken[0].provider}",
+            hint="give yours another name",
+        )
+    twice = [bound for bound, times in Counter(_bound(plugin.module())).items() if times > 1]
+    if twice:
+        raise UsageError(
+            f"'{name}' would make a class {twice[0]}, and that name is taken",
+            hint="give the plugin another name",
+        )
+
+
+def _bound(module: str) -> Iterator[str]:
+    """Yield the names that a module imports or defines."""
+    for node in ast.parse(module).body:
+        if isinstance(node, ast.ImportFrom):
+            yield from (each.name for each in node.names)
+        elif isinstance(node, ast.ClassDef | ast.FunctionDef):
+            yield node.name
+
+
+def _environment() -> Environment:
+    return Environment(  # noqa: S701  (it writes Python and Markdown, no HTML)
+        loader=FileSystemLoader(TEMPLATE),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )

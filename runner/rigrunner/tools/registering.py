@@ -1,0 +1,195 @@
+"""An entry of the register of instruments, made of the laboratory's own calibration.
+
+The run has a result `deviation`, indicated less applied, at each applied value. Where it has also
+`reproducibility` (the range over mounting positions) at these, `repeatability` and `hysteresis`,
+they enter too. What is indicated without anything applied is taken off, as a zero step does.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from math import inf, isfinite, sqrt
+from typing import TYPE_CHECKING, Any
+
+from pydantic import ValidationError
+
+from rigrunner.api.analysis import Component
+from rigrunner.api.data import Estimate
+from rigrunner.api.errors import DataError
+from rigrunner.api.instruments import TORQUE, ZEROED, Instrument
+from rigrunner.api.units import unit
+from rigrunner.documents.verifying.run import verify_run
+from rigrunner.run.stored import analyse_run
+from rigrunner.runfile import sealed_file_of
+from rigrunner.signal.coverage import excess_kurtosis, factor
+from rigrunner.signal.uncertainty import combine
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from datetime import date
+    from pathlib import Path
+
+    from rigrunner.api.findings import MeasurementResult
+    from rigrunner.api.results import Result
+    from rigrunner.registry import Registry
+
+DEVIATION, REPRODUCIBILITY = "deviation", "reproducibility"
+WIDTHS = ("repeatability", "hysteresis")
+"""Results that are the width of an error; half of the greatest is its limit."""
+LEAST_OF_CUBIC = 4
+"""Points in a direction for the interpolation equation; fewer are joined by lines."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What the run does not know of the entry."""
+
+    channel: str
+    due: date
+    serial: str = ""
+    laboratory: str = ""
+    full_scale: str = ""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """An entry as a station has it."""
+
+    document: dict[str, Any]
+
+    @property
+    def lines(self) -> str:
+        """Return it in YAML, to be put under `instruments:`."""
+        found = []
+        for key, value in self.document.items():
+            if key == "points":
+                found += ["points:", *(f"  - {_flow(each)}" for each in value)]
+            else:
+                found.append(f"{key}: {_flow(value)}")
+        return "\n".join(("  - " if not i else "    ") + line for i, line in enumerate(found))
+
+
+def entry_from(path: Path, wanted: Wanted, registry: Registry) -> Entry:
+    """Return the entry that a calibration gives; raise DataError where it gives none."""
+    if sealed_file_of(path) is None:
+        raise DataError(f"{path} is not sealed", hint="finish it with 'rigrunner recover'")
+    differences = verify_run(path, registry).differences
+    if differences:
+        raise DataError(f"{path} does not verify: {differences[0]}")
+    result = analyse_run(path, registry)
+    run = result.run
+    if run.outcome != "completed":
+        raise DataError(f"{run.run_id} was not completed: {run.outcome}")
+    deviations = _deviations(result)
+    kind = unit(deviations[0].of.unit).dimension
+    applied_unit = _applied(deviations[0])[1]
+    points = list(_points(result, deviations))
+    entry: dict[str, Any] = {"channel": wanted.channel}
+    if kind != TORQUE:
+        entry["measures"] = kind
+    entry |= {
+        "serial": wanted.serial or run.inputs.get("specimen", ""),
+        "certificate": run.run_id,
+        "laboratory": wanted.laboratory or f"this laboratory, station {run.station_id}",
+        "calibrated": run.started_utc[:10],
+        "due": wanted.due.isoformat(),
+    }
+    if any(each.calibration is not None for each in run.instruments.values()):
+        entry["calibration"] = "trial"  # of standards that are none
+    if kind == TORQUE or wanted.full_scale:
+        highest = max(abs(_applied(each)[0]) for each in deviations)
+        entry["full_scale"] = wanted.full_scale or f"{highest:.9g} {applied_unit}"
+    cubic = kind in ZEROED and len(points) >= LEAST_OF_CUBIC
+    entry["interpolation"] = "cubic" if cubic else "linear"
+    errors = dict(_errors(result))
+    if errors:
+        entry["accuracy"] = errors
+    entry["points"] = points
+    try:
+        Instrument.model_validate(entry)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(each) for each in first["loc"])
+        raise DataError(f"{run.run_id} gives no entry: {where}: {first['msg']}") from error
+    return Entry(entry)
+
+
+def _deviations(result: Result) -> list[MeasurementResult]:
+    found = [each for each in result.results if each.name == DEVIATION]
+    numbers = all(
+        len(each.coordinates) == 1
+        and isinstance(next(iter(each.coordinates.values())).value, float)
+        for each in found
+    )
+    if not found or not numbers:
+        raise DataError(
+            f"{result.run.run_id} has no result '{DEVIATION}' at each applied value",
+            hint="the procedure torque_transducer_calibration makes such runs",
+        )
+    unknown = [each for each in found if not isfinite(each.estimate.u)]
+    if unknown:
+        raise DataError(f"{DEVIATION} at {unknown[0].place}: its uncertainty is not known")
+    return found
+
+
+def _applied(deviation: MeasurementResult) -> tuple[float, str]:
+    (place,) = deviation.coordinates.values()
+    assert isinstance(place.value, float)  # noqa: S101  (looked at before)
+    return place.value, place.unit
+
+
+def _points(result: Result, deviations: Sequence[MeasurementResult]) -> Iterator[dict[str, Any]]:
+    """Yield the table's lines, each with U by the deviation, the zero and the reproducibility."""
+    zero = next((each for each in deviations if _applied(each)[0] == 0), None)
+    for each in deviations:
+        applied, symbol = _applied(each)
+        if each is zero:
+            continue
+        parts = list(each.components)
+        off = each.estimate.value
+        if zero is not None:
+            off -= zero.estimate.value
+            parts += [part for part in zero.components if not part.common]
+        width = _at(result, REPRODUCIBILITY, each)
+        if width:
+            # the effect of a mounting position is a sine of its angle
+            half = width / 2
+            parts.append(Component(REPRODUCIBILITY, half / sqrt(2), inf, "arcsine", common=True))
+        u, dof = combine(parts)
+        kurtosis = excess_kurtosis(((part.u, part.distribution) for part in parts), u)
+        k = factor(Estimate(off, u, dof, each.of.unit, kurtosis))
+        scale = unit(each.of.unit).factor / unit(symbol).factor
+        difference = unit(each.of.unit).symbol
+        yield {
+            "applied": f"{applied:.9g} {symbol}",
+            "indicated": f"{applied + off * scale:.7g} {symbol}",
+            "U": f"{k * u:.3g} {difference}",
+            "k": float(f"{k:.4g}"),
+        }
+
+
+def _at(result: Result, name: str, place: MeasurementResult) -> float:
+    """Return the result of a name at a place; 0 where there is none."""
+    for each in result.results:
+        if each.name == name and each.coordinates == place.coordinates:
+            return abs(each.estimate.value)
+    return 0.0
+
+
+def _errors(result: Result) -> Iterator[tuple[str, dict[str, str]]]:
+    for name in WIDTHS:
+        found = [each for each in result.results if each.name == name]
+        if found:
+            half = max(abs(each.estimate.value) for each in found) / 2
+            limit = f"{half:.3g} {found[0].of.unit}"
+            yield name, {"limit": limit, "source": result.run.run_id[:80]}
+
+
+def _flow(value: object) -> str:
+    """Return a value in YAML's flow style; a text in quotes where it would be read otherwise."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {_flow(each)}" for key, each in value.items()) + "}"
+    if isinstance(value, str) and not value.replace(" ", "").replace("·", "").isalpha():
+        return json.dumps(value, ensure_ascii=False)
+    return str(value)

@@ -1,0 +1,196 @@
+"""JSON Schema of what people write, for editors: what is complained of while one writes.
+
+It is made from the models that read the files and the settings of the plugins that are there, so it
+knows each step, key and parameter.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+from pydantic import TypeAdapter
+
+from rigrunner.api.certificate import Certificate
+from rigrunner.api.fit_choice import FitChoice
+from rigrunner.api.hooks import StepRecord
+from rigrunner.certificate.letterhead import LetterheadFile
+from rigrunner.certificate.order import Order
+from rigrunner.procedure import PluginRef, Procedure
+from rigrunner.procedure.acceptance import DecisionRuleRef
+from rigrunner.procedure.analyses import ANALYSES, READS
+from rigrunner.procedure.analysis_spec import LABEL
+from rigrunner.station import DeviceBinding, ListenerBinding, Station
+from rigrunner.tools.importing.mapping import ImportMapping
+from rigrunner.tools.schemas.settings import SettingsSchema
+from rigrunner.tools.schemas.shapes import (
+    SHARED,
+    with_defaults_in_words,
+    with_references,
+    with_shared_choices,
+    with_shared_quantities,
+    without_unused,
+)
+from rigrunner.yamlfile.names import Name
+
+if TYPE_CHECKING:
+    from pydantic_core.core_schema import ModelSchema, PlainValidatorFunctionSchema
+
+    from rigrunner.api.hooks import PluginRecord
+    from rigrunner.api.settings import Settings
+    from rigrunner.registry import Registry
+
+Schema = dict[str, Any]
+Language = Literal["procedure", "station", "import", "letterhead", "order"]
+
+_MODELS: dict[str, type[Settings]] = {
+    "procedure": Procedure,
+    "station": Station,
+    "import": ImportMapping,
+    "letterhead": LetterheadFile,
+    "order": Order,
+}
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+PLUGIN = "x-plugin"
+"""The key in the JSON Schema of a text that names a plugin; its value is the kind of plugin."""
+RIG = "x-rig"
+"""The key in the JSON Schema of what a station says of its rig: the plugins declare its keys."""
+LABEL_TYPE = TypeAdapter(Name).core_schema
+LABELLED = "x-labelled"
+"""The key in the JSON Schema of such a text that may also be a name given with `as`."""
+
+
+def certificate_schema() -> Schema:
+    """Return the JSON Schema of certificates."""
+    return {"$schema": DIALECT, **Certificate.model_json_schema(mode="serialization")}
+
+
+def language_schema(language: Language, registry: Registry) -> Schema:
+    """Return the JSON Schema of a language, with the plugins of the registry where it names any."""
+    schema = _LanguageSchema(registry).generate(_MODELS[language].__pydantic_core_schema__)
+    schema = with_shared_quantities(with_defaults_in_words(with_shared_choices(schema)))
+    if language == "procedure":
+        schema = with_references(schema, literal={"rigrunner", "parameters"})
+    return {"$schema": DIALECT, **without_unused(schema)}
+
+
+class _LanguageSchema(SettingsSchema):
+    """Knows the plugins wherever a model names one."""
+
+    def __init__(self, registry: Registry) -> None:
+        super().__init__()
+        self._registry = registry.with_all_settings()
+        self._knows_steps = False
+
+    def model_schema(self, schema: ModelSchema) -> Schema:
+        """Return the schema of a model, with the plugins that may stand in it."""
+        model = schema["cls"]
+        found = super().model_schema(schema)
+        if issubclass(model, PluginRef | FitChoice):
+            return self._plugin(found["description"], model)
+        for spec in found.get("properties", {}).values():
+            if PLUGIN in spec:
+                _name_plugins(spec, self._records(spec.pop(PLUGIN)))
+            if spec.pop(RIG, False):
+                keys = self._registry.rig_model()
+                del spec["type"], spec["additionalProperties"]
+                spec.update(self.generate_inner(keys.__pydantic_core_schema__))
+        if issubclass(model, DeviceBinding):
+            found["allOf"] = [self._bound(each) for each in self._records("device")]
+        if issubclass(model, ListenerBinding) and self._records("event_sink"):
+            found["allOf"] = [self._bound(each) for each in self._records("event_sink")]
+        return found
+
+    def function_plain_schema(self, schema: PlainValidatorFunctionSchema) -> Schema:
+        """Return the choice between all kinds of steps, or between all analyses, by one key."""
+        if schema.get("metadata", {}).get(READS) == "analysis":
+            inner = {
+                name: self.generate_inner(model.__pydantic_core_schema__)
+                for name, model in ANALYSES.items()
+            }
+            inner |= {
+                each.name: self._settings(each) | {"description": each.help}
+                for each in self._records("analysis")
+            }
+            return _one_key("Analysis", "An analysis: one key, which names it.", inner)
+        if self._knows_steps:
+            return {SHARED: "Step"}
+        self._knows_steps = True  # a sweep has steps
+        steps = {each.name: self._step(each) for each in self._records("step")}
+        return _one_key("Step", "A step: one key, which says what is done.", steps)
+
+    def _step(self, record: PluginRecord) -> Schema:
+        found = self.generate_inner(record.settings_model.__pydantic_core_schema__)
+        example = record.example if isinstance(record, StepRecord) else ""
+        written = f" `{example}`." if example else ""
+        return {**found, "description": f"{record.help}{written}"}
+
+    def _records(self, kind: str) -> list[PluginRecord]:
+        by_name = {p.record.name: p.record for p in self._registry.plugins if p.kind == kind}
+        return list(by_name.values())
+
+    def _plugin(self, description: str, model: type[PluginRef | FitChoice]) -> Schema:
+        """Return the choice between a plugin's name, and its name with settings."""
+        records = self._records(model.kind)
+        settings = {
+            each.name: self._settings(each) | {"description": each.help} for each in records
+        }
+        beside = issubclass(model, DecisionRuleRef)  # its setting may stand beside its name
+        named = _enumeration([each for each in records if beside or not _needs_settings(each)])
+        label = self.generate_inner(LABEL_TYPE) | {"description": "What results call this use."}
+        labelled = issubclass(model, PluginRef)
+        told = {
+            "type": "object",
+            "properties": {**settings, LABEL: label} if labelled else settings,
+            "additionalProperties": False,
+            "minProperties": 1,
+            "maxProperties": 2 if labelled else 1,
+        }
+        return {"description": description, "anyOf": [named, told]}
+
+    def _bound(self, record: PluginRecord) -> Schema:
+        """Return what the settings are where this plugin is named."""
+        named = {"properties": {"plugin": {"const": record.name}}, "required": ["plugin"]}
+        then: Schema = {"properties": {"settings": self._settings(record)}}
+        if _needs_settings(record):
+            then["required"] = ["settings"]
+        return {"if": named, "then": then}
+
+    def _settings(self, record: PluginRecord) -> Schema:
+        return self.generate_inner(record.settings_model.__pydantic_core_schema__)
+
+
+def _one_key(name: str, description: str, choices: dict[str, Schema]) -> Schema:
+    """Return an object of which one key is given, defined once under a name.
+
+    An editor then offers the keys, and names the one that it does not know.
+    """
+    return {
+        SHARED: name,
+        "type": "object",
+        "description": description,
+        "properties": choices,
+        "additionalProperties": False,
+        "minProperties": 1,
+        "maxProperties": 1,
+    }
+
+
+def _needs_settings(record: PluginRecord) -> bool:
+    return any(field.is_required() for field in record.settings_model.model_fields.values())
+
+
+def _name_plugins(spec: Schema, records: list[PluginRecord]) -> None:
+    """Say which plugins a text may name; where uses have labels, it may be any of these as well."""
+    if spec.pop(LABELLED, False):
+        label = {"type": spec.pop("type"), "pattern": spec.pop("pattern")}
+        spec["anyOf"] = [_enumeration(records), label]
+    elif records:  # else any: one may be installed later
+        spec.update(_enumeration(records))
+
+
+def _enumeration(records: list[PluginRecord]) -> Schema:
+    return {
+        "type": "string",
+        "enum": [each.name for each in records],
+        "enumDescriptions": [each.help for each in records],
+    }

@@ -1,0 +1,78 @@
+"""The JSON Schema of settings as a person writes them: quantities as text, and help in words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pydantic.json_schema import GenerateJsonSchema
+
+from rigrunner.tools.schemas.fields import Field, fields_of
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+    from pydantic_core.core_schema import (
+        DictSchema,
+        ModelSchema,
+        NullableSchema,
+        PlainValidatorFunctionSchema,
+    )
+
+Schema = dict[str, Any]
+
+
+class SettingsSchema(GenerateJsonSchema):
+    """pydantic's schema of a model, with defaults that may stand in YAML and without titles."""
+
+    def field_title_should_be_set(self, schema: Any) -> bool:  # noqa: ARG002  (pydantic's signature)
+        """Leave titles out: the key says it."""
+        return False
+
+    def nullable_schema(self, schema: NullableSchema) -> Schema:
+        """Leave null out: what is not wanted is not written."""
+        return self.generate_inner(schema["schema"])
+
+    def function_plain_schema(self, schema: PlainValidatorFunctionSchema) -> Schema:  # noqa: ARG002  (pydantic's signature)
+        """Take what a function alone reads for a mapping: it is a step."""
+        return {"type": "object"}
+
+    def dict_schema(self, schema: DictSchema) -> Schema:
+        """Refuse a key that does not have the form of those that are allowed."""
+        found = super().dict_schema(schema)
+        return found | {"additionalProperties": False} if "patternProperties" in found else found
+
+    def model_schema(self, schema: ModelSchema) -> Schema:
+        """Return the schema of a model, with what each key is in words."""
+        found = super().model_schema(schema)
+        found.pop("title", None)
+        described = {field.key: field for field in fields_of(schema["cls"])}
+        for key, spec in found.get("properties", {}).items():
+            _describe(spec, described[key])
+        return found
+
+
+def settings_schema(model: type[BaseModel]) -> Schema:
+    """Return the JSON Schema of a plugin's settings."""
+    return SettingsSchema().generate(model.__pydantic_core_schema__)
+
+
+def _describe(spec: Schema, field: Field) -> None:
+    spec.pop("description", None)
+    spec.pop("default", None)
+    description = " ".join(part for part in (_sentence(field.help), _quantity(field)) if part)
+    if description:
+        spec["description"] = description
+    if field.default is not None:
+        spec["default"] = field.default
+
+
+def _quantity(field: Field) -> str:
+    """Say of which kind a quantity is, in which units and bounds; of others the schema says it."""
+    if not field.units:
+        return ""
+    bounds = f", {field.bounds}" if field.bounds else ""
+    return _sentence(f"{field.kind} in {' or '.join(field.units)}{bounds}")
+
+
+def _sentence(text: str) -> str:
+    text = text.strip().rstrip(".")
+    return f"{text[0].upper()}{text[1:]}." if text else ""

@@ -1,1 +1,0 @@
-"""The composition root: prepare, record, analyse, report."""

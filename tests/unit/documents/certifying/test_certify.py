@@ -1,0 +1,55 @@
+"""What keeps a certificate from being issued though everything is there."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from types import SimpleNamespace
+
+import pytest
+
+from rigrunner.api.errors import UsageError
+from rigrunner.certificate.numbers import Numbers
+from rigrunner.documents.certifying.certify import _further_copy, _refuse_early_issue
+
+SOURCE = SimpleNamespace(
+    stored=SimpleNamespace(header=SimpleNamespace(run_id="r")),
+    result=SimpleNamespace(run=SimpleNamespace(ended_utc="2026-11-22T05:08:38.000Z")),
+)
+
+
+def wanted(folder, reason=""):
+    by = SimpleNamespace(by="A")
+    return SimpleNamespace(letterhead=folder, further_copy=reason, authorisation=by)
+
+
+def test_a_certificate_is_not_dated_before_its_test():
+    _refuse_early_issue(SOURCE, datetime(2026, 11, 22, 5, 9, tzinfo=UTC))
+    with pytest.raises(
+        UsageError, match=r"ended on 2026-11-22T05:08:38, and it is 2026-11-22T05:0"
+    ):
+        _refuse_early_issue(SOURCE, datetime(2026, 11, 22, 5, 8, tzinfo=UTC))
+
+
+def test_a_second_certificate_on_a_run_must_name_what_it_replaces(tmp_path):
+    letterhead, asked = SimpleNamespace(prefix="RR"), wanted(tmp_path)
+    assert _further_copy(SOURCE, letterhead, asked, is_specimen=False) is None
+    numbers = Numbers(tmp_path, "RR")
+    numbers.issued(numbers.reserve(2026, {"run": "r"}), {})
+    for reason in ("", "in German"):
+        with pytest.raises(UsageError, match="RR-2026-0001 was issued on r already") as caught:
+            _further_copy(SOURCE, letterhead, wanted(tmp_path, reason), is_specimen=False)
+        assert "rigrunner amend" in caught.value.hint
+
+
+def test_a_further_specimen_needs_a_reason_and_names_the_first(tmp_path):
+    letterhead = SimpleNamespace(prefix="RR")
+    numbers = Numbers(tmp_path, "SPECIMEN-RR")
+    with pytest.raises(UsageError, match="nothing was issued on r yet"):
+        _further_copy(SOURCE, letterhead, wanted(tmp_path, "in German"), is_specimen=True)
+    numbers.issued(numbers.reserve(2026, {"run": "r"}), {})
+    with pytest.raises(UsageError, match="SPECIMEN-RR-2026-0001 exists") as caught:
+        _further_copy(SOURCE, letterhead, wanted(tmp_path, "  "), is_specimen=True)
+    assert "amend it" in caught.value.hint
+    assert "a further copy, with a reason" in caught.value.hint
+    found = _further_copy(SOURCE, letterhead, wanted(tmp_path, "in German"), is_specimen=True)
+    assert (found.number, found.reason, found.by) == ("SPECIMEN-RR-2026-0001", "in German", "A")

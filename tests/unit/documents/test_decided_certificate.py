@@ -1,0 +1,195 @@
+"""A run that was decided again: what its certificate states, and what verifying it finds."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from datetime import UTC, datetime
+
+import pytest
+
+from helpers_certificate import issue, make_letterhead
+from rigrunner.api.errors import DataError, UsageError
+from rigrunner.certificate.amending import amended, amendment_of
+from rigrunner.certificate.content import Issue
+from rigrunner.certificate.letterhead import read_letterhead
+from rigrunner.documents.certifying.amend import _decided
+from rigrunner.documents.verifying.certificate import Means, verify_certificate
+from rigrunner.documents.verifying.decisions import check_decisions
+from rigrunner.documents.verifying.forms import Form
+from rigrunner.documents.verifying.pages import check_page, page_maker
+from rigrunner.documents.verifying.verification import Verification
+from rigrunner.procedure import Acceptance
+from rigrunner.proof.seal import seal, unsealed
+from rigrunner.registry import Registry, load_registry
+from rigrunner.run.decisions import Decider, decide_again
+from rigrunner.runfile import read
+
+DECIDED = datetime(2026, 11, 22, 9, tzinfo=UTC)
+"""Half an hour before the certificate is issued."""
+LIMIT = {
+    "of": "torque",
+    "mean": True,
+    "max": "0.6 N·m",
+    "source": "drawing 7",
+    "measurand": {"nature": "load_induced", "condition": "at_reversal"},
+}
+TIGHT = Acceptance.model_validate({"limits": [LIMIT], "rule": "simple"})
+
+
+@pytest.fixture(scope="module")
+def made(quick_copy, tmp_path_factory):
+    """Return a loaded run that its procedure passes and a later decision fails, certified."""
+    folder = tmp_path_factory.mktemp("lab")
+    loaded = quick_copy.loaded
+    who = Decider(by="A. Person", reason="the drawing was <changed>", at=DECIDED)
+    decide_again(loaded, load_registry(), who, lambda _: TIGHT)
+    kept = [each for each in load_registry().plugins if each.record.name != "pdf"]
+    letterhead = make_letterhead(folder / "letterhead")
+    return loaded, issue(loaded, letterhead, folder / "certificates", registry=Registry(kept))
+
+
+@pytest.fixture
+def folder(made, tmp_path):
+    return shutil.copytree(made[0], tmp_path / made[0].name)
+
+
+@pytest.fixture
+def certificate(made):
+    return made[1].certificate
+
+
+def checked(certificate, folder):
+    found = Verification()
+    check_decisions(found, certificate, read(folder), folder)
+    return found
+
+
+def test_the_decision_in_force_stands_on_the_certificate_with_its_record(made):
+    issued = made[1]
+    conformity = issued.certificate.conformity
+    (record,) = conformity.decided_again
+
+    assert (conformity.verdict, conformity.rule) == ("fail", "simple")
+    assert conformity.statements[0].source == "drawing 7"
+    assert (record.by, record.reason) == ("A. Person", "the drawing was <changed>")
+    assert record.decided_utc == "2026-11-22T09:00:00.000Z"
+    assert (record.verdict_before, record.limit_before) == ("pass", "≤ 0.95 N·m")
+    assert any("states 'fail' by decision-2.json" in note for note in issued.notes)
+    page = next(path for path in issued.files if path.suffix == ".html").read_text("utf-8")
+    assert "Decided again on the same recordings" in page
+    assert "the drawing was &lt;changed&gt;" in page
+
+
+@pytest.mark.thorough
+def test_the_verdict_is_derived_again_by_the_decision_in_force(made, tmp_path):
+    loaded, issued = made
+    letterhead = issued.files[0].parent.parent / "letterhead"
+    means = Means(run=loaded, runs=loaded.parent, registry=load_registry(), letterhead=letterhead)
+    found = verify_certificate(issued.files[0], means)
+    assert found.matches, found
+    assert "decisions on record beside the run" in found.held
+
+    forged = tmp_path / issued.files[0].name
+    text = issued.files[0].read_text("utf-8")
+    forged.write_text(text.replace('"verdict": "fail"', '"verdict": "pass"'), "utf-8")
+    differs = "\n".join(verify_certificate(forged, means).differences)
+    assert "certificate made again from the run: conformity/verdict: 'pass' is recorded" in differs
+
+
+def test_a_record_that_was_changed_is_named(certificate, folder):
+    path = folder / "decision-2.json"
+    path.write_text(path.read_text("utf-8").replace("A. Person", "B. Person"), "utf-8")
+
+    differs = "\n".join(checked(certificate, folder).differences)
+    assert "decision-2.json/by: 'A. Person' is recorded, 'B. Person' was derived" in differs
+    assert "decision-2.json/sha256" in differs
+
+
+def test_a_record_that_is_missing_leaves_it_open(certificate, folder):
+    (folder / "decision-2.json").unlink()
+    found = checked(certificate, folder)
+    assert not found.differences
+    assert not found.held
+    assert found.unchecked[0].startswith("decision-2.json is not beside the run")
+
+
+def test_a_record_that_cannot_be_read_is_a_difference(certificate, folder):
+    (folder / "decision-2.json").write_text("{}", "utf-8")
+    assert "is not a decision that can be read" in checked(certificate, folder).differences[0]
+
+
+def test_a_decision_that_the_certificate_leaves_out_is_a_difference(certificate, folder):
+    silent = certificate.conformity.model_copy(update={"decided_again": ()})
+    (found,) = checked(certificate.model_copy(update={"conformity": silent}), folder).differences
+    assert "decision-2.json of 2026-11-22T09:00:00.000Z decides 'fail'" in found
+
+
+def test_a_decision_after_the_issue_is_told_and_no_difference(certificate, folder):
+    silent = certificate.conformity.model_copy(update={"decided_again": ()})
+    issued = {"conformity": silent, "issued_utc": "2026-11-22T08:59:59.000Z"}
+    found = checked(certificate.model_copy(update=issued), folder)
+    assert found.matches
+    assert "decided again after this certificate was issued: 'fail' by A. Person" in "".join(
+        found.information
+    )
+
+
+@pytest.mark.thorough
+def test_an_amendment_states_the_decision_in_force(made, certificate):
+    silent = certificate.conformity.model_copy(
+        update={"decided_again": (), "verdict": "pass", "rule": "guard_band_u"}
+    )
+    original = certificate.model_copy(update={"conformity": silent})
+    loaded, issued = made
+    decided = _decided(original, loaded, load_registry())
+    letterhead = read_letterhead(issued.files[0].parent.parent / "letterhead", "en")
+    issue = Issue(
+        number="X-2026-0002",
+        issued_utc="2026-11-23T00:00:00.000Z",
+        authorisation=certificate.authorisation,
+        restrictions=certificate.restrictions,
+        software={},
+        amends=amendment_of(original, "ab" * 32, "the drawing was changed", "A. Nother"),
+    )
+    further = amended(original, {}, letterhead, issue, decided)
+    assert further.conformity == certificate.conformity
+    changed = {each.field: (each.before, each.after) for each in further.amends.changes}
+    assert changed == {
+        "conformity.verdict": ("pass", "fail"),
+        "conformity.rule": ("guard_band_u", "simple"),
+    }
+    older = certificate.evidence.model_copy(update={"revisions": {"analysis": 99}})
+    with pytest.raises(DataError, match=r"analysis has revision \d+, .* is by revision 99"):
+        _decided(original.model_copy(update={"evidence": older}), loaded, load_registry())
+    other = certificate.evidence.run.model_copy(update={"run_id": "another"})
+    of_other = certificate.evidence.model_copy(update={"run": other})
+    with pytest.raises(DataError, match="is not the run of"):
+        _decided(certificate.model_copy(update={"evidence": of_other}), loaded, load_registry())
+    with pytest.raises(UsageError, match="states the decision in force already"):
+        amended(certificate, {}, letterhead, issue, decided)
+
+
+def test_raw_peaks_and_cycles_are_those_of_the_report(certificate, folder):
+    recorded = read(folder).result_document["points"]
+    for point, found in zip(certificate.results.points, recorded, strict=True):
+        assert point.raw_nm == pytest.approx(found["raw_peak"]["mean"]["value"])
+        used = point.cycles - point.cycles_rejected
+        assert used == found["waveform"]["cycles_kept"], "the primary method takes whole swings"
+
+
+def test_a_figure_that_is_drawn_otherwise_is_not_proven(made, tmp_path):
+    page = next(path for path in made[1].files if path.suffix == ".html")
+    content = unsealed(page.read_bytes(), ".html")
+    figure = rb'(?<=<img src="data:image/svg\+xml;base64,)[^"]+'
+    drawn, count = re.subn(figure, b"PHN2Zy8+", content)
+    assert count == 1
+    forged = content.replace(b" Hz: 0.", b" Hz: 1.", 1)
+    assert forged != content
+    letterhead = page.parent.parent / "letterhead"
+    for shown, differences, unproven in ((content, 0, 0), (drawn, 0, 1), (forged, 1, 0)):
+        found = Verification()
+        maker = page_maker(found, made[1].certificate, load_registry(), letterhead)
+        form = Form(tmp_path / page.name, seal(shown, ".html"))
+        check_page(found, form, maker, signed=False)
+        assert (len(found.differences), len(found.unproven)) == (differences, unproven), found

@@ -1,0 +1,91 @@
+"""With the laboratory's folder, a reader learns whether a document is the one on record."""
+
+from __future__ import annotations
+
+import hashlib
+
+import pytest
+
+from rigrunner.api.certificate import Certificate
+from rigrunner.api.errors import ExitCode
+from rigrunner.certificate.numbers import Numbers
+from rigrunner.documents.verifying.forms import Form
+from rigrunner.documents.verifying.number import check_name, check_number
+from rigrunner.documents.verifying.verification import Verification
+
+NUMBER = "SPECIMEN-DEMO-2026-0001"
+
+
+@pytest.fixture
+def issued(tmp_path):
+    """Return a document that is on record, and the laboratory's numbers."""
+    form = tmp_path / f"{NUMBER}.json"
+    form.write_bytes(b"content")
+    numbers = Numbers(tmp_path, "SPECIMEN-DEMO")
+    assert numbers.reserve(2026, {"run": "r"}) == NUMBER
+    sha256 = hashlib.sha256(b"content").hexdigest()
+    numbers.issued(NUMBER, {"sha256": {form.name: sha256}})
+    return form, numbers
+
+
+def checked(form, folder, number=NUMBER):
+    found = Verification()
+    forms = [Form(form, form.read_bytes())]
+    check_number(found, forms, Certificate.model_construct(number=number), folder)
+    return found
+
+
+def test_a_document_as_it_was_issued(issued, tmp_path):
+    found = checked(issued[0], tmp_path)
+    assert (found.held, found.differences, found.information) == (
+        *([f"record of {NUMBER}"], [], []),
+    )
+
+
+def test_one_that_was_replaced_never_matches(issued, tmp_path):
+    form, numbers = issued
+    numbers.issued(numbers.reserve(2026, {"run": "r", "amends": NUMBER}), {})
+    found = checked(form, tmp_path)
+    assert not found.matches
+    assert found.exit_code is ExitCode.REPLACED
+    assert found.conclusion == (
+        f"REPLACED: {NUMBER} is no longer in force: SPECIMEN-DEMO-2026-0002 replaced it"
+    )
+
+
+@pytest.mark.parametrize(
+    "name", [NUMBER, f"{NUMBER} (1)", f"signed-{NUMBER}", "certificate of the bearing"]
+)
+def test_a_file_may_have_the_name_of_its_document_or_of_none(name, tmp_path):
+    found = Verification()
+    check_name(found, tmp_path / f"{name}.pdf", NUMBER)
+    assert found.differences == []
+    assert bool(found.information) == (name != NUMBER)
+
+
+@pytest.mark.parametrize("name", ["SPECIMEN-DEMO-2026-0002", "DEMO-2026-0001", "DEMO-2025-00010 x"])
+def test_the_name_of_another_document_is_a_difference(name, tmp_path):
+    found = Verification()
+    check_name(found, tmp_path / f"{name}.pdf", NUMBER)
+    (difference,) = found.differences
+    assert f"the document in it is {NUMBER}, not {name.split()[0]}" in difference
+
+
+def test_one_that_was_changed_and_sealed_anew_differs(issued, tmp_path):
+    issued[0].write_bytes(b"other content")
+    assert checked(issued[0], tmp_path).differences == [
+        f"record of {NUMBER}: {NUMBER}.json is not as it was issued"
+    ]
+
+
+def test_a_number_that_was_never_given_differs(issued, tmp_path):
+    found = checked(issued[0], tmp_path, "SPECIMEN-DEMO-2026-0007")
+    assert "it was not issued under the letterhead" in found.differences[0]
+
+
+def test_a_copy_of_the_letterhead_without_its_numbers_says_nothing(issued, tmp_path):
+    found = checked(issued[0], tmp_path / "copy")
+    assert (found.held, found.differences) == ([], [])
+    assert found.information == [
+        f"{tmp_path / 'copy'} keeps no numbers: the record was not looked at"
+    ]

@@ -1,0 +1,44 @@
+"""The verdict: its first line, and how a command ends."""
+
+from __future__ import annotations
+
+import pytest
+
+from rigrunner.api.errors import ExitCode
+from rigrunner.documents.verifying.verification import Verification
+
+FOUND = {
+    "differences": (ExitCode.FAIL, "DOES NOT MATCH: 1 difference"),
+    "replaced": (ExitCode.REPLACED, "REPLACED: x"),
+    "unproven": (ExitCode.UNPROVEN, "PAGE NOT PROVEN: x"),
+    "not_recomputed": (ExitCode.REVISED, "NUMBERS NOT RECOMPUTED: x"),
+    "unchecked": (ExitCode.UNDECIDED, "OPEN: nothing differs, but not all could be checked"),
+}
+"""Gravest first."""
+
+
+def test_nothing_found_is_a_match():
+    found = Verification(held=["a"], information=["b"])
+    assert (found.matches, found.exit_code, found.conclusion) == (True, ExitCode.PASS, "MATCH")
+
+
+@pytest.mark.parametrize("name", FOUND)
+def test_whatever_is_found_is_no_match(name):
+    found = Verification(**{name: ["x"]})
+    assert (found.matches, (found.exit_code, found.conclusion)) == (False, FOUND[name])
+
+
+def test_the_gravest_decides_and_all_are_told():
+    for count in range(len(FOUND)):
+        names = list(FOUND)[count:]
+        found = Verification(**{name: ["x"] for name in names})
+        assert found.exit_code is FOUND[names[0]][0]
+        words = [FOUND[name][1] for name in names]
+        if count == 0:
+            words[-1] = "OPEN: not all could be checked"
+        assert found.conclusion == "; ".join(words)
+
+
+def test_several_of_a_kind_are_counted():
+    assert Verification(differences=["a", "b"]).conclusion == "DOES NOT MATCH: 2 differences"
+    assert Verification(unproven=["a", "b"]).conclusion == "PAGE NOT PROVEN: a (and 1 more)"

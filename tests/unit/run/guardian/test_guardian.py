@@ -1,0 +1,172 @@
+"""What the guardian takes for a hang, without waiting for one."""
+
+from __future__ import annotations
+
+import bdb
+import subprocess
+import sys
+import threading
+from queue import SimpleQueue
+
+import pytest
+
+from e2e.helpers_supply import GUARDED, SupplyLab
+from helpers_cli import call
+from rigrunner.run.guardian import main
+from rigrunner.run.guardian.guarding import debugger_at
+
+TASK = {"what": "a run", "station": "s", "limit_s": 30.0, "hangs": True, "process": 7}
+
+
+class FakeOwner:
+    pid = 7
+    handle = -1
+
+    def __init__(self):
+        self.is_dead = self.is_traced = False
+        self.sent = []
+
+    def send(self, name):
+        self.sent.append(name)
+        self.is_dead = name == "SIGKILL"
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """Time that passes only where a test says so."""
+    now = [0.0]
+    monkeypatch.setattr(main.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(main, "_is_energised", lambda _station: True)
+    return now
+
+
+@pytest.fixture
+def owner():
+    return FakeOwner()
+
+
+@pytest.fixture
+def patience(clock, owner):  # noqa: ARG001  (its time stands still)
+    return main._Patience(TASK, owner)
+
+
+def ticks(patience, clock, count, seconds=1.0):
+    for _ in range(count):
+        clock[0] += seconds
+        patience.tick()
+
+
+def test_silence_is_over_after_the_limit_and_a_beat_begins_it_anew(patience, clock):
+    ticks(patience, clock, 30)
+    assert not patience.is_over
+    patience.beat(10.0)
+    ticks(patience, clock, 10)
+    assert not patience.is_over
+    ticks(patience, clock, 1)
+    assert patience.is_over
+
+
+def test_a_computer_that_was_suspended_has_missed_nothing(patience, clock):
+    ticks(patience, clock, 1, seconds=8 * 3600.0)
+    assert not patience.is_over
+    ticks(patience, clock, 27)
+    assert not patience.is_over
+
+
+def test_a_hung_process_is_asked_and_then_killed(patience, clock, owner):
+    ticks(patience, clock, 31)
+    patience.end()
+    assert (owner.sent, patience.is_asked) == (["SIGTERM", "SIGCONT"], True)
+    ticks(patience, clock, 11)
+    assert patience.is_over
+    patience.end()
+    assert owner.sent[-1] == "SIGKILL"
+
+
+def test_a_process_that_makes_progress_after_it_was_asked_is_not_killed(patience, clock, owner):
+    ticks(patience, clock, 31)
+    patience.end()
+    patience.beat(30.0)
+    ticks(patience, clock, 29)
+    assert not patience.is_over
+    assert "SIGKILL" not in owner.sent
+
+
+@pytest.mark.parametrize("why", ["traced", "not energised"])
+def test_what_a_debugger_holds_and_what_is_not_energised_is_left_alone(
+    patience, clock, owner, why, monkeypatch
+):
+    owner.is_traced = why == "traced"
+    monkeypatch.setattr(main, "_is_energised", lambda _station: why == "traced")
+    ticks(patience, clock, 31)
+    patience.end()
+    assert owner.sent == []
+    assert not patience.is_over
+
+
+@pytest.mark.parametrize(
+    ("told", "reason"),
+    [
+        (["30.0", "end"], ""),
+        (["30.0", "closed"], "the process of a run (7) died"),
+        (["dead", "30.0", "end", "closed"], ""),
+        (["dead", "30.0", "closed"], "the process of a run (7) died"),
+    ],
+)
+def test_a_rig_that_was_given_back_is_left_alone_and_a_death_is_told(owner, told, reason):
+    news = SimpleQueue()
+    for each in told:
+        news.put(each)
+    owner.is_dead = "end" not in told or "dead" in told
+    assert main._guard(TASK, owner, news) == reason
+
+
+def in_a_thread(work):
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
+    return thread
+
+
+def test_a_debugger_of_python_is_seen_in_the_thread_that_it_holds():
+    held, free = threading.Event(), threading.Event()
+
+    class Held(bdb.Bdb):
+        def user_line(self, frame):  # noqa: ARG002  (a debugger's)
+            held.set()
+            free.wait(10)
+
+    def debugged():
+        Held().run("x = 1", {})
+
+    thread = in_a_thread(debugged)
+    assert held.wait(10)
+    assert debugger_at(thread)
+    free.set()
+    waiting = threading.Event()
+    assert not debugger_at(in_a_thread(lambda: waiting.wait(10)))
+    waiting.set()
+    thread.join()
+
+
+def test_a_guardian_that_waits_has_imported_the_standard_library_alone():
+    script = "import rigrunner.run.guardian.main, sys; print(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-I", "-c", script], capture_output=True, text=True, check=True
+    )
+    top = {each.partition(".")[0] for each in done.stdout.split()}
+    assert "rigrunner" in top
+    assert not {"numpy", "pydantic", "yaml", "filelock", "pluggy", "click"} & top
+
+
+def test_check_says_what_the_guardian_guards(tmp_path):
+    lab = SupplyLab(tmp_path / "lab")
+    words = ["check", lab.procedure, "--station", lab.station]
+    assert "There is no guardian" in call(*words).out
+    lab.add_station("station.yaml", lab.station_id, GUARDED)
+    assert "A guardian makes the rig safe" in call(*words).out
+    plugin = lab.folder / "plugins" / "supply.py"
+    text = plugin.read_text(encoding="utf-8")
+    plugin.write_text(
+        text.replace("factory=Supply,", "factory=Supply, reopenable=False,"), encoding="utf-8"
+    )
+    assert "except psu: no second process can open it" in call(*words).out

@@ -1,0 +1,163 @@
+"""Approvals: bound to the texts, lost by an edit, kept in a file that may be broken."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from datetime import UTC, date, datetime
+
+import pytest
+
+from helpers_language import problems_of
+from helpers_workflow import quick_procedure, run
+from rigrunner.api.errors import UsageError
+from rigrunner.procedure import load_procedure, texts_digest
+from rigrunner.run.approval import approval_file, approval_state, approve, moment_of
+from rigrunner.run.locate import find_procedure
+from rigrunner.runfile import read
+
+WHEN = "2026-02-03T10:00:00.000Z"
+CALLER = """\
+rigrunner: procedure/2
+id: OUTER
+revision: "2"
+title: Calls another one
+measurand: {symbol: T, name: temperature}
+uses: {room: thermometer}
+main:
+  - call: {procedure: parts/inner.yaml}
+"""
+CALLED = """\
+rigrunner: procedure/2
+id: INNER
+revision: "1"
+title: Is called
+measurand: {symbol: T, name: temperature}
+uses: {room: thermometer}
+main:
+  - measure: {channels: [room.temperature]}
+"""
+
+
+@pytest.fixture
+def outer(tmp_path):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "inner.yaml").write_text(CALLED, encoding="utf-8")
+    path = tmp_path / "outer.yaml"
+    path.write_text(CALLER, encoding="utf-8")
+    return path
+
+
+def state(path):
+    return approval_state(load_procedure(path))
+
+
+def test_a_procedure_is_a_draft_until_somebody_approves_it(outer):
+    assert state(outer).is_draft
+    assert state(outer).sentence() == "draft, not for certification"
+
+    approve(load_procedure(outer), " A. Jones ", WHEN)
+    found = state(outer)
+    assert (found.state, found.by, found.utc) == ("approved", "A. Jones", WHEN)
+    assert found.sentence() == "approved by A. Jones on 2026-02-03"
+
+
+def test_the_digest_can_be_made_with_other_programs(outer):
+    own, inner = (hashlib.sha256(text.encode()).hexdigest() for text in (CALLER, CALLED))
+    listing = f"{own}  procedure\n{inner}  parts/inner.yaml\n"
+
+    assert state(outer).sha256 == hashlib.sha256(listing.encode()).hexdigest()
+
+
+def test_two_files_that_change_places_are_another_procedure():
+    assert texts_digest("a", {"b": "x", "c": "y"}) != texts_digest("a", {"b": "y", "c": "x"})
+    assert texts_digest("a", {"b": "x", "c": "y"}) == texts_digest("a", {"c": "y", "b": "x"})
+
+
+@pytest.mark.parametrize("file", ["outer.yaml", "parts/inner.yaml"])
+def test_an_edit_ends_an_approval_and_says_whose(outer, file):
+    approve(load_procedure(outer), "A. Jones", WHEN)
+    edited = outer.parent / file
+    edited.write_text(f"{edited.read_text(encoding='utf-8')}# a comment\n", encoding="utf-8")
+
+    assert state(outer).is_draft
+    assert state(outer).by == ""
+    assert "was changed after its approval by A. Jones on 2026-02-03" in state(outer).note
+
+
+def test_taking_the_edit_back_makes_it_approved_again(outer):
+    approve(load_procedure(outer), "A. Jones", WHEN)
+    outer.write_text(f"{CALLER}# a comment\n", encoding="utf-8")
+    outer.write_text(CALLER, encoding="utf-8")
+    assert state(outer).state == "approved"
+
+
+def test_an_approval_of_another_procedure_is_none(outer):
+    path = approve(load_procedure(outer), "A. Jones", WHEN)
+    path.write_text(path.read_text(encoding="utf-8").replace("OUTER", "OTHER"), encoding="utf-8")
+    assert state(outer).is_draft
+
+
+def test_earlier_approvals_are_kept(outer):
+    for name in ("A. Jones", "B. Lee", "C. Roy"):
+        approve(load_procedure(outer), name, WHEN)
+    content = json.loads(approval_file(outer).read_text(encoding="utf-8"))
+    assert content["approved"]["by"] == "C. Roy"
+    assert [each["by"] for each in content["earlier"]] == ["A. Jones", "B. Lee"]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{", "not YAML"),
+        ("[]", "expected a mapping"),
+        ('{"rigrunner": "approval/1"}', "'procedure' is missing"),
+        ('{"rigrunner": "approval/2"}', "expected 'approval/1'"),
+        ("", "the file is empty"),
+    ],
+)
+def test_a_broken_approval_is_named_with_its_place(outer, text, message):
+    approval_file(outer).write_text(text, encoding="utf-8")
+    problems = problems_of(approval_state, load_procedure(outer))
+    assert any(message in problem.message for problem in problems)
+    assert {problem.location.file for problem in problems} == {str(approval_file(outer))}
+
+
+def test_nobody_cannot_approve(outer):
+    with pytest.raises(UsageError, match="needs a name"):
+        approve(load_procedure(outer), "  ", WHEN)
+
+
+def test_a_shipped_procedure_is_a_draft_and_is_not_approved_where_it_lies():
+    shipped = load_procedure(find_procedure("no_load_inertia_sweep"))
+    assert approval_state(shipped).is_draft
+    with pytest.raises(UsageError, match="a laboratory approves a copy of its own"):
+        approve(shipped, "A. Jones", WHEN)
+
+
+def test_an_approval_is_dated_today_or_earlier():
+    now = datetime(2026, 2, 3, 23, 30, tzinfo=UTC)
+    assert moment_of(None, now) == "2026-02-03T23:30:00.000Z"
+    assert moment_of(date(2026, 2, 3), now) == "2026-02-03"
+    with pytest.raises(UsageError, match="still to come"):
+        moment_of(date(2026, 2, 4), now)
+
+
+def test_a_run_keeps_the_state_that_its_procedure_had(tmp_path):
+    path = quick_procedure(tmp_path, "no_load_inertia_sweep")
+    draft = run(path, tmp_path / "runs")
+    approve(load_procedure(path), "A. Jones", WHEN)
+    approved = run(path, tmp_path / "runs")
+
+    digest = texts_digest(path.read_text(encoding="utf-8"), {})
+    assert read(draft.folder).header.approval == {"state": "draft", "sha256": digest}
+    assert read(approved.folder).header.approval == {
+        "state": "approved",
+        "by": "A. Jones",
+        "utc": WHEN,
+        "sha256": digest,
+    }
+    assert read(approved.folder).header.people == {"operator": "Demo operator"}
+    reports = [each.report.read_text(encoding="utf-8") for each in (draft, approved)]
+    assert ["Not for certification" in report for report in reports] == [True, False]
+    assert "approved by A. Jones on 2026-02-03" in reports[1]

@@ -1,0 +1,176 @@
+from __future__ import annotations
+
+import json
+import shutil
+from datetime import UTC, datetime
+
+import pytest
+
+from rigrunner.api.errors import DataError, UsageError
+from rigrunner.procedure import Acceptance
+from rigrunner.registry import load_registry
+from rigrunner.run.decisions import Decider, decide_again, later_decisions
+from rigrunner.runfile import read
+
+WHO = Decider(by="A. Person", reason="a test", at=datetime(2026, 3, 2, tzinfo=UTC))
+LIMIT = {
+    "of": "torque",
+    "mean": True,
+    "max": "0.6 N·m",
+    "source": "a drawing",
+    "measurand": {"nature": "load_induced", "condition": "at_reversal"},
+}
+
+
+def other_rule(held, name):
+    return Acceptance.model_validate({**held.as_written(), "rule": name})
+
+
+TIGHT = Acceptance.model_validate({"limits": [LIMIT], "rule": "simple"})
+
+
+@pytest.fixture(scope="module")
+def made(quick_copy):
+    """Return the folder of a loaded run which its procedure passes, beside its no-load run."""
+    return quick_copy.loaded
+
+
+@pytest.fixture
+def folder(made, tmp_path):
+    copy = tmp_path / made.name
+    shutil.copytree(made, copy)
+    return copy
+
+
+def again(folder, acceptance=TIGHT, who=WHO):
+    return decide_again(folder, load_registry(), who, lambda _: acceptance)
+
+
+@pytest.fixture(scope="module")
+def decided(made, tmp_path_factory):
+    """Return the folder of the run with a second decision, to be copied."""
+    copy = tmp_path_factory.mktemp("decided") / made.name
+    shutil.copytree(made, copy)
+    again(copy)
+    return copy
+
+
+def test_it_is_decided_anew_without_touching_what_is_there(folder):
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    written, result = again(folder)
+
+    assert result.decision.verdict == "fail"
+    assert written.path.name == "decision-2.json"
+    after = {path.name: path.read_bytes() for path in folder.iterdir()}
+    assert {name: after[name] for name in before} == before
+    assert set(after) - set(before) == {"decision-2.json"}
+
+
+def test_the_record_says_who_why_when_of_what_and_what_held_before(folder):
+    again(folder)
+    found = json.loads((folder / "decision-2.json").read_text(encoding="utf-8"))
+    assert found["run"] == {"id": folder.name, "digest_sha256": read(folder).digest}
+    assert (found["by"], found["reason"]) == ("A. Person", "a test")
+    assert found["decided_utc"] == "2026-03-02T00:00:00.000Z"
+    assert found["before"]["file"] == "run.h5"
+    assert found["before"]["verdict"] == "pass"
+    assert found["before"]["rule"].startswith("guard_band_u")
+    assert found["before"]["acceptance"]["limits"][0]["max"] == "0.95 N·m"
+    assert found["acceptance"]["limits"][0]["max"] == "0.6 N·m"
+    assert found["decision"]["verdict"] == "fail"
+
+
+def test_the_numbers_are_those_of_the_first_analysis(folder):
+    written, _ = again(folder)
+    first = read(folder).result_document["headline"]["compensated"]
+    assert written.document["decision"]["result"] == first
+
+
+def test_each_decision_follows_the_one_before(folder):
+    again(folder)
+    seen = []
+    decide_again(
+        folder,
+        load_registry(),
+        WHO,
+        lambda held: seen.append(held) or other_rule(held, "non_binary"),
+    )
+    assert seen == [TIGHT]
+    second, third = later_decisions(read(folder), folder)
+    assert third.document["before"]["file"] == second.path.name == "decision-2.json"
+    assert third.summary.rule_before.startswith("simple")
+
+
+@pytest.mark.parametrize("name", ["by", "reason"])
+def test_without_name_or_reason_nothing_is_decided(folder, name):
+    who = Decider(**{**vars(WHO), name: " "})
+    with pytest.raises(UsageError, match="needs a name and a reason"):
+        again(folder, who=who)
+    assert later_decisions(read(folder), folder) == ()
+
+
+def test_what_holds_already_is_no_decision(folder):
+    again(folder)
+    with pytest.raises(UsageError, match="hold already"):
+        again(folder)
+
+
+def test_a_limit_of_another_torque_is_refused(folder):
+    other = LIMIT | {
+        "source": "AS14101",
+        "measurand": {"nature": "no_load", "condition": "from_rest"},
+    }
+    with pytest.raises(DataError, match="AS14101: the limit is for the no-load torque from rest"):
+        again(folder, Acceptance.model_validate({"limits": [other]}))
+    assert later_decisions(read(folder), folder) == ()
+
+
+def test_a_run_that_compensates_nothing_is_refused(made):
+    no_load = next(path for path in made.parent.iterdir() if "NLI" in path.name)
+    with pytest.raises(DataError, match="has no result to decide on"):
+        again(no_load)
+
+
+def spoil(change):
+    def spoiled(path):
+        document = json.loads(path.read_text(encoding="utf-8"))
+        change(document)
+        path.write_text(json.dumps(document), encoding="utf-8")
+
+    return spoiled
+
+
+@pytest.mark.parametrize(
+    ("spoiled", "words"),
+    [
+        (lambda path: path.write_text("{", encoding="utf-8"), "is not a decision"),
+        (lambda path: path.write_text("[]", encoding="utf-8"), "is not a decision"),
+        (lambda path: path.write_text("[" * 100_000, encoding="utf-8"), "is not a decision"),
+        (spoil(lambda found: found.pop("by")), "is not a decision"),
+        (spoil(lambda found: found.update(by=7)), "is not a decision"),
+        (spoil(lambda found: found.update(format="rigrunner: decision/9")), "is not a decision"),
+        (spoil(lambda found: found["acceptance"].pop("limits")), "is not a decision"),
+        (spoil(lambda found: found["decision"].update(verdict="good")), "is not a decision"),
+        (
+            spoil(lambda found: found["run"].update(digest_sha256="0" * 64)),
+            "decision on other recordings",
+        ),
+        (
+            spoil(lambda found: found["before"].update(file="decision-9.json")),
+            "does not follow run.h5",
+        ),
+        (lambda path: path.rename(path.with_name("decision-3.json")), "does not follow run.h5"),
+    ],
+)
+def test_a_spoiled_record_is_told_not_passed_over(decided, tmp_path, spoiled, words):
+    folder = tmp_path / decided.name
+    shutil.copytree(decided, folder)
+    spoiled(folder / "decision-2.json")
+    with pytest.raises(DataError, match=words):
+        later_decisions(read(folder), folder)
+
+
+def test_other_files_are_no_decisions(folder):
+    for name in ("decision.json", "decision-02.json", "decision-2.json.tmp", "my-decision-2.json"):
+        (folder / name).write_text("{", encoding="utf-8")
+    assert later_decisions(read(folder), folder) == ()

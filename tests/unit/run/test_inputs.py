@@ -1,0 +1,127 @@
+"""Inputs: given on the command line, in a file, asked, or left to their unattended answers."""
+
+from __future__ import annotations
+
+import pytest
+
+from helpers_language import PROCEDURE, edited, only_problem, problems_of
+from rigrunner.api.errors import UsageError
+from rigrunner.engine import UnattendedAnswers
+from rigrunner.procedure import parse_procedure
+from rigrunner.run.inputs import answer_inputs, read_answers
+
+INPUTS = """\
+  specimen: {ask: Serial number, unattended: S-1}
+  room: {ask: Room, unit: °C, max: 30 °C, unattended: 23 °C}
+  side: {ask: Side, choices: [left, right], unattended: left}
+  operator: {ask: Name}
+"""
+LOADED = parse_procedure(edited(PROCEDURE, (INPUTS.splitlines(keepends=True)[0], INPUTS)), "p.yaml")
+
+
+class Person(UnattendedAnswers):
+    """Answers what has no unattended answer, and remembers what was asked."""
+
+    def __init__(self) -> None:
+        self.asked: list[str] = []
+
+    def ask(self, step, question):
+        self.asked.append(step)
+        return question.unattended or "Zoë"
+
+
+def answered(given):
+    person = Person()
+    return answer_inputs(LOADED, given, person), person.asked
+
+
+def test_what_is_not_given_is_asked():
+    values, asked = answered({"room": "24", "specimen": "SN-17"})
+
+    assert values == {"specimen": "SN-17", "room": "24 °C", "side": "left", "operator": "Zoë"}
+    assert asked == ["inputs.side", "inputs.operator"]
+
+
+def test_without_an_unattended_answer_nobody_can_answer():
+    with pytest.raises(UsageError, match=r"inputs\.operator: nobody is there to answer 'Name'"):
+        answer_inputs(LOADED, {}, UnattendedAnswers())
+
+
+@pytest.mark.parametrize(
+    ("given", "message", "hint"),
+    [
+        ({"oprator": "me"}, "TEST-1 has no input 'oprator'", "did you mean 'operator'?"),
+        ({"zzz": "me"}, "TEST-1 has no input 'zzz'", "it asks for: specimen, room, side, operator"),
+        ({"room": "31 °C"}, "the input 'room': 31 °C is out of range (30 °C or less)", ""),
+        ({"side": "lft"}, "the input 'side': got 'lft', expected one of: left, right",
+         "did you mean 'left'?"),
+    ],
+)  # fmt: skip
+def test_a_given_value_is_checked_before_anything_is_asked(given, message, hint):
+    person = Person()
+    with pytest.raises(UsageError) as caught:
+        answer_inputs(LOADED, given, person)
+
+    assert (caught.value.message, caught.value.hint) == (message, hint)
+    assert person.asked == []
+
+
+@pytest.fixture
+def answers(tmp_path):
+    def write(text):
+        path = tmp_path / "answers.yaml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+def test_a_file_of_answers(answers):
+    path = answers("specimen: SN-17      # as engraved\nroom: 24.5 °C\nside: right\n")
+
+    assert read_answers(path, LOADED) == {
+        "specimen": "SN-17",
+        "room": "24.5 °C",
+        "side": "right",
+    }
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message", "hint"),
+    [
+        ("oprator: me", "1:1: oprator", "there is no such input", "did you mean 'operator'?"),
+        ("specimen: 17", "1:11: specimen", "got 17, expected a text", "put it in quotes: '17'"),
+        ("specimen: 0017", "1:11: specimen", "0017 has a leading zero", "'0017' in quotes"),
+        ("specimen: yes\nroom: 24", "2:7: room", "got 24, expected a text",
+         "write it as '24 °C'"),
+        ("specimen:", "1:10: specimen", "got nothing, expected a text", ""),
+        ("specimen: [a]", "1:11: specimen", "expected a text", ""),
+        ("room: 24,5 °C", "1:7: room", "'24,5 °C' has a decimal comma", "write '24.5 °C'"),
+        ("side: up", "1:7: side", "got 'up', expected one of: left, right", ""),
+        ("side: left\nside: right", "2:1", "the key 'side' stands twice", ""),
+        ("[left]", "1:1", "expected a mapping of inputs to answers", "such as 'specimen: SN-17'"),
+        ("", "", "the file is empty", ""),
+        ("specimen: &a x\nside: *a", "1:11", "the anchor &a is not allowed", ""),
+    ],
+)  # fmt: skip
+def test_a_spoiled_file_of_answers(answers, text, line, message, hint):
+    path = answers(text)
+    problem = problems_of(read_answers, path, LOADED)[0]
+
+    assert message in problem.message
+    assert hint in problem.hint
+    assert str(problem).startswith(f"{path}:{line}")
+
+
+def test_all_that_is_wrong_with_answers_is_told_at_once(answers):
+    path = answers("specimen: 17\nroom: 5 N\nzzz: a\n")
+
+    assert [each.field for each in problems_of(read_answers, path, LOADED)] == [
+        "specimen",
+        "room",
+        "zzz",
+    ]
+
+
+def test_a_file_of_answers_that_is_not_there(tmp_path):
+    assert "cannot be read" in only_problem(read_answers, tmp_path / "no.yaml", LOADED).message

@@ -1,0 +1,239 @@
+"""Plugins that a station lets listen to its runs."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from helpers_workflow import quick_procedure, run, station_file
+from rigrunner.api.data import Block
+from rigrunner.api.errors import InvalidFileError
+from rigrunner.api.events import Samples
+from rigrunner.clock import SimulatedClock
+from rigrunner.registry import load_registry
+from rigrunner.run import listening
+from rigrunner.run.listening import Detached
+from rigrunner.run.prepare import plan_run
+from rigrunner.runfile import read
+
+PLUGIN = '''
+from pathlib import Path
+
+from rigrunner.api.events import EventSink
+from rigrunner.api.hooks import EventSinkRecord, hookimpl
+from rigrunner.api.settings import Settings
+
+api_version = 1
+
+
+class LabMessagesSettings(Settings):
+    """Where to write."""
+
+    file: str
+
+
+def make(settings):
+    def tell(event):
+        with Path(settings.file).open("a") as file:
+            file.write(type(event).__name__ + "\\n")
+        if settings.file.endswith("broken"):
+            raise OSError("the network is gone")
+
+    return tell
+
+
+@hookimpl
+def rigrunner_event_sinks():
+    return [
+        EventSinkRecord(
+            name="lab_messages", help="Tells.", settings=LabMessagesSettings, factory=make
+        )
+    ]
+'''
+
+
+@pytest.fixture
+def lab(tmp_path):
+    (tmp_path / "plugins").mkdir()
+    (tmp_path / "plugins" / "messages.py").write_text(PLUGIN, encoding="utf-8")
+
+    def station(*listeners):
+        named = "".join(f"\n  - {each}" for each in listeners)
+        return station_file(
+            tmp_path,
+            ("id: simulated\n", f"id: simulated\nplugins: plugins\nlisteners:{named}\n"),
+        )
+
+    return tmp_path, station
+
+
+def test_a_listener_is_told_of_the_run_from_its_start_to_its_end(lab):
+    folder, station = lab
+    file = folder / "events"
+    named = f"{{plugin: lab_messages, settings: {{file: {file}}}}}"
+    finished = run(
+        quick_procedure(folder, "no_load_inertia_sweep"), folder / "runs", station=station(named)
+    )
+    assert finished.error is None
+    told = file.read_text().split()
+    assert (told[0], told[-1]) == ("RunStarted", "RunEnded")
+    assert told.count("StepStarted") == told.count("StepEnded") > 0
+    assert "Samples" in told
+
+
+def test_one_that_fails_is_dropped_and_the_run_goes_on(lab):
+    folder, station = lab
+    file = folder / "broken"
+    named = f"{{plugin: lab_messages, settings: {{file: {file}}}}}"
+    finished = run(
+        quick_procedure(folder, "no_load_inertia_sweep"), folder / "runs", station=station(named)
+    )
+    assert finished.error is None
+    assert file.read_text().split() == ["RunStarted"]
+    assert no_listener_is_left()
+    alarms = [each.text for each in read(finished.folder).events if hasattr(each, "source")]
+    assert any(
+        "lab_messages failed and was dropped: OSError: the network is gone" in text
+        for text in alarms
+    )
+
+
+@pytest.mark.parametrize(
+    ("named", "message"),
+    [
+        ("{plugin: lab_mesages}", r"station.yaml:\d+:14: .*there is no event sink 'lab_mesages'"),
+        ("{plugin: lab_messages}", r"the key 'file' is missing"),
+        ("{plugin: lab_messages, settings: {fiel: a}}", "unknown key 'fiel'"),
+        ("lab_messages", "listeners"),
+    ],
+)
+def test_one_that_cannot_be_is_refused_where_it_is_named(lab, named, message):
+    folder, station = lab
+    procedure = quick_procedure(folder, "no_load_inertia_sweep")
+    with pytest.raises(InvalidFileError, match=message):
+        plan_run(procedure, station(named), load_registry(), SimulatedClock())
+
+
+def no_listener_is_left():
+    return not [each for each in threading.enumerate() if each.name.startswith("listener ")]
+
+
+def wait_until(holds, longest_s=60.0):
+    until = time.monotonic() + longest_s
+    while not holds():
+        assert time.monotonic() < until
+        time.sleep(0.001)
+
+
+def test_one_that_hangs_holds_up_nothing():
+    """Two events wait, one is with the listener; the run waits half a second for room, once."""
+    hang, taken = threading.Event(), []
+
+    def sink(event):
+        taken.append(event)
+        hang.wait(60)
+
+    detached = Detached("slow", sink, most_waiting=2)
+    began = time.monotonic()
+    detached("one")
+    wait_until(lambda: taken)
+    detached("two")
+    detached("three")
+    assert detached._patience_s == listening.PATIENCE_S  # none of it is used up
+    with pytest.raises(TimeoutError, match="it does not keep up"):
+        detached("four")
+    detached.close()
+    assert time.monotonic() - began < 10.0
+    hang.set()
+    wait_until(no_listener_is_left)
+    assert taken == ["one"]
+
+
+def test_one_that_is_a_little_too_slow_is_dropped_and_sets_no_pace():
+    """Each event finds room before half a second is over, and the run would wait 2000 times."""
+    detached = Detached("slow", lambda _event: time.sleep(0.02), most_waiting=2)
+
+    def run():
+        for number in range(2000):
+            detached(number)
+
+    began = time.monotonic()
+    with pytest.raises(TimeoutError, match="it does not keep up"):
+        run()
+    assert time.monotonic() - began < 5.0
+    detached.close()
+    wait_until(no_listener_is_left)
+
+
+def test_what_comes_in_thousands_at_once_waits_its_turn():
+    taken, go_on = [], threading.Event()
+
+    def sink(event):
+        go_on.wait(60)
+        taken.append(event)
+
+    detached = Detached("later", sink)
+    for number in range(20_000):
+        detached(number)
+    go_on.set()
+    detached.close()
+    assert taken == list(range(20_000))
+
+
+def test_what_waits_at_the_end_is_still_handed_over():
+    taken = []
+
+    def sink(event):
+        time.sleep(0.01)
+        taken.append(event)
+
+    detached = Detached("late", sink)
+    for number in range(20):
+        detached(number)
+    detached.close()
+    assert taken == list(range(20))
+    assert no_listener_is_left()
+
+
+def test_what_waits_for_a_listener_is_bounded_in_bytes_and_all_is_handed_over(monkeypatch):
+    taken, go_on = [], threading.Event()
+
+    def sink(event):
+        taken.append(event.seq)
+        go_on.wait(60)
+
+    stamp = {"monotonic_s": 0.0, "utc": "", "recording": "a"}
+    block = Block(1e6, 0, 0.0, {"tester.torque": np.zeros(128_000)})
+    detached = Detached("slow", sink, most_waiting=1600)  # a block counts as 401
+    detached(Samples(seq=0, block=block, **stamp))
+    wait_until(lambda: taken)
+    for seq in range(1, 5):
+        detached(Samples(seq=seq, block=block, **stamp))
+    with pytest.raises(TimeoutError, match="it does not keep up"):
+        detached(Samples(seq=5, block=block, **stamp))
+    go_on.set()
+    detached.close()
+    monkeypatch.setattr(listening, "PATIENCE_S", 60.0)  # for it, the run finds room in time
+    all_of_them = []
+    detached = Detached("quick", lambda event: all_of_them.append(event.seq), most_waiting=1600)
+    for seq in range(50):
+        detached(Samples(seq=seq, block=block, **stamp))
+    detached.close()
+    assert all_of_them == list(range(50))
+    wait_until(no_listener_is_left)
+
+
+def test_a_listener_that_would_end_the_program_is_one_that_failed():
+    def ends(_event):
+        raise SystemExit(0)
+
+    detached = Detached("ends", ends)
+    block = Block(1000.0, 0, 0.0, {"a.b": np.zeros(1)})
+    event = Samples(seq=0, monotonic_s=0.0, utc="", recording="001", block=block)
+    detached(event)
+    detached.close()
+    with pytest.raises(RuntimeError, match=r"it raised SystemExit\(0\)"):
+        detached(event)

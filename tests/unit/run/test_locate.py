@@ -1,0 +1,99 @@
+import pytest
+
+from rigrunner.api.errors import UsageError
+from rigrunner.run.locate import (
+    find_procedure,
+    find_run,
+    find_station,
+    run_names,
+    shipped_folder,
+)
+
+
+def test_shipped_files_are_found_by_name():
+    assert find_procedure("starting_torque_1000n").parent == shipped_folder()
+    assert find_station("simulated").name == "simulated.yaml"
+
+
+def test_a_path_wins_over_a_shipped_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "simulated").write_text("mine")
+    assert find_station("simulated").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("starting_torque_100n", "did you mean 'starting_torque_1000n'"),
+        ("zzz", "there are: friction_endurance, gauge_rr, loaded_breakaway"),
+        ("sub/starting_torque_1000n", "there is no procedure"),
+    ],
+)
+def test_an_unknown_procedure_is_answered_with_what_there_is(name, words):
+    with pytest.raises(UsageError, match=words):
+        find_procedure(name)
+
+
+def test_a_folder_is_no_procedure(tmp_path):
+    with pytest.raises(UsageError, match="is a folder, not a procedure file"):
+        find_procedure(str(tmp_path))
+
+
+@pytest.fixture
+def runs(tmp_path):
+    for name in ("20260102T000000Z_B_x", "20260101T000000Z_A_x", "20260101T000000Z_A_y", ".trash"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "run.h5").touch()
+    return tmp_path
+
+
+def test_of_very_many_runs_the_newest_are_named(tmp_path):
+    names = [f"2026{month:02}{day:02}T000000Z_A" for month in (1, 2) for day in range(1, 29)]
+    for name in names:
+        (tmp_path / name).mkdir()
+    with pytest.raises(UsageError) as caught:
+        find_run("qqq", tmp_path)
+    assert str(caught.value.hint).endswith(f"{names[-1]}, the last 12 of 56")
+    assert names[-13] not in str(caught.value.hint)
+    with pytest.raises(UsageError, match=r"could be any of: 20260117T.*, the last 12 of 28$"):
+        find_run("202601", tmp_path)
+
+
+def test_runs_are_listed_oldest_first_without_hidden_folders(runs):
+    assert [name[:8] for name in run_names(runs)] == ["20260101", "20260101", "20260102"]
+    assert run_names(runs / "nowhere") == []
+
+
+def test_a_run_is_found_by_path_file_name_and_unique_beginning(runs):
+    folder = runs / "20260102T000000Z_B_x"
+    assert find_run(str(folder), runs) == folder
+    assert find_run(str(folder / "run.h5"), runs) == folder
+    assert find_run(folder.name, runs) == folder
+    assert find_run("20260102", runs) == folder
+
+
+def test_an_ambiguous_or_unknown_run_says_which_there_are(runs):
+    with pytest.raises(UsageError, match="could be any of: 20260101T000000Z_A_x, "):
+        find_run("20260101", runs)
+    with pytest.raises(UsageError, match="did you mean '20260102T000000Z_B_x'"):
+        find_run("20260102T00000Z_B_x", runs)
+
+
+@pytest.mark.parametrize(
+    ("asked", "hint"),
+    [
+        ("stations.yaml", "did you mean 'station.yaml'?"),
+        ("lab/statoin.yaml", "did you mean 'lab/station.yaml'?"),
+        ("lap/station.yaml", "there is no folder lap"),
+        ("simulatd", "did you mean 'simulated'?"),
+        ("lab", "YAML files in it: station.yaml"),
+    ],
+)
+def test_a_mistyped_file_is_looked_for_where_it_would_be(tmp_path, monkeypatch, asked, hint):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    for folder in (tmp_path, tmp_path / "lab"):
+        (folder / "station.yaml").touch()
+    with pytest.raises(UsageError) as caught:
+        find_station(asked)
+    assert caught.value.hint.replace("\\", "/") == hint

@@ -1,0 +1,49 @@
+"""A run that is too long for memory has the result that it would have in memory."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+
+from helpers_long import short_blocks
+from rigrunner.documents.certifying.derived_again import refuse_other_numbers
+from rigrunner.registry import load_registry
+from rigrunner.run.stored import analyse_run
+from rigrunner.runfile import read
+from rigrunner.runfile.stored_samples import StoredSamples
+
+
+def test_block_by_block_a_run_has_the_numbers_that_it_has_in_memory(finished, monkeypatch):
+    _, _, loaded = finished
+    whole, stored = loaded.result, read(loaded.folder)
+    short_blocks(monkeypatch, 2000)
+    monkeypatch.setattr("rigrunner.runfile.entry.IN_MEMORY", 0)
+    longest, read_slice = [], StoredSamples.__getitem__
+    unpacked, unpack = Counter(), StoredSamples._unpacked
+
+    def noted(self, which):
+        part = read_slice(self, which)
+        longest.append(len(part))
+        return part
+
+    def counted(self, which):
+        part = unpack(self, which)
+        unpacked[self.place, self.samples] += len(part)
+        return part
+
+    monkeypatch.setattr(StoredSamples, "__getitem__", noted)
+    monkeypatch.setattr(StoredSamples, "_unpacked", counted)
+    found = analyse_run(loaded.folder, load_registry())
+    assert 0 < max(longest) < 5000 < max(each.samples for each in stored.recordings)
+    assert unpacked, "and each channel once"
+    assert all(count == samples for (_, samples), count in unpacked.items())
+    refuse_other_numbers(stored, found)
+    assert found.headline.value == pytest.approx(whole.headline.value, rel=1e-6)
+    assert [(each.name, each.ok, each.text) for each in found.checks] == [
+        (each.name, each.ok, each.text) for each in whole.checks
+    ]
+    for mine, other in zip(found.loaded, whole.loaded, strict=True):
+        assert mine.peak_nm.tolist() == other.peak_nm.tolist()
+        assert mine.spikes == other.spikes
+        assert mine.frequency_hz.value == pytest.approx(other.frequency_hz.value, rel=1e-12)

@@ -1,0 +1,86 @@
+from __future__ import annotations
+
+import shutil
+
+import pytest
+
+from rigrunner.api.errors import InvalidFileError
+from rigrunner.api.hooks import DeviceRecord
+from rigrunner.clock import SimulatedClock, WallClock
+from rigrunner.registry import Plugin, Provider, Registry, load_registry
+from rigrunner.run.lab_plugins import lab_registry
+from rigrunner.run.locate import find_station
+from rigrunner.run.planning import clock_for, planned_run
+from rigrunner.station import parse_station
+from rigrunner.tools.labfolder import make_lab
+
+STATION = find_station("simulated").read_text(encoding="utf-8")
+REAL = "devices:\n  balance: {type: balance, plugin: real_balance}\n"
+
+
+def record(name, *, simulated):
+    def factory(settings, context):
+        raise NotImplementedError
+
+    made = DeviceRecord(name=name, help="", factory=factory, simulated=simulated)
+    return Plugin("device", made, Provider("lab", ""))
+
+
+REGISTRY = Registry(
+    [record("swing_tester_sim", simulated=True), record("real_balance", simulated=False)]
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "realtime", "kind"),
+    [
+        (STATION, False, SimulatedClock),
+        (STATION, True, WallClock),
+        (STATION.replace("devices:\n", REAL), False, WallClock),
+        (STATION.replace("swing_tester_sim", "no_such_plugin"), False, WallClock),
+    ],
+    ids=["simulated", "realtime", "one real device", "unknown plugin"],
+)
+def test_only_a_wholly_simulated_station_runs_in_simulated_time(text, realtime, kind):
+    station = parse_station(text, "test").model
+    assert isinstance(clock_for(station, REGISTRY, realtime=realtime), kind)
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("lab")
+    make_lab(folder, load_registry())
+    return folder
+
+
+def test_a_drop_in_that_is_simulated_keeps_the_station_in_simulated_time(lab):
+    procedure, station = lab / "procedures" / "room_temperature.yaml", lab / "station.yaml"
+    assert isinstance(planned_run(procedure, station).clock, SimulatedClock)
+    assert isinstance(planned_run(procedure, station, realtime=True).clock, WallClock)
+
+
+def test_the_plugins_of_a_station_are_known_where_it_is_named(lab):
+    assert "room_thermometer" in lab_registry(str(lab / "station.yaml")).names("device")
+    assert "room_thermometer" not in lab_registry(None).names("device")
+
+
+def test_what_is_wrong_with_both_files_is_told_at_once(lab, tmp_path):
+    procedure, station = tmp_path / "p.yaml", tmp_path / "s.yaml"
+    text = (lab / "procedures" / "room_temperature.yaml").read_text(encoding="utf-8")
+    procedure.write_text(text.replace("title:", "titel:"), encoding="utf-8")
+    station.write_text(STATION.replace("title:", "titel:"), encoding="utf-8")
+    with pytest.raises(InvalidFileError) as told:
+        planned_run(procedure, station)
+    files = {problem.location.file for problem in told.value.problems}
+    assert files == {str(procedure), str(station)}
+
+
+def test_a_labs_own_code_is_run_once(lab, tmp_path):
+    folder = tmp_path / "lab"
+    shutil.copytree(lab, folder)
+    plugin = next(p for p in (folder / "plugins").glob("*.py") if not p.name.startswith("_"))
+    runs = tmp_path / "runs.txt"
+    count = f"\nwith open({str(runs)!r}, 'a') as file:\n    file.write('x')\n"
+    plugin.write_text(plugin.read_text(encoding="utf-8") + count, encoding="utf-8")
+    planned_run(folder / "procedures" / "room_temperature.yaml", folder / "station.yaml")
+    assert runs.read_text(encoding="utf-8") == "x"

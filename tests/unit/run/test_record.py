@@ -1,0 +1,179 @@
+import json
+import threading
+
+import pytest
+
+from helpers_workflow import quick_procedure, run, station_file
+from rigrunner.analysis.analyse import analyse
+from rigrunner.analysis.document import document
+from rigrunner.api.errors import AbortedError, DeviceLostError, DeviceNotFoundError, ExitCode
+from rigrunner.api.events import Outcome, StepStarted
+from rigrunner.cli.finishing import tell_finished
+from rigrunner.procedure import parse_procedure
+from rigrunner.registry import load_registry
+from rigrunner.rig import Rig
+from rigrunner.run.report import report_input, write_report
+from rigrunner.run.stored import analyse_run, open_run
+from rigrunner.runfile import read
+
+
+def test_a_run_leaves_a_sealed_folder_with_result_report_and_log(finished):
+    _, _, loaded = finished
+    assert loaded.outcome is Outcome.COMPLETED
+    assert loaded.exit_code is ExitCode.PASS
+    names = {path.name for path in loaded.folder.iterdir()}
+    assert names == {"run.h5", "result.json", "report.html", "run.log"}
+    assert (loaded.folder / "run.h5").stat().st_mode & 0o222 == 0
+
+
+def test_the_result_is_near_the_truth_that_the_simulator_kept(finished):
+    _, _, loaded = finished
+    headline = loaded.result.headline
+    assert headline.value == pytest.approx(0.7262, abs=0.012)
+    assert loaded.result.raw_headline.value > 2.0
+
+
+def test_online_stored_and_library_analysis_agree_to_the_last_digit(finished):
+    _, no_load, loaded = finished
+    online = json.loads((loaded.folder / "result.json").read_text())
+    registry = load_registry()
+    stored = read(loaded.folder)
+    assert stored.result_document == online
+    assert document(analyse_run(loaded.folder, registry)) == online
+    assert document(analyse_run(loaded.folder, registry, no_load.folder)) == online
+    procedure = parse_procedure(stored.header.procedure_text, "stored").model
+    by_hand = analyse(
+        open_run(loaded.folder).data,
+        open_run(no_load.folder).data,
+        procedure.torque_analysis,
+        acceptance=procedure.acceptance,
+        measurand=procedure.measurand,
+        lookup=registry,
+    )
+    assert json.loads(json.dumps(document(by_hand))) == online
+
+
+def test_the_analysis_never_sees_the_truth(finished):
+    _, _, loaded = finished
+    data = open_run(loaded.folder).data
+    seen = [*data.zeros, *data.inputs]
+    for recording in data.recordings:
+        seen += [*recording.channels, *recording.conditions, *recording.setpoints]
+    assert not [name for name in seen if "truth" in name or "starting" in name]
+
+
+@pytest.mark.usefixtures("drawn_figures")
+def test_the_same_run_gives_the_same_report_bytes(finished, tmp_path):
+    _, _, loaded = finished
+    again = write_report(loaded.folder, load_registry(), out=tmp_path / "again.html")
+    assert again.read_bytes() == loaded.report.read_bytes()
+
+
+def test_a_disconnected_device_is_named_and_leaves_no_folder(tmp_path):
+    station = station_file(tmp_path, ("{seed: 1}", "{seed: 1, simulate: unplugged}"))
+    with pytest.raises(DeviceNotFoundError, match="tester"):
+        run(
+            quick_procedure(tmp_path, "no_load_inertia_sweep"),
+            tmp_path / "runs",
+            station=station,
+        )
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_stopped_run_is_sealed_as_aborted_with_what_was_complete(tmp_path):
+    stop = threading.Event()
+
+    def stop_at_the_third_recording(event):
+        if isinstance(event, StepStarted) and event.recording.startswith("003"):
+            stop.set()
+
+    finished = run(
+        quick_procedure(tmp_path, "no_load_inertia_sweep"),
+        tmp_path / "runs",
+        listeners=[stop_at_the_third_recording],
+        stop=stop,
+    )
+    assert finished.outcome is Outcome.ABORTED
+    assert finished.exit_code is ExitCode.ABORTED
+    stored = read(finished.folder)
+    assert stored.info.sealed
+    assert len(stored.recordings) == 2
+    assert not (finished.folder / "result.json").exists()
+
+
+def test_a_stopped_run_whose_rig_is_not_safe_ends_as_a_failed_device(tmp_path, capsys):
+    stop = threading.Event()
+    lost = "{plugin: swing_tester_sim, settings: {seed: 1}, faults: [{kind: lost, on: make safe}]}"
+    plain = "plugin: swing_tester_sim\n    settings: {seed: 1}"
+    station = station_file(tmp_path, (plain, f"plugin: fault\n    settings: {lost}"))
+    finished = run(
+        quick_procedure(tmp_path, "no_load_inertia_sweep"),
+        tmp_path / "runs",
+        station=station,
+        listeners=[lambda event: stop.set() if isinstance(event, StepStarted) else None],
+        stop=stop,
+    )
+    assert isinstance(finished.error, AbortedError)
+    assert finished.outcome is Outcome.ERROR
+    assert finished.exit_code is ExitCode.DEVICE
+    assert "; the rig is not safe: tester: make safe failed: " in read(finished.folder).info.reason
+    tell_finished(finished)
+    assert "THE RIG IS NOT SAFE: tester: make safe failed: " in capsys.readouterr().err
+
+
+def test_a_zero_out_of_limits_ends_the_run_before_anything_moves(tmp_path):
+    procedure = quick_procedure(
+        tmp_path, "no_load_inertia_sweep", ("within: 0.05 N·m", "within: 0.00001 N·m")
+    )
+    finished = run(procedure, tmp_path / "runs")
+    assert finished.outcome is Outcome.ERROR
+    assert "zero" in finished.reason.lower()
+    assert read(finished.folder).recordings == ()
+
+
+def test_a_failing_analysis_still_seals_what_was_measured(tmp_path):
+    station = station_file(tmp_path, ("{seed: 1}", "{seed: 1, frequency_error: -80 %}"))
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep")
+    finished = run(procedure, tmp_path / "runs", station=station)
+    assert finished.outcome is Outcome.COMPLETED
+    assert finished.exit_code is ExitCode.DATA
+    assert "whole cycles" in str(finished.error)
+    assert len(read(finished.folder).recordings) == 5
+
+
+def test_a_device_that_cannot_be_closed_costs_no_result(tmp_path, monkeypatch):
+    def jammed(_):
+        raise DeviceLostError("the socket is gone")
+
+    monkeypatch.setattr(Rig, "close", jammed)
+    finished = run(quick_procedure(tmp_path, "no_load_inertia_sweep"), tmp_path / "runs")
+    assert read(finished.folder).info.sealed
+    assert finished.report.exists()
+    assert finished.exit_code is ExitCode.DEVICE
+
+
+def test_an_interrupt_during_the_analysis_still_seals_what_was_measured(tmp_path, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("rigrunner.run.finish.analyse_run", interrupted)
+    finished = run(quick_procedure(tmp_path, "no_load_inertia_sweep"), tmp_path / "runs")
+    assert read(finished.folder).info.sealed
+    assert finished.exit_code is ExitCode.INTERRUPTED
+
+
+def test_the_report_tells_what_was_asked_and_answered(finished):
+    _, _, loaded = finished
+    told = [event["text"] for event in report_input(loaded.folder, load_registry()).events]
+    assert any("guards closed. — yes (unattended answer" in text for text in told)
+
+
+def test_a_title_in_another_language_loses_no_caveat_of_the_report(finished, tmp_path):
+    folder, _, english = finished
+    german = ("name: load-induced starting torque", "name: lastabhängiges Anlaufmoment")
+    procedure = quick_procedure(tmp_path, "starting_torque_1000n", german)
+    reports = [each.report.read_text(encoding="utf-8") for each in
+               (english, run(procedure, folder / "runs"))]  # fmt: skip
+    for words in ("not the breakaway torque from rest", "at zero load", "not growing with load",
+                  "proportional to load", "limits of another quantity"):  # fmt: skip
+        assert all(words in " ".join(report.split()) for report in reports), words

@@ -1,0 +1,379 @@
+from __future__ import annotations
+
+import json
+import shutil
+import threading
+from dataclasses import replace
+
+import h5py
+import pytest
+
+from e2e.helpers_resume import (
+    FEWER,
+    NO_LOAD,
+    Snapshot,
+    interrupted,
+    interrupted_at,
+    resumable,
+    take_up,
+)
+from helpers_workflow import FEW_FREQUENCIES, quick_procedure, run, station_file
+from rigrunner.api.errors import DataError, DeviceLostError, ExitCode, UsageError
+from rigrunner.api.events import (
+    RESUME_RUN,
+    Intervention,
+    Outcome,
+    RunEnded,
+    Samples,
+    StepEnded,
+    StepStarted,
+)
+from rigrunner.documents.verifying.run import verify_run
+from rigrunner.engine import UnattendedAnswers
+from rigrunner.registry import load_registry
+from rigrunner.run import provenance
+from rigrunner.run.interrupted import recover
+from rigrunner.run.resume import resume, run_files
+from rigrunner.run.runs import list_runs
+from rigrunner.run.stored import open_run
+from rigrunner.runfile import NEVER_ENDED, is_going_on, read, run_lock
+from rigrunner.runfile.sealing import fold
+
+TWICE = (FEW_FREQUENCIES, "[8 Hz, 15 Hz, 15 Hz, 25 Hz, 35 Hz]")
+"""A set-point that comes twice, as the noise must be another one the second time."""
+NO_DRIFT = ("{seed: 1}", "{seed: 1, sensors: {drift: 0 N·m}}")
+
+
+def in_recording(prefix):
+    return lambda event: isinstance(event, Samples) and event.recording.startswith(prefix)
+
+
+def document(finished):
+    return json.loads((finished.folder / "result.json").read_text(encoding="utf-8"))
+
+
+def numbers(content):
+    """Return all numbers of a result document by place, without those of the files themselves."""
+    found = {}
+
+    def walk(value, path):
+        if isinstance(value, dict):
+            for name, each in value.items():
+                walk(each, (*path, name))
+        elif isinstance(value, list):
+            for index, each in enumerate(value):
+                walk(each, (*path, index))
+        elif isinstance(value, float):
+            found[path] = value
+
+    walk(content, ())
+    return found
+
+
+@pytest.fixture(scope="module")
+def origin(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("second")
+    return interrupted(folder, in_recording("002"), station=station_file(folder))[0]
+
+
+@pytest.fixture
+def killed(origin, tmp_path):
+    """A run that was interrupted in its second recording, to be spoiled."""
+    folder = tmp_path / "killed" / origin.name
+    shutil.copytree(origin, folder)
+    return folder
+
+
+def changed(origin, tmp_path, name, old, new):
+    """Return a copy of one of the files of the run, with a text replaced."""
+    text = (origin.parent.parent / name).read_text(encoding="utf-8")
+    assert old in text
+    (tmp_path / name).write_text(text.replace(old, new), encoding="utf-8")
+    return tmp_path / name
+
+
+@pytest.fixture(scope="module")
+def third(tmp_path_factory):
+    """A run that was interrupted in its third recording, the whole one, and the one taken up."""
+    folder = tmp_path_factory.mktemp("resume")
+    station = station_file(folder, NO_DRIFT)
+    killed, whole = interrupted(folder, in_recording("003"), station=station, changes=[TWICE])
+    before = read(killed)
+    return before, whole, take_up(killed)
+
+
+def test_a_resumed_run_gives_the_numbers_of_one_that_was_never_interrupted(third):
+    _, whole, resumed = third
+    assert resumed.outcome is Outcome.COMPLETED
+    assert numbers(document(resumed)) == numbers(document(whole))
+    assert len(numbers(document(whole))) > 40
+
+
+def test_nothing_that_was_finished_is_recorded_again(third):
+    before, whole, resumed = third
+    after = read(resumed.folder)
+    assert [one.name for one in before.recordings] == ["001_8Hz", "002_15Hz"]
+    names = [one.name for one in after.recordings]
+    assert names == ["001_8Hz", "002_15Hz", "003_15Hz_try2", "004_25Hz", "005_35Hz"]
+    (kept,) = after.incomplete
+    assert kept.name == "003_15Hz"
+    assert kept.samples == before.incomplete[0].samples > 0
+    for mine, other in zip(after.recordings, read(whole.folder).recordings, strict=True):
+        for channel, values in other.channels.items():
+            assert (mine.channels[channel] == values).all(), (mine.name, channel)
+
+
+def test_the_seam_is_on_record_with_time_person_and_what_was_made_before(third):
+    before, _, resumed = third
+    events = read(resumed.folder).events
+    assert [event.seq for event in events if event.seq >= 0] == sorted(e.seq for e in events)
+    (seam,) = (e for e in events if isinstance(e, Intervention) and e.action == RESUME_RUN)
+    assert seam.by == "A. Jones"
+    assert "001_8Hz, 002_15Hz" in seam.subject
+    assert before.info.ended_utc in seam.subject
+    with h5py.File(resumed.folder / "run.h5") as file:
+        recordings = [*file["entry/recordings"].values(), *file["entry/incomplete"].values()]
+        parts = {one.attrs["name"]: int(one.attrs["part"]) for one in recordings}
+    assert parts == {
+        "001_8Hz": 1, "002_15Hz": 1, "003_15Hz": 1, "003_15Hz_try2": 2, "004_25Hz": 2, "005_35Hz": 2
+    }  # fmt: skip
+
+
+def test_a_resumed_run_verifies(third):
+    _, _, resumed = third
+    found = verify_run(resumed.folder, load_registry())
+    assert found.matches, found
+
+
+def test_setup_and_zero_are_done_again_and_each_recording_has_its_own_zero(killed):
+    resumed = take_up(killed)
+    events = read(resumed.folder).events
+    zeros = [e.values for e in events if isinstance(e, StepEnded) and e.action == "zero"]
+    assert len(zeros) == 2
+    data = open_run(resumed.folder).data
+    assert data.recording_zeros["001_8Hz"] == zeros[0]
+    assert data.recording_zeros["005_35Hz"] == zeros[1]
+    assert [e.action for e in events if isinstance(e, StepEnded)].count("confirm") == 2
+
+
+def at_end(event):
+    return isinstance(event, RunEnded)
+
+
+INSTANTS = {
+    "setup": lambda e: isinstance(e, StepStarted) and e.action == "confirm",
+    "zeroed": lambda e: isinstance(e, StepEnded) and e.action == "zero",
+    "first": in_recording("001"),
+    "between": lambda e: isinstance(e, StepEnded) and e.recording.startswith("002"),
+    "last": lambda e: isinstance(e, StepEnded) and e.recording.startswith("005"),
+    "teardown": lambda e: isinstance(e, StepStarted) and e.step.startswith("teardown"),
+    "ended": at_end,
+}
+
+
+@pytest.fixture(scope="module")
+def everywhere(tmp_path_factory):
+    return interrupted_at(tmp_path_factory.mktemp("everywhere"), INSTANTS.values())
+
+
+@pytest.mark.parametrize("instant", INSTANTS)
+def test_a_run_can_be_resumed_wherever_it_was_interrupted(everywhere, instant):
+    folders, whole = everywhere
+    killed = folders[list(INSTANTS).index(instant)]
+    resumed = take_up(killed)
+    assert resumed.outcome is Outcome.COMPLETED
+    assert resumed.exit_code is ExitCode.PASS
+    after, wanted = read(resumed.folder), read(whole.folder)
+    assert len(after.recordings) == len(wanted.recordings) == 5
+    assert after.info.sealed
+    assert resumed.report.exists()
+    done = [one.name.partition("_try")[0] for one in after.recordings]
+    assert done == [one.name for one in wanted.recordings]
+
+
+def test_a_run_may_be_interrupted_again_and_again(killed, tmp_path):
+    second = Snapshot(killed.parent, tmp_path / "again", in_recording("004"))
+    take_up(killed, listeners=[second])
+    resumed = take_up(second.folder, by="B. Smith")
+    events = read(resumed.folder).events
+    assert [e.by for e in events if isinstance(e, Intervention)] == ["A. Jones", "B. Smith"]
+    data = open_run(resumed.folder).data
+    assert len(data.recordings) == 5
+    assert len(data.recording_zeros) == 5
+
+
+def test_a_changed_procedure_is_refused_with_what_differs(killed, origin, tmp_path):
+    other = changed(origin, tmp_path, "no_load_inertia_sweep.yaml", "15 Hz", "16 Hz")
+    with pytest.raises(DataError, match=r"the procedure in line \d+ was '.*15 Hz.*', is '.*16 Hz"):
+        resumable(killed, procedure=other)
+
+
+def test_a_changed_station_is_refused_with_what_differs(killed, origin, tmp_path):
+    other = changed(origin, tmp_path, "station.yaml", "{seed: 1}", "{seed: 2}")
+    with pytest.raises(DataError, match=r"the station in line \d+ was '.*seed: 1.*seed: 2"):
+        resumable(killed, station=other)
+
+
+def test_plugins_of_a_station_that_a_run_names_are_not_run_unasked(killed, origin, tmp_path):
+    other = changed(origin, tmp_path, "station.yaml", "rig:\n", "plugins: plugins\n\nrig:\n")
+    stored = named(read(killed), station=other)
+    with pytest.raises(UsageError, match="plugins of its own") as caught:
+        run_files(stored, None, None)
+    assert f"--station {other}" in caught.value.hint
+
+
+def test_another_version_of_a_package_is_refused(killed, monkeypatch):
+    monkeypatch.setattr(provenance, "version", lambda name: "0.0" if name == "numpy" else "1")
+    with pytest.raises(DataError, match=r"numpy was [\d.]+, is 0\.0"):
+        resumable(killed)
+
+
+def test_another_instrument_is_refused_and_the_rig_is_let_go(killed):
+    journal = killed / "journal" / "events.journal"
+    found = resumable(killed)
+    other = {**found.stored.header.provenance, "device tester": "ACME tester 7"}
+    info = found.stored.info
+    info = replace(info, header=replace(info.header, provenance=other))
+    found = replace(found, stored=replace(found.stored, info=info))
+    before = journal.read_bytes()
+    with pytest.raises(DataError, match="device tester was ACME tester 7, is Rigrunner"):
+        resume(found, answers=UnattendedAnswers(), stop=threading.Event())
+    assert journal.read_bytes() == before
+
+
+def named(stored, **files):
+    """Return a run that names other files."""
+    header = stored.header
+    paths = {**header.files, **{name: str(path) for name, path in files.items()}}
+    return replace(stored, info=replace(stored.info, header=replace(header, files=paths)))
+
+
+def test_a_file_that_was_moved_is_asked_for(killed, tmp_path):
+    stored = named(read(killed), procedure=tmp_path / "moved.yaml")
+    with pytest.raises(UsageError, match="is not there any more") as caught:
+        run_files(stored, None, None)
+    assert "--procedure FILE" in caught.value.hint
+
+
+def test_a_run_that_is_going_on_is_neither_resumed_nor_recovered(killed):
+    with run_lock(killed):
+        assert is_going_on(killed)
+        with pytest.raises(DataError, match="still running"):
+            take_up(killed)
+        with pytest.raises(DataError, match="still running"):
+            recover(killed, resumable(killed).planned.clock, "A. Jones")
+    assert not is_going_on(killed)
+    assert not read(killed).info.sealed
+
+
+def test_a_run_holds_its_folder_until_it_is_sealed(tmp_path):
+    seen = []
+
+    def look(event):
+        seen.append((is_going_on(next((tmp_path / "runs").iterdir())), type(event)))
+        return isinstance(event, RunEnded)
+
+    _, whole = interrupted(tmp_path, look)
+    assert {held for held, _ in seen} == {True}
+    assert not (whole.folder / "run.lock").exists()
+
+
+def test_recover_closes_a_run_as_it_is(killed):
+    before = read(killed)
+    stored = recover(killed, resumable(killed).planned.clock, "A. Jones", "the bearing seized")
+    assert stored.info.sealed
+    assert stored.info.outcome == "aborted"
+    assert "A. Jones: the bearing seized" in stored.info.reason
+    assert stored.digest == before.digest
+    assert [one.samples for one in stored.incomplete] == [one.samples for one in before.incomplete]
+    assert verify_run(killed, load_registry()).matches
+    with pytest.raises(DataError, match="over and sealed"):
+        recover(killed, resumable, "A. Jones")
+
+
+def test_recover_leaves_a_run_that_had_ended_its_outcome(tmp_path):
+    killed, _ = interrupted(tmp_path, at_end)
+    stored = recover(killed, None, "A. Jones")
+    assert stored.info.outcome == "completed"
+    assert stored.info.sealed
+
+
+@pytest.fixture
+def unkept(tmp_path, monkeypatch):
+    """Return a run whose second recording could be folded neither at once nor at sealing."""
+    failed = threading.Event()
+
+    def full(files, samples, step):
+        if samples.number == 2:
+            failed.set()
+            raise DataError("cannot write 000002.h5: No space left on device")
+        fold(files, samples, step)
+
+    def wait(event):
+        assert not in_recording("003")(event) or failed.wait(30)
+
+    procedure = quick_procedure(tmp_path, NO_LOAD, FEWER)
+    with monkeypatch.context() as disk:
+        disk.setattr("rigrunner.runfile.writer.fold", full)
+        disk.setattr("rigrunner.runfile.sealing.fold", full)
+        ended = run(procedure, tmp_path / "runs", listeners=[wait])
+    assert (ended.outcome, ended.sealed) == (Outcome.ERROR, False)
+    return ended.folder
+
+
+def test_a_run_whose_recording_could_not_be_folded_goes_on_and_tells_its_former_end(
+    unkept, tmp_path
+):
+    (listed,) = list_runs(unkept.parent)
+    assert (listed.state, listed.is_interrupted) == ("error, not sealed", True)
+    again = Snapshot(unkept.parent, tmp_path / "again", in_recording("005"))
+    resumed = take_up(unkept, listeners=[again])
+    assert resumed.outcome is Outcome.COMPLETED
+    stored = read(resumed.folder)
+    assert len(stored.recordings) == 5
+    former = next(one for one in stored.events if isinstance(one, RunEnded))
+    assert "No space left" in former.reason
+    assert former.read_back["tester.load"] == 0.0
+    seam = next(one for one in stored.events if isinstance(one, Intervention))
+    assert "No space left" in seam.subject
+    assert verify_run(resumed.folder, load_registry()).matches
+
+    killed = read(again.folder)  # its former end is not its end any more
+    assert (killed.info.outcome, killed.info.reason) == ("error", NEVER_ENDED)
+    assert resumable(again.folder).seam is not None
+
+
+def test_recover_leaves_a_run_that_could_not_be_kept_its_reason(unkept):
+    stored = recover(unkept, None, "A. Jones")
+    assert (stored.info.sealed, stored.info.outcome) == (True, "error")
+    assert "No space left" in stored.info.reason
+    assert [one.name for one in stored.recordings] == ["001_8Hz", "002_15Hz"]
+
+
+def test_a_run_whose_device_was_lost_in_a_recording_is_resumed_to_its_end(tmp_path):
+    """The set-point that was interrupted is recorded anew, the others are kept as they are."""
+    fault = "{plugin: swing_tester_sim, settings: {seed: 1}, faults: [%s]}"
+    station = station_file(
+        tmp_path,
+        ("plugin: swing_tester_sim", "plugin: fault"),
+        ("settings: {seed: 1}", f"settings: {fault % '{kind: lost, on: stream, calls: [5]}'}"),
+    )
+    ended = run(quick_procedure(tmp_path, NO_LOAD, FEWER), tmp_path / "runs", station=station)
+    assert isinstance(ended.error, DeviceLostError)
+    assert not ended.sealed
+    before = read(ended.folder)
+    assert before.events[-1].resumable
+    kept = [one.name for one in before.recordings]
+    assert len(kept) == 3
+    (listed,) = list_runs(ended.folder.parent)
+    assert listed.is_interrupted
+
+    resumed = take_up(ended.folder)
+    assert (resumed.outcome, resumed.sealed) == (Outcome.COMPLETED, True)
+    after = read(resumed.folder)
+    assert len(after.recordings) == 5
+    for one in before.recordings:
+        same = next(each for each in after.recordings if each.name == one.name)
+        assert same.samples == one.samples
+    former = next(one for one in after.events if isinstance(one, RunEnded))
+    assert former.outcome is Outcome.ERROR

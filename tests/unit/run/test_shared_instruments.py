@@ -1,0 +1,203 @@
+"""One instrument in two station files: whoever comes second is told who has it."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from e2e.helpers_supply import SupplyLab
+from helpers_cli import call
+from rigrunner.api.errors import DeviceError, ExitCode
+from rigrunner.api.lines import LineSettings
+from rigrunner.registry import load_registry
+from rigrunner.rig_state import DriveMark, Owner, RigMarks, read_marker, record_made_safe
+from rigrunner.run.lab_plugins import with_lab_plugins
+from rigrunner.run.rig_lock import station_lock
+from rigrunner.station import load_station, parse_station
+from rigrunner_testing.station import bound_subject
+
+HEAD = """\
+rigrunner: station/1
+id: {id}
+title: T
+rig: {{mandrel: m, eccentric: 2 mm, centre_distance: 45 mm, inertia: 0.002 kg·m²,
+  support_friction: 0 N·m, support_damping: 0 N·m·s/rad}}
+devices:
+  {role}: {{type: t, plugin: {plugin}, settings: {settings}{more}}}
+"""
+
+
+@pytest.fixture(autouse=True)
+def own_state(tmp_path, monkeypatch):
+    monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
+
+
+class Said:
+    """A registry that knows of each device where it says that it is."""
+
+    def __init__(self, *places):
+        self.places = list(places)
+
+    def is_simulated(self, plugin, settings):  # noqa: ARG002  (the registry's)
+        return False
+
+    def physical_addresses(self, plugin, settings):  # noqa: ARG002  (the registry's)
+        return self.places
+
+
+def station(station_id, more="", role="psu"):
+    text = HEAD.format(id=station_id, role=role, plugin="p", settings="{}", more=more)
+    return parse_station(text, f"{station_id}.yaml")
+
+
+def test_another_station_of_the_same_instrument_is_refused_naming_who_has_it():
+    one, other = Said("tcp:localhost:5025"), Said("tcp:127.0.0.1:5025")
+    told = (
+        r"the instrument of 'supply' at tcp:127\.0\.0\.1:5025 is in use:"
+        r" WEAR on station first, process \d+"
+    )
+    with (
+        station_lock(station("first"), one, "WEAR"),
+        pytest.raises(DeviceError, match=told),
+        station_lock(station("second", role="supply"), other, "jog supply"),
+    ):
+        pass
+    with station_lock(station("second"), other, "jog psu"):
+        pass
+
+
+def test_who_is_refused_holds_nothing():
+    with station_lock(station("first"), Said("tcp:127.0.0.1:5025"), "WEAR"):
+        with (
+            pytest.raises(DeviceError),
+            station_lock(station("second"), Said("serial:/dev/a", "tcp:127.0.0.1:5025"), "jog"),
+        ):
+            pass
+        with station_lock(station("third"), Said("serial:/dev/a"), "jog"):
+            pass
+
+
+def test_two_roles_of_one_instrument_are_one_lock():
+    with station_lock(station("first"), Said("tcp:localhost:502", "tcp:127.0.0.1:502"), "WEAR"):
+        pass
+
+
+def test_what_a_station_says_to_be_shared_is_not_locked():
+    both = Said("tcp:127.0.0.1:5025")
+    with (
+        station_lock(station("first", ", shared: yes"), both, "WEAR"),
+        station_lock(station("second", ", shared: yes"), both, "WEAR"),
+    ):
+        pass
+
+
+def test_an_instrument_that_another_station_left_energised_is_refused_until_it_is_safe():
+    where = Said("tcp:127.0.0.1:5025")
+    owner = Owner("first", "/lab/first.yaml", "WEAR", 1, "bench", "2026-03-01T12:00:00.000Z")
+    with station_lock(station("first"), where, "WEAR") as marks:
+        owner = marks.owner
+    left = RigMarks(owner, ["psu"])
+    left._add(DriveMark("psu.voltage", "V", 0.0, 40.0))
+    told = r"'psu' at tcp:127.* is not known to be safe: .*left energised by WEAR.*psu.voltage 40 V"
+    with (
+        pytest.raises(DeviceError, match=told) as caught,
+        station_lock(station("second"), where, "jog"),
+    ):
+        pass
+    assert "first.yaml' makes it safe first" in caught.value.hint
+    record_made_safe("first", "'devices' made it safe")
+    with station_lock(station("second"), where, "jog"):
+        pass
+
+
+SPEED = {"channels": {"speed": {"input": 1, "unit": "Hz"}}}
+INVERTER = {"tcp": {"host": "localhost", "port": 1502}, "unit_id": 3, **SPEED}
+CELL = {"rtu": {"port": "/dev/ttyUSB0"}, **SPEED}
+
+
+@pytest.mark.parametrize(
+    ("plugin", "settings", "places"),
+    [
+        ("modbus", INVERTER, ["tcp:localhost:1502/unit 3"]),
+        ("modbus", CELL, ["serial:/dev/ttyUSB0"]),
+        ("fault", {"plugin": "modbus", "settings": CELL}, ["serial:/dev/ttyUSB0"]),
+        (
+            "composite",
+            {
+                "parts": {
+                    "drive": {"plugin": "modbus", "settings": INVERTER},
+                    "cell": {"plugin": "modbus", "settings": CELL},
+                },
+                "channels": {"speed": "drive.speed"},
+            },
+            ["tcp:localhost:1502/unit 3", "serial:/dev/ttyUSB0"],
+        ),
+        ("swing_tester_sim", {}, []),
+        ("modbus", {"simulated": True, "simulator": "inverter", **SPEED}, []),
+    ],
+)
+def test_a_device_is_where_it_or_what_it_is_made_of_is_reached(plugin, settings, places):
+    assert load_registry().physical_addresses(plugin, settings) == places
+
+
+@pytest.mark.parametrize(
+    ("plugin", "settings", "places"),
+    [
+        ("visa", {"resource": "GPIB0::12::INSTR"}, ("visa:GPIB0::12::INSTR",)),
+        ("pymeasure", {"resource": "GPIB0::16::INSTR"}, ("visa:GPIB0::16::INSTR",)),
+        ("opcua", {"endpoint": "opc.tcp://plc/rig"}, ("tcp:plc:4840",)),
+        ("opcua", {"endpoint": "opc.tcp://plc:4841"}, ("tcp:plc:4841",)),
+        ("serial_ascii", {"port": "/dev/ttyUSB1"}, ("serial:/dev/ttyUSB1",)),
+        ("daq", {"device": "cDAQ1"}, ("daq:cDAQ1",)),
+    ],
+)
+def test_the_settings_of_instruments_say_where_they_are(plugin, settings, places):
+    model = load_registry().settings_of("device", plugin)
+    assert model.model_construct(**settings).physical_addresses() == places
+
+
+def test_drivers_by_lines_of_text_say_it_without_a_word_of_their_author():
+    assert LineSettings(address="192.0.2.7:5025").physical_addresses() == ("tcp:192.0.2.7:5025",)
+    assert LineSettings(address="COM3").physical_addresses() == ("serial:COM3",)
+    assert LineSettings(simulated=True).physical_addresses() == ()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="as the e2e tests of the supply")
+def test_from_the_command_line_a_second_station_of_one_supply_is_refused(tmp_path):
+    """As it was found: a jog by another station's file moved the device in mid-run."""
+    lab = SupplyLab(tmp_path / "lab")
+    other = lab.add_station("other.yaml", "other")
+    found = load_station(lab.station)
+    registry = with_lab_plugins(load_registry(), found, lab.folder)
+    with station_lock(found, registry, "STEPS"):
+        called = call("jog", other, "psu", "--set", "voltage=5 V", "--log", lab.folder / "jog.log")
+    assert called.code == ExitCode.DEVICE
+    assert "the instrument of 'psu' at file:supply.json" in called.err
+    assert "is in use: STEPS on station supply, process" in called.err
+    assert lab.stands() == (0.0, 0.0)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="as the e2e tests of the supply")
+def test_the_kit_marks_the_rig_of_a_station_while_it_drives_it(tmp_path):
+    lab = SupplyLab(tmp_path / "lab")
+    seen = []
+    with bound_subject(lab.station, "psu", "supply") as subject:
+        with subject.connected() as device:
+            device.set("voltage", 20.0)
+            seen.append(read_marker("supply").set_points)
+        seen.append(read_marker("supply"))
+    assert seen == ["psu.voltage at an unknown value, psu.speed at an unknown value", None]
+
+
+def test_the_kit_drives_no_rig_that_was_left_energised(tmp_path):
+    lab = SupplyLab(tmp_path / "lab")
+    found = load_station(lab.station)
+    registry = with_lab_plugins(load_registry(), found, lab.folder)
+    with station_lock(found, registry, "STEPS") as marks:
+        marks._add(DriveMark("psu.voltage", "V", 0.0, 40.0))
+    with (
+        pytest.raises(DeviceError, match="left energised by STEPS"),
+        bound_subject(lab.station, "psu", "supply"),
+    ):
+        pass

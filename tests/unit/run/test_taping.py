@@ -1,0 +1,532 @@
+"""A run on tape: what was recorded comes again to the last bit, and what failed fails again."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import shutil
+import threading
+
+import pytest
+
+from helpers_workflow import START, quick_procedure, station_file
+from rigrunner.api.devices import ChannelInfo, Identity
+from rigrunner.api.driver import Driver
+from rigrunner.api.errors import (
+    AbortedError,
+    DataError,
+    DeviceError,
+    DeviceLostError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+    ExitCode,
+    UsageError,
+)
+from rigrunner.api.events import Alarm, Answer, Outcome, StepStarted
+from rigrunner.api.hooks import DeviceRecord
+from rigrunner.certificate.content import restrictions_of
+from rigrunner.clock import SimulatedClock
+from rigrunner.documents.certifying.certify import read_source
+from rigrunner.engine import Choice, Decision, Override, UnattendedAnswers
+from rigrunner.registry import Plugin, Provider, Registry, load_registry
+from rigrunner.run.inputs import answer_inputs
+from rigrunner.run.locate import find_station
+from rigrunner.run.noload import LoadedRun, find_no_load
+from rigrunner.run.prepare import plan_run
+from rigrunner.run.record import execute
+from rigrunner.run.report import report_input
+from rigrunner.run.stored import open_run
+from rigrunner.run.taping import inputs_on, on_tape, overrides_on, tape_for
+from rigrunner.runfile import read
+from rigrunner.tape import RecordedTape, ReplayedTape
+
+TWO = ("[8 Hz, 15 Hz, 20 Hz, 25 Hz, 35 Hz]", "[8 Hz, 15 Hz]")
+
+
+def run(tape, procedure, runs, *, station=None, registry=None, answers=None, stop=None, **people):
+    """Run on a tape; `people` are listeners and pauses."""
+    clock = SimulatedClock(START if isinstance(tape, RecordedTape) else tape.manifest.began_utc)
+    where = station or find_station("simulated")
+    planned = plan_run(procedure, where, registry or load_registry(), clock, tape)
+    answers = answers or UnattendedAnswers()
+    with tape:
+        return execute(
+            planned,
+            runs=runs,
+            inputs=answer_inputs(planned.procedure, inputs_on(tape), answers),
+            no_load=None,
+            answers=answers,
+            stop=stop or threading.Event(),
+            **people,
+        )
+
+
+def both(folder, procedure, **known):
+    """Record a run and replay it; return both, and the tape that was played."""
+    first = run(RecordedTape(folder / "tape"), procedure, folder / "runs", **known)
+    tape = ReplayedTape(folder / "tape")
+    return first, run(tape, procedure, folder / "runs", **known), tape
+
+
+@pytest.fixture(scope="module")
+def taped(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("taped")
+    procedure = quick_procedure(folder, "no_load_inertia_sweep")
+    return folder, procedure, *both(folder, procedure)
+
+
+def test_a_replay_gives_the_same_recordings_to_the_last_bit(taped):
+    _, _, first, again, tape = taped
+    assert tape.notes() == ()
+    one, other = open_run(first.folder), open_run(again.folder)
+    assert one.data.digest == other.data.digest
+    for a, b in zip(one.data.recordings, other.data.recordings, strict=True):
+        assert {name: values.tobytes() for name, values in a.channels.items()} == {
+            name: values.tobytes() for name, values in b.channels.items()
+        }
+        assert (a.conditions, a.setpoints, a.started_utc) == (
+            b.conditions, b.setpoints, b.started_utc,
+        )  # fmt: skip
+
+
+def test_a_replay_gives_the_same_result(taped):
+    _, _, first, again, _ = taped
+    one, other = (json.loads((each.folder / "result.json").read_text()) for each in (first, again))
+    del one["run"], other["run"]
+    assert one == other
+
+
+def test_a_replay_gives_the_same_events_at_the_same_times(taped):
+    _, _, first, again, _ = taped
+    one, other = (read(each.folder).events for each in (first, again))
+    assert [repr(each) for each in one[1:]] == [repr(each) for each in other[1:]]
+
+
+def test_a_replay_asks_no_device(taped, monkeypatch):
+    folder, procedure, *_ = taped
+    from rigrunner_bearings.devices.simulated.tester import SimulatedTester  # noqa: PLC0415
+
+    def asked(*_):
+        raise AssertionError("a device was asked")
+
+    for name in ("connect", "read", "set", "read_back", "stream", "make_safe", "close", "truth"):
+        monkeypatch.setattr(SimulatedTester, name, asked)
+    again = run(ReplayedTape(folder / "tape"), procedure, folder / "more")
+    assert again.outcome is Outcome.COMPLETED
+
+
+def test_a_replay_is_marked_as_such_everywhere(taped):
+    folder, _, first, again, _ = taped
+    assert again.folder.name == f"{first.folder.name}_replay"
+    stored = read(again.folder)
+    told = stored.header.provenance["replayed"]
+    assert told.startswith("tape, begun 2026-03-01T12:00:00.000Z, SHA-256 ")
+    page = again.report.read_text(encoding="utf-8")
+    assert "Not for certification: this run is a replay, and no instrument was asked" in page
+    assert told in page
+    assert "replayed" not in read(first.folder).header.provenance
+    assert "is a replay" not in first.report.read_text(encoding="utf-8")
+    assert report_input(again.folder, load_registry()).provenance["replayed"] == told
+    assert folder.exists()
+
+
+def test_a_certificate_on_a_replay_is_a_specimen_and_says_why(taped):
+    _, _, first, again, _ = taped
+    registry = load_registry()
+    one, other = (read_source(each.folder, registry) for each in (first, again))
+    codes = [each.code for each in restrictions_of(one, requested=True)]
+    assert codes == ["draft_procedure", "simulated"]
+    found = {each.code: each.detail for each in restrictions_of(other, requested=True)}
+    assert list(found) == [*codes, "replayed"]
+    assert found["replayed"] == other.stored.header.provenance["replayed"]
+
+
+def test_a_replay_is_no_no_load_run_for_a_measurement(taped):
+    folder, procedure, _, again, _ = taped
+    planned = plan_run(
+        quick_procedure(folder, "starting_torque_1000n"),
+        find_station("simulated"),
+        load_registry(),
+        SimulatedClock(START),
+    )
+    spec = planned.procedure.model.torque_analysis.no_load
+    loaded = LoadedRun(planned.station.model, START, "tester.frequency", ())
+    with pytest.raises(DataError, match="it is the replay of a tape"):
+        find_no_load(spec, loaded, folder / "runs", again.folder.name)
+    of_replay = LoadedRun(planned.station.model, START, "tester.frequency", (), replays=True)
+    assert find_no_load(spec, of_replay, folder / "runs", again.folder.name) == again.folder
+    assert procedure.exists()
+
+
+def test_one_changed_command_is_the_first_difference(taped, tmp_path):
+    folder, *_ = taped
+    changed = quick_procedure(
+        tmp_path, "no_load_inertia_sweep",
+        ("[8 Hz, 15 Hz, 20 Hz, 25 Hz, 35 Hz]", "[8 Hz, 15 Hz, 21 Hz, 25 Hz, 35 Hz]"),
+    )  # fmt: skip
+    finished = run(ReplayedTape(folder / "tape"), changed, tmp_path / "runs")
+    assert finished.exit_code is ExitCode.DEVICE
+    assert isinstance(finished.error, DeviceRejectedError)
+    lines = (folder / "tape/devices/tester.jsonl").read_text().splitlines()
+    number = next(n for n, line in enumerate(lines, 1) if "set frequency 20.0" in line)
+    assert str(finished.error).startswith(
+        f"tester: the replay differs from the tape: {folder}/tape/devices/tester.jsonl:{number}"
+        " has 'set frequency 20.0', asked was 'set frequency 21.0', after 'read back load',"
+    )
+    assert str(finished.error).endswith("(the procedure is not the one of the tape)")
+    assert len(read(finished.folder).recordings) == 2
+
+
+def test_what_of_a_tape_was_not_asked_for_is_told(taped, tmp_path):
+    folder, procedure, *_ = taped
+    tape = tmp_path / "tape"
+    (tape / "devices").mkdir(parents=True)
+    for name in ("tape.json", "clock.jsonl", "answers.jsonl", "devices/tester.jsonl"):
+        (tape / name).write_bytes((folder / "tape" / name).read_bytes())
+    with (tape / "devices/tester.jsonl").open("a") as file:
+        file.write('{"seq":99999,"ask":"close","answer":null,"took_s":0}\n')
+    replayed = ReplayedTape(tape)
+    assert run(replayed, procedure, tmp_path / "runs").outcome is Outcome.COMPLETED
+    (note,) = replayed.notes()
+    assert note.endswith("one exchange is left on the tape that were not asked for")
+
+
+@pytest.mark.parametrize("length", [0, 20_000, 100_000])
+def test_a_tape_that_was_interrupted_ends_the_replay_there(taped, tmp_path, length):
+    folder, procedure, *_ = taped
+    tape = tmp_path / "tape"
+    (tape / "devices").mkdir(parents=True)
+    for name in ("tape.json", "clock.jsonl", "answers.jsonl", "devices/tester.jsonl"):
+        (tape / name).write_bytes((folder / "tape" / name).read_bytes())
+    whole = (tape / "devices/tester.jsonl").read_bytes()
+    (tape / "devices/tester.jsonl").write_bytes(whole[:length])
+    if not length:
+        with pytest.raises(DeviceRejectedError, match="tester: the tape is over"):
+            run(ReplayedTape(tape), procedure, tmp_path / "runs")
+        return
+    finished = run(ReplayedTape(tape), procedure, tmp_path / "runs")
+    assert "the tape is over at" in str(finished.error)
+    assert finished.sealed
+
+
+def test_a_replay_that_differs_only_where_the_rig_is_made_safe_ends_in_an_error(taped, tmp_path):
+    folder, procedure, *_ = taped
+    tape = tmp_path / "tape"
+    shutil.copytree(folder / "tape", tape)
+    file = tape / "devices/tester.jsonl"
+    file.write_bytes(file.read_bytes().replace(b'"make safe"', b'"hide"'))
+    finished = run(ReplayedTape(tape), procedure, tmp_path / "runs")
+    assert finished.outcome is Outcome.ERROR
+    assert "asked was 'make safe'" in finished.reason
+    assert not finished.unsafe
+
+
+@pytest.mark.parametrize("length", [300, 5_000, 30_000])
+def test_a_clock_that_was_interrupted_ends_the_replay_in_order(taped, tmp_path, length):
+    folder, procedure, *_ = taped
+    tape = tmp_path / "tape"
+    (tape / "devices").mkdir(parents=True)
+    for name in ("tape.json", "clock.jsonl", "answers.jsonl", "devices/tester.jsonl"):
+        (tape / name).write_bytes((folder / "tape" / name).read_bytes())
+    (tape / "clock.jsonl").write_bytes((tape / "clock.jsonl").read_bytes()[:length])
+    replayed = ReplayedTape(tape)
+    finished = run(replayed, procedure, tmp_path / "runs")
+    assert "clock.jsonl" in str(finished.error)
+    (note,) = replayed.notes()
+    assert note.startswith(f"the tape is over at {tape}/clock.jsonl:")
+    assert finished.outcome is Outcome.ERROR
+
+
+def test_a_failure_in_the_lab_is_the_same_failure_at_the_desk(tmp_path):
+    faulty = "{plugin: swing_tester_sim, settings: {seed: 1}, faults: [%s]}"
+    lost = faulty % "{kind: lost, at: {frequency: 15 Hz}}"
+    plain = "plugin: swing_tester_sim\n    settings: {seed: 1}"
+    wrapped = (plain, f"plugin: fault\n    settings: {lost}")
+    station = station_file(tmp_path, wrapped)
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    first, again, tape = both(tmp_path, procedure, station=station)
+    assert isinstance(first.error, DeviceLostError)
+    assert (type(again.error), str(again.error)) == (type(first.error), str(first.error))
+    assert again.reason == first.reason
+    assert read(again.folder).digest == read(first.folder).digest
+    assert tape.notes() == ()
+
+
+def test_an_interlock_that_tripped_in_the_lab_trips_at_the_desk(tmp_path):
+    """Interlocks go by time: how long a value was too high, and how often it was looked at."""
+    station = station_file(tmp_path, ("above: 60 °C, every: 1 s", "above: 23 °C, every: 0.7 s"))
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    first, again, tape = both(tmp_path, procedure, station=station)
+    assert first.outcome is again.outcome is Outcome.ABORTED
+    assert "tester.temperature is 23" in first.reason
+    assert again.reason == first.reason
+    one, other = (read(each.folder).events for each in (first, again))
+    assert [repr(each) for each in one[1:]] == [repr(each) for each in other[1:]]
+    assert tape.notes() == ()
+
+
+def test_what_persons_answered_is_answered_again(tmp_path):
+    class Person:
+        by = "A. Jones"
+
+        def confirm(self, step, question):  # noqa: ARG002  (the engine's)
+            return False
+
+        def ask(self, step, question):  # noqa: ARG002  (the engine's)
+            return "B. Smith"
+
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    tape = RecordedTape(tmp_path / "tape")
+    first = run(tape, procedure, tmp_path / "runs", answers=Person())
+    again = run(ReplayedTape(tmp_path / "tape"), procedure, tmp_path / "runs")
+    for each in (first, again):
+        assert each.outcome is Outcome.ABORTED
+        assert each.reason.endswith("was answered with no")
+        stored = read(each.folder)
+        assert stored.header.inputs == {"operator": "B. Smith"}
+        assert [event.by for event in stored.events if isinstance(event, Answer)] == ["A. Jones"]
+
+
+def test_what_was_let_pass_in_the_lab_is_let_pass_at_the_desk(tmp_path):
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    tape = RecordedTape(tmp_path / "tape")
+    clock = SimulatedClock(START)
+    planned = plan_run(procedure, find_station("simulated"), load_registry(), clock, tape)
+    let_pass = (Override("overdue tester.torque", "it was due", "A. Jones", "urgent"),)
+    on_tape(planned, tape, {"operator": "B. Smith"}, let_pass, UnattendedAnswers())
+    played = ReplayedTape(tmp_path / "tape")
+    assert overrides_on(played) == let_pass
+    assert inputs_on(played) == {"operator": "B. Smith"}
+    assert overrides_on(tape) == ()
+    assert inputs_on(None) == {}
+
+
+class StopAt:
+    """A stop token that somebody sets as a step begins."""
+
+    def __init__(self, recording):
+        self.recording = recording
+        self.set = False
+
+    def __call__(self, event):
+        self.set |= isinstance(event, StepStarted) and event.recording.startswith(self.recording)
+
+    def is_set(self):
+        return self.set
+
+    def reason(self):
+        error = AbortedError("it sounded odd", by="A. Jones")
+        error.exit_code = ExitCode.INTERRUPTED
+        return error
+
+
+def test_a_run_that_was_stopped_is_stopped_again_at_the_same_place(tmp_path):
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    stop = StopAt("002")
+    tape = RecordedTape(tmp_path / "tape")
+    first = run(tape, procedure, tmp_path / "runs", listeners=[stop], stop=stop)
+    played = ReplayedTape(tmp_path / "tape")
+    again = run(played, procedure, tmp_path / "runs")
+    for each in (first, again):
+        assert (each.outcome, each.reason) == (Outcome.ABORTED, "it sounded odd")
+        assert each.exit_code is ExitCode.INTERRUPTED
+        assert each.error.by == "A. Jones"
+    one, other = (read(each.folder) for each in (first, again))
+    assert [repr(each) for each in one.events[1:]] == [repr(each) for each in other.events[1:]]
+    assert [len(each.recordings) for each in (one, other)] == [1, 1]
+    assert played.notes() == ()
+
+
+class Pausing:
+    """Pauses once, as a recording begins; looks a few times, then decides."""
+
+    def __init__(self, recording, *decisions):
+        self.recording = recording
+        self.decisions = list(decisions)
+        self.asked = False
+
+    def __call__(self, event):
+        if isinstance(event, StepStarted) and event.recording.startswith(self.recording):
+            self.asked = bool(self.decisions)
+
+    def wanted(self):
+        return "keyboard" if self.asked else ""
+
+    def decide(self, paused, watch):  # noqa: ARG002  (the engine's)
+        self.asked = False
+        for _ in range(3):
+            watch()
+        decision = self.decisions.pop(0)
+        if isinstance(decision, Exception):
+            raise decision
+        return decision
+
+
+@pytest.mark.parametrize(
+    ("decisions", "outcome"),
+    [
+        ([Decision(Choice.RESUME, "A. Jones")], Outcome.COMPLETED),
+        ([Decision(Choice.NOTE, "A. Jones", "odd"), Decision(Choice.REPEAT, "A. Jones")],
+         Outcome.COMPLETED),
+        ([Decision(Choice.SKIP, "A. Jones", "too hot")], Outcome.COMPLETED),
+        ([Decision(Choice.ABORT, "A. Jones", "enough")], Outcome.ABORTED),
+        ([AbortedError("paused, and nobody answered", by="nobody")], Outcome.ABORTED),
+    ],
+    ids=["resume", "note and repeat", "skip", "abort", "nobody"],
+)  # fmt: skip
+def test_a_run_that_was_paused_is_paused_again_and_goes_on_so(tmp_path, decisions, outcome):
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    pauses = Pausing("002", *decisions)
+    tape = RecordedTape(tmp_path / "tape")
+    first = run(tape, procedure, tmp_path / "runs", listeners=[pauses], pauses=pauses)
+    assert pauses.decisions == []
+    played = ReplayedTape(tmp_path / "tape")
+    again = run(played, procedure, tmp_path / "runs")
+    assert first.outcome is again.outcome is outcome
+    assert again.reason == first.reason
+    one, other = (read(each.folder) for each in (first, again))
+    assert [repr(each) for each in one.events[1:]] == [repr(each) for each in other.events[1:]]
+    assert one.digest == other.digest
+    assert played.notes() == ()
+
+
+def test_a_replay_can_be_stopped_too(taped, tmp_path):
+    folder, procedure, *_ = taped
+    stop = StopAt("001")
+    again = run(
+        ReplayedTape(folder / "tape"), procedure, tmp_path / "runs", listeners=[stop], stop=stop
+    )
+    assert (again.outcome, again.reason) == (Outcome.ABORTED, "it sounded odd")
+    assert not again.unsafe  # there is no rig, and nobody has to go to one
+
+
+def test_a_full_disk_costs_the_tape_and_not_the_run(tmp_path, monkeypatch):
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    write, told = os.write, []
+
+    def full(descriptor, line):
+        if line.startswith(b'{"seq":20,'):
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(descriptor, line)
+
+    monkeypatch.setattr("rigrunner.tape.recording.os.write", full)
+    tape = RecordedTape(tmp_path / "tape")
+    finished = run(tape, procedure, tmp_path / "runs", listeners=[told.append])
+    assert finished.outcome is Outcome.COMPLETED
+    assert finished.exit_code is ExitCode.PASS
+    alarms = [each.text for each in told if isinstance(each, Alarm)]
+    assert len(alarms) == 1
+    assert alarms[0].startswith("the tape failed and was dropped: DataError: ")
+    assert alarms[0].endswith("No space left on device; the run goes on without it")
+    (note,) = tape.notes()
+    assert "is not whole" in note
+
+
+class Thermometer(Driver):
+    """A wired device: its own code works in a replay too. The instrument is a function."""
+
+    instrument = staticmethod(lambda request: {"ID?": "T-1", "TEMP?": "296.5"}[request])
+
+    def __init__(self, context):
+        super().__init__(context, [ChannelInfo("air", "K", "air")])
+
+    def open(self, timeout_s):  # noqa: ARG002
+        return Identity("Fakes", "thermometer", self._ask("ID?"), simulated=True)
+
+    def get(self, channel):  # noqa: ARG002
+        return float(self._ask("TEMP?"))
+
+    def _ask(self, request):
+        return self.exchange(request, lambda: type(self).instrument(request))
+
+
+@pytest.fixture
+def wired(tmp_path, monkeypatch):
+    """A station with a wired thermometer beside the tester, and the registry that knows it."""
+
+    def make(_, context):
+        return Thermometer(context)
+
+    record = DeviceRecord(name="thermometer", help="", factory=make, wired=True, simulated=True)
+    known = load_registry().plugins
+    registry = Registry([*known, Plugin("device", record, Provider("tests", "1"))])
+    station = station_file(
+        tmp_path,
+        ("devices:\n", "devices:\n  room: {type: thermometer, plugin: thermometer}\n"),
+        ("order: [", "patience: {connect: 1 s, answer: 0.3 s}\n  order: ["),
+    )
+    return registry, station, monkeypatch
+
+
+def test_the_tape_of_a_wired_device_is_its_wire(wired, tmp_path):
+    registry, station, monkeypatch = wired
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    known = {"station": station, "registry": registry}
+    first = run(RecordedTape(tmp_path / "tape"), procedure, tmp_path / "runs", **known)
+    lines = (tmp_path / "tape/devices/room.jsonl").read_text().splitlines()
+    assert [json.loads(line)["ask"] for line in lines] == ["ID?", "TEMP?", "TEMP?"]
+
+    def asked(_):
+        raise AssertionError("the instrument was asked")
+
+    monkeypatch.setattr(Thermometer, "instrument", staticmethod(asked))
+    again = run(ReplayedTape(tmp_path / "tape"), procedure, tmp_path / "runs", **known)
+    assert again.outcome is Outcome.COMPLETED
+    assert read(again.folder).digest == read(first.folder).digest
+    assert read(again.folder).recordings[0].conditions["room.air"] == 296.5
+
+
+def test_an_instrument_that_hung_in_the_lab_hangs_at_the_desk(wired, tmp_path):
+    registry, station, monkeypatch = wired
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    known = {"station": station, "registry": registry}
+    answer = threading.Event()
+
+    def hangs(request):
+        if request == "TEMP?":
+            answer.wait(20)
+        return "T-1"
+
+    monkeypatch.setattr(Thermometer, "instrument", staticmethod(hangs))
+    first, again, _ = both(tmp_path, procedure, **known)
+    answer.set()
+    for each in (first, again):
+        assert isinstance(each.error, DeviceTimeoutError)
+        assert str(each.error) == "room: 'read' did not return within 0.3 s"
+
+
+def test_a_command_of_a_driver_that_was_changed_is_the_first_difference(wired, tmp_path):
+    registry, station, monkeypatch = wired
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    known = {"station": station, "registry": registry}
+    run(RecordedTape(tmp_path / "tape"), procedure, tmp_path / "runs", **known)
+    monkeypatch.setattr(Thermometer, "get", lambda self, _: float(self._ask("T?")))
+    finished = run(ReplayedTape(tmp_path / "tape"), procedure, tmp_path / "runs", **known)
+    assert str(finished.error) == (
+        f"room: the replay differs from the tape: {tmp_path}/tape/devices/room.jsonl:2 has 'TEMP?',"
+        " asked was 'T?', after 'ID?'"
+    )
+
+
+def test_a_tape_is_one_or_the_other_and_in_a_folder_of_its_own(tmp_path):
+    with pytest.raises(UsageError, match="exclude each other"):
+        tape_for(tmp_path / "a", tmp_path / "b")
+    with pytest.raises(DataError, match=r"holds no tape: tape.json: No such file"):
+        tape_for(None, tmp_path)
+    (tmp_path / "notes.txt").touch()
+    with pytest.raises(DataError, match="a tape is never written over"):
+        tape_for(tmp_path, None)
+    assert tape_for(None, None) is None
+    (tmp_path / "tape.json").write_text('{"rigrunner": "tape/2"}')
+    with pytest.raises(DataError, match="no tape that this Rigrunner knows: rigrunner: "):
+        tape_for(None, tmp_path)
+
+
+def test_a_tape_that_cannot_be_made_keeps_the_run_from_starting(tmp_path):
+    (tmp_path / "file").touch()
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    with pytest.raises(DataError, match="cannot make the tape"):
+        run(RecordedTape(tmp_path / "file/tape"), procedure, tmp_path / "runs")
+    assert not (tmp_path / "runs").exists()
+    assert issubclass(DeviceRejectedError, DeviceError)

@@ -1,0 +1,63 @@
+"""How a command ends that analysed a stored run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from rigrunner.api.errors import ExitCode
+from rigrunner.api.events import Outcome
+from rigrunner.api.verdict import Verdict
+from rigrunner.run.finish import FinishedRun, verdict_code
+from unit.rigrunner_reports.helpers_report import deciding, loaded_result
+
+
+@pytest.mark.parametrize(
+    ("verdict", "code"),
+    [
+        (Verdict.PASS, ExitCode.PASS),
+        (Verdict.FAIL, ExitCode.FAIL),
+        (Verdict.CONDITIONAL_PASS, ExitCode.UNDECIDED),
+        (Verdict.INCONCLUSIVE, ExitCode.UNDECIDED),
+    ],
+)
+def test_a_completed_run_ends_as_its_verdict(verdict, code):
+    result = loaded_result()
+    assert (
+        verdict_code(replace(result, decision=deciding(result.decision, verdict=verdict))) is code
+    )
+
+
+@pytest.mark.parametrize("outcome", ["aborted", "error", ""])
+@pytest.mark.parametrize("is_decided", [True, False])
+def test_a_run_that_was_not_completed_is_never_a_success(outcome, is_decided):
+    result = loaded_result()
+    result = replace(result, run=replace(result.run, outcome=outcome))
+    if not is_decided:
+        result = replace(result, decision=None)
+    assert verdict_code(result) is ExitCode.UNDECIDED
+
+
+@pytest.mark.parametrize(
+    ("verdict", "failed_steps", "code"),
+    [
+        (Verdict.PASS, (), ExitCode.PASS),
+        (Verdict.PASS, ("main[0]: cable",), ExitCode.UNDECIDED),
+        (Verdict.FAIL, (), ExitCode.FAIL),
+        (Verdict.FAIL, ("main[0]: cable",), ExitCode.FAIL),
+    ],
+)
+def test_a_failed_step_makes_a_pass_undecided_and_leaves_a_fail(
+    tmp_path, verdict, failed_steps, code
+):
+    result = loaded_result()
+    finished = FinishedRun(
+        folder=tmp_path,
+        outcome=Outcome.COMPLETED,
+        reason="",
+        error=None,
+        result=replace(result, decision=deciding(result.decision, verdict=verdict)),
+        passed_over=failed_steps,
+    )
+    assert finished.exit_code is code

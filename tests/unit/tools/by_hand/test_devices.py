@@ -1,0 +1,193 @@
+"""What the devices of a station say, one after the other, none hidden by another's failure."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from datetime import UTC, date, datetime
+
+import pytest
+
+from helpers_cli import call
+from helpers_devices import FakeTester
+from helpers_workflow import station_file
+from rigrunner.api.devices import Identity
+from rigrunner.api.errors import DeviceLostError, DeviceTimeoutError, ExitCode
+from rigrunner.clock import SimulatedClock
+from rigrunner.tools.by_hand.devices import look_at
+from rigrunner.tools.by_hand.station import ready_station
+
+TWO = (
+    "devices:\n",
+    "devices:\n  other: {type: swing_tester, plugin: swing_tester_sim, settings: {seed: 2}}\n",
+)
+
+
+def looked_at(folder, *changes, **devices):
+    """Look at the simulated station with changes, and with fakes in some roles."""
+    ready = ready_station(station_file(folder, *changes))
+    ready = dataclasses.replace(ready, devices={**ready.devices, **devices})
+    return {report.role: report for report in look_at(ready)}
+
+
+def failing(call, error):
+    def before(what):
+        if what.startswith(call):
+            raise error
+
+    return before
+
+
+def test_a_device_that_is_well_says_who_it_is_where_it_stands_and_what_it_reads(tmp_path):
+    report = looked_at(tmp_path)["tester"]
+    assert (report.state, report.connected, report.problems) == ("ok", True, ())
+    assert report.who["tester"].serial == "SIM-0001"
+    assert report.who["tester"].simulated
+    assert [(each.drive, each.found, each.safe) for each in report.drives] == [
+        ("frequency", 0.0, True), ("load", 0.0, True),
+    ]  # fmt: skip
+    assert report.values["tester.temperature"] == pytest.approx(296.15, abs=0.2)
+    assert report.units["tester.temperature"] == "K"
+    assert report.read_s > 0
+
+
+def test_a_device_that_fails_hides_no_other(tmp_path):
+    tester = FakeTester(before=failing("connect", DeviceTimeoutError("silent", hint="is it on?")))
+    reports = looked_at(tmp_path, TWO, tester=tester)
+    assert [(role, each.state) for role, each in reports.items()] == [
+        ("other", "ok"), ("tester", "fail"),
+    ]  # fmt: skip
+    assert reports["tester"].problems == ("tester: silent",)
+    assert reports["tester"].hint == "is it on?"
+    assert not reports["tester"].connected
+
+
+@pytest.mark.parametrize("where", ["read ", "read_back", "close"])
+def test_whatever_fails_the_device_is_made_safe_and_closed(tmp_path, where):
+    tester = FakeTester(before=failing(where, DeviceLostError("unplugged")))
+    report = looked_at(tmp_path, tester=tester)["tester"]
+    assert report.state == "fail"
+    assert report.connected
+    assert report.problems[0] == "tester: unplugged"
+    assert tester.calls[-2:] == ["make_safe", "close"]
+
+
+def test_a_bug_of_a_plugin_is_a_failure_of_its_device_alone(tmp_path):
+    tester = FakeTester(before=failing("read ", ZeroDivisionError("division by zero")))
+    reports = looked_at(tmp_path, TWO, tester=tester)
+    assert reports["other"].state == "ok"
+    assert reports["tester"].problems == (
+        "a bug of the plugin: ZeroDivisionError: division by zero",
+    )
+    assert tester.calls[-2:] == ["make_safe", "close"]
+
+
+def test_a_drive_that_is_found_away_from_safe_is_told_and_made_safe(tmp_path):
+    tester = FakeTester()
+    report = looked_at(tmp_path, tester=tester)["tester"]
+    assert report.state == "warn"
+    assert [(each.drive, each.found, each.safe) for each in report.drives] == [
+        ("load", 7.0, True), ("frequency", 3.0, False),
+    ]  # fmt: skip
+    assert set(tester.drives_at.values()) == {0.0}
+
+
+def test_a_drive_that_cannot_be_made_safe_is_a_failure(tmp_path):
+    report = looked_at(tmp_path, tester=FakeTester(read_back_offset=5.0))["tester"]
+    assert report.state == "fail"
+    assert report.problems == ("NOT SAFE: frequency reads back 5 Hz, safe is 0 Hz",)
+
+
+def test_ctrl_c_leaves_nothing_energised(tmp_path):
+    tester = FakeTester(before=failing("read ", KeyboardInterrupt()))
+    with pytest.raises(KeyboardInterrupt):
+        looked_at(tmp_path, tester=tester)
+    assert tester.calls[-2:] == ["make_safe", "close"]
+
+
+@pytest.mark.parametrize(
+    ("entry", "state", "text"),
+    [
+        ("calibration: simulated", "ok", "not calibrated: simulated"),
+        ("due: 2026-03-01", "ok", "calibrated until 2026-03-01"),
+        ("due: 2026-02-28", "warn", "overdue since 2026-02-28"),
+        ("maker: X", "warn", "no date of the next calibration is in the register"),
+    ],
+)
+def test_the_register_says_until_when_it_is_calibrated(tmp_path, entry, state, text):
+    ready = ready_station(station_file(tmp_path))
+    (torque,) = ready.station.model.instruments
+    known = {"simulated": torque.calibration, "due": None}
+    changes = {"calibration": None}
+    if entry.startswith("due"):
+        changes["due"] = date.fromisoformat(entry[5:])
+    if entry.startswith("calibration"):
+        changes = {"calibration": known["simulated"]}
+    model = ready.station.model.model_copy(
+        update={"instruments": (torque.model_copy(update=changes),)}
+    )
+    station = dataclasses.replace(ready.station, model=model)
+    clock = SimulatedClock(datetime(2026, 3, 1, 12, tzinfo=UTC))
+    (report,) = look_at(dataclasses.replace(ready, station=station, clock=clock))
+    (found,) = report.calibrated
+    assert (found.channel, found.instrument) == ("tester.torque", "SIM-TQ-01")
+    assert (found.state, found.text) == (state, text)
+    assert report.state == state
+
+
+def test_each_part_of_a_composite_says_who_it_is(tmp_path):
+    class Parts(FakeTester):
+        def connect(self, timeout_s):
+            whole = super().connect(timeout_s)
+            part = Identity("Fakes", "bridge", "7", "1.2")
+            return dataclasses.replace(whole, parts={"bridge": part})
+
+    report = looked_at(tmp_path, tester=Parts())["tester"]
+    assert list(report.who) == ["tester", "tester/bridge"]
+    assert report.who["tester/bridge"].firmware == "1.2"
+
+
+def test_the_command_ends_with_0_where_all_answer(tmp_path):
+    called = call("devices", station_file(tmp_path))
+    assert called.code == ExitCode.PASS
+    assert "Rigrunner swing_tester_sim, serial SIM-0001 (simulated)" in called.out
+    assert "frequency stands at 0 Hz, which is safe" in called.out
+    assert called.out.endswith("1 device: all answer, and are left safe\n")
+
+
+def test_the_command_ends_with_4_where_one_fails_and_shows_the_others(tmp_path):
+    station = station_file(tmp_path, TWO, ("{seed: 1}", "{seed: 1, simulate: unplugged}"))
+    called = call("devices", station)
+    assert called.code == ExitCode.DEVICE
+    assert "problem: tester: no swing_tester_sim answered within 10 s" in called.out
+    assert "serial SIM-0002" in called.out
+    assert called.out.endswith("2 devices, of which 1 failed: tester\n")
+    document = json.loads(call("devices", station, "--json").out)
+    assert [(each["role"], each["state"]) for each in document] == [
+        ("other", "ok"), ("tester", "fail"),
+    ]  # fmt: skip
+
+
+def test_a_station_that_is_wrong_is_told_with_its_lines(tmp_path):
+    station = station_file(
+        tmp_path, ("swing_tester_sim", "swing_tester_smi"), ("tester.load]", "tester.laod]")
+    )
+    called = call("devices", station)
+    assert called.code == ExitCode.INVALID
+    assert "there is no device 'swing_tester_smi'" in called.err
+    station = station_file(tmp_path, ("tester.load]", "tester.laod]"))
+    called = call("devices", station)
+    assert called.code == ExitCode.INVALID
+    assert "has no drive 'laod'" in called.err
+
+
+def test_what_devices_said_can_be_played_back(tmp_path):
+    station = station_file(tmp_path, ("{seed: 1}", "{seed: 1, simulate: unplugged}"), TWO)
+    first = call("devices", station, "--record", tmp_path / "tape", "--json")
+    again = call("devices", station, "--replay", tmp_path / "tape", "--json")
+    one, other = json.loads(first.out), json.loads(again.out)
+    for each in (*one, *other):
+        del each["read_s"]
+    assert one == other
+    assert again.code == first.code == ExitCode.DEVICE
+    assert again.err == f"Replaying the tape {tmp_path}/tape: no instrument is asked.\n"

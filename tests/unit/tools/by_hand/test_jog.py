@@ -1,0 +1,342 @@
+"""One device by hand: limits and interlocks hold, all is on record, and the rig ends safe."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import json
+import threading
+
+import pytest
+
+from helpers_cli import call
+from helpers_devices import FakeTester
+from helpers_workflow import station_file
+from rigrunner.api.errors import (
+    AbortedError,
+    DataError,
+    DeviceError,
+    DeviceLostError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+    ExitCode,
+    UsageError,
+)
+from rigrunner.cli.jogging import converse
+from rigrunner.cli.stopping import stop_on_signals
+from rigrunner.tools.by_hand.jog import jogging
+from rigrunner.tools.by_hand.station import ready_station
+
+ORDER = "order: [tester.frequency, tester.load]"
+OVERHEATED = (
+    "  interlocks:\n    - {name: overheated, channel: tester.temperature, above: 60 °C,"
+    " every: 1 s, debounce: 2 s}\n"
+)
+
+
+def station(folder, *changes):
+    """The simulated station without its interlock: a fake has no temperature."""
+    return station_file(folder, (OVERHEATED, ""), *changes)
+
+
+def locked(*interlocks):
+    return ORDER, "\n    - ".join([f"{ORDER}\n  interlocks:", *interlocks])
+
+
+def by_hand(folder, tester, *changes, role="tester", stop=None, **others):
+    ready = ready_station(station(folder, *changes))
+    ready = dataclasses.replace(ready, devices={**ready.devices, "tester": tester, **others})
+    return jogging(ready, role, folder / "jog.log", stop or threading.Event())
+
+
+def failing(call, error):
+    def before(what):
+        if what.startswith(call):
+            raise error
+
+    return before
+
+
+def log_of(folder):
+    return (folder / "jog.log").read_text(encoding="utf-8")
+
+
+def test_a_drive_is_set_and_read_back_and_the_rig_ends_safe(tmp_path):
+    tester = FakeTester()
+    with by_hand(tmp_path, tester) as jog:
+        assert jog.set("frequency", "5 Hz") == 5.0
+        assert jog.stands() == {"load": 7.0, "frequency": 5.0}
+        assert jog.read(["load"]) == {"load": 1000.0}
+    assert "set frequency 5" in tester.calls
+    assert tester.calls[-1] == "close"
+    assert set(tester.drives_at.values()) == {0.0}
+    log = log_of(tmp_path)
+    assert "jog: note: tester of station simulated" in log
+    assert "set frequency 5 Hz: reads back 5 Hz" in log
+    assert "read load 1000" in log
+    assert "tester is safe: read back" in log
+
+
+@pytest.mark.parametrize(
+    ("drive", "text", "says"),
+    [
+        ("frequency", "36 Hz", "frequency cannot be set to 36 Hz"),
+        ("frequency", "-1 Hz", "frequency cannot be set to -1 Hz"),
+        ("frequency", "5 N", "'5 N' is a force, not a frequency"),
+        ("frequency", "5", "frequency: "),
+        ("frequency", "nan Hz", "frequency: "),
+        ("frequnecy", "5 Hz", "did you mean 'frequency'"),
+    ],
+)
+def test_a_mistake_is_refused_before_anything_is_sent(tmp_path, drive, text, says):
+    tester = FakeTester()
+    with by_hand(tmp_path, tester) as jog:
+        before = list(tester.calls)
+        with pytest.raises(UsageError, match=says):
+            jog.set(drive, text)
+        assert tester.calls == before
+
+
+def test_the_stations_narrower_limits_hold(tmp_path):
+    narrow = (ORDER, f"{ORDER}\n  drives: {{tester.frequency: {{max: 10 Hz}}}}")
+    tester = FakeTester()
+    with by_hand(tmp_path, tester, narrow) as jog:
+        assert jog.set("frequency", "10 Hz") == 10.0
+        with pytest.raises(UsageError) as caught:
+            jog.set("frequency", "11 Hz")
+    assert str(caught.value) == "frequency cannot be set to 11 Hz (allowed: 0 to 10 Hz)"
+
+
+def test_what_the_station_forbids_of_drives_together_is_refused(tmp_path):
+    allowed = (
+        "{tester.frequency: 35 Hz, tester.load: 1 kN}, {tester.frequency: 5 Hz, tester.load: 3 kN}"
+    )
+    together = ORDER, f"{ORDER}\n  combinations:\n    - allowed: [{allowed}]"
+    tester = FakeTester()
+    with by_hand(tmp_path, tester, together) as jog:
+        jog.set("load", "3 kN")
+        with pytest.raises(DeviceRejectedError, match="cannot be set to 30 Hz with"):
+            jog.set("frequency", "30 Hz")
+        assert "set frequency 30" not in tester.calls
+
+
+@pytest.mark.parametrize("error", [DeviceLostError("unplugged"), DeviceTimeoutError("silent")])
+@pytest.mark.parametrize("at", ["set frequency", "read_back frequency"])
+def test_an_error_of_the_device_makes_the_rig_safe_before_it_is_told(tmp_path, at, error):
+    tester = FakeTester(before=failing(at, error))
+    with by_hand(tmp_path, tester) as jog:
+        with pytest.raises(type(error)):
+            jog.set("frequency", "5 Hz")
+        assert tester.calls[-1] == "make_safe"
+    assert "ALARM jog: set frequency 5 Hz: tester: " in log_of(tmp_path)
+
+
+def test_a_drive_that_does_not_arrive_makes_the_rig_safe(tmp_path):
+    tester = FakeTester(read_back_offset=2.0)
+    with pytest.raises(DeviceError) as caught, by_hand(tmp_path, tester) as jog:
+        jog.set("frequency", "5 Hz")
+    assert "was set to 5 Hz but reads back 7 Hz" in str(caught.value)
+    assert caught.value.__notes__ == [
+        "the rig is not safe: tester: frequency reads back 2 Hz, safe is 0 Hz"
+    ]
+
+
+def test_a_rig_that_does_not_become_safe_in_the_end_is_an_error(tmp_path):
+    tester = FakeTester()
+    with (
+        pytest.raises(DeviceError, match="the rig is not safe: tester: "),
+        by_hand(tmp_path, tester),
+    ):
+        tester.read_back_offset = 5.0
+    assert "NOT SAFE tester" in log_of(tmp_path)
+
+
+@pytest.mark.parametrize("end", [KeyboardInterrupt(), AbortedError("stopped by SIGTERM")])
+def test_a_stop_that_does_not_leave_the_rig_safe_is_an_error(tmp_path, end):
+    tester = FakeTester(before=failing("set frequency", end), read_back_offset=5.0)
+    with pytest.raises(DeviceError) as caught, by_hand(tmp_path, tester) as jog:
+        jog.set("frequency", "5 Hz")
+    assert caught.value.__cause__ is end
+    assert caught.value.message.endswith(
+        "; the rig is not safe: tester: frequency reads back 5 Hz, safe is 0 Hz"
+    )
+
+
+@pytest.mark.parametrize("interrupted", ["set frequency", "read load", "read_back"])
+def test_ctrl_c_makes_the_rig_safe(tmp_path, interrupted):
+    tester = FakeTester(before=failing(interrupted, KeyboardInterrupt()))
+    with pytest.raises(KeyboardInterrupt), by_hand(tmp_path, tester) as jog:
+        jog.read(["load"]), jog.set("frequency", "5 Hz")
+    assert tester.calls[-2:] == ["make_safe", "close"]
+
+
+def test_an_interlock_that_trips_makes_safe_and_ends_it(tmp_path):
+    lock = locked("{name: pressed, channel: tester.load, above: 900 N, every: 1 s}")
+    tester = FakeTester()
+    with (
+        pytest.raises(AbortedError, match=r"tester\.load is 1000 N"),
+        by_hand(tmp_path, tester, lock) as jog,
+    ):
+        jog.set("frequency", "5 Hz")
+    assert "set frequency 5" not in tester.calls
+    assert tester.calls[-2:] == ["make_safe", "close"]
+    assert "ALARM interlock pressed" in log_of(tmp_path)
+
+
+def test_an_interlock_that_pauses_keeps_what_is_set_safe_until_it_clears(tmp_path):
+    lock = locked("{name: pressed, channel: tester.load, above: 900 N, every: 1 s, does: pause}")
+    tester = FakeTester()
+    with by_hand(tmp_path, tester, lock) as jog:
+        with pytest.raises(DeviceRejectedError, match="nothing is set until it clears"):
+            jog.set("frequency", "5 Hz")
+        tester.read_back_offset = -500.0  # what the fake reads falls to 500 N
+        with pytest.raises(DeviceError):
+            jog.set("frequency", "5 Hz")  # now it is sent, and does not read back
+        tester.read_back_offset = 0.0
+    assert "set frequency 5" in tester.calls
+
+
+def test_a_stop_from_outside_ends_it(tmp_path):
+    stop, tester = threading.Event(), FakeTester()
+    with by_hand(tmp_path, tester, stop=stop) as jog:
+        stop.set()
+        with pytest.raises(AbortedError):
+            jog.look()
+    assert tester.calls[-2:] == ["make_safe", "close"]
+
+
+def test_the_zero_is_a_mean_and_is_taken_from_what_is_shown(tmp_path):
+    with by_hand(tmp_path, FakeTester()) as jog:
+        # samples of the fake: 1000 + 1e-6 k, k from 0 to 999 in the second of a zero
+        assert jog.zero("load") == pytest.approx(1000 + 1e-6 * 499.5, abs=1e-9)
+        assert jog.read(["load"])["load"] == pytest.approx(-1e-6 * 499.5, abs=1e-9)
+        assert jog.zero("load") == pytest.approx(1000 + 1e-6 * 499.5, abs=1e-9)
+
+
+def test_watching_takes_its_time_and_looks_at_the_interlocks(tmp_path):
+    tester = FakeTester()
+    with by_hand(tmp_path, tester) as jog:
+        assert list(jog.watch("load", 1.0)) == [1000.0] * 5
+        with pytest.raises(UsageError, match="there is no channel 'laod'"):
+            list(jog.watch("laod", 1.0))
+
+
+def test_a_log_that_cannot_be_written_keeps_it_from_starting(tmp_path):
+    (tmp_path / "jog.log").mkdir()
+    tester = FakeTester()
+    with (
+        pytest.raises(DataError, match=r"cannot write the log .*Is a directory"),
+        by_hand(tmp_path, tester),
+    ):
+        pass
+    assert tester.calls == []
+
+
+def test_a_log_that_fails_ends_it_with_a_safe_rig(tmp_path, monkeypatch):
+    tester = FakeTester()
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    with by_hand(tmp_path, tester) as jog:
+        with monkeypatch.context() as patch:
+            patch.setattr("rigrunner.run.log.RunLog.__call__", full)
+            with pytest.raises(DataError, match=r"log .* No space"):
+                jog.set("frequency", "5 Hz")
+        assert set(tester.drives_at.values()) == {0.0}
+    assert tester.calls[-1] == "close"
+    assert set(tester.drives_at.values()) == {0.0}
+
+
+def test_only_what_is_needed_is_connected(tmp_path):
+    other = ("devices:\n", "devices:\n  other: {type: t, plugin: swing_tester_sim}\n")
+    lock = locked("{name: hot, channel: tester.load, above: 9 kN, every: 1 s}")
+    tester, beside = FakeTester(), FakeTester()
+    with by_hand(tmp_path, tester, other, other=beside):
+        pass
+    assert beside.calls == []
+    tester = FakeTester()
+    with by_hand(tmp_path, tester, other, lock, other=beside, role="other"):
+        pass
+    assert beside.calls[0] == tester.calls[0] == "connect"
+
+
+def test_a_role_that_is_not_there_gets_a_suggestion(tmp_path):
+    called = call("jog", station(tmp_path), "testre", "--read", "torque")
+    assert called.code == ExitCode.USAGE
+    assert "there is no device in the role 'testre'" in called.err
+    assert "did you mean 'tester'?" in called.err
+
+
+def once(folder, *arguments):
+    return call("jog", station_file(folder), "tester", "--log", folder / "jog.log", *arguments)
+
+
+def test_the_command_sets_and_reads_once(tmp_path):
+    called = once(tmp_path, "--set", "frequency=5 Hz", "--read", "temperature")
+    assert called.code == ExitCode.PASS
+    assert called.out.startswith("frequency reads back 5 Hz\ntemperature 296.")
+    assert "tester is safe: read back tester.frequency 0" in called.err
+    document = json.loads(once(tmp_path, "--set", "frequency=5 Hz", "--json").out)
+    assert document == {"set": {"frequency": 5.0}, "read": {}}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "says"),
+    [
+        (("--set", "frequency=50 Hz"), ExitCode.USAGE, "allowed: 0 to 35 Hz"),
+        (("--set", "frequency"), ExitCode.USAGE, "'--set frequency' gives no input"),
+        (("--read", "torqeu"), ExitCode.USAGE, "did you mean 'torque'?"),
+        (("--log", "/proc/x"), ExitCode.DATA, "cannot write the log /proc/x"),
+    ],
+)
+def test_mistakes_of_the_command_are_told(tmp_path, arguments, code, says):
+    called = once(tmp_path, *arguments)
+    assert called.code == code
+    assert says in called.err
+
+
+def test_a_conversation_goes_on_after_mistakes_and_ends_safe(tmp_path, monkeypatch):
+    lines = (
+        "set frequency 5 Hz\nset load 99 kN\nraed\nset\nwatch\nzero\nwatch torque 1 s\nread load\n"
+    )
+    monkeypatch.setattr("sys.stdin", io.StringIO(lines))
+    called = once(tmp_path)
+    assert called.code == ExitCode.PASS
+    assert "frequency reads back 5 Hz\n" in called.out
+    assert "5 readings in 1 s" in called.out
+    for words in (
+        "load cannot be set to 99 kN", "did you mean 'read'?", "set what to what?", "watch what?",
+        "zero what?",
+    ):  # fmt: skip
+        assert words in called.err
+    assert called.err.rstrip().endswith("read back tester.frequency 0, tester.load 0")
+
+
+@pytest.mark.parametrize(
+    ("offset", "says"),
+    [
+        (0.0, "The rig was made safe.\n"),
+        (5.0, "THE RIG IS NOT SAFE: tester: frequency reads back 5 Hz, safe is 0 Hz. Stop it by"),
+    ],
+)
+def test_after_an_error_the_prompt_says_truthfully_how_the_rig_is(
+    tmp_path, monkeypatch, capsys, offset, says
+):
+    lost = DeviceLostError("unplugged")
+    tester = FakeTester(before=failing("set frequency", lost), read_back_offset=offset)
+    monkeypatch.setattr("sys.stdin", io.StringIO("set frequency 5 Hz\n"))
+    with by_hand(tmp_path, tester) as jog, stop_on_signals() as stop:
+        converse(jog, stop)
+        tester.read_back_offset = 0.0
+    assert says in capsys.readouterr().err
+
+
+def test_what_was_done_by_hand_can_be_played_back(tmp_path):
+    asked = ("--set", "frequency=5 Hz", "--read", "torque")
+    first = once(tmp_path, *asked, "--record", tmp_path / "tape")
+    again = once(tmp_path, *asked, "--replay", tmp_path / "tape")
+    assert (again.code, again.out) == (first.code, first.out)
+    other = once(tmp_path, "--set", "frequency=6 Hz", "--replay", tmp_path / "tape")
+    assert other.code == ExitCode.DEVICE
+    assert "has 'set frequency 5.0', asked was 'set frequency 6.0'" in other.err

@@ -1,0 +1,48 @@
+"""The procedure of points recorded by hand: the analysis stays, steps and limits do not."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from rigrunner.api.errors import ExitCode
+from rigrunner.api.events import Outcome
+from rigrunner.clock import SimulatedClock
+from rigrunner.registry import load_registry
+from rigrunner.run.locate import find_procedure, find_station
+from rigrunner.run.prepare import plan_run
+from rigrunner.tools.by_hand.points import by_hand, record_by_hand
+from unit.engine.helpers_pausing import Person
+
+
+@pytest.mark.parametrize("name", ["starting_torque_1000n", "no_load_inertia_sweep"])
+def test_it_keeps_measurand_and_analysis_and_can_never_be_certified(name):
+    planned = plan_run(
+        find_procedure(name), find_station("simulated"), load_registry(), SimulatedClock()
+    )
+    found = by_hand(planned)
+    model, before = found.procedure.model, planned.procedure.model
+    assert model.analysis == before.analysis
+    assert model.measurand == before.measurand
+    assert model.acceptance is None
+    assert model.id == f"{before.id}-by-hand"
+    assert before.id in found.procedure.text
+    assert found.plan.steps == ()
+    assert found.plan.interlocks == planned.plan.interlocks
+    assert found.approval.is_draft
+    assert not found.procedure.inputs
+
+
+def test_a_session_without_a_point_is_completed_without_a_result(tmp_path):
+    planned = plan_run(
+        find_procedure("no_load_inertia_sweep"), find_station("simulated"), load_registry(),
+        SimulatedClock(),
+    )  # fmt: skip
+    done = record_by_hand(
+        planned, lambda _session: iter(()), runs=tmp_path, no_load=None, stop=threading.Event(),
+        pauses=Person([]),
+    )  # fmt: skip
+    assert (done.outcome, done.error, done.result) == (Outcome.COMPLETED, None, None)
+    assert done.exit_code is ExitCode.PASS
+    assert (done.folder / "run.h5").exists()

@@ -1,0 +1,277 @@
+"""What changed between procedures and runs is told in words, and nothing else is told."""
+
+from __future__ import annotations
+
+import pytest
+
+from helpers_workflow import START, edited, quick_procedure, run, station_file
+from rigrunner.api.errors import UsageError
+from rigrunner.clock import SimulatedClock
+from rigrunner.run.locate import find_procedure
+from rigrunner.runfile import read
+from rigrunner.tools.comparing.compare import compare
+from rigrunner.tools.comparing.procedures import ProcedureTexts, procedure_changes
+from rigrunner.tools.comparing.results import result_changes
+from rigrunner.tools.comparing.tree import changes, same
+
+LOADED = find_procedure("starting_torque_1000n")
+TEXT = """\
+rigrunner: procedure/2
+id: TEST
+revision: "A"
+title: A test
+measurand: {symbol: Td, name: load-induced starting torque, unit: N·m}
+inputs:
+  operator: {ask: Your name}
+uses: {tester: swing_tester}
+parameters:
+  load: 1000 N
+  frequencies: [1 Hz, 3 Hz, 5 Hz, 33 Hz, 35 Hz]
+setup:
+  - set: {tester.frequency: 5 Hz}
+  - confirm: {text: Guards closed.}
+  - settle: {cycles: 100} # running-in
+main:
+  - set: {tester.load: $load}
+  - sweep:
+      set: tester.frequency
+      over: $frequencies
+      steps:
+        - settle: {cycles: 5}
+        - record: {channels: [tester.angle, tester.torque], cycles: 30}
+teardown:
+  - set: {tester.frequency: 0 Hz}
+  - set: {tester.load: 0 N}
+analysis:
+  - swing_torque:
+      no_load: {from: latest, procedure: OTHER, max_age: 8 h, same: [station, mandrel]}
+      despike: {hampel: {window: 11}}
+      fits:
+        - polynomial: {degree: 2}
+        - inertia_physical
+      compensations:
+        - paper_peak: {coefficients: refit}
+        - template_inverse
+        - energy
+      primary: template_inverse
+acceptance:
+  limits: [{of: torque, mean: yes, max: 0.95 N·m, source: demonstration only,
+    measurand: {nature: load_induced, condition: at_reversal, load: 1 kN}}]
+  rule: guard_band_u
+"""
+
+# what is changed, the section, what is said
+EDITS = [
+    ("max: 0.95 N·m", "max: 900 mN·m", "acceptance",
+     "limits 1 > max was lowered from 0.95 N·m to 900 mN·m"),
+    ("max: 0.95 N·m, source", "max: 0.95 N·m, min: 0.1 N·m, source", "acceptance",
+     "limits 1 > min was added: 0.1 N·m"),
+    ("rule: guard_band_u", "rule: simple", "acceptance",
+     "rule was changed from 'guard_band_u' to 'simple'"),
+    ("load: 1000 N", "load: 1.2 kN", "parameters", "load was raised from 1000 N to 1.2 kN"),
+    ("33 Hz, 35 Hz]", "35 Hz, 37 Hz]", "set-points", "frequencies: 37 Hz added; 33 Hz removed"),
+    ("1 Hz, 3 Hz,", "3 Hz, 1 Hz,", "set-points",
+     "frequencies: the same values in another order"),
+    ("        - energy\n", "", "analysis", "swing_torque > compensations > energy was removed"),
+    ("        - energy\n", "        - energy\n        - model_inverse\n", "analysis",
+     "swing_torque > compensations > model_inverse was added"),
+    ("        - template_inverse\n", "        - template_inverse: {support_load_dependence: 2 %}\n",
+     "analysis",
+     "swing_torque > compensations > template_inverse > support_load_dependence was added: 2 %"),
+    ("        - polynomial: {degree: 2}\n        - inertia_physical\n",
+     "        - inertia_physical\n        - polynomial: {degree: 2}\n",
+     "analysis", "swing_torque > fits: now in the order inertia_physical, polynomial"),
+    ("primary: template_inverse", "primary: energy", "analysis",
+     "swing_torque > primary was changed from 'template_inverse' to 'energy'"),
+    ("max_age: 8 h", "max_age: 4 h", "analysis",
+     "swing_torque > no_load > max_age was lowered from 8 h to 4 h"),
+    ("settle: {cycles: 100}", "settle: {cycles: 50}", "setup",
+     "step 3 > settle > cycles was changed from 100 to 50"),
+    ("cycles: 30}", "cycles: 20}", "main",
+     "step 2 > sweep > step 2 > record > cycles was changed from 30 to 20"),
+    ("  - settle: {cycles: 100} ", "  - wait: {time: 2 s}\n  - settle: {cycles: 100} ", "setup",
+     "setup: number 3 was added: {wait: {time: 2 s}}"),
+    ("teardown:\n  - set: {tester.frequency: 0 Hz}\n", "teardown:\n", "teardown",
+     "teardown: number 1 was removed: {set: {tester.frequency: 0 Hz}}"),
+    ("Your name", "His name", "inputs",
+     "operator > ask was changed from 'Your name' to 'His name'"),
+    ('revision: "A"', 'revision: "B"', "revision", "revision was changed from 'A' to 'B'"),
+]  # fmt: skip
+
+
+def told(before, after, called=(), called_after=()):
+    pair = (
+        ProcedureTexts("a.yaml", before, dict(called)),
+        ProcedureTexts("b.yaml", after, dict(called_after)),
+    )
+    return [(each.section, each.text) for each in procedure_changes(*pair)]
+
+
+@pytest.mark.parametrize("edit", EDITS, ids=lambda edit: edit[1][:30])
+def test_one_edit_is_told_once(edit):
+    old, new, section, text = edit
+    assert TEXT.count(old) == 1
+    assert told(TEXT, TEXT.replace(old, new)) == [(section, text)]
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("load: 1000 N", "load: 1 kN"),
+        ("  load: 1000 N\n", "  load: 1000 N # a remark\n\n"),
+        ("max: 0.95 N·m, source: demonstration only", "source: demonstration only, max: 950 mN·m"),
+        ("{hampel: {window: 11}}", "\n        hampel:\n          window: 11"),
+        ("name: load-induced starting torque, unit: N·m}", "name: load-induced starting torque}"),
+        ("max_age: 8 h, ", ""),
+    ],
+)
+def test_another_way_to_write_the_same_is_no_change(old, new):
+    assert TEXT.count(old) == 1
+    assert told(TEXT, TEXT.replace(old, new)) == []
+
+
+def test_what_is_called_is_compared_as_well():
+    before, after = {"a.yaml": TEXT, "b.yaml": TEXT}, {"b.yaml": TEXT.replace("30}", "9}")}
+    assert told(TEXT, TEXT, before, after) == [
+        ("called procedures", "a.yaml is no longer called"),
+        (
+            "called procedures",
+            "b.yaml: main: step 2 > sweep > step 2 > record > cycles was changed from 30 to 9",
+        ),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "equal"),
+    [("1 kN", "1000 N", True), ("20 °C", "293.15 K", True), ("1 N", "1 N·m", False),
+     ("5", 5, False), ({"a": 1, "b": 2}, {"b": 2, "a": 1}, True), ([1, 2], [2, 1], False),
+     (None, {}, False), (True, 1, False)],
+)  # fmt: skip
+def test_what_is_the_same(one, other, equal):
+    assert same(one, other) is equal
+    assert bool(list(changes("x", one, other))) is not equal
+
+
+def estimate(value, expanded=0.03):
+    return {"value": value, "expanded_uncertainty_95": expanded, "unit": "N·m"}
+
+
+def document(value, expanded=0.03, verdict="pass"):
+    return {
+        "measurand": {"name": "torque"},
+        "decision": {"verdict": verdict},
+        "headline": {"method": "m", "compensated": estimate(value, expanded)},
+        "compensations": {"m": {"points": [{"torque": estimate(value + 1, expanded)}]}},
+        "points": [{"set_frequency": {"value": 8.0, "unit": "Hz"}}],
+    }
+
+
+def test_a_difference_too_small_to_show_has_no_sign_of_its_own():
+    shown = next(result_changes(document(0.70001), document(0.7)))
+    assert ": +0.0000 N·m, within" in shown.text
+
+
+def test_results_are_compared_against_their_combined_uncertainty():
+    # E_n = 0.05 / sqrt(0.03² + 0.04²) = 1: the limit, which still agrees (ISO 13528, 9.7)
+    near, far = document(0.75, 0.04), document(0.7505, 0.04)
+    agreeing = list(result_changes(document(0.7), near))
+    assert [each.matters for each in agreeing] == [False, False]
+    assert "+0.0500 N·m, within their combined U of 0.0500 N·m (E_n = 1.00)" in agreeing[0].text
+    assert agreeing[1].text.startswith("at 8 Hz: 1.7000 and 1.7500 N·m")
+    apart = list(result_changes(document(0.7), far))
+    assert all(each.matters for each in apart)
+    assert "beyond their combined U" in apart[0].text
+    assert list(result_changes(near, near)) == []
+
+
+def test_each_visit_of_a_frequency_is_compared_with_its_own():
+    def twice(first, second):
+        made = document(0.7)
+        made["compensations"]["m"]["points"] = [
+            {"torque": estimate(each)} for each in (first, second)
+        ]
+        return made | {"points": 2 * made["points"]}
+
+    (found,) = result_changes(twice(1.0, 1.5), twice(2.0, 1.5))
+    assert found.text.startswith("at 8 Hz: 1.0000 and 2.0000 N·m")
+    assert found.matters
+    (found,) = result_changes(twice(1.0, 1.5), twice(1.0, 2.5))
+    assert found.text.startswith("at 8 Hz (2): 1.5000 and 2.5000 N·m")
+
+
+def test_a_missing_uncertainty_does_not_pass_for_agreement():
+    (headline, _) = result_changes(document(0.7), document(0.71, None))
+    assert headline.matters
+    assert "not known" in headline.text
+
+
+def test_another_verdict_matters():
+    (found,) = result_changes(document(0.7), document(0.7, verdict="fail"))
+    assert found.text == "verdict was changed from 'pass' to 'fail'"
+    assert [each.text for each in result_changes(None, document(0.7))] == [
+        "results was changed from 'no result' to 'a result'"
+    ]
+
+
+def test_measured_values_are_compared_by_their_judgement():
+    def limited(verdict):
+        values = [{"table": "cell", "row": 1, "of": "tester.load", "verdict": verdict}]
+        return document(0.7) | {"limits": {"values": values}}
+
+    (found,) = result_changes(limited("pass"), limited("fail"))
+    assert found.text == "tester.load in cell 1 was changed from 'pass' to 'fail'"
+    (found,) = result_changes(limited("fail"), document(0.7))
+    assert found.text == "tester.load in cell 1 was changed from 'fail' to 'not measured'"
+    assert list(result_changes(limited("fail"), limited("fail"))) == []
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("diff")
+    procedure = quick_procedure(folder, "no_load_inertia_sweep")
+    first = run(procedure, folder / "runs", clock=SimulatedClock(START))
+    station = station_file(
+        folder, ("{seed: 1}", "{seed: 2}"), ("gain: 0.3 %", "gain: 0.5 %"), ("M-01", "M-02")
+    )
+    shorter = edited(procedure, folder / "b.yaml", cycles=("cycles: 12}", "cycles: 10}"))
+    second = run(shorter, folder / "runs", station=station, clock=SimulatedClock(START))
+    return folder / "runs", first.folder, second.folder
+
+
+def test_two_runs_are_compared_in_all_that_made_them(runs):
+    folder, first, second = runs
+    found = compare(str(first), second.name, folder)
+    told = {(each.section, each.text) for each in found.changes}
+    assert ("main", "step 1 > sweep > step 2 > record > cycles was changed from 12 to 10") in told
+    assert (
+        "instruments", "tester.torque > accuracy > gain was raised from 0.3 % to 0.5 %"
+    ) in told  # fmt: skip
+    assert ("station, rig", "mandrel was changed from 'M-01' to 'M-02'") in told
+    assert ("station, devices", "tester > settings > seed was changed from 1 to 2") in told
+    assert any(section == "results" and "at 35 Hz" in text for section, text in told)
+    assert not found.same
+
+
+def test_a_run_is_the_same_as_itself(runs):
+    folder, first, _ = runs
+    found = compare(str(first), str(first / "run.h5"), folder)
+    assert (found.changes, found.same) == ((), True)
+    assert read(first).header.run_id in found.before
+
+
+def test_what_cannot_be_compared_is_refused(runs, tmp_path):
+    folder, first, _ = runs
+    with pytest.raises(UsageError, match=r"is a procedure, and .* is a run"):
+        compare(str(LOADED), str(first), folder)
+    with pytest.raises(UsageError, match="there is no procedure and no run 'nothing'"):
+        compare(str(LOADED), "nothing", folder)
+    with pytest.raises(UsageError, match="there is no procedure and no run 'nothing'"):
+        compare("nothing", "other", tmp_path)
+
+
+def test_layout_alone_is_told_apart_from_identity(tmp_path):
+    other = tmp_path / "other.yaml"
+    shipped = LOADED.read_text(encoding="utf-8")
+    other.write_text(f"{shipped}\n# a remark\n", encoding="utf-8")
+    assert "layout" in compare(str(LOADED), str(other), tmp_path).verdict
+    assert "the texts are the same" in compare(str(LOADED), str(LOADED), tmp_path).verdict

@@ -1,0 +1,568 @@
+"""What a mapping may say, and what is held against procedure, station and files."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from datetime import datetime, timedelta
+
+import numpy as np
+import pytest
+
+from helpers_cli import call
+from rigrunner.api.events import Note, Scanned
+from rigrunner.registry import load_registry
+from rigrunner.runfile import is_going_on, read
+from rigrunner.tools.importing import run as importing
+from rigrunner.tools.importing.mapping import load_mapping
+from rigrunner.tools.importing.planning import plan_import
+
+PROCEDURE = """\
+rigrunner: procedure/2
+id: SHORT
+revision: "A"
+title: Two set-points
+measurand: {symbol: T, name: torque}
+inputs: {specimen: {ask: Serial number, unattended: X}}
+uses: {tester: swing_tester}
+setup:
+  - zero: {channel: tester.torque, within: 0.05 N·m}
+main:
+  - set: {tester.load: 1000 N}
+  - sweep:
+      set: tester.frequency
+      over: [10 Hz, 20 Hz]
+      steps: [{record: {channels: [tester.angle, tester.torque], cycles: 10}}]
+"""
+STATION = """\
+rigrunner: station/1
+id: bench-2
+title: A rig that another program drives
+rig:
+  mandrel: M-01
+  eccentric: 2 mm
+  centre_distance: 45 mm
+  inertia: 0.002 kg·m²
+  support_friction: 0.7 N·m
+  support_damping: 0.3 N·m·s/rad
+devices:
+  tester:
+    type: swing_tester
+    plugin: other_program
+    settings:
+      program: Old.vi
+      rate: 1 kHz
+      channels: {angle: {unit: deg}, torque: {unit: N·m}, force: {unit: N}, oil: {unit: °C}}
+      drives:
+        frequency: {min: 0 Hz, max: 35 Hz, sets_cycle_frequency: yes}
+        load: {min: 0 N, max: 3 kN}
+instruments:
+  - channel: tester.torque
+    serial: TQ-77
+    full_scale: 10 N·m
+    low_pass: {type: butterworth, order: 2, corner: 200 Hz}
+    range: {min: -10 N·m, max: 10 N·m}
+    accuracy: {gain: 0.3 %, offset: 0.02 N·m, drift: 0.02 N·m, nonlinearity: 0.05 %}
+    certificate: K-1
+    calibrated: 2025-06-11
+    due: 2026-06-11
+  - channel: tester.angle
+    measures: angle
+    serial: ENC-3
+    accuracy: 0.02 deg
+    range: {min: -5 deg, max: 5 deg}
+    certificate: K-2
+    due: 2026-06-12
+"""
+MAPPING = """\
+rigrunner: import/1
+procedure: short.yaml
+station: bench.yaml
+format: csv
+program: Old.vi 1.0
+by: A. Jones
+started: 2026-03-02T09:15:00+01:00
+inputs: {specimen: SN-17}
+sampling: {rate: 1 kHz}
+channels:
+  tester.angle: {column: Angle, unit: deg}
+  tester.torque: {column: Torque (mNm), unit: mN·m}
+zeros: {tester.torque: 10 mN·m}
+set_points: {tester.load: 1 kN}
+conditions: {tester.oil: 40 °C, tester.force: {column: Force, unit: kN}}
+recordings:
+  - {file: a.csv, set_points: {tester.frequency: 10 Hz}}
+  - {file: b.csv, set_points: {tester.frequency: 20 Hz}}
+"""
+TIME = np.arange(1200) / 1000
+TORQUE_MNM = np.round(500 * np.sin(63 * TIME), 3)
+
+
+def write_recording(path, count=1200, force=0.998):
+    table = np.c_[TIME, np.degrees(0.04 * np.cos(63 * TIME)), TORQUE_MNM, 0 * TIME + force][:count]
+    header = "Time,Angle,Torque (mNm),Force"
+    np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.9g")
+
+
+@pytest.fixture
+def lab(tmp_path):
+    (tmp_path / "short.yaml").write_text(PROCEDURE, encoding="utf-8")
+    (tmp_path / "bench.yaml").write_text(STATION, encoding="utf-8")
+    (tmp_path / "map.yaml").write_text(MAPPING, encoding="utf-8")
+    write_recording(tmp_path / "a.csv")
+    write_recording(tmp_path / "b.csv")
+    return tmp_path
+
+
+def bring_in(lab, *changes, options=(), file="map.yaml"):
+    """Import after changes of a file, each an old text and a new one."""
+    text = (lab / file).read_text(encoding="utf-8")
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (lab / file).write_text(text, encoding="utf-8")
+    return call("import", lab / "map.yaml", "--runs", lab / "runs", *options)
+
+
+def imported(lab):
+    (folder,) = (lab / "runs").iterdir()
+    return read(folder)
+
+
+def test_a_run_file_holds_what_was_recorded_and_by_whom(lab):
+    called = bring_in(lab)
+    assert called.code == 0, called.err
+    run = imported(lab)
+    header = run.header
+    assert header.run_id == "20260302T081500Z_SHORT_SN-17"
+    assert header.started_utc == "2026-03-02T08:15:00.000Z"
+    assert header.imported["program"] == "Old.vi 1.0"
+    assert header.imported["by"] == "A. Jones"
+    assert header.imported["importer"].startswith("csv of rigrunner_plugins")
+    digest = hashlib.sha256((lab / "a.csv").read_bytes()).hexdigest()
+    assert header.imported["file a.csv"] == digest
+    assert header.mapping_text == MAPPING
+    assert header.provenance["device tester"] == "recorded by Old.vi 1.0"
+    assert (run.info.outcome, run.info.sealed) == ("completed", True)
+    assert run.zeros == {"tester.torque": pytest.approx(0.01)}
+    first, second = run.recordings
+    assert first.setpoints == {"tester.load": 1000.0, "tester.frequency": 10.0}
+    assert second.setpoints["tester.frequency"] == 20.0
+    assert first.rate_hz == 1000.0
+    np.testing.assert_allclose(first.channels["tester.torque"], TORQUE_MNM / 1000, rtol=1e-12)
+    expected = 0.04 * np.cos(63 * TIME)
+    np.testing.assert_allclose(first.channels["tester.angle"], expected, atol=1e-9)
+    assert first.conditions["tester.oil"] == pytest.approx(313.15)
+    assert first.conditions["tester.force"] == pytest.approx(998.0)
+    assert first.units == {
+        "tester.angle": "rad", "tester.torque": "N·m", "tester.oil": "K", "tester.force": "N",
+        "tester.load": "N", "tester.frequency": "Hz",
+    }  # fmt: skip
+    assert second.started_utc == "2026-03-02T08:15:01.200Z"
+    assert run.info.ended_utc == "2026-03-02T08:15:02.400Z"
+
+
+def test_what_was_not_seen_is_on_record(lab):
+    bring_in(lab)
+    (folder,) = (lab / "runs").iterdir()
+    log = (folder / "run.log").read_text(encoding="utf-8")
+    assert "Old.vi 1.0 made the recordings, not Rigrunner" in log
+    assert "as A. Jones states them" in log
+    shown = call("show", folder)
+    assert "recorded by Old.vi 1.0; read by csv" in shown.out
+    told = json.loads(call("show", folder, "--json").out)
+    assert told["imported"]["mapping"] == "map.yaml"
+
+
+def test_a_part_of_a_file_is_taken(lab):
+    called = bring_in(lab, ("{file: a.csv,", "{file: a.csv, from: 50 ms, to: 1.15 s,"))
+    assert called.code == 0, called.err
+    first, _ = imported(lab).recordings
+    np.testing.assert_allclose(first.channels["tester.torque"], TORQUE_MNM[50:1150] / 1000)
+
+
+def test_two_parts_of_a_file_may_be_two_recordings(lab):
+    bring_in(lab, ("[10 Hz, 20 Hz]", "[20 Hz, 25 Hz]"), file="short.yaml")
+    early, late = "{file: b.csv, to: 600 ms,", "{file: b.csv, from: 600 ms,"
+    frequencies = (("10 Hz", "25 Hz"),)
+    changes = (("{file: b.csv,", early), ("{file: a.csv,", late), *frequencies)
+    called = bring_in(lab, *changes)
+    assert called.code == 0, called.err
+    second, third = (each.channels["tester.torque"] for each in imported(lab).recordings)
+    np.testing.assert_allclose(np.r_[second, third], TORQUE_MNM / 1000)
+
+
+def test_a_zero_is_the_mean_of_a_recording_at_rest(lab):
+    (lab / "rest.csv").write_text("Torque (mNm)\n19\n21\n23\n25\n")
+    called = bring_in(lab, ("10 mN·m}", "{file: rest.csv, to: 3 ms}}"))
+    assert called.code == 0, called.err
+    assert imported(lab).zeros["tester.torque"] == pytest.approx(0.021)
+    assert "file rest.csv" in imported(lab).header.imported
+
+
+def test_recordings_are_found_in_any_order(lab):
+    a, b = (f"file: {name}.csv, set_points: {{tester.frequency: " for name in "ab")
+    write_recording(lab / "b.csv", force=2.0)
+    called = bring_in(lab, (a + "10 Hz", a + "20 Hz"), (b + "20 Hz", b + "600 rpm"))
+    assert called.code == 0, called.err
+    first, second = imported(lab).recordings
+    assert first.conditions["tester.force"] == pytest.approx(2000.0)
+    assert second.conditions["tester.force"] == pytest.approx(998.0)
+
+
+WRONG = {
+    "rigrunner: import/1 -> rigrunner: import/2": "map.yaml:1:12: error: rigrunner: got 'import/2'",
+    "by: A. Jones -> who: A. Jones": "unknown key 'who'",
+    "+01:00 -> ": "map.yaml:7:10: error: started: '2026-03-02T09:15:00' is not",
+    "short.yaml -> long.yaml": "map.yaml:2:12: error: procedure: there is no procedure 'long.yaml'",
+    "bench.yaml -> bank.yaml": "map.yaml:3:10: error: station: there is no station 'bank.yaml'",
+    "format: csv -> format: cvs": "map.yaml:4:9: error: format: there is no importer 'cvs'",
+    "format: csv -> format: {csv: {delimiter: x}}": "map.yaml:4:27: error: format.csv.delimiter",
+    "specimen: SN-17 -> specimin: SN-17": "map.yaml:8:10: error: inputs.specimin: the proced",
+    "{specimen: SN-17} -> {}": "map.yaml:8:1: error: inputs: the answer to 'specimen' is missing",
+    "tester.angle: { -> tester.angel: {": "map.yaml:11:3: error: channels.tester.angel: the proced",
+    "Angle, unit: deg -> Angle, unit: N": "'N' is a unit of force, but tester.angle needs one",
+    "column: Angle -> column: Angel": "map.yaml:11:26: error: channels.tester.angle.column: ",
+    "zeros: {tester.torque: 10 mN·m} -> zeros: {}": "zeroes 'tester.torque': what did it read",
+    "zeros: {tester.torque -> zeros: {tester.angle": "does not zero this channel",
+    "10 mN·m} -> 10 N}": "'N' is a unit of force, but tester.torque needs one of torque",
+    "10 mN·m} -> 60 mN·m}": "map.yaml:13:24: error: zeros.tester.torque: tester.torque read 0.06",
+    "{tester.load: 1 kN} -> {}": "nothing says to what it was set: tester.load",
+    "{tester.load: 1 kN} -> {tester.lode: 1 kN}": "the procedure does not set this drive",
+    "tester.oil: 40 -> tester.soil: 40": "the station has no such channel",
+    "tester.oil: 40 -> tester.torque: 40": "this channel is recorded already",
+    "column: Force, unit: kN -> column: Farce, unit: kN": "conditions.tester.force.column: ",
+    "frequency: 20 Hz -> frequency: 21 Hz": "there is no recording at tester.load 1000 N, tes",
+    "frequency: 20 Hz -> frequency: 10 Hz": "map.yaml:18:5: error: recordings[1]: the proced",
+    "file: b.csv -> file: c.csv": "map.yaml:18:12: error: recordings[1].file: there is",
+    "file: b.csv -> file: b.csv, group: x": "map.yaml:18:26: error: recordings[1].group: ",
+    "file: b.csv -> file: b.csv, from: 9 s": "map.yaml:18:25: error: recordings[1].from: b.csv is",
+    "file: b.csv -> file: b.csv, from: 1 s, to: 1 s": "'from' must be before 'to'",
+    "file: b.csv -> file: a.csv": "map.yaml:18:12: error: recordings[1].file: recordings[0] has",
+    "by: A. Jones -> by: A. Jones\nended: 2026-03-02T09:14:00+01:00": "ended before it was started",
+    "by: A. Jones -> by: A. Jones\nended: 2026-03-02T09:15:01+01:00": "which is later",
+    "Torque (mNm), unit: mN·m -> Torque (mNm), unit: N·m": "a.csv states 'mNm' for",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("change", WRONG)
+def test_what_does_not_fit_is_told_with_its_place(lab, change):
+    old, _, new = change.partition(" -> ")
+    called = bring_in(lab, (old, new))
+    assert called.code == 3, called.err
+    assert WRONG[change] in called.err
+    assert not list((lab / "runs").glob("*"))
+
+
+def test_near_names_are_told(lab):
+    called = bring_in(lab, ("column: Angle", "column: Angel"))
+    assert "a.csv:1: the column 'Angel' of 'tester.angle' is not there" in called.err
+    assert "did you mean 'Angle'?" in called.err
+
+
+@pytest.mark.parametrize(
+    ("spoil", "told"),
+    [
+        (lambda path: write_recording(path, 540), "is only 0.54 s long; asked for is: Record"),
+        (lambda path: path.write_text(""), "b.csv"),
+        (lambda path: path.write_text(path.read_text()[:-20]), "b.csv:1201:"),
+    ],
+)
+def test_a_recording_that_is_none_is_told_and_nothing_is_left(lab, spoil, told):
+    spoil(lab / "b.csv")
+    called = bring_in(lab)
+    assert called.code in {3, 5}
+    assert told in called.err
+    assert not list((lab / "runs").iterdir())
+
+
+def test_a_gap_in_the_times_is_told_with_its_sample(lab):
+    change = ("{rate: 1 kHz}", "{time: {column: Time, unit: s}}")
+    lines = (lab / "b.csv").read_text().splitlines(keepends=True)
+    (lab / "b.csv").write_text("".join(lines[:501] + lines[502:]))
+    called = bring_in(lab, change)
+    assert called.code == 5
+    assert "b.csv: error: sample 501 comes 0.002 s after the one before" in called.err
+
+
+def test_a_unit_that_is_wrong_in_the_file_can_be_named(lab):
+    change = ("Torque (mNm), unit: mN·m", "Torque (mNm), unit: N·m, file_says: mNm")
+    called = bring_in(lab, change, ("10 mN·m", "10 mN·m"))
+    assert called.code == 0, called.err
+
+
+def test_calibrations_are_judged_on_the_day_of_the_run(lab):
+    late = ("2026-03-02T09:15:00", "2026-07-02T09:15:00")
+    called = bring_in(lab, late)
+    assert called.code == 3
+    assert "was due on 2026-06-11, 21 days before this run" in called.err
+    words = ["--override", "overdue", "--by", "B. Lee", "--reason", "sent in"]
+    called = bring_in(lab, options=words)
+    assert called.code == 0, called.err
+    assert "B. Lee" in str(imported(lab).events)
+
+
+def test_an_approval_that_came_later_is_none(lab):
+    call("approve", lab / "short.yaml", "--by", "C. Wu", "--date", "2026-03-03")
+    assert bring_in(lab).code == 0
+    approval = imported(lab).header.approval
+    assert approval["state"] == "draft"
+    assert "approved by C. Wu on 2026-03-03, after the recordings were made" in approval["note"]
+
+
+def test_an_approval_before_it_counts(lab):
+    call("approve", lab / "short.yaml", "--by", "C. Wu", "--date", "2026-03-01")
+    assert bring_in(lab).code == 0
+    assert imported(lab).header.approval["state"] == "approved"
+
+
+def test_a_station_of_strangers_brings_no_code(lab):
+    (lab / "plugins").mkdir()
+    (lab / "plugins" / "evil.py").write_text("raise SystemExit('code was run')")
+    with (lab / "bench.yaml").open("a") as file:
+        file.write("plugins: plugins\n")
+    called = bring_in(lab)
+    assert called.code == 2
+    assert "brings plugins of its own" in called.err
+    assert "--station" in called.err
+
+
+def test_an_import_that_was_killed_is_not_resumed(lab, monkeypatch):
+    def killed(*_, **__):
+        raise SystemExit
+
+    monkeypatch.setattr(importing, "finish", killed)
+    checked = plan_import(load_mapping(lab / "map.yaml"), load_registry())
+    with pytest.raises(SystemExit):
+        importing.import_run(checked, runs=lab / "runs", no_load=None)
+    (folder,) = (lab / "runs").iterdir()
+    called = call("resume", folder, "--unattended")
+    assert called.code == 2
+    assert "is an import that was interrupted" in called.err
+
+
+def test_a_file_that_changes_meanwhile_is_refused(lab, monkeypatch):
+    digests = iter("abcd")
+    monkeypatch.setattr(importing, "_digest", lambda _: next(digests))
+    called = bring_in(lab)
+    assert called.code == 5
+    assert "was changed while it was read" in called.err
+    assert not list((lab / "runs").iterdir())
+
+
+def test_what_is_left_is_removed_once_nobody_holds_it(lab, monkeypatch):
+    """Windows removes no file that is open, such as the lock of the folder."""
+    held = []
+
+    def look(folder, **_):
+        held.append(is_going_on(folder))
+
+    monkeypatch.setattr(importing, "_refuse_changed", lambda *_: 1 / 0)
+    monkeypatch.setattr(importing.shutil, "rmtree", look)
+    checked = plan_import(load_mapping(lab / "map.yaml"), load_registry())
+    with pytest.raises(ZeroDivisionError):
+        importing.import_run(checked, runs=lab / "runs", no_load=None)
+    assert held == [False]
+
+
+MEASURES = (
+    "main:\n",
+    """main:
+  - zero: {channel: tester.torque, within: 0.05 N·m}
+  - measure: {channels: [tester.torque], name: held, limits: {tester.torque: {max: 5 N·m}}}
+""",
+)
+TWICE = ("tester.torque: 10 mN·m}", "tester.torque: [10 mN·m, {file: rest.csv, to: 3 ms}]}")
+HELD = "measurements:\n  - {name: held, values: {tester.torque: 415 mN·m}}\n"
+
+
+def test_single_values_and_several_zeros_are_imported(lab):
+    (lab / "rest.csv").write_text("Torque (mNm)\n19\n21\n23\n25\n")
+    bring_in(lab, MEASURES, file="short.yaml")
+    called = bring_in(lab, TWICE, ("recordings:\n", f"{HELD}recordings:\n"))
+    assert called.code == 0, called.err
+    run = imported(lab)
+    (row,) = run.measurements
+    assert (row.name, row.units["tester.torque"]) == ("held", "N·m")
+    assert row.values["tester.torque"] == pytest.approx(0.415)
+    assert run.zeros["tester.torque"] == pytest.approx(0.021)  # the last one holds, as in a run
+    assert "file rest.csv" in run.header.imported
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        (
+            "name: held",
+            "name: hold",
+            "map.yaml:17:12: error: measurements[0].name: the procedure m",
+        ),
+        ("415 mN·m", "415 N", "'N' is a unit of force, but tester.torque needs one of torque"),
+        ("{tester.torque: 41", "{tester.force: 41", "the procedure measures here: tester.torque"),
+        (HELD, "", "what was measured is missing: 'held' of tester.torque"),
+        (HELD, HELD + HELD.partition("\n")[2], "measurements[1]: the procedure measures nothing"),
+        ("[10 mN·m, {file: rest.csv, to: 3 ms}]", "10 mN·m", "zeroes it 2 times, given: 1"),
+        ("[10 mN·m, {file: rest.csv, to: 3 ms}]", "[10 mN·m, 5 N]", "'N' is a unit of force"),
+        ("[10 mN·m, {file: rest.csv, to: 3 ms}]", "[10 mN·m, 60 mN·m]", "read 0.06 N·m at rest"),
+    ],
+)
+def test_values_that_are_not_the_procedure_s_are_told(lab, old, new, told):
+    (lab / "rest.csv").write_text("Torque (mNm)\n19\n21\n23\n25\n")
+    bring_in(lab, MEASURES, file="short.yaml")
+    called = bring_in(lab, TWICE, ("recordings:\n", f"{HELD}recordings:\n"), (old, new))
+    assert told in called.err
+    assert called.code in (3, 5)
+
+
+def test_a_condition_that_the_procedure_limits_has_to_be_stated(lab):
+    limits = ", limits: {tester.oil: {max: 41 °C}}}}]"
+    bring_in(lab, ("cycles: 10}}]", f"cycles: 10{limits}"), file="short.yaml")
+    assert bring_in(lab).code == 0
+    called = bring_in(lab, ("tester.oil: 40 °C, ", ""))
+    assert called.code == 3
+    assert "map.yaml:17:5: error: recordings[0]: tester.oil is not stated, and the" in called.err
+    too_hot = bring_in(lab, ("{tester.force: {col", "{tester.oil: 42 °C, tester.force: {col"))
+    assert too_hot.code == 1
+    assert "tester.oil is 42 °C (limit: 41 °C or less)" in too_hot.out
+
+
+def test_what_is_stated_out_of_limits_is_kept_and_the_run_fails(lab):
+    bring_in(lab, SCANS, file="short.yaml")
+    high = ("4.5 N·m", "5.5 N·m")
+    called = bring_in(lab, ("recordings:\n", f"{STATED}recordings:\n"), high)
+    assert called.code == 1, called.err
+    run = imported(lab)
+    assert run.info.outcome == "completed"
+    judged = [one.passes for row in run.measurements for one in row.decisions]
+    assert judged == [True, False, True]
+    text = "tester.torque is 5.5 N·m (limit: 5 N·m or less)"
+    assert text in called.out
+
+
+SCANS = (
+    "main:\n",
+    """main:
+  - scan:
+      set: tester.load
+      over: [100 N, 200 N, 300 N]
+      channels: [tester.torque]
+      name: held
+      limits: {tester.torque: {max: 5 N·m, marginal: 2 N·m}}
+  - measure: {channels: [tester.torque], name: after}
+""",
+)
+STATED = """\
+measurements:
+  - {name: held, values: {tester.torque: 415 mN·m}}
+  - {name: held, values: {tester.torque: 4.5 N·m}}
+  - {name: held, values: {tester.torque: 617 mN·m}}
+  - {name: after, values: {tester.torque: 7 N·m}}
+"""
+
+
+def bring_scan_in(lab, *changes):
+    bring_in(lab, SCANS, file="short.yaml")
+    return bring_in(lab, ("recordings:\n", f"{STATED}recordings:\n"), *changes)
+
+
+def test_each_point_of_a_scan_is_stated(lab):
+    called = bring_scan_in(lab)
+    assert called.code == 0, called.err
+    run = imported(lab)
+    assert [
+        (one.name, one.setpoints["tester.load"], round(one.values["tester.torque"], 9))
+        for one in run.measurements
+    ] == [("held", 100.0, 0.415), ("held", 200.0, 4.5), ("held", 300.0, 0.617), ("after", 300, 7)]
+    assert run.measurements[0].units == {"tester.load": "N", "tester.torque": "N·m"}
+    (near,) = [one for one in run.events if isinstance(one, Note) and "marginal" in one.text]
+    assert near.step == "main[0].scan"
+    assert near.text.startswith("at tester.load 200 N (point 2 of 3): tester.torque is 4.5 N·m")
+    scanned = [one.point for one in run.events if isinstance(one, Scanned)]
+    assert scanned == [0, 1, 2]
+
+
+@pytest.mark.parametrize(
+    ("line", "instead", "told"),
+    [
+        (3, "", "measurements[2].name: the procedure measures 'held' here"),
+        (4, "", "what was measured is missing: 'after' of tester.torque"),
+        (1, "  - {name: held, values: {tester.load: 5.5 N}}\n",
+         "the procedure measures here: tester.torque"),
+        (4, STATED[14:], "the procedure measures nothing"),
+    ],
+)  # fmt: skip
+def test_points_that_are_not_the_scan_s_are_told(lab, line, instead, told):
+    was = STATED.splitlines(keepends=True)[line]
+    called = bring_scan_in(lab, (was, instead))
+    assert told in called.err
+    assert called.code in (3, 5)
+
+
+def test_a_procedure_that_measures_or_records_nothing_is_refused(lab):
+    measure = ("cycles: 10}}]", "cycles: 10}}, {measure: {channels: [tester.torque]}}]")
+    text = (lab / "short.yaml").read_text(encoding="utf-8")
+    bring_in(lab, measure, file="short.yaml")
+    assert "what was measured is missing" in bring_in(lab).err
+    wait = (
+        "{record: {channels: [tester.angle, tester.torque], cycles: 10}}",
+        "{wait: {time: 1 s}}",
+    )
+    (lab / "short.yaml").write_text(text, encoding="utf-8")
+    called = bring_in(lab, wait, file="short.yaml")
+    assert called.code == 3
+    assert "SHORT records nothing" in called.err
+
+
+def test_a_simulated_station_stays_simulated(lab):
+    settings = STATION[STATION.index("    settings:") : STATION.index("instruments:")]
+    change = ("plugin: other_program\n" + settings, "plugin: swing_tester_sim\n")
+    bring_in(lab, change, file="bench.yaml")
+    conditions = ("conditions: {tester.oil: 40 °C, tester.force: {column: Force, unit: kN}}\n", "")
+    called = bring_in(lab, conditions)
+    assert called.code == 0, called.err
+    assert imported(lab).header.provenance["device tester"] == "recorded by Old.vi 1.0 (simulated)"
+
+
+def test_the_rig_of_another_program_cannot_be_run(lab):
+    station = ("--station", lab / "bench.yaml", "--runs", lab / "runs")
+    called = call("run", lab / "short.yaml", *station, "--unattended",
+                  "--override", "overdue", "--by", "x", "--reason", "y")  # fmt: skip
+    assert called.code == 4
+    assert "Old.vi drives this rig, not Rigrunner" in called.err
+
+
+def test_dates_of_the_file_must_be_those_of_the_run(lab):
+    from unit.rigrunner_plugins.importers.helpers_importing import lvm_text  # noqa: PLC0415  (npTDMS comes with it)
+
+    angle, torque = np.cos(63 * TIME).tolist(), TORQUE_MNM.tolist()
+    for name, day in (("a.lvm", "2026/03/02"), ("b.lvm", "2026/03/05")):
+        channels = {"Angle": angle, "Torque (mNm)": torque, "Force": torque}
+        text = lvm_text([channels], delta="1.000000E-3", unit="", day=day)
+        (lab / name).write_text(text)
+    called = bring_in(lab, ("csv", "lvm"), (": {column: Force, unit: kN}", ": 1 kN"))
+    assert called.code == 3
+    assert (
+        "map.yaml:18:12: error: recordings[1].file: the file says that it was recorded at"
+        in called.err
+    )
+    assert "2026-03-05T09:15:01.250Z" in called.err  # 10:15:01.25 in the zone of `started`
+    called = bring_in(lab, ("by: A. Jones", "by: A. Jones\nended: 2026-03-05T12:00:00+01:00"))
+    assert called.code == 0, called.err
+    first, _ = imported(lab).recordings
+    assert first.started_utc == "2026-03-02T09:15:01.250Z"
+    ended = datetime.fromisoformat(imported(lab).info.ended_utc)
+    assert ended - datetime.fromisoformat(first.started_utc) > timedelta(days=3)
+
+
+def test_columns_of_different_lengths_are_refused(lab):
+    from nptdms import ChannelObject, TdmsWriter  # noqa: PLC0415  (as above)
+
+    for name, count in (("a.tdms", 1200), ("b.tdms", 1199)):
+        columns = {"Angle": TIME, "Torque (mNm)": TORQUE_MNM[:count]}
+        with TdmsWriter(lab / name) as writer:
+            writer.write_segment([ChannelObject("r", *each) for each in columns.items()])
+    csv = (": {column: Force, unit: kN}", ": 1 kN")
+    called = bring_in(lab, ("format: csv", "format: tdms"), (".csv", ".tdms"), csv)
+    assert called.code == 5
+    told = "b.tdms: error: the columns have different numbers of samples: 1200 of 'Angle', 1199 of"
+    assert told in called.err

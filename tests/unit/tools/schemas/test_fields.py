@@ -1,0 +1,117 @@
+"""What fields of settings are, in words."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import pytest
+from pydantic import Field
+
+from rigrunner.api.settings import (
+    Angle,
+    AnyQuantity,
+    Frequency,
+    IsoDate,
+    Length,
+    ListOf,
+    Ratio,
+    Settings,
+    WrapperSettings,
+    YesNo,
+)
+from rigrunner.tools.schemas.fields import all_fields, fields_of
+
+
+class Inner(Settings):
+    gain: Annotated[Ratio, Field(ge=0, le=0.05)] = 0.02
+
+
+class Base(Settings):
+    depth: Length
+    """How deep."""
+
+
+class Column(Settings):
+    unit: str
+
+
+class Example(Base):
+    from_: Annotated[str, Field(alias="from")] = ""
+    cycles: Annotated[int, Field(ge=1, description="how many")] = 30
+    alpha: Annotated[float, Field(gt=0, lt=0.5)] = 0.05
+    side: Literal["both", "high"] = "both"
+    weighted: bool = False
+    sure: YesNo = True
+    window: Annotated[Angle | None, Field(gt=0)] = None
+    over: ListOf[Frequency] = (1.0, 2000.0)
+    words: ListOf[str] = ()
+    value: AnyQuantity | None = None
+    due: IsoDate | None = None
+    inner: Inner = Inner()
+    columns: dict[str, Column] = Field(default_factory=dict)
+    points: ListOf[Column] = ()
+    names: dict[str, int] = Field(default_factory=dict)
+    column: int | str | None = None
+    mark: Literal[",", ";"] = ","
+
+
+FIELDS = {field.key: field for field in fields_of(Example)}
+
+
+@pytest.mark.parametrize(
+    ("key", "kind", "units", "bounds", "default"),
+    [
+        ("depth", "length", ("m", "mm", "µm"), "", None),
+        ("from", "text", (), "", None),
+        ("cycles", "whole number", (), "at least 1", 30),
+        ("alpha", "number", (), "more than 0, less than 0.5", 0.05),
+        ("side", "both | high", (), "", "both"),
+        ("weighted", "true | false", (), "", False),
+        ("sure", "yes | no", (), "", True),
+        ("window", "angle", ("rad", "mrad", "deg"), "more than 0", None),
+        ("over", "list of frequency", ("Hz", "kHz", "rpm"), "", ["1 Hz", "2 kHz"]),
+        ("words", "list of text", (), "", None),
+        ("value", "quantity", (), "", None),
+        ("due", "date", (), "", None),
+        ("inner", "Inner", (), "", None),
+        ("column", "whole number or text", (), "", None),
+        ("mark", '"," | ";"', (), "", ","),
+        ("names", "mapping of names to whole number", (), "", None),
+    ],
+)
+def test_a_field_is_described(key, kind, units, bounds, default):
+    field = FIELDS[key]
+    assert (field.kind, field.units, field.bounds, field.default) == (kind, units, bounds, default)
+
+
+def test_bounds_and_defaults_of_quantities_have_a_unit():
+    (gain,) = fields_of(Inner)
+    assert (gain.bounds, gain.default) == ("at least 0, at most 5 %", "2 %")
+
+
+def test_fields_within_fields_have_their_path():
+    inside = [name for name, _ in all_fields(Example) if "." in name]
+    assert inside == ["inner.gain", "columns.NAME.unit", "points[].unit"]
+
+
+def test_help_is_the_description_or_the_text_under_the_field_of_a_base_too():
+    assert FIELDS["cycles"].help == "how many"
+    assert FIELDS["depth"].help == "How deep."
+    assert FIELDS["alpha"].help == ""
+
+
+def test_models_inside_and_what_is_required_are_known():
+    assert FIELDS["inner"].model is Inner
+    assert [key for key, field in FIELDS.items() if field.required] == ["depth"]
+
+
+def test_a_model_without_source_has_no_texts():
+    made: dict[str, object] = {}
+    code = "class Made(Settings):\n    depth: int = 1\n    '''How deep.'''\n"
+    exec(compile(code, "<made>", "exec"), {"Settings": Settings, "__name__": "made"}, made)  # noqa: S102  (a class without a source file)
+    assert [field.help for field in fields_of(made["Made"])] == [""]
+
+
+def test_what_a_wrapper_takes_is_told_in_words():
+    told = {field.key: field.kind for field in fields_of(WrapperSettings)}
+    assert told == {"plugin": "text", "settings": "mapping of names to anything"}

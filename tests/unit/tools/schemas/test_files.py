@@ -1,0 +1,151 @@
+"""The JSON Schema of the languages: current, complete, and the shape that editors want."""
+
+from __future__ import annotations
+
+import json
+import re
+from importlib.metadata import entry_points
+from typing import get_args
+
+import pytest
+
+from helpers_docs import ROOT
+from rigrunner.api.hooks import PROJECT, DeviceRecord, FitRecord
+from rigrunner.api.settings import Force, Settings
+from rigrunner.procedure.steps import installed_kinds
+from rigrunner.registry import Plugin, Provider, Registry, load_registry
+from rigrunner.tools.schemas.files import Language, certificate_schema, language_schema
+
+LANGUAGES = get_args(Language)
+COPIED = ("procedure", "station", "import")
+SHIPPED = ("rigrunner_plugins", "rigrunner_reports")
+
+
+@pytest.fixture(scope="module")
+def shipped():
+    """Return what ships, whatever else is installed here."""
+    return load_registry(entry for entry in entry_points(group=PROJECT) if entry.name in SHIPPED)
+
+
+@pytest.fixture(scope="module")
+def procedure(shipped):
+    return language_schema("procedure", shipped)
+
+
+@pytest.mark.parametrize("language", COPIED)
+def test_the_committed_copy_is_current(language, shipped):
+    path = ROOT / "procedures" / f"{language}.schema.json"
+    committed = json.loads(path.read_text(encoding="utf-8"))
+    fix = f"run: rigrunner schema {language} > procedures/{language}.schema.json"
+    assert committed == language_schema(language, shipped), fix
+
+
+def test_the_committed_schema_of_certificates_is_current():
+    path = ROOT / "docs" / "reference" / "certificate.schema.json"
+    committed = json.loads(path.read_text(encoding="utf-8"))
+    fix = f"run: rigrunner schema certificate > {path.relative_to(ROOT)}"
+    assert committed == certificate_schema(), fix
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_schema_is_closed_in_itself(language, shipped):
+    text = json.dumps(language_schema(language, shipped))
+    wanted = set(re.findall(r'"\$ref": "#/\$defs/([^"]+)"', text))
+    assert wanted == set(language_schema(language, shipped)["$defs"])
+    for private in ("x-dimension", "x-plugin", '"null"'):
+        assert private not in text
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_every_key_has_its_help(language, shipped):
+    schema = language_schema(language, shipped)
+    definitions = schema["$defs"]
+    without = []
+    for name, definition in {"": schema, **definitions}.items():
+        for key, spec in definition.get("properties", {}).items():
+            target = definitions.get(spec.get("$ref", "").removeprefix("#/$defs/"), {})
+            words = spec.get("description") or target.get("description") or ""
+            if not words.partition("Default: ")[0]:
+                without.append(f"{name}.{key}")
+    assert without == []
+
+
+def test_a_step_is_one_object_with_one_of_all_keys(procedure):
+    step = procedure["$defs"]["Step"]
+    assert set(step["properties"]) == set(installed_kinds())
+    assert (step["minProperties"], step["maxProperties"]) == (1, 1)
+    assert step["additionalProperties"] is False
+    assert procedure["properties"]["main"]["items"] == {"$ref": "#/$defs/Step"}
+    assert procedure["$defs"]["SweepStep"]["properties"]["steps"]["items"] == {
+        "$ref": "#/$defs/Step"
+    }
+
+
+def test_every_value_may_be_a_reference_but_those_of_the_parameters(procedure):
+    hampel = procedure["$defs"]["Hampel"]["properties"]["window"]
+    assert "string" in hampel["type"]
+    assert re.search(hampel["pattern"], "$window")
+    assert not re.search(hampel["pattern"], "window")
+    assert re.search(procedure["$defs"]["torque"]["pattern"], "$limit")
+    assert "$[A-Za-z]" not in json.dumps(procedure["properties"]["parameters"])
+
+
+def test_a_station_knows_no_references(shipped):
+    pattern = language_schema("station", shipped)["$defs"]["torque"]["pattern"]
+    assert not re.search(pattern, "$limit")
+
+
+class Press(Settings):
+    limit: Force
+    """The highest force."""
+
+
+class Straight(Settings):
+    through_zero: bool = False
+
+
+def registry_of(*records):
+    kinds = {DeviceRecord: "device", FitRecord: "fit"}
+    provider = Provider("a stranger", "1")
+    return Registry(Plugin(kinds[type(record)], record, provider) for record in records)
+
+
+PRESS = DeviceRecord(name="press", help="A press", settings=Press, factory=lambda *_: None)
+STRAIGHT = FitRecord(name="straight", help="A line", settings=Straight, factory=lambda _: None)
+
+
+def test_a_strangers_fit_is_known_with_its_settings():
+    definitions = language_schema("procedure", registry_of(STRAIGHT))["$defs"]
+    alternatives = definitions["FitRef"]["anyOf"]
+    assert alternatives[0]["enum"] == ["straight"]
+    assert alternatives[0]["enumDescriptions"] == ["A line"]
+    assert alternatives[-1]["properties"]["straight"]["$ref"] == "#/$defs/Straight"
+    assert "Default: false." in definitions["Straight"]["properties"]["through_zero"]["description"]
+
+
+def test_a_strangers_device_is_known_with_its_settings():
+    binding = language_schema("station", registry_of(PRESS))["$defs"]["DeviceBinding"]
+    assert binding["properties"]["plugin"]["enum"] == ["press"]
+    (rule,) = binding["allOf"]
+    assert rule["if"]["properties"]["plugin"] == {"const": "press"}
+    assert rule["then"] == {
+        "properties": {"settings": {"$ref": "#/$defs/Press"}},
+        "required": ["settings"],
+    }
+
+
+def test_a_plugin_that_must_be_told_something_is_not_offered_by_its_name_alone():
+    told = FitRecord(name="told", help="Told", settings=Press, factory=lambda _: None)
+    alternatives = language_schema("procedure", registry_of(told))["$defs"]["FitRef"]["anyOf"]
+    assert alternatives[0]["enum"] == []
+    assert "told" in alternatives[-1]["properties"]
+
+
+def test_a_quantity_says_its_units_and_bounds(procedure):
+    window = procedure["$defs"]["TemplateInverseSettings"]["properties"]["window"]
+    assert window["$ref"] == "#/$defs/angle"
+    assert window["description"].endswith(
+        "Angle in rad or mrad or deg, more than 0. Default: 1 deg."
+    )
+    message = "needed is a number with its unit: rad, mrad, deg"
+    assert procedure["$defs"]["angle"]["errorMessage"] == message

@@ -1,0 +1,163 @@
+"""What `rigrunner new` writes, by which names, and what it refuses."""
+
+from __future__ import annotations
+
+import ast
+import shutil
+import subprocess
+import sys
+import tempfile
+import tomllib
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from helpers_cli import call
+from rigrunner.api.errors import ExitCode, UsageError
+from rigrunner.cli.commands.new import WORDS
+from rigrunner.registry import load_registry, with_drop_ins
+from rigrunner.tools.new_plugin import KINDS, NewPlugin, make_drop_in, make_package
+
+REGISTRY = load_registry()
+NAMES = ["x", "spring_scale", "abcdefghij_klmnopqrst_uvwxyz12"]
+"""The shortest, one as people write it, and the longest."""
+
+
+@pytest.fixture(params=KINDS)
+def word(request):
+    return request.param
+
+
+def test_every_kind_can_be_asked_for():
+    assert list(WORDS) == list(KINDS)
+
+
+def test_a_drop_in_is_a_plugin_at_once(word, tmp_path):
+    made = make_drop_in(NewPlugin(word, "spring_scale"), tmp_path, REGISTRY)
+    assert made == ["spring_scale.py"]
+    registry = with_drop_ins(REGISTRY, tmp_path)
+    assert registry.disabled == ()
+    assert registry.find(KINDS[word], "spring_scale").record.help.startswith("Spring scale")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_made_is_linted_and_formatted_whatever_the_name(word, name, tmp_path):
+    folder = tmp_path / "package"
+    made = make_package(NewPlugin(word, name), folder, REGISTRY)
+    assert sorted(made) == sorted(
+        str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()
+    )
+    ruff = shutil.which("ruff") or f"{sys.prefix}/bin/ruff"
+    for command in ([ruff, "check", "--no-cache"], [ruff, "format", "--no-cache", "--diff"]):
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_a_device_with_its_simulator_takes_less_than_40_lines():
+    """All lines of the module that are not blank are counted, docstrings and all."""
+    text = NewPlugin("device", "spring_scale").module()
+    assert sum(bool(line.strip()) for line in text.splitlines()) < 40
+    classes = [node.name for node in ast.parse(text).body if isinstance(node, ast.ClassDef)]
+    assert classes == ["SimulatedSpringScale", "SpringScale"]
+
+
+@pytest.mark.parametrize("name", ["polynomial", "aicc"])
+def test_a_name_that_is_taken_is_refused(name, tmp_path):
+    with pytest.raises(UsageError, match=f"there is a fit '{name}' already, of rigrunner_plugins"):
+        make_package(NewPlugin("fit", name), tmp_path / "new", REGISTRY)
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_package_that_is_installed_is_not_shadowed(tmp_path):
+    with pytest.raises(UsageError, match="there is a package rigrunner_plugins already"):
+        make_package(NewPlugin("device", "plugins"), tmp_path / "new", REGISTRY)
+
+
+def test_a_drop_in_of_the_same_folder_is_known(tmp_path):
+    assert call("new", "fit", "lab_line", "--drop-in", "--folder", tmp_path).code == ExitCode.PASS
+    (tmp_path / "lab_line.py").rename(tmp_path / "other.py")
+    called = call("new", "fit", "lab_line", "--drop-in", "--folder", tmp_path)
+    assert called.code == ExitCode.USAGE
+    assert "there is a fit 'lab_line' already, of" in called.err
+    assert not (tmp_path / "lab_line.py").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("Spring-Scale", "such as 'spring_scale'"),
+        ("springScale", "such as 'spring_scale'"),
+        ("spring__scale", "such as 'spring_scale'"),
+        ("../scale", "such as 'scale'"),
+        ("2nd_scale", ""),
+        ("class", ""),
+        ("yes", ""),
+        ("", ""),
+        ("größe", ""),
+    ],
+)
+def test_what_cannot_be_a_name_is_refused(name, hint, tmp_path):
+    with pytest.raises(UsageError, match="cannot be the name of a plugin") as caught:
+        make_package(NewPlugin("device", name), tmp_path / "new", REGISTRY)
+    assert caught.value.hint == hint
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_name_that_is_too_long_is_refused(tmp_path):
+    with pytest.raises(UsageError, match="has 31 characters, allowed are 30"):
+        make_package(NewPlugin("device", "a" * 31), tmp_path / "new", REGISTRY)
+
+
+@pytest.mark.parametrize(
+    ("word", "name", "bound"),
+    [("outlier-rule", "rejection", "Rejection"), ("importer", "column", "Column")],
+)
+def test_a_name_whose_class_is_called_like_another_is_refused(word, name, bound, tmp_path):
+    with pytest.raises(UsageError, match=f"would make a class {bound}"):
+        make_drop_in(NewPlugin(word, name), tmp_path, REGISTRY)
+
+
+@given(word=st.sampled_from(list(KINDS)), name=st.text("abcSX09_-. é'\n\"{}", max_size=8))
+@settings(max_examples=150, derandomize=True, deadline=None)
+def test_whatever_the_name_it_is_refused_or_all_that_is_made_can_be_read(word, name):
+    plugin = NewPlugin(word, name)
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            made = make_package(plugin, Path(folder) / "new", REGISTRY)
+        except UsageError:
+            assert not (Path(folder) / "new").exists()
+            return
+        assert all((Path(folder) / "new" / file).is_file() for file in made)
+    assert name.isidentifier()
+    texts = plugin.texts()
+    assert tomllib.loads(texts["pyproject.toml"])["project"]["name"] == plugin.project
+    for file in made:
+        if file.endswith(".py"):
+            ast.parse(texts[file])
+
+
+def test_nothing_is_overwritten(tmp_path):
+    folder = tmp_path / "scale"
+    assert call("new", "device", "scale", "--folder", folder).code == ExitCode.PASS
+    (folder / "README.md").write_text("mine")
+    (folder / "pyproject.toml").unlink()
+    called = call("new", "device", "scale", "--folder", folder)
+    assert called.code == ExitCode.USAGE
+    assert "has a README.md already, and 5 more" in called.err
+    assert (folder / "README.md").read_text() == "mine"
+    assert not (folder / "pyproject.toml").exists()
+
+
+def test_a_kind_that_is_not_there_names_those_that_are():
+    called = call("new", "devise", "scale")
+    assert called.code == ExitCode.USAGE
+    assert "'outlier-rule'" in called.err
+
+
+def test_what_was_made_and_how_to_try_it_is_printed(tmp_path):
+    called = call("new", "device", "scale", "--folder", tmp_path / "a b")
+    assert called.out.splitlines()[0] == f"cd '{tmp_path / 'a b'}'"
+    assert "rigrunner check-plugin scale" in called.out
+    assert "tests/test_scale.py" in called.err
