@@ -167,8 +167,9 @@ def test_what_is_streamed_is_finite_and_swings(connected):
     assert angle.min() < -0.01 < 0.01 < angle.max()
 
 
-def test_declaring_devices_loads_no_numpy():
-    code = "import sys, rigrunner_plugins.hooks as h; h.rigrunner_devices()"
+@pytest.mark.parametrize("package", ["rigrunner_bearings", "rigrunner_plugins"])
+def test_declaring_devices_loads_no_numpy(package):
+    code = f"import sys, {package}.hooks as h; h.rigrunner_devices()"
     code += "; print('numpy' in sys.modules or 'scipy' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"

@@ -28,6 +28,7 @@ IMPORTED_ONCE = (
     "rigrunner.run.record",
     "rigrunner.run.stored",
     "rigrunner.documents.certifying.certify",
+    "rigrunner_bearings.hooks",
     "rigrunner_plugins.hooks",
     "rigrunner_reports.hooks",
     "rigrunner_reports.render",

@@ -38,4 +38,6 @@ def test_a_provider_that_is_added_is_found_by_name_with_its_version(lab):
 
 
 def test_what_ships_is_installed_here():
-    assert {"rigrunner_plugins", "rigrunner_reports"} <= {each.name for each in installed()}
+    assert {"rigrunner_bearings", "rigrunner_plugins", "rigrunner_reports"} <= {
+        each.name for each in installed()
+    }

@@ -26,7 +26,7 @@ BENCH_PLUGIN = """
 from dataclasses import replace
 
 from rigrunner.api.hooks import hookimpl
-from rigrunner_plugins import hooks
+from rigrunner_bearings import hooks
 
 api_version = 1
 

@@ -18,7 +18,7 @@ from rigrunner.tools.schemas.files import Language, certificate_schema, language
 
 LANGUAGES = get_args(Language)
 COPIED = ("procedure", "station", "import")
-SHIPPED = ("rigrunner_plugins", "rigrunner_reports")
+SHIPPED = ("rigrunner_bearings", "rigrunner_plugins", "rigrunner_reports")
 
 
 @pytest.fixture(scope="module")
