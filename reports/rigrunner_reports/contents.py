@@ -8,21 +8,29 @@ from pkgutil import iter_modules
 from typing import TYPE_CHECKING
 
 from rigrunner_reports import view
+from rigrunner_reports.given import given_view
+from rigrunner_reports.section import Section
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigrunner.api.results import ReportInput
     from rigrunner_reports.page import Page
-    from rigrunner_reports.section import Section
 
 
 def contents(report: ReportInput, page: Page) -> Iterator[tuple[Section, object]]:
     """Yield each section of a report with what it shows; those that show nothing are left out."""
-    for section in _sections():
+    for section in sorted((*_sections(), *_given(report)), key=lambda each: each.place):
         shown = section.view(report, page)
         if shown:
             yield section, shown
+
+
+def _given(report: ReportInput) -> Iterator[Section]:
+    """Yield the sections that analyses give, which stand after the results."""
+    for number, each in enumerate(report.result.sections, 1):
+        shown = given_view(each)
+        yield Section("given", each.title, 6, lambda *_, v=shown: v, anchor=f"given-{number}")
 
 
 @cache

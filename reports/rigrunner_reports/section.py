@@ -28,3 +28,5 @@ class Section:
     """Returns what the section shows, of the report's input and its page; nothing leaves it out."""
     unbroken: bool = False
     """Whether each number keeps its unit beside it on one line."""
+    anchor: str = ""
+    """In the page, where it is not the name."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from math import isinf, isnan
 from typing import TYPE_CHECKING
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 TABLE_DIGITS = 8
 """Significant digits at most of the numbers of a table; result.json has all."""
+_TRAILING_ZEROS = re.compile(r"(?:(\.\d*[1-9])|\.)0+(?!\d)")
 MOST_ROWS = 200
 """So many results of one name are shown, those out of limits first; result.json has all."""
 
@@ -127,11 +129,12 @@ def _view(result: Result, found: Sequence[MeasurementResult]) -> ResultView:
         ),
         budget=_budget(budgeted),
         formulas=tuple(equation(each) for each in result.formulas if each.of == definition.name),
-        tables=tuple(_table(each) for each in result.tables if each.of == definition.name),
+        tables=tuple(table_view(each) for each in result.tables if each.of == definition.name),
     )
 
 
-def _table(table: Table) -> TableView:
+def table_view(table: Table) -> TableView:
+    """Return a table, ready to print."""
     return TableView(
         title=table.title,
         columns=table.columns,
@@ -140,7 +143,9 @@ def _table(table: Table) -> TableView:
 
 
 def _cell(value: float | str) -> str:
-    return value if isinstance(value, str) else significant(value, TABLE_DIGITS)
+    if isinstance(value, str):
+        return value
+    return _TRAILING_ZEROS.sub(r"\1", significant(value, TABLE_DIGITS))
 
 
 def _row(found: MeasurementResult, own: dict[int, LimitDecision]) -> ResultRow:

@@ -154,6 +154,7 @@ class _Analysis:
             formulas=tuple(formula for each in found for formula in each.formulas),
             tables=tuple(table for each in found for table in each.tables),
             figures=tuple(figure for each in found for figure in each.figures),
+            sections=tuple(section for each in found for section in each.sections),
         )
         decision = None
         if self.acceptance is not None:
@@ -198,6 +199,7 @@ class _Analysis:
             formulas=named.formulas,
             tables=named.tables,
             figures=named.figures,
+            sections=named.sections,
             checks=(*checks, *named.checks),
             notes=((problem,) if problem else ()) + named.notes,
             settings=settings_as_asked(self.spec, self.lookup, self.analyses),

@@ -61,7 +61,11 @@ def document(result: Result) -> Json:
         "headline": _headline(result),
         **({"results": named} if named else {}),
         **({"tables": [_table(each) for each in result.tables]} if result.tables else {}),
-        **({"figures": [plain(asdict(each)) for each in result.figures]} if result.figures else {}),
+        **{
+            name: [plain(asdict(each)) for each in given]
+            for name, given in (("figures", result.figures), ("sections", result.sections))
+            if given
+        },
         "verdict": verdict(result),
         "limits": limits(result.limits),
         "decision": None if result.decision is None else decision(result.decision),

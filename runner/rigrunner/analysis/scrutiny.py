@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
-from itertools import pairwise
+from itertools import chain, pairwise
 from operator import index
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -303,12 +303,12 @@ class _Analysis:
         need(len(set(means)) == len(means), "two means of one name")
         for each in (*found.results, *found.means):
             self._check(each)
-        for formula in found.formulas:
+        for formula in chain(found.formulas, *(each.formulas for each in found.sections)):
             try:
                 parse_any(formula.text)
             except ExpressionError as error:
                 self.subject.refuse(f"the formula {_shown(formula.text)}: {error.message}")
-        for table in found.tables:
+        for table in chain(found.tables, *(each.tables for each in found.sections)):
             wide = {len(row) for row in table.rows} | {len(table.columns)}
             need(len(wide) == 1, f"the table '{table.title}' with rows of {wide} columns")
         return found

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import Check, Component
     from rigrunner.api.coordinates import CoordinateValue
     from rigrunner.api.data import Estimate, RunData
-    from rigrunner.api.figures import Figure
+    from rigrunner.api.figures import Figure, Picture
     from rigrunner.api.measurand import MeasurandKind
 
 
@@ -73,8 +73,8 @@ class MeasurementResult:
 class Formula:
     """An equation by which a result was computed, as the report sets it."""
 
-    of: str
-    """The name of the result."""
+    of: str = ""
+    """The name of the result with which it stands; '' in a section."""
     symbol: str
     """What it gives: the left side."""
     text: str
@@ -87,12 +87,23 @@ class Formula:
 class Table:
     """What belongs to results besides, in rows of numbers and texts."""
 
-    of: str
-    """The name of the result with which it stands."""
+    of: str = ""
+    """The name of the result with which it stands; '' in a section."""
     title: str
     columns: tuple[str, ...]
     """What each holds, with its unit where it has one: 'u / mm'."""
     rows: tuple[tuple[float | str, ...], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReportSection:
+    """A section of the report, as data; its parts stand in this order."""
+
+    title: str
+    paragraphs: tuple[str, ...] = ()
+    formulas: tuple[Formula, ...] = ()
+    figures: tuple[Figure | Picture, ...] = ()
+    tables: tuple[Table, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,6 +127,8 @@ class Findings:
     """What belongs to results besides; in the report, and in `result.json`."""
     figures: tuple[Figure, ...] = ()
     """Likewise, drawn in the report."""
+    sections: tuple[ReportSection, ...] = ()
+    """Of the report, after the results; in `result.json` too."""
 
 
 class Analysis(Protocol):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import Check, Compensation, Component, Curve, PeakPoint
     from rigrunner.api.data import Estimate, Measurement, Points, RunData
     from rigrunner.api.figures import Figure
-    from rigrunner.api.findings import Formula, MeasurementResult, Table
+    from rigrunner.api.findings import Formula, MeasurementResult, ReportSection, Table
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.validation import Validation
     from rigrunner.api.verdict import Decision, LaterDecision, LimitDecision, Verdict
@@ -143,6 +143,8 @@ class Result:
     tables: tuple[Table, ...] = ()
     figures: tuple[Figure, ...] = ()
     """What belongs to results besides."""
+    sections: tuple[ReportSection, ...] = ()
+    """Those that analyses give the report."""
     decision: Decision | None = None
     validation: Validation | None = None
     """The Monte Carlo check of the headline, where the procedure asks for one."""
