@@ -206,10 +206,10 @@ def test_what_the_server_says_is_german_too(new_screen):
     expect(red.locator(".fix")).to_have_text(
         "kalibrieren lassen und den neuen Kalibrierschein eintragen"
     )
-    expect(page.locator(".light", has_text="Nullpunkt")).to_contain_text("Grenze: ±0.05 N·m")
+    expect(page.locator(".light", has_text="Nullpunkt")).to_contain_text("Grenze: ±0,05 N·m")
     page.get_by_text("Alle Schritte").click()
     steps = page.locator(".step-texts")
-    expect(steps).to_contain_text("Nullpunkt von tester.torque, innerhalb 0.05 N·m")
+    expect(steps).to_contain_text("Nullpunkt von tester.torque, innerhalb 0,05 N·m")
     expect(steps).to_contain_text("Bearing on the mandrel")  # own words of the procedure
     red.get_by_role("checkbox").check()
     items = page.locator(".preflight .lights").bounding_box()

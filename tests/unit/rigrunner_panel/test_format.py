@@ -15,22 +15,50 @@ import rigrunner_panel
 FORMAT = Path(rigrunner_panel.__file__).parent / "static/js/format.js"
 
 
-@pytest.mark.skipif(
+WITH_NODE = pytest.mark.skipif(
     shutil.which("node") is None and os.environ.get("RIGRUNNER_REQUIRE_BROWSER") != "1",
     reason="there is no Node.js",
 )
+
+
+@WITH_NODE
 def test_a_set_value_is_shown_as_a_person_wrote_it(tmp_path):
-    shutil.copy(FORMAT, tmp_path / "format.mjs")
     program = """
       import { plain } from './format.mjs';
       const values = [16.5, 35, 0.25, 0, -2.5, 1000, 1 / 3, null, NaN];
       console.log(JSON.stringify(values.map(plain)));
     """
-    done = subprocess.run(
-        ["node", "--input-type=module", "-e", program],
-        cwd=tmp_path, capture_output=True, text=True, check=True, timeout=60,
-    )  # fmt: skip
-    assert json.loads(done.stdout) == [
+    assert _of(tmp_path, program) == [
         *("16.5", "35", "0.25", "0", "\N{MINUS SIGN}2.5", "1000", "0.333333"),
         *("\N{EN DASH}", "\N{EN DASH}"),
     ]
+
+
+@WITH_NODE
+def test_a_german_screen_shows_and_takes_a_decimal_comma(tmp_path):
+    program = """
+      import * as format from './format.mjs';
+      const { fixed, shownNumber, typedNumber, useDecimalSign, withUncertainty } = format;
+      const typed = ['22,5 °C', '-0,25 N', '22.5 °C', '1,2,3', 'a,5', '24'];
+      const english = typed.map(typedNumber);
+      useDecimalSign(',');
+      console.log(JSON.stringify([
+        english, typed.map(typedNumber),
+        [fixed(0.7268, 4), withUncertainty(0.7268, 0.0087, 'N·m'),
+         shownNumber('1.5 to 2.25 kN, 3 A')],
+      ]));
+    """
+    assert _of(tmp_path, program) == [
+        ["22,5 °C", "-0,25 N", "22.5 °C", "1,2,3", "a,5", "24"],
+        ["22.5 °C", "-0.25 N", "22.5 °C", "1.2,3", "a,5", "24"],
+        ["0,7268", "0,7268 ± 0,0087 N·m", "1,5 to 2,25 kN, 3 A"],
+    ]
+
+
+def _of(folder, program):
+    shutil.copy(FORMAT, folder / "format.mjs")
+    done = subprocess.run(
+        ["node", "--input-type=module", "-e", program],
+        cwd=folder, capture_output=True, text=True, check=True, timeout=60,
+    )  # fmt: skip
+    return json.loads(done.stdout)

@@ -12,15 +12,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+import yaml
 
 import rigrunner
 from helpers_lacking import lacking
+from rigrunner.analysis.checks import LIMITS
+from rigrunner.analysis.one_setup import LIMITS as SETUP_LIMITS
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.procedure.answers import AnswerError, Expected
 from rigrunner.run.locate import find_procedure, find_station
 from rigrunner.run.planning import planned_run
 from rigrunner.steps.ask import Ask
 from rigrunner.steps.confirm import Confirm
+from rigrunner_bearings.compensations.checks import LIMITS as METHOD_LIMITS
 from rigrunner_panel.jobs.preflight_paper import calibrations
 from rigrunner_panel.jobs.preflight_rig import rig_items
 
@@ -154,14 +158,17 @@ def translated(tmp_path_factory):
     if shutil.which("node") is None:
         lacking("BROWSER", "there is no Node.js")
     folder = tmp_path_factory.mktemp("said")
-    shutil.copy(STATIC / "js/said.js", folder / "said.mjs")
+    for name in ("said", "format"):
+        shutil.copy(STATIC / f"js/{name}.js", folder / f"{name}.mjs")
     for language in ("en", "de"):
         shutil.copy(STATIC / f"texts/{language}.json", folder)
     program = """
       import fs from 'fs';
+      import { shownNumber, useDecimalSign } from './format.mjs';
       import { translator } from './said.mjs';
       const read = (name) => JSON.parse(fs.readFileSync(name));
-      const say = translator(read('en.json'), read('de.json'));
+      useDecimalSign(',');
+      const say = translator(read('en.json'), read('de.json'), shownNumber);
       process.stdout.write(JSON.stringify(read(0).map(say)));
     """
 
@@ -204,7 +211,7 @@ def translated(tmp_path_factory):
         ),
         (
             "TQ-7 (tester.torque) is calibrated up to 10 N·m, but the swing goes to 0.05 rad",
-            "TQ-7 (tester.torque) ist bis 10 N·m kalibriert, aber der Schwenk geht bis 0.05 rad",
+            "TQ-7 (tester.torque) ist bis 10 N·m kalibriert, aber der Schwenk geht bis 0,05 rad",
         ),
         (
             "stopped at the panel: stop button, before the run began",
@@ -221,8 +228,8 @@ def translated(tmp_path_factory):
                 " (E_n = 0.09)"
             ),
             (
-                "bei 5 Hz: 0.7261 und 0.7272 N·m: +0.0011 N·m, innerhalb ihres gemeinsamen U von"
-                " 0.0120 N·m (E_n = 0.09)"
+                "bei 5 Hz: 0,7261 und 0,7272 N·m: +0,0011 N·m, innerhalb ihres gemeinsamen U von"
+                " 0,0120 N·m (E_n = 0,09)"
             ),
         ),
         (
@@ -235,6 +242,8 @@ def translated(tmp_path_factory):
                 "ist „a“, gebraucht wird „b“; R2: other"
             ),
         ),
+        ("no-load run: clipping", "Leerlaufprüfung: Übersteuerung"),
+        ("load-induced starting torque", "lastinduziertes Anlaufmoment"),
         ("the motor is hot", "the motor is hot"),  # of a device: nobody has translated it
         ("the drive has no power", "the drive has no power"),
         ("", ""),
@@ -295,7 +304,22 @@ def put_together():
     )
 
 
-@pytest.mark.parametrize("source", [answers, plans, put_together])
+def checks():
+    """What every check is called, what it says where it finds nothing, and its advice."""
+    for each in (*LIMITS, *SETUP_LIMITS, *METHOD_LIMITS):
+        yield from (each.name, each.good, each.advice)
+
+
+def names_in_procedures():
+    """What shipped procedures ask for, and what they measure."""
+    for path in sorted(Path(find_procedure("gauge_rr")).parent.glob("*.yaml")):
+        procedure = yaml.safe_load(path.read_text("utf-8"))
+        yield from (each["ask"] for each in procedure.get("inputs", {}).values())
+        yield procedure.get("measurand", {}).get("name", "")
+        yield from re.findall(r"result: {.*?text: (.*?)[,}]", path.read_text("utf-8"))
+
+
+@pytest.mark.parametrize("source", [answers, plans, put_together, checks, names_in_procedures])
 def test_what_is_really_said_is_said_in_german(translated, source):
     texts = [each for each in source() if each]
     assert len(texts) > 10

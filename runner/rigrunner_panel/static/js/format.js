@@ -1,17 +1,33 @@
 // Numbers as people read them. What comes in is SI; what is not known is shown as a dash.
 
 export const UNKNOWN = "–";
+let sign = ".";
+
+// With which sign decimals are shown, as the language of the screen has it.
+export function useDecimalSign(chosen) {
+  sign = chosen;
+}
+
+// A number in a text, with the screen's decimal sign.
+export function shownNumber(text) {
+  return text.replace(/(\d)\.(?=\d)/g, `$1${sign}`);
+}
+
+// What a person typed, with the decimal point that the server reads.
+export function typedNumber(text) {
+  return sign === "," ? text.replace(/^(\s*[+\u2212-]?\d+),(?=\d)/, "$1.") : text;
+}
 
 export function fixed(value, decimals) {
   if (value === null || value === undefined || !Number.isFinite(value)) return UNKNOWN;
   const text = value.toFixed(decimals);
-  return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", "\u2212");
+  return shownNumber((Number(text) === 0 ? text.replace("-", "") : text).replace("-", "\u2212"));
 }
 
 // A set value as a person wrote it: 16.5, not 17; 35, not 35.0.
 export function plain(value) {
   if (value === null || value === undefined || !Number.isFinite(value)) return UNKNOWN;
-  return String(Number(value.toPrecision(6))).replace("-", "\u2212");
+  return shownNumber(String(Number(value.toPrecision(6))).replace("-", "\u2212"));
 }
 
 // The decimals that show an uncertainty with two significant digits (GUM 7.2.6).

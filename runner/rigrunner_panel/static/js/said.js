@@ -14,17 +14,19 @@ const KINDS = {
 const OTHERS = "(?:(?!; ).)+?";
 const PLACE = /\{([a-z]+)(\d*)\}/g;
 
-// Returns what translates a text: a sentence that no pattern knows stays as it is.
-export function translator(english, words) {
+// Returns what translates a text: a sentence that no pattern knows stays as it is. `number` shows a number with its unit.
+export function translator(english, words, number = String) {
   const patterns = Object.keys(english)
     .filter((key) => key.startsWith(SAYS) && words[key])
     .map((key) => pattern(english[key], words[key]))
     .sort((one, other) => other.literal - one.literal);
 
+  const ways = { said: (text) => say(text), number, value: number };
+
   function whole(text) {
     for (const { shape, into } of patterns) {
       const found = shape.exec(text);
-      if (found) return into.replace(PLACE, (_, kind, number) => (kind === "said" ? say : String)(found.groups[`${kind}${number}`]));
+      if (found) return into.replace(PLACE, (_, kind, place) => (ways[kind] ?? String)(found.groups[`${kind}${place}`]));
     }
     return null;
   }

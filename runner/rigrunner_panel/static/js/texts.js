@@ -1,8 +1,10 @@
 // The words of the screen, from a file per language.
 
+import { shownNumber, useDecimalSign } from "./format.js";
 import { translator } from "./said.js";
 
 const LANGUAGES = ["en", "de"];
+const DECIMAL_SIGNS = { en: ".", de: "," };
 const KEPT = "rigrunner.language";
 let words = {};
 let language = "en";
@@ -13,7 +15,8 @@ export async function loadTexts() {
   const wanted = kept ?? navigator.language.slice(0, 2);
   language = LANGUAGES.includes(wanted) ? wanted : "en";
   words = await fetched(language);
-  if (language !== "en") say = translator(await fetched("en"), words);
+  useDecimalSign(DECIMAL_SIGNS[language]);
+  if (language !== "en") say = translator(await fetched("en"), words, shownNumber);
   document.documentElement.lang = language;
 }
 

@@ -4,14 +4,14 @@ import { go } from "../address.js";
 import { get } from "../client.js";
 import { button, fill, h } from "../dom.js";
 import { newDraft } from "../draft.js";
-import { bytes, localTime, plain, withUncertainty } from "../format.js";
+import { bytes, localTime, plain, shownNumber, withUncertainty } from "../format.js";
 import { certificateForm } from "../parts/certificate.js";
 import { endedBanners } from "../parts/ended.js";
 import { resultTables, storedResults } from "../parts/results.js";
 import { SIGNS, verdictText } from "../parts/verdict.js";
 import { tried } from "../steer.js";
 import { store } from "../store.js";
-import { t } from "../texts.js";
+import { said, t } from "../texts.js";
 
 const NOT_CHECKED = "not checked: "; // what the text of a check begins with that could not be made
 
@@ -70,7 +70,7 @@ function head({ item, reason }, again) {
 }
 
 function facts(found) {
-  const rows = Object.entries(found.inputs).flatMap(([name, value]) => [h("dt", {}, name), h("dd", {}, value)]);
+  const rows = Object.entries(found.inputs).flatMap(([name, value]) => [h("dt", {}, said(name)), h("dd", {}, value)]);
   return h("section", { class: "card" }, h("h2", {}, t("result.facts")),
     h("dl", { class: "facts" }, rows,
       h("dt", {}, t("result.run")), h("dd", {}, found.item.run),
@@ -86,7 +86,7 @@ function limits(found) {
     const [kind, sign] = each.verdict === "fail" ? ["fail", SIGNS.fail] : ["ok", SIGNS.pass];
     return h("li", { class: `light ${kind}` },
       h("span", { class: "sign", role: "img", "aria-label": verdictText(each.verdict) }, sign),
-      h("div", { class: "light-text" }, h("strong", {}, `${each.of}: ${each.shown}`), h("span", {}, t("limits.allowed", { allowed: each.allowed })), h("span", { class: "soft" }, `${each.table} ${each.row}`)));
+      h("div", { class: "light-text" }, h("strong", {}, `${each.of}: ${shownNumber(each.shown)}`), h("span", {}, t("limits.allowed", { allowed: shownNumber(said(each.allowed)) })), h("span", { class: "soft" }, `${each.table} ${each.row}`)));
   };
   const list = (some) => h("ul", { class: "lights" }, some.slice(0, MOST_LIMITS).map(item));
   const failed = values.filter((each) => each.verdict === "fail");
@@ -114,7 +114,11 @@ function points(found) {
 // Those of the run and those of each method, as the report has them.
 function allChecks(result) {
   const methods = Object.entries(result?.compensations ?? {});
-  return [...(result?.checks ?? []), ...methods.flatMap(([method, { checks: own }]) => own.map((check) => ({ ...check, name: `${check.name} (${method})` })))];
+  return [...(result?.checks ?? []), ...methods.flatMap(([method, { checks: own }]) => own.map((check) => ({ ...check, name: check.name, method })))];
+}
+
+function nameOf({ name, method }) {
+  return method ? `${said(name)} (${method})` : said(name);
 }
 
 function checks(found) {
@@ -127,11 +131,11 @@ function checks(found) {
     const [kind, sign] = !check.ok ? ["warn", "!"] : check.consequence === "note" ? ["note", "\u00b7"] : skipped.includes(check) ? ["skipped", "\u2013"] : ["ok", "✓"];
     return h("li", { class: `light ${kind}` },
       h("span", { class: "sign", role: "img", "aria-label": t(`check.${kind}`) }, sign),
-      h("div", { class: "light-text" }, h("strong", {}, check.name), h("span", {}, check.text ?? ""), check.effect ? h("span", { class: "soft" }, t("check.effect", { effect: check.effect })) : null, check.advice ? h("span", { class: "fix" }, check.advice) : null));
+      h("div", { class: "light-text" }, h("strong", {}, nameOf(check)), h("span", {}, said(check.text ?? "")), check.effect ? h("span", { class: "soft" }, t("check.effect", { effect: check.effect })) : null, check.advice ? h("span", { class: "fix" }, said(check.advice)) : null));
   };
   return h("section", { class: "card" }, h("h2", {}, t("result.checks")),
     failed.length ? h("ul", { class: "lights" }, failed.map(item)) : made ? h("p", { class: "good-text" }, t("result.all_good", { count: made })) : null,
-    skipped.length ? h("p", { class: "soft" }, t("result.not_made", { names: skipped.map((check) => check.name).join(", ") })) : null,
+    skipped.length ? h("p", { class: "soft" }, t("result.not_made", { names: skipped.map(nameOf).join(", ") })) : null,
     h("details", {}, h("summary", {}, t("result.all_checks", { count: all.length })), h("ul", { class: "lights" }, all.map(item))));
 }
 

@@ -3,6 +3,7 @@
 
 import { post } from "../client.js";
 import { h, setText } from "../dom.js";
+import { shownNumber, typedNumber } from "../format.js";
 import { said, t } from "../texts.js";
 
 const LONGEST = 80;
@@ -37,11 +38,12 @@ export function inputForm(procedure, inputs, given, keep) {
 
 function field(procedure, input, value, changed) {
   const id = `input-${input.name}`;
+  const [show, read] = input.unit ? [shownNumber, typedNumber] : [String, String];
   const told = h("p", { class: "field-note", id: `${id}-note`, role: "status" }, said(input.expected));
   const control = input.choices.length
     ? h("select", { id, "aria-describedby": `${id}-note`, onchange: look }, h("option", { value: "" }, t("setup.choose")), input.choices.map((choice) => h("option", { value: choice, selected: choice === value }, choice)))
-    : h("input", { type: "text", id, value, autocomplete: "off", spellcheck: "false", "aria-describedby": `${id}-note`, oninput: later });
-  const row = h("div", { class: "field" }, h("label", { for: id }, input.ask), control, told);
+    : h("input", { type: "text", id, value: show(value), autocomplete: "off", spellcheck: "false", "aria-describedby": `${id}-note`, oninput: later });
+  const row = h("div", { class: "field" }, h("label", { for: id }, said(input.ask)), control, told);
   let good = false;
   let asked = 0;
   let timer = 0;
@@ -62,12 +64,12 @@ function field(procedure, input, value, changed) {
     }
     let answer;
     try {
-      answer = await post("check-input", { procedure, input: input.name, text });
+      answer = await post("check-input", { procedure, input: input.name, text: read(text) });
     } catch (error) {
       answer = { ok: false, message: error.message, hint: error.hint };
     }
     if (mine !== asked) return;
-    state(answer.ok ? "good" : "bad", answer.ok ? t("setup.taken", { value: short(answer.value) }) : [answer.message, answer.hint].filter(Boolean).map(said).join(" · "), answer.ok);
+    state(answer.ok ? "good" : "bad", answer.ok ? t("setup.taken", { value: show(short(answer.value)) }) : [answer.message, answer.hint].filter(Boolean).map(said).join(" · "), answer.ok);
   }
 
   function state(kind, text, ok = false) {
@@ -79,7 +81,7 @@ function field(procedure, input, value, changed) {
   }
 
   if (value) look();
-  return { element: row, control, name: input.name, value: () => control.value, good: () => good };
+  return { element: row, control, name: input.name, value: () => read(control.value), good: () => good };
 }
 
 function short(text) {

@@ -1,6 +1,7 @@
 // A question of the run, over the page but below the bar, so that Stop stays in reach.
 
 import { button, fill, h } from "../dom.js";
+import { typedNumber } from "../format.js";
 import { steer } from "../steer.js";
 import { store } from "../store.js";
 import { said, t } from "../texts.js";
@@ -38,7 +39,7 @@ export function promptCard() {
     const input = h("input", { type: "text", id: "prompt-input", autocomplete: "off", "aria-describedby": "prompt-expected" });
     return h("form", { class: "prompt-form", onsubmit: (event) => {
       event.preventDefault();
-      answer(input.value);
+      answer(prompt.unit ? typedNumber(input.value) : input.value);
     } },
     h("label", { class: "visually-hidden", for: "prompt-input" }, prompt.text), input,
     h("p", { class: "soft", id: "prompt-expected" }, said(prompt.expected) || prompt.unit),

@@ -1,8 +1,8 @@
 // Results of any quantity as a table by where they hold, each with its limit.
 
 import { fill, h } from "../dom.js";
-import { plain, withUncertainty } from "../format.js";
-import { t } from "../texts.js";
+import { plain, shownNumber, withUncertainty } from "../format.js";
+import { said, t } from "../texts.js";
 import { SIGNS, verdictText } from "./verdict.js";
 
 // Rows are {name, text, symbol, unit, place, value, U, lower, upper, verdict}.
@@ -16,13 +16,13 @@ function table(rows) {
   const limited = rows.some((row) => limitText(row));
   const placed = rows.some((row) => row.place);
   const cells = (row) => [
-    placed ? h("th", { scope: "row" }, row.place.replaceAll("-", "\u2212")) : null,
+    placed ? h("th", { scope: "row" }, shownNumber(row.place).replaceAll("-", "\u2212")) : null,
     h("td", { class: "number" }, withUncertainty(row.value, row.U ?? NaN, "")),
     limited ? [h("td", { class: "number" }, limitText(row)), h("td", { class: "judged" }, judged(row))] : null,
   ].flat();
   const head = [placed ? ["results.where", ""] : null, ["results.value", "number"], limited ? ["results.limit", "number"] : null];
   return h("table", { class: "results" },
-    h("caption", {}, [text || name, symbol, unit && unit !== "1" ? t("results.in_unit", { unit }) : ""].filter(Boolean).join(", ")),
+    h("caption", {}, [said(text) || name, symbol, unit && unit !== "1" ? t("results.in_unit", { unit }) : ""].filter(Boolean).join(", ")),
     h("thead", {}, h("tr", {}, head.filter(Boolean).map(([key, kind]) => h("th", { scope: "col", class: kind }, t(key))), limited ? h("td", {}) : null)),
     h("tbody", {}, rows.map((row) => h("tr", {}, cells(row)))));
 }

@@ -2,6 +2,7 @@
 
 import uPlot from "../../vendor/uplot/uPlot.esm.js";
 import { h, setText } from "../dom.js";
+import { plain } from "../format.js";
 import { colour, onTheme } from "../theme.js";
 
 const FONT = "14px system-ui, sans-serif";
@@ -18,9 +19,8 @@ export function axis(more = {}) {
   };
 }
 
-// With a decimal point in every language, as all numbers of the panel have it.
 function marked(value) {
-  return value === null ? "" : String(Number(value.toPrecision(6))).replace("-", "\u2212");
+  return value === null ? "" : plain(value);
 }
 
 // `options` is made anew with the colours of the theme. Returns {element, set(data), leave}; `units` says what is over what.
