@@ -83,6 +83,37 @@ def test_a_capability_is_against_limits_in_any_unit(folder):
     assert (refused.code, "the values are in mΩ" in refused.err) == (2, True)
 
 
+def test_without_limits_those_of_the_runs_hold_in_the_unit_of_the_newest(folder):
+    found = json.loads(call("capability", "resistance", "--runs", folder[0], "--json").out)
+    assert (found["lower"], found["upper"]) == (None, None)
+    cold, warm = found["series"]
+    assert (cold["lower"], cold["upper"]) == (99883.0, 100117.0)
+    assert (warm["lower"], warm["upper"]) == (138203.0, 138808.0)
+    asked = ("--runs", folder[0], "--where", "temperature=100", *LIMITS)
+    given = json.loads(call("capability", "resistance", *asked, "--json").out)
+    indices = [
+        {each["name"]: each["value"] for each in one["capability"]["indices"]}
+        for one in (warm, given["series"][0])
+    ]
+    assert indices[0] == pytest.approx(indices[1], rel=1e-9)
+    told = call("capability", "resistance", "--runs", folder[0]).out
+    assert "lower limit 138203 mΩ, upper limit 138808 mΩ" in told
+
+
+def test_limits_that_differ_from_run_to_run_have_to_be_given(tmp_path):
+    for day in range(12):
+        document = resistance_document({100.0: 138.5 + 0.001 * day})
+        if day > 6:
+            document["decision"]["parts"][0]["upper_limit"]["value"] = 139.0
+        store_run(tmp_path, f"day-{day:02d}", document, started_utc=on_day(day))
+    index_all(tmp_path)
+    refused = call("capability", "resistance", "--runs", tmp_path)
+    assert refused.code == 5
+    assert "several limits: 7 with 138.203 or more and 138.808 or less; 5 with" in refused.err
+    assert "--upper" in refused.err
+    assert call("capability", "resistance", "--runs", tmp_path, "--upper", "139 Ω").code == 0
+
+
 def test_what_no_run_has_is_refused_with_what_there_is(folder):
     refused = call("trend", "resistence", "--runs", folder[0])
     assert (refused.code, "has a result or figure 'resistence'" in refused.err) == (2, True)

@@ -24,7 +24,7 @@ def distribution(study: CapabilityStudy, series: CapabilitySeries) -> Picture:
     """Return the picture of the values of one group, with the limits and the normal curve."""
     values = np.array([each.value for each in series.observed])
     mean, deviation = series.capability.mean, series.capability.standard_deviation
-    limits = [each for each in (study.lower, study.upper) if each is not None]
+    limits = [each for each in (series.lower, series.upper) if each is not None]
     low, high = min(values.min(), *limits), max(values.max(), *limits)
     x = np.linspace(min(low, mean - 4 * deviation), max(high, mean + 4 * deviation), 300)
 

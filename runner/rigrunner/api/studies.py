@@ -113,6 +113,9 @@ class CapabilitySeries:
     observed: tuple[Observed, ...]
     capability: Capability
     warnings: tuple[str, ...] = ()
+    lower: float | None = None
+    """The limits against which it is stated: those that were asked for, or else the runs' own."""
+    upper: float | None = None
 
 
 @dataclass(frozen=True)
@@ -210,6 +213,7 @@ class CapabilityStudy(Study):
     """The capability of a quantity against its limits, for each group of runs."""
 
     lower: float | None
+    """The limits that were asked for; without any each group has its own."""
     upper: float | None
     series: tuple[CapabilitySeries, ...]
     not_stated: Mapping[str, str] = field(default_factory=dict)

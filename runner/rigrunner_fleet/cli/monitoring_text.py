@@ -38,14 +38,10 @@ def trend_text(trend: Trend) -> str:
 
 def capability_text(study: CapabilityStudy) -> str:
     """Return the indices of each group with their intervals."""
-    limits = [
-        f"{name} {value:g} {study.unit}"
-        for name, value in (("lower limit", study.lower), ("upper limit", study.upper))
-        if value is not None
-    ]
-    lines = [f"{study.quantity} / {study.unit}, {', '.join(limits)}"]
+    asked = _limits(study, study.unit) or ["with the limits of the runs"]
+    lines = [f"{study.quantity} / {study.unit}, {', '.join(asked)}"]
     for each in study.series:
-        lines += ["", *_capable(each)]
+        lines += ["", *_capable(each, study.unit)]
     lines += _left_out(study, "No capability of", study.not_stated)
     return "\n".join(lines)
 
@@ -139,13 +135,20 @@ def _stated(each: TrendSeries) -> str:
     return f"{known[len(known) // 2]:.2g}, the median" if known else "none"
 
 
-def _capable(each: CapabilitySeries) -> Iterator[str]:
+def _limits(of: CapabilityStudy | CapabilitySeries, unit: str) -> list[str]:
+    """Return the limits in words."""
+    limits = ("lower limit", of.lower), ("upper limit", of.upper)
+    return [f"{name} {value:g} {unit}" for name, value in limits if value is not None]
+
+
+def _capable(each: CapabilitySeries, unit: str) -> Iterator[str]:
     found = each.capability
     deviation = found.standard_deviation
     yield each.name
     yield pairs(
         [
             ("  runs", str(found.count)),
+            ("  limits", ", ".join(_limits(each, unit))),
             ("  mean", number(found.mean, deviation)),
             ("  deviation", f"{deviation:.3g}"),
             ("  confidence", f"{100 * found.confidence:g} %"),

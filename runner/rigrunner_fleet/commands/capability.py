@@ -44,7 +44,8 @@ def command(
     """Compare the results of many runs with limits.
 
     QUANTITY is as of `trend`. With an upper limit alone the index is Cpu, with a lower one Cpl,
-    with both there are Cp and Cpk besides; each has its confidence interval.
+    with both there are Cp and Cpk besides; each has its confidence interval. Without limits a named
+    result has those that it was held against in its runs.
     """
     from rigrunner_fleet.cli.monitoring import finish, in_words, observed, refuse_limit
     from rigrunner_fleet.cli.monitoring_text import capability_text

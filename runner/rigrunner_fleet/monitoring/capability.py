@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from scipy import stats
 
+from rigrunner.api.errors import DataError
 from rigrunner.api.studies import CapabilitySeries, CapabilityStudy
 from rigrunner_fleet.monitoring.each_group import each_group
 from rigrunner_fleet.trends.capability import capability
@@ -15,8 +16,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from rigrunner.api.studies import Observed
-    from rigrunner_fleet.monitoring.observing import Group, Observations
+    from rigrunner_fleet.monitoring.observing import Bounds, Group, Observations
 
+_GIVE = "give the limits: --upper, --lower"
 _NOT_NORMAL = 0.01
 """Below this p-value of Shapiro and Wilk, values are said not to be normal."""
 
@@ -29,10 +31,13 @@ def capability_study(
     upper: float | None,
     confidence: float = 0.95,
 ) -> CapabilityStudy:
-    """Return the capability of each group; raise DataError where none can be stated."""
+    """Return the capability of each group; raise DataError where none can be stated.
+
+    Without a limit each group has the one that its results were held against in their runs.
+    """
     series, refused = each_group(
         found,
-        lambda name, group: _series(name, group, lower, upper, confidence),
+        lambda name, group: _series(name, group, _limits(group, lower, upper), confidence),
         "no capability can be stated",
     )
     return CapabilityStudy(
@@ -48,12 +53,33 @@ def capability_study(
     )
 
 
-def _series(
-    name: str, group: Group, lower: float | None, upper: float | None, confidence: float
-) -> CapabilitySeries:
+def _series(name: str, group: Group, limits: Bounds, confidence: float) -> CapabilitySeries:
     values = [each.value for each in group.observed]
+    lower, upper = limits
     found = capability(values, lower=lower, upper=upper, confidence=confidence)
-    return CapabilitySeries(name, tuple(group.observed), found, tuple(_warnings(group.observed)))
+    warnings = tuple(_warnings(group.observed))
+    return CapabilitySeries(name, tuple(group.observed), found, warnings, lower, upper)
+
+
+def _limits(group: Group, lower: float | None, upper: float | None) -> Bounds:
+    """Return the limits that were asked for, or else those of the runs, which must be the same."""
+    if lower is not None or upper is not None:
+        return lower, upper
+    if len(group.limits) > 1:
+        known = "; ".join(
+            f"{count} with {_words(*each)}" for each, count in sorted(group.limits.items(), key=str)
+        )
+        raise DataError(f"the runs have several limits: {known}", hint=_GIVE)
+    (found,) = group.limits
+    if found == (None, None):
+        raise DataError("the runs have no limit of it", hint=_GIVE)
+    return found
+
+
+def _words(lower: float | None, upper: float | None) -> str:
+    given = [] if lower is None else [f"{lower:g} or more"]
+    given += [] if upper is None else [f"{upper:g} or less"]
+    return " and ".join(given) or "none"
 
 
 def _warnings(observed: Sequence[Observed]) -> list[str]:

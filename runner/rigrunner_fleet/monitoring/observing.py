@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from rigrunner_fleet.archive.filters import Filters
     from rigrunner_fleet.monitoring.quantities import Quantity
 
+Bounds = tuple[float | None, float | None]
+"""A lower and an upper limit; None where there is no such limit."""
 NOT_STATED = "not stated"
 _OF_POINTS = ("frequency", "load")
 _APART = "tell them apart: --by rig --by mandrel"
@@ -38,6 +40,8 @@ class Found:
     """Where a named result holds."""
     number: int = 0
     """Of a named result or a set-point in its run."""
+    limits: Bounds = (None, None)
+    """Of a named result: the lower and the upper limit that it was held against in its run."""
 
 
 @dataclass
@@ -46,6 +50,8 @@ class Group:
 
     observed: list[Observed] = field(default_factory=list)
     kinds: Counter[str] = field(default_factory=Counter)
+    limits: Counter[Bounds] = field(default_factory=Counter)
+    """How many of the values were held against which limits in their runs."""
 
 
 @dataclass(frozen=True)
@@ -100,6 +106,7 @@ def observe(
             group = groups.setdefault(", ".join(filter(None, told)), Group())
             group.observed.append(Observed(run_id, run["started_utc"], each.value, each.expanded))
             group.kinds[_kind(run, quantity)] += 1
+            group.limits[each.limits] += 1
     if not groups:
         raise DataError(_nothing(quantity, excluded), hint="'rigrunner archive search' shows runs")
     units = {each.unit for several in values.values() for each in several}
@@ -165,10 +172,23 @@ def _in_unit(row: Mapping[str, Any], symbol: str) -> Found:
     """Return a named result in a unit of the same kind; in its own as it is stated."""
     expanded = None if row["expanded"] is None else float(row["expanded"])
     value, place = row["value"], row["place"] or ""
+    limits = row["lower"], row["upper"]
     if row["unit"] != symbol:
         scale = unit(row["unit"]).factor / unit(symbol).factor
         value, expanded = from_si(row["si_value"], symbol), expanded and expanded * scale
-    return Found(value, expanded, symbol, place, row["number"])
+        limits = (
+            _between(limits[0], row["unit"], symbol),
+            _between(limits[1], row["unit"], symbol),
+        )
+    return Found(value, expanded, symbol, place, row["number"], limits)
+
+
+def _between(value: float | None, symbol: str, other: str) -> float | None:
+    """Return a limit in another unit, with the digits that it may have."""
+    if value is None:
+        return None
+    known = unit(symbol)
+    return float(f"{from_si(value * known.factor + known.offset, other):.12g}")
 
 
 def _figures(

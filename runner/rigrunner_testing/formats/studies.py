@@ -86,7 +86,7 @@ def _capability() -> CapabilityStudy:
         asked={"lot": MISCHIEF},
         lower=None,
         upper=0.95,
-        series=(CapabilitySeries(MISCHIEF, observed, found, (MISCHIEF,)),),
+        series=(CapabilitySeries(MISCHIEF, observed, found, (MISCHIEF,), None, 0.95),),
     )
 
 
