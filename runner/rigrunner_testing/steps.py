@@ -175,7 +175,7 @@ def leaves_the_rig_safe(subject: Subject) -> None:
 
 @check(fix="say `repeatable: no` of a step that must not be done twice", needs=("takes_its_time",))
 def is_resumed_or_refuses(subject: Subject) -> None:
-    """Stopped in the middle, a run goes on by doing it again, or refuses to be resumed."""
+    """A run that was stopped in this step repeats it when resumed, or refuses."""
     planned_s = _planned(subject, SimulatedClock())[0].estimated_s
     applies(planned_s > PROMPT_S, "it takes no time in which it could be stopped")
     done = _done(subject, MIDDLE * planned_s)

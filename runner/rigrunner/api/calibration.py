@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class CalibratedRange(Settings):
-    """Between which values the calibration holds, in the unit of the quantity that is measured."""
+    """The range for which the calibration is valid, in the unit of the measured quantity."""
 
     min: AnyQuantity | None = None
     """Left out: of a torque transducer minus `max`, as it turns both ways; of others no bound."""
@@ -63,7 +63,7 @@ class CalibrationPoint(Settings):
 
 
 class TemperatureRange(Settings):
-    """Between which temperatures."""
+    """A range of temperatures."""
 
     min: Temperature
     """The lowest."""
@@ -77,7 +77,7 @@ class TemperatureRange(Settings):
 
 
 class HumidityRange(Settings):
-    """Between which relative humidities."""
+    """A range of relative humidities."""
 
     min: Ratio
     """The lowest."""
@@ -91,7 +91,7 @@ class HumidityRange(Settings):
 
 
 class CalibrationConditions(Settings):
-    """In which surroundings the calibration holds."""
+    """The ambient conditions for which the calibration is valid."""
 
     temperature: TemperatureRange | None = None
     humidity: HumidityRange | None = None

@@ -47,7 +47,7 @@ class Caller(Protocol):
 
 
 class Call(Protocol):
-    """Calls one known device: what it is for, what to do, and how long that may take."""
+    """Calls one known device, with a purpose, a function and a time limit."""
 
     def __call__(
         self, what: str, function: Callable[[], _T], timeout_s: float | None = None, /
@@ -181,7 +181,7 @@ class ThreadCaller:
 
 
 class MovingCall:
-    """A call that moves a drive: it may still do so when nobody waits for it any more."""
+    """A call that moves a drive, and may still do so after it was given up."""
 
     def __init__(self, what: str, function: Callable[[], Any], timeout_s: float) -> None:
         self.what = what

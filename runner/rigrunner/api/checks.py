@@ -22,7 +22,7 @@ ABOVE_ZERO = nextafter(0.0, 1.0)
 
 @dataclass(frozen=True, kw_only=True)
 class Limit:
-    """What a diagnostic allows, from `lower` to `upper`, both included.
+    """The limits of a check, from `lower` to `upper`, both included.
 
     `good` is what is said where nothing is beyond; `advice` what to do where something is.
     """

@@ -161,7 +161,7 @@ class Measurement:
 
 @dataclass(frozen=True, eq=False)
 class RunData:
-    """All that an analysis may know of a run. The truth of a simulator is not in it."""
+    """The data of a run that an analysis can use. The truth of a simulator is not in it."""
 
     run_id: str
     procedure_id: str

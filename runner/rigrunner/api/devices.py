@@ -82,7 +82,7 @@ class DirectWire:
 
 
 class DeviceLog(Protocol):
-    """Takes what a driver has to say beside its answers: for run.log and for the run's record.
+    """Takes messages of a driver, for run.log and the run's record.
 
     As of a logger of the standard library, values are put into the text by `%`. Any thread may
     call it. It never raises.
@@ -124,7 +124,7 @@ class Patience:
 
 @dataclass(frozen=True)
 class DeviceContext:
-    """What a device is given beside its settings."""
+    """What a device receives in addition to its settings."""
 
     role: str
     clock: Clock
@@ -142,7 +142,7 @@ class DeviceContext:
 
 @dataclass(frozen=True)
 class Identity:
-    """Who answers at the other end."""
+    """The identity of the instrument that answers."""
 
     maker: str
     model: str
@@ -168,7 +168,7 @@ class ChannelInfo:
 
 @dataclass(frozen=True)
 class ReadingInfo:
-    """Something that a device tells that is no number: a text, a yes or no, an array."""
+    """A reading that is not a number: a text, a yes or no, an array."""
 
     name: str
     kind: ReadingKind
@@ -212,7 +212,7 @@ class DriveInfo:
 
 @runtime_checkable
 class Device(Protocol):
-    """The least that every device can do."""
+    """The methods that every device must have."""
 
     @property
     def channels(self) -> Sequence[ChannelInfo]:
@@ -286,7 +286,7 @@ class Settable(Protocol):
 
 @runtime_checkable
 class Approaching(Settable, Protocol):
-    """Takes its time to reach a set-point, and lets others look meanwhile.
+    """Reaches a set-point over time, while the run continues to monitor the rig.
 
     The engine calls `begin` and then asks `arrived` until it is so: a stop, an interlock and the
     step's time limit hold while the drive is on its way. `set` does both.
@@ -319,7 +319,7 @@ class Streaming(Protocol):
 
 @runtime_checkable
 class KnowsStream(Streaming, Protocol):
-    """Finds out something about a stream that belongs to its recording."""
+    """Measures values of a stream that are stored with its recording."""
 
     def stream_conditions(self) -> Mapping[str, tuple[float, str]]:
         """Return values and SI units of the last stream, by name, such as 'angle_alignment_u'.
@@ -331,7 +331,7 @@ class KnowsStream(Streaming, Protocol):
 
 @runtime_checkable
 class Pausable(Protocol):
-    """Can stand still for a while and go on from there."""
+    """Can pause and resume."""
 
     def pause(self) -> None:
         """Stop what moves, as far as it can be gone on with; return when it stands."""
@@ -344,7 +344,7 @@ class Pausable(Protocol):
 
 @runtime_checkable
 class CountsStreams(Protocol):
-    """Gives each stream at the same set-points something of its own, as a simulator its noise."""
+    """Varies each stream at the same set-points, as a simulator does with its noise."""
 
     def continue_after(self, streams: Sequence[Mapping[str, float]]) -> None:
         """Count what was streamed before the program was started anew: set-points by drive."""

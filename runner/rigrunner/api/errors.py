@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class ExitCode(IntEnum):
-    """How the command line ends; the table of docs/reference/exit-codes.md."""
+    """The exit codes of the command line; the table of docs/reference/exit-codes.md."""
 
     PASS = 0
     FAIL = 1
@@ -77,7 +77,7 @@ class RigrunnerError(Exception):
 
 
 class UsageError(RigrunnerError):
-    """The command was called with words that do not fit together."""
+    """The command was called with invalid arguments or options."""
 
     exit_code = ExitCode.USAGE
 
@@ -98,7 +98,7 @@ class InvalidFileError(RigrunnerError):
 
 
 class TextError(RigrunnerError, ValueError):
-    """A text in a file is not what is allowed there."""
+    """A text in a file is not allowed there."""
 
     exit_code = ExitCode.INVALID
 
@@ -119,7 +119,7 @@ class MissingPackageError(PluginError):
 
 
 class DeviceError(RigrunnerError):
-    """A device did not do what it was asked; the base of the four ways in which it may not."""
+    """A device did not do what it was asked; the base of the four device errors."""
 
     exit_code = ExitCode.DEVICE
 

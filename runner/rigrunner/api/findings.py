@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class ResultDefinition:
-    """What an analysis will give, known from its settings alone."""
+    """The definition of a result, known from the settings alone."""
 
     name: str
     """By which limits, documents and other analyses name it."""
@@ -85,7 +85,7 @@ class Formula:
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
-    """What belongs to results besides, in rows of numbers and texts."""
+    """A table that belongs to results, in rows of numbers and texts."""
 
     of: str = ""
     """The name of the result with which it stands; '' in a section."""

@@ -1,4 +1,4 @@
-"""A fit that settings name: whoever has such settings is given the fit itself."""
+"""A fit named in settings; the plugin receives the fit itself."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class FitChoice(Settings):
     name: Annotated[str, Field(min_length=1)]
     """Of the fit."""
     settings: dict[str, Any] = Field(default_factory=dict)
-    """What it is told."""
+    """Its settings."""
 
     @model_validator(mode="before")
     @classmethod

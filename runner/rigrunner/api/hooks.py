@@ -43,7 +43,7 @@ hookimpl = pluggy.HookimplMarker(PROJECT)
 
 
 class NoSettings(Settings):
-    """For a plugin that has nothing to set."""
+    """The settings of a plugin that has none."""
 
 
 def needs_nothing(settings: Any) -> Requirements:  # noqa: ARG001  (of any settings)
@@ -60,7 +60,7 @@ class PluginRecord:
     help: str
     """One line for lists, of at most 100 characters."""
     settings: type[Settings] | str = NoSettings
-    """What it can be told; a docstring under a field explains it to users.
+    """Its settings; a docstring under a field explains it to users.
 
     Or where that stands, as 'package.module:Name': imported once it is needed.
     """
@@ -307,7 +307,7 @@ class EventSinkRecord(PluginRecord):
 class StepRecord(PluginRecord):
     """A kind of step, under its name in procedures; its settings are StepSettings.
 
-    `help` says in one line what it does, its model and the docstrings there how it is told: the
+    `help` says in one line what it does; its model with its docstrings describes the keys. The
     schema for editors and the pages of the language are made of them.
     """
 

@@ -66,7 +66,7 @@ def _no_mapping(value: object) -> object:
 
 
 class Instrument(Settings):
-    """What the register has of an instrument, whatever it measures.
+    """The register's entry for an instrument of any quantity.
 
     A torque transducer is one whose quantity is torque, in N·m.
     """
@@ -108,7 +108,7 @@ class Instrument(Settings):
     """Corrects each reading by the calibration `points`: on straight lines between them, or by a
     cubic through zero that is fitted to them. Left out: readings are not corrected."""
     conditions: CalibrationConditions | None = None
-    """In which surroundings the calibration holds."""
+    """The ambient conditions for which the calibration is valid."""
     accuracy_: Annotated[StatedAccuracy | None, Field(alias="accuracy")] = None
     """What its readings may be off by: in one figure, or error by error."""
     low_pass: AnyFilter | None = None

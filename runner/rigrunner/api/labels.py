@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from rigrunner.api.coordinates import Coordinate
 
 RESERVED = frozenset({"cycles", "elapsed", "name", "recording", "utc"})
-"""What tables have as columns of their own."""
+"""Names that tables use for their own columns."""
 _LONGEST = 80
 _MEANT_AS_QUANTITY = re.compile(r"[^\w\s]?[0-9][0-9.,]*\s+\S|[^\w\s]?[0-9]+[.,][0-9]+[^\d.,\s-]")
 

@@ -26,7 +26,7 @@ STATED_BY = "the procedure"
 
 @dataclass(frozen=True)
 class ValueLimit:
-    """What a step says one of its values may be: the record of it in plans, events and run files.
+    """The limit that a step sets on one of its values, as plans, events and run files have it.
 
     Numbers in the SI unit of the value. Its meaning is in `limits`.
     """

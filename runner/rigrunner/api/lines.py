@@ -39,7 +39,7 @@ _SERIAL_PORT = re.compile(r"/dev/\S+|COM\d+")
 
 
 class LineSettings(SimulableSettings):
-    """Where an instrument is found that talks in lines of text."""
+    """The address of an instrument that communicates in lines of text."""
 
     address: str = ""
     """host:port, or a serial port such as /dev/ttyUSB0 or COM3; not needed of a simulated one."""

@@ -69,7 +69,7 @@ class MeasurandKind:
 
     @property
     def validity(self) -> tuple[Validity, ...]:
-        """What holds for every result of this kind, in the order in which it is told."""
+        """Conditions that hold for every result of this kind, in the order of reports."""
         if self.nature is not Nature.LOAD_INDUCED:
             return ()
         reversal = (Validity.AT_REVERSAL,) if self.condition is Condition.AT_REVERSAL else ()

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
 
 NAME = "[A-Za-z][A-Za-z0-9_]*"
-"""What a role, and a channel or a drive, may be called."""
+"""The pattern of names of roles, channels and drives."""
 _MEMBER = rf"{NAME}\.{NAME}"
 
 

@@ -12,7 +12,7 @@ Acts = Literal["gain", "offset", "each"]
 
 @dataclass(frozen=True)
 class ReadingError:
-    """One line of what a reading may be off by, as the register has it."""
+    """One error of a reading, as the register states it."""
 
     name: str
     """Such as 'gain of meter.resistance'."""

@@ -26,7 +26,7 @@ def reading_text(value: Reading) -> str:
 
 @dataclass(frozen=True)
 class OneOf(Limits):
-    """What a text, or a yes or no, may be: limits without numbers."""
+    """The allowed values of a text, or a yes or no."""
 
     allowed: tuple[str, ...] = ()
 
@@ -47,7 +47,7 @@ class OneOf(Limits):
 
 @dataclass(frozen=True)
 class ReadingLimit:
-    """What a step says a text, or a yes or no, may be."""
+    """The limit that a step sets on a text, or a yes or no."""
 
     of: str
     """The channel, 'role.name'."""

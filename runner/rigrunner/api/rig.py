@@ -54,7 +54,7 @@ class SupportUnderLoad(Settings):
 
 
 class RigDescription(Settings):
-    """What is known of the rig, as far as an analysis asks for it: any key may be left out.
+    """The description of the rig; each key is needed only by the analyses that use it.
 
     `eccentric` and `centre_distance` set the swing: theta_max = asin(eccentric / centre_distance).
     """

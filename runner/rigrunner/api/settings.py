@@ -83,7 +83,7 @@ class WrapperSettings(MadeOfOthers):
             description="of the device that it is made of", json_schema_extra={"x-plugin": "device"}
         ),
     ]
-    settings: Annotated[dict[str, Any], Field(description="what that device's plugin is told")] = (
+    settings: Annotated[dict[str, Any], Field(description="settings of that device's plugin")] = (
         Field(default_factory=dict)
     )
 

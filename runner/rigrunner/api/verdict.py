@@ -158,7 +158,7 @@ class Zone:
 class DecisionRule(Protocol):
     """Says which verdict a value gets by its place within or outside its limits.
 
-    It is told the limits and the estimate, whose uncertainty is known and not zero, and says
+    It receives the limits and the estimate, whose uncertainty is known and not zero, and says
     nothing of values by `estimate.value`: the same rule holds for every value of that uncertainty.
     """
 

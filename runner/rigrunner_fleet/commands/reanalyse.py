@@ -28,7 +28,7 @@ SHOWN = 20
     required=True,
     type=click.Path(path_type=Path, file_okay=False),
     metavar="FOLDER",
-    help="Write the results here; the same folder again goes on where it was stopped.",
+    help="Write the results here; the same folder again continues an interrupted analysis.",
 )
 @changes_options
 @lab_option

@@ -97,7 +97,7 @@ class Flips:
 
 @dataclass(frozen=True, kw_only=True)
 class Compared:
-    """A golden run, and what became of it."""
+    """A golden run, and the outcome of its check."""
 
     name: str
     before: Found

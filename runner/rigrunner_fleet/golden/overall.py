@@ -1,4 +1,4 @@
-"""What became of all golden runs together."""
+"""The outcome of all golden runs together."""
 
 from __future__ import annotations
 

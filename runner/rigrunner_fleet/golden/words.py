@@ -1,4 +1,4 @@
-"""What became of golden runs, in words: for the terminal, JUnit files and reports."""
+"""The outcome of golden runs, in words: for the terminal, JUnit files and reports."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ class Batch:
         if done < len(runs):
             raise AbortedError(
                 f"{done} of {len(runs)} runs are done",
-                hint=f"their results are in {self.out}: the same command goes on with the rest",
+                hint=f"their results are in {self.out}: the same command continues with the rest",
             )
         return found
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """A line of the summary: what became of one run; torque in N·m."""
+    """A line of the summary: the outcome of one run; torque in N·m."""
 
     run: str = ""
     """Its name among the results."""

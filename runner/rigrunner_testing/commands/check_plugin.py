@@ -78,7 +78,7 @@ def command(
 ) -> ExitCode:
     """Run the conformance checks on a plugin.
 
-    What it does not keep to is told with what to do; checks that need what failed are left out.
+    Each failed requirement comes with a fix; checks that need what failed are left out.
     Without settings, those with which its own record says that it can be tried are taken. The exit
     code is 1 if it fails a check.
     """

@@ -128,7 +128,7 @@ def readings_are_true(subject: DeviceSubject) -> None:
     needs=("quantities_declared",),
 )
 def readings_are_told(subject: DeviceSubject) -> None:
-    """What is no number is told as its kind says: a text, a yes or no, an array."""
+    """A reading that is not a number is of its declared kind: a text, a yes or no, an array."""
     with subject.connected() as device:
         applies(isinstance(device, Observing) and device.readings, "it tells nothing but numbers")
         assert isinstance(device, Observing)  # noqa: S101  (just seen)

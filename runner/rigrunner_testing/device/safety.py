@@ -178,7 +178,7 @@ def safe_after_closing(subject: DeviceSubject) -> None:
     needs=("safe_is_confirmed",),
 )
 def pauses_and_goes_on(subject: DeviceSubject) -> None:
-    """What moves stands while paused and goes on from there; once made safe, nothing goes on."""
+    """A paused device stands still and then resumes; once made safe, it does not resume."""
     with subject.connected() as device:
         drives = setter(device)
         applies(isinstance(device, Pausable), "it does not pause")

@@ -107,7 +107,7 @@ def test_ctrl_c_keeps_what_is_done_and_the_same_command_goes_on(lab, tmp_path):
     assert going.returncode == 130
     done = int(re.search(r"interrupted from the keyboard: (\d) of 8 runs are done", rest)[1])
     assert 1 <= done < 8
-    assert "the same command goes on with the rest" in rest
+    assert "the same command continues with the rest" in rest
     assert len(results(tmp_path / "out")) == done
     again = subprocess.run(command, capture_output=True, text=True, check=True)
     assert f"{done} of 8 runs were done before" in again.stderr

@@ -44,7 +44,7 @@ class Component:
 
 @dataclass(frozen=True, eq=False)
 class CompensatedPoint:
-    """What one method says of one set-point."""
+    """The result of one method at one set-point."""
 
     set_frequency_hz: float
     frequency_hz: float
@@ -64,7 +64,7 @@ class CompensatedPoint:
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """Torque over one swing, for the eye: arrays of shape (N,) over the crank phase."""
+    """Torque over one swing, for display: arrays of shape (N,) over the crank phase."""
 
     angle_rad: Array
     raw_nm: Array
@@ -102,7 +102,7 @@ class Bias:
 
 @dataclass(frozen=True)
 class Check:
-    """A named diagnostic: what was found, against what, and what to do.
+    """A named check: its finding, its limit and its advice.
 
     A method says in `ok` whether it found anything, and in `biases` by how much that moves each of
     its points. What follows from it, `rigrunner.analysis.binding` decides; from then on `ok` is

@@ -74,7 +74,7 @@ class Curve(Protocol):
 
 @runtime_checkable
 class Spreading(Protocol):
-    """What a Curve can have besides: its uncertainty in independent directions."""
+    """An optional ability of a Curve: its uncertainty in independent directions."""
 
     def spread(self, x: Array) -> Array:
         """Return the curve's gradient times a square root of the covariance at x (m,).
@@ -115,7 +115,7 @@ class Candidate:
 
 @runtime_checkable
 class Chosen(Protocol):
-    """What a Curve can have besides: the candidates that it was chosen from."""
+    """An optional ability of a Curve: the candidates that it was chosen from."""
 
     @property
     def criterion(self) -> str:

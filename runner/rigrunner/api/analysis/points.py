@@ -84,7 +84,7 @@ class SwingPoint(PeakPoint):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StartPoint(PeakPoint):
-    """Starts from rest at one speed: what stands for cycles here are starts.
+    """Starts from rest at one speed; each start counts as a cycle.
 
     Each peak is the greatest torque in a start's first travel. `set_frequency_hz` and
     `frequency_hz` are turns per second.

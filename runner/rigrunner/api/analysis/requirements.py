@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 LEAST_CYCLES = 5
 """Whole cycles in a recording of swings, after gross errors: with fewer, neither a gross error nor
-the scatter of a mean can be told."""
+the scatter of a mean can be determined."""
 SPARE_CYCLES = 1
 """Cycles to record beyond those that are needed: the drive may turn slower than it is set."""
 LEAST_CYCLES_WITH_RULE = 2 * LEAST_CYCLES

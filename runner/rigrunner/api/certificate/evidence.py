@@ -23,7 +23,7 @@ class RunEvidence(Part):
 
 
 class Evidence(Part):
-    """By what the results can be proved to follow from the recordings."""
+    """The digests that link the results to the recordings."""
 
     run: RunEvidence
     no_load_run: RunEvidence | None

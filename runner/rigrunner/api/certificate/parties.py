@@ -23,7 +23,7 @@ class Laboratory(Part):
 
 
 class Customer(Part):
-    """For whom the test was done (7.8.2.1 e)."""
+    """The customer (7.8.2.1 e)."""
 
     name: Text
     contact: Text

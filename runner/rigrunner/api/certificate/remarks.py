@@ -54,7 +54,7 @@ class Deviation(Part):
 
 
 class Restriction(Part):
-    """Why the document is no certificate, but a specimen."""
+    """Why the document is a specimen and not a certificate."""
 
     code: Literal[
         "draft_procedure", "simulated", "trial", "replayed", "inconclusive_check", "requested"

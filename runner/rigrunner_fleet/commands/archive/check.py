@@ -73,7 +73,7 @@ def command(
         if stop.is_set():
             raise AbortedError(
                 f"{found.looked} of {found.due} runs were looked at",
-                hint="what they gave is kept: the same command goes on with the rest",
+                hint="what was found is kept: the same command continues with the rest",
             )
     return ExitCode.FAIL if found.grave else ExitCode.PASS
 

@@ -43,7 +43,7 @@ _FILE = click.Path(path_type=Path, dir_okay=False)
     "--out",
     type=click.Path(path_type=Path, file_okay=False),
     metavar="FOLDER",
-    help="Keep the results here: a check that was stopped goes on.",
+    help="Keep the results here, to continue an interrupted check.",
 )
 @click.option("--html", type=_FILE, metavar="FILE", help="Write a report as a page.")
 @click.option("--junit", type=_FILE, metavar="FILE", help="Write a JUnit file.")
