@@ -33,7 +33,7 @@ from benchmarks.frame import Figure, Spread, Work, allocated_peak, at_most
 from helpers_long import short_blocks
 from helpers_workflow import quick_procedure, run, station_file
 from rigrunner.analysis import waveforms
-from rigrunner.analysis.prepare import prepare_point
+from rigrunner.analysis.torque.prepare import prepare_point
 from rigrunner.procedure import parse_procedure
 from rigrunner.run.stored import run_data
 from rigrunner.runfile import read

@@ -21,8 +21,8 @@ import numpy as np
 
 from benchmarks.frame import Figure, Work, allocated_peak, at_least, at_most, calls, paired
 from helpers_workflow import run
-from rigrunner.analysis.draws import draw_pipeline
-from rigrunner.analysis.load import with_known_load
+from rigrunner.analysis.torque.draws import draw_pipeline
+from rigrunner.analysis.torque.load import with_known_load
 from rigrunner.api.analysis import Sweep
 from rigrunner.api.uncertainty import Input, MeasurementModel
 from rigrunner.clock import SimulatedClock

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from rigrunner.analysis import consistency
-from rigrunner.analysis.checks import LIMITS
-from rigrunner.analysis.one_setup import LIMITS as SETUP_LIMITS
+from rigrunner.analysis.torque.checks import LIMITS
+from rigrunner.analysis.torque.one_setup import LIMITS as SETUP_LIMITS
 from rigrunner.study.breaks import BREAKS, REFUSED
 from rigrunner.study.diagnostics_rigs import CYCLES, FREQUENCIES_HZ, POPULATIONS
 from rigrunner.study.diagnostics_table import (

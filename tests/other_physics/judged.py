@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from other_physics.recorded import LOAD, recorded, recorded_known, without_scatter
-from rigrunner.analysis.headline import compensated_mean
+from rigrunner.analysis.torque.headline import compensated_mean
 from rigrunner.api.analysis import Consequence
 from rigrunner.api.errors import DataError
 from rigrunner.api.rig import SupportUnderLoad

@@ -14,7 +14,7 @@ import pytest
 
 from helpers_rigs import true_starting_torque_nm
 from helpers_thorough import first
-from rigrunner.analysis.phase import ALIGNMENT, compensated
+from rigrunner.analysis.torque.phase import ALIGNMENT, compensated
 from rigrunner_bearings.compensations.settings import TemplateInverseSettings
 from rigrunner_bearings.compensations.template_inverse import TemplateInverse
 from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters

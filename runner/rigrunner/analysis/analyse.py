@@ -2,68 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 from rigrunner.analysis.asked import settings_as_asked
-from rigrunner.analysis.binding import as_judged, bind
-from rigrunner.analysis.bracketing import Bracket, Recorded, bracket
-from rigrunner.analysis.channels import torque_channel
-from rigrunner.analysis.diagnosis import Diagnosed, diagnose
-from rigrunner.analysis.fitting import first_fit, fitted
-from rigrunner.analysis.headline import budget_of_mean, compensated_mean, raw_peak_mean
-from rigrunner.analysis.load import with_known_load
 from rigrunner.analysis.named import findings_of
-from rigrunner.analysis.named_study import with_study
-from rigrunner.analysis.phase import compensated
-from rigrunner.analysis.prepare import prepare_point
 from rigrunner.analysis.progress import unseen
 from rigrunner.analysis.revisions import revisions_of
-from rigrunner.analysis.sampling import with_half_the_samples
 from rigrunner.analysis.scrutiny import Scrutiny
-from rigrunner.analysis.sources import chosen, of_this_run, require_one_label, sources
-from rigrunner.analysis.starts import prepare_starts
-from rigrunner.analysis.torque_results import mean_torque, torque_at
-from rigrunner.analysis.validation import validate
+from rigrunner.analysis.torque.analysis import TorqueAnalysis
+from rigrunner.analysis.torque.prepare import prepare_point
+from rigrunner.analysis.torque.sources import chosen
 from rigrunner.analysis.verdict.decision import decide
-from rigrunner.analysis.verdict.evidence import Evidence, forbidden, without_scatter
+from rigrunner.analysis.verdict.evidence import Evidence, as_judged, forbidden
 from rigrunner.analysis.verdict.rule import AppliedRule
-from rigrunner.api.analysis import Compensation, Sweep
-from rigrunner.api.errors import DataError
 from rigrunner.api.findings import Findings
 from rigrunner.api.results import Result
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from rigrunner.analysis.lookup import Lookup
     from rigrunner.analysis.progress import Progress
-    from rigrunner.api.analysis import (
-        OutlierRule,
-        PeakPoint,
-        Rejection,
-    )
-    from rigrunner.api.data import Array, Estimate, Recording, RunData
-    from rigrunner.api.instruments import Instrument
-    from rigrunner.api.measurand import MeasurandKind
-    from rigrunner.api.validation import Validation
-    from rigrunner.procedure import (
-        Acceptance,
-        AnalysisSpec,
-        Measurand,
-        NamedAnalysisRef,
-        PluginRef,
-    )
-
-
-class Prepare(Protocol):
-    """Prepares one recording, as `prepare_point` does."""
-
-    def __call__(
-        self, recording: Recording, run: RunData, spec: AnalysisSpec, rule: OutlierRule
-    ) -> PeakPoint:
-        """Return the prepared recording; raise DataError."""
-        ...
+    from rigrunner.analysis.torque.analysis import Prepare, TorqueFound
+    from rigrunner.api.data import RunData
+    from rigrunner.procedure import Acceptance, AnalysisSpec, Measurand, NamedAnalysisRef
 
 
 def analyse(
@@ -87,314 +49,81 @@ def analyse(
     the spec is that of the torque. With `no_load_after`, a second no-load run, what drifts between
     both is taken out. Raises DataError where a recording cannot be prepared at all.
     """
-    analysis = _Analysis(
-        whole_run=run,
+    known = Scrutiny(lookup)
+    torque = TorqueAnalysis(
         run=chosen(run, spec.where),
         no_load_run=no_load,
         no_load_after=no_load_after,
         spec=spec,
-        acceptance=acceptance,
         measurand=measurand,
-        lookup=Scrutiny(lookup),
+        lookup=known,
         progress=progress,
         prepare=prepare,
-        analyses=tuple(analyses),
+    ).found()
+    findings = _joined(
+        (torque.findings, *findings_of(run, analyses, known, known=torque.findings.results))
     )
-    return analysis.result()
+    decision = None
+    if acceptance is not None:
+        rule = AppliedRule.of(acceptance, known)
+        decision = decide(acceptance, rule, _evidence(spec, torque, findings))
+    means = torque.findings.means
+    return Result(
+        run=run,
+        no_load_run=no_load,
+        no_load_run_after=no_load_after,
+        measurand="" if measurand is None else measurand.name,
+        symbol="" if measurand is None else measurand.symbol,
+        loaded=torque.loaded,
+        no_load=torque.no_load,
+        fits=torque.fits,
+        compensations=torque.compensations,
+        primary=spec.primary,
+        kind=torque.kind,
+        headline=torque.headline,
+        headline_components=means[0].components if means else (),
+        raw_headline=torque.raw_headline,
+        decision=decision,
+        validation=torque.validation,
+        name=spec.name,
+        results=findings.results,
+        means=findings.means,
+        formulas=findings.formulas,
+        tables=findings.tables,
+        figures=findings.figures,
+        sections=findings.sections,
+        checks=(*torque.checks, *findings.checks),
+        notes=((torque.problem,) if torque.problem else ()) + findings.notes,
+        settings=settings_as_asked(spec, known, analyses),
+        revisions=revisions_of(spec, acceptance, known, analyses),
+    )
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Analysis:
-    whole_run: RunData
-    run: RunData
-    """With those recordings and rows alone that the analysis is of."""
-    no_load_run: RunData | None
-    no_load_after: RunData | None
-    spec: AnalysisSpec
-    acceptance: Acceptance | None
-    measurand: Measurand | None
-    lookup: Lookup
-    progress: Progress
-    prepare: Prepare
-    analyses: tuple[NamedAnalysisRef, ...]
-
-    def result(self) -> Result:
-        loaded = self._points(self.run, self._loaded_sources())
-        no_load = self._no_load()
-        around = self._bracket(loaded, no_load)
-        no_load = no_load if around is None else around.between
-        compensations = self._compensations(loaded, no_load, around)
-        primary = compensations.get(self.spec.primary, Compensation(self._measurand_name, ()))
-        primary, checks = bind(
-            primary,
-            diagnose(
-                Diagnosed(
-                    self.run,
-                    self.no_load_run,
-                    loaded,
-                    no_load,
-                    self._with_half_the_samples(loaded, no_load, primary),
-                    self.no_load_after,
-                ),
-                primary,
-                own_no_load=self._has_own_no_load,
-            ),
-        )
-        if self.spec.primary:
-            compensations[self.spec.primary] = primary
-        headline, problem = self._headline(compensations)
-        raw = self._raw_headline(loaded)
-        torque = self._torque(loaded, primary, headline, raw)
-        found = findings_of(self.whole_run, self.analyses, self.lookup, known=torque.results)
-        named = Findings(
-            results=tuple(result for each in (torque, *found) for result in each.results),
-            means=tuple(mean for each in (torque, *found) for mean in each.means),
-            checks=tuple(as_judged(check) for each in found for check in each.checks),
-            notes=tuple(note for each in found for note in each.notes),
-            formulas=tuple(formula for each in found for formula in each.formulas),
-            tables=tuple(table for each in found for table in each.tables),
-            figures=tuple(figure for each in found for figure in each.figures),
-            sections=tuple(section for each in found for section in each.sections),
-        )
-        decision = None
-        if self.acceptance is not None:
-            why = forbidden((*checks, *primary.checks))
-            if problem:
-                why = f"There is no result to decide on: {problem}"
-            others = forbidden(named.checks)
-            evidence = Evidence(
-                results=named.results,
-                means=named.means,
-                problems={
-                    **{each.name: others for each in named.results},
-                    self.spec.name: why or without_scatter(loaded, no_load, primary),
-                },
-                torque=self.spec.name if self.spec.compensations else "",
-                method=self.spec.primary,
-                kind=self._kind(),
-                loads_n=tuple(point.load_n for point in loaded),
-            )
-            rule = AppliedRule.of(self.acceptance, self.lookup)
-            decision = decide(self.acceptance, rule, evidence)
-        return Result(
-            run=self.whole_run,
-            no_load_run=self.no_load_run,
-            no_load_run_after=self.no_load_after,
-            measurand=self._measurand_name,
-            symbol="" if self.measurand is None else self.measurand.symbol,
-            loaded=loaded,
-            no_load=no_load,
-            fits=fitted(self.spec, self.lookup, no_load if self.spec.compensations else loaded),
-            compensations=compensations,
-            primary=self.spec.primary,
-            kind=self._kind(),
-            headline=headline,
-            headline_components=torque.means[0].components if torque.means else (),
-            raw_headline=raw,
-            decision=decision,
-            validation=self._validation(loaded, no_load, compensations, headline),
-            name=self.spec.name,
-            results=named.results,
-            means=named.means,
-            formulas=named.formulas,
-            tables=named.tables,
-            figures=named.figures,
-            sections=named.sections,
-            checks=(*checks, *named.checks),
-            notes=((problem,) if problem else ()) + named.notes,
-            settings=settings_as_asked(self.spec, self.lookup, self.analyses),
-            revisions=revisions_of(self.spec, self.acceptance, self.lookup, self.analyses),
-        )
-
-    @property
-    def _measurand_name(self) -> str:
-        return "" if self.measurand is None else self.measurand.name
-
-    def _loaded_sources(self) -> tuple[Recording, ...]:
-        return of_this_run(self.run, loaded=True) if self._has_own_no_load else sources(self.run)
-
-    def _no_load(self) -> tuple[PeakPoint, ...]:
-        if self._has_own_no_load:
-            return self._points(self.run, of_this_run(self.run, loaded=False))
-        if self.no_load_run is None:
-            return ()
-        return self._points(self.no_load_run, sources(self.no_load_run))
-
-    def _bracket(
-        self, loaded: tuple[PeakPoint, ...], no_load: tuple[PeakPoint, ...]
-    ) -> Bracket | None:
-        """Return what no-load points are around the loaded ones, if they are; raise DataError."""
-        spec = self.spec.no_load
-        if spec is None or self.spec.starts or not (loaded and no_load):
-            return None
-        under_load = tuple(map(Recorded, self._loaded_sources(), loaded))
-        if spec.is_this_run:
-            own = of_this_run(self.run, loaded=False)
-            return bracket(under_load, tuple(map(Recorded, own, no_load)), spec.drift)
-        if self.no_load_run is None or self.no_load_after is None:
-            return None
-        early, late = sources(self.no_load_run), sources(self.no_load_after)
-        after = self._points(self.no_load_after, late)
-        without = tuple(map(Recorded, (*early, *late), (*no_load, *after)))
-        around = bracket(under_load, without, spec.drift)
-        if around is None:
-            raise DataError(
-                f"{self.no_load_run.run_id} and {self.no_load_after.run_id} are not before and"
-                f" after {self.run.run_id} at any frequency, by their times",
-                hint="name the no-load runs made before and after it",
-            )
-        return around
-
-    @property
-    def _has_own_no_load(self) -> bool:
-        return self.spec.no_load is not None and self.spec.no_load.is_this_run
-
-    def _points(self, run: RunData, found: Sequence[Recording]) -> tuple[PeakPoint, ...]:
-        """Return the prepared sources; none where the procedure asks for no analysis."""
-        if not (self.spec.fits or self.spec.compensations):
-            return ()
-        if not found:
-            raise DataError(f"run {run.run_id} has no recordings to analyse")
-        require_one_label(found)
-        rule = self._outlier_rule()
-        if self.spec.starts is not None:
-            return prepare_starts(found, run, self.spec.starts, self.spec, rule)
-        return tuple(self.prepare(each, run, self.spec, rule) for each in found)
-
-    def _outlier_rule(self) -> OutlierRule:
-        if self.spec.outliers is None:
-            return _keep_all
-        return self._make("outlier_rule", self.spec.outliers)  # type: ignore[no-any-return]  # made by kind
-
-    def _make(self, kind: str, reference: PluginRef) -> Any:
-        return self.lookup.make(kind, reference.name, reference.settings)
-
-    def _compensations(
-        self,
-        loaded: tuple[PeakPoint, ...],
-        no_load: tuple[PeakPoint, ...],
-        around: Bracket | None,
-    ) -> dict[str, Compensation]:
-        return {
-            each.label: self._compensation(each, loaded, no_load, around)
-            for each in self.spec.compensations
-        }
-
-    def _compensation(
-        self,
-        reference: PluginRef,
-        loaded: tuple[PeakPoint, ...],
-        no_load: tuple[PeakPoint, ...],
-        around: Bracket | None,
-    ) -> Compensation:
-        method = self._make("compensation", reference)
-        try:
-            found = compensated(method, self._sweep(loaded, no_load))
-            if around is not None:
-                early, late = (
-                    compensated(method, self._sweep(loaded, side))
-                    for side in (around.before, around.after)
-                )
-                found = around.widened(found, early, late)
-        except DataError as error:
-            return Compensation(self._measurand_name, (), not_applicable=str(error))
-        found = with_study(found, self.run.rig.gauge_study)
-        found, checks = bind(found, found.checks)
-        return replace(found, checks=checks)
-
-    def _with_half_the_samples(
-        self,
-        loaded: tuple[PeakPoint, ...],
-        no_load: tuple[PeakPoint, ...],
-        primary: Compensation,
-    ) -> tuple[float, ...]:
-        plugin = self.spec.primary_plugin
-        if plugin is None or not primary.points:
-            return ()
-        method = self._make("compensation", plugin)
-        return with_half_the_samples(method, self._sweep(loaded, no_load), primary)
-
-    def _sweep(self, loaded: tuple[PeakPoint, ...], no_load: tuple[PeakPoint, ...]) -> Sweep:
-        instrument = self._instrument()
-        rig = with_known_load(self.run, instrument.channel, [each.load_n for each in loaded])
-        return Sweep(loaded, no_load, rig, instrument, first_fit(self.spec, self.lookup))
-
-    def _validation(
-        self,
-        loaded: tuple[PeakPoint, ...],
-        no_load: tuple[PeakPoint, ...],
-        compensations: Mapping[str, Compensation],
-        headline: Estimate | None,
-    ) -> Validation | None:
-        """Return the Monte Carlo check of the primary method, where one is asked for."""
-        if self.spec.validate_ is None or headline is None:
-            return None
-        (primary,) = (each for each in self.spec.compensations if each.label == self.spec.primary)
-        return validate(
-            self._make("compensation", primary),
-            self._sweep(loaded, no_load),
-            compensations[primary.label].points,
-            headline,
-            name=primary.label,
-            how=self.spec.validate_.monte_carlo,
-            zeroed=self._instrument().channel in self.run.zeros,
-            progress=self.progress,
-        )
-
-    def _instrument(self) -> Instrument:
-        channel = torque_channel(sources(self.run)[0], self.run.instruments)
-        if channel not in self.run.instruments:
-            raise DataError(
-                f"the register of instruments has no {channel}",
-                hint="enter its accuracy under instruments: in the station",
-            )
-        return self.run.instruments[channel]
-
-    def _headline(self, compensations: Mapping[str, Compensation]) -> tuple[Estimate | None, str]:
-        """Return the headline, or None and why there is none though one was asked for."""
-        name = self.spec.primary
-        if not name:
-            return None, ""
-        primary = compensations[name]
-        if primary.points:
-            return compensated_mean(primary.points), ""
-        return None, f"{name} is not applicable: {primary.not_applicable or 'it gave no points'}"
-
-    def _torque(
-        self,
-        loaded: tuple[PeakPoint, ...],
-        primary: Compensation,
-        mean: Estimate | None,
-        raw: Estimate | None,
-    ) -> Findings:
-        """Return the compensated torque as results by its name; none where there is none."""
-        symbol = "" if self.measurand is None else self.measurand.symbol
-        definition = self.spec.yields(symbol, self._measurand_name, self._kind())
-        if definition is None or mean is None:
-            return Findings()
-        lines = budget_of_mean(primary.points)
-        return Findings(
-            results=tuple(torque_at(definition, self.run, loaded, primary.points, self._raw)),
-            means=(mean_torque(definition, loaded, mean, lines, raw),),
-        )
-
-    def _raw_headline(self, loaded: tuple[PeakPoint, ...]) -> Estimate | None:
-        return self._raw(loaded) if loaded else None
-
-    def _raw(self, points: Sequence[PeakPoint]) -> Estimate | None:
-        """Return the mean of raw peaks; None where the register does not know their sensor."""
-        try:
-            instrument = self._instrument()
-        except DataError:
-            return None
-        zeroed = instrument.channel in self.run.zeros
-        return raw_peak_mean(points, instrument, zeroed=zeroed)
-
-    def _kind(self) -> MeasurandKind | None:
-        plugin = self.spec.primary_plugin
-        kind = None if plugin is None else self.lookup.yields(plugin.name)
-        return None if kind is None else self.spec.measured(kind)
+def _joined(found: Sequence[Findings]) -> Findings:
+    """Return what several analyses found as one, with the checks as judged."""
+    return Findings(
+        results=tuple(result for each in found for result in each.results),
+        means=tuple(mean for each in found for mean in each.means),
+        checks=tuple(as_judged(check) for each in found for check in each.checks),
+        notes=tuple(note for each in found for note in each.notes),
+        formulas=tuple(formula for each in found for formula in each.formulas),
+        tables=tuple(table for each in found for table in each.tables),
+        figures=tuple(figure for each in found for figure in each.figures),
+        sections=tuple(section for each in found for section in each.sections),
+    )
 
 
-def _keep_all(values: Array) -> list[Rejection]:  # noqa: ARG001  (a rule takes values)
-    return []
+def _evidence(spec: AnalysisSpec, torque: TorqueFound, findings: Findings) -> Evidence:
+    others = forbidden(findings.checks)
+    return Evidence(
+        results=findings.results,
+        means=findings.means,
+        problems={
+            **{each.name: others for each in findings.results},
+            spec.name: torque.forbids,
+        },
+        torque=spec.name if spec.compensations else "",
+        method=spec.primary,
+        kind=torque.kind,
+        loads_n=tuple(point.load_n for point in torque.loaded),
+    )

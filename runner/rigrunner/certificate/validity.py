@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.channels import role_of
+from rigrunner.analysis.torque.channels import role_of
 from rigrunner.api.analysis import SwingPoint
 from rigrunner.api.certificate import Traceability, ValidityCondition
 from rigrunner.api.instruments import torque_instruments

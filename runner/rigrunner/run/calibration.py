@@ -7,7 +7,7 @@ from enum import StrEnum
 from math import asin, isinf
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.analysis.channels import INDEX
+from rigrunner.analysis.torque.channels import INDEX
 from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.api.member import Member, channel_of
 from rigrunner.api.quantity import readable

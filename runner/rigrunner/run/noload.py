@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import TYPE_CHECKING, NamedTuple
 
-from rigrunner.analysis.channels import motion_channel
-from rigrunner.analysis.one_setup import setup_differences
-from rigrunner.analysis.sources import sources
+from rigrunner.analysis.torque.channels import motion_channel
+from rigrunner.analysis.torque.one_setup import setup_differences
+from rigrunner.analysis.torque.sources import sources
 from rigrunner.api.analysis import MotionSource
 from rigrunner.api.errors import DataError, RigrunnerError
 from rigrunner.api.events import Outcome

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.analysis.headline import compensated_mean
+from rigrunner.analysis.torque.headline import compensated_mean
 from rigrunner.api.data import Estimate
 from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import own_keys

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.diagnosis import checked_by
+from rigrunner.analysis.torque.diagnosis import checked_by
 from rigrunner.api.errors import DataError
 from rigrunner.study.breaks import BREAKS, REFUSED
 from rigrunner.study.case import Case

@@ -13,7 +13,7 @@ from math import inf, isfinite, sqrt
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.analyse import analyse
-from rigrunner.analysis.headline import compensated_mean
+from rigrunner.analysis.torque.headline import compensated_mean
 from rigrunner.analysis.verdict.evidence import forbidden
 from rigrunner.api.analysis import Component, Consequence
 from rigrunner.api.data import Estimate

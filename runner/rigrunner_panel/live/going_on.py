@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.analysis.live import Windows
-from rigrunner.analysis.prepare import prepare_point
-from rigrunner.analysis.sources import of_this_run
+from rigrunner.analysis.torque.live import Windows
+from rigrunner.analysis.torque.prepare import prepare_point
+from rigrunner.analysis.torque.sources import of_this_run
 from rigrunner.run.stored import run_data
 from rigrunner.runfile import read, read_without_samples, tail_of
 from rigrunner_panel.live.so_far import live_analysis

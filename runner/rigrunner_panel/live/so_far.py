@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.named import findings_of
-from rigrunner.analysis.prepare import prepare_point
 from rigrunner.analysis.scrutiny import Scrutiny
+from rigrunner.analysis.torque.prepare import prepare_point
 from rigrunner.api.errors import DataError
 from rigrunner.procedure import parse_procedure
 from rigrunner.run.stored import run_data
@@ -17,7 +17,7 @@ from rigrunner.runfile import read
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigrunner.analysis.analyse import Prepare
+    from rigrunner.analysis.torque.analysis import Prepare
     from rigrunner.api.data import Recording, RunData
     from rigrunner.api.results import Result
     from rigrunner.procedure import Acceptance, AnalysisSpec, Measurand, NamedAnalysisRef

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.analysis.headline import compensated_mean
+from rigrunner.analysis.torque.headline import compensated_mean
 from rigrunner.api.accuracy import Accuracy
 from rigrunner.api.measurand import Condition, Nature
 from rigrunner.signal.coverage import expanded

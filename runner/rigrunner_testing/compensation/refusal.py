@@ -6,7 +6,7 @@ from dataclasses import replace
 from math import sqrt
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.consistency import NAME as AGREEMENT
+from rigrunner.analysis.torque.consistency import NAME as AGREEMENT
 from rigrunner.api.errors import DataError
 from rigrunner.api.measurand import Nature
 from rigrunner_testing.check import Nonconformity, applies, check, demand

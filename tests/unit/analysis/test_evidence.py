@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rigrunner.analysis.binding import bind
+from rigrunner.analysis.torque.binding import bind
 from rigrunner.analysis.verdict.evidence import forbidden, without_scatter
 from rigrunner.api.analysis import Check, Compensation, Consequence
 from rigrunner.api.verdict import Verdict

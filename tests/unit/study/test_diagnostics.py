@@ -6,8 +6,8 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from rigrunner.analysis.checks import LIMITS
-from rigrunner.analysis.one_setup import LIMITS as SETUP_LIMITS
+from rigrunner.analysis.torque.checks import LIMITS
+from rigrunner.analysis.torque.one_setup import LIMITS as SETUP_LIMITS
 from rigrunner.api.errors import AbortedError
 from rigrunner.jobs import InProcess, Processes
 from rigrunner.study.bench import NATURAL, nested

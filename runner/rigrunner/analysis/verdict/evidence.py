@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import Consequence
@@ -45,6 +45,15 @@ def forbidden(checks: Iterable[Check]) -> str:
             effect = f"; {words}" if (words := effect_words(check)) else ""
             return f"The check '{check.name}' failed: {check.text}{effect}{advice}."
     return ""
+
+
+def as_judged(check: Check) -> Check:
+    """Return a check of named results: one that is decisive forbids to decide, others are notes."""
+    if check.ok:
+        return check
+    fails = check.decisive
+    follows = Consequence.INCONCLUSIVE if fails else Consequence.NOTE
+    return replace(check, ok=not fails, consequence=follows)
 
 
 def without_scatter(

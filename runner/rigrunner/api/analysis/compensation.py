@@ -105,8 +105,8 @@ class Check:
     """A named check: its finding, its limit and its advice.
 
     A method says in `ok` whether it found anything, and in `biases` by how much that moves each of
-    its points. What follows from it, `rigrunner.analysis.binding` decides; from then on `ok` is
-    False only of a check that binds.
+    its points. What follows from it, `rigrunner.analysis.torque.binding` decides; from then on `ok`
+    is False only of a check that binds.
     """
 
     name: str

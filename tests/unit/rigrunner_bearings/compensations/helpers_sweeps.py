@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from helpers_rigs import FREQUENCIES, INSTRUMENT, RIG, run_data, true_starting_torque_nm
-from rigrunner.analysis.prepare import prepare_point
+from rigrunner.analysis.torque.prepare import prepare_point
 from rigrunner.api.analysis import Sweep
 from rigrunner.procedure import AnalysisSpec
 from rigrunner_bearings.compensations.settings import TemplateInverseSettings

@@ -9,7 +9,7 @@ import pytest
 
 from helpers_rigs import INSTRUMENT
 from helpers_rigs import RIG as DESCRIBED
-from rigrunner.analysis.binding import bind
+from rigrunner.analysis.torque.binding import bind
 from rigrunner.api.analysis import Sweep
 from rigrunner.signal.coverage import expanded
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters

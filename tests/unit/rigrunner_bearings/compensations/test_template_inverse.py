@@ -5,7 +5,7 @@ import pytest
 
 from helpers_rigs import INSTRUMENT
 from helpers_thorough import first
-from rigrunner.analysis.headline import compensated_mean
+from rigrunner.analysis.torque.headline import compensated_mean
 from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import Instrument
 from rigrunner.api.results import SUPPORT_LINE

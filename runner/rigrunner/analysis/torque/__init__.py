@@ -1,0 +1,1 @@
+"""The torque of bearings on their testers: the oldest of the analyses."""
