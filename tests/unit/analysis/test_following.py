@@ -128,7 +128,9 @@ def test_over_all_points_the_worst_by_the_rule_is_named():
         Verdict.FAIL,
         "worst deviation at chamber.temperature = 100 °C",
     )
-    assert found.reason.startswith("Worst deviation at chamber.temperature = 100 °C: 0.5 K is")
+    assert found.reason.startswith(
+        "Worst deviation at chamber.temperature = 100 °C: Margin to the limit"
+    )
 
 
 def test_each_and_the_worst_stand_together():

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigrunner.analysis import live
+from rigrunner.analysis.torque import live
 from rigrunner.analysis.torque.live import Windows
 from rigrunner.analysis.torque.motion import find_motion
 from rigrunner.analysis.torque.prepare import prepare_point

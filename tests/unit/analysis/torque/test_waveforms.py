@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from helpers_long import short_blocks
-from rigrunner.analysis import waveforms
+from rigrunner.analysis.torque import waveforms
 from rigrunner.analysis.torque.checks import run_checks
 from rigrunner.analysis.torque.prepare import prepare_point
 from rigrunner.api.analysis import Rejection
