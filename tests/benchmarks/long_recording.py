@@ -32,7 +32,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from benchmarks.frame import Figure, Spread, Work, allocated_peak, at_most
 from helpers_long import short_blocks
 from helpers_workflow import quick_procedure, run, station_file
-from rigrunner.analysis import waveforms
+from rigrunner.analysis.torque import waveforms
 from rigrunner.analysis.torque.prepare import prepare_point
 from rigrunner.procedure import parse_procedure
 from rigrunner.run.stored import run_data

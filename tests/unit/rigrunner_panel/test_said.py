@@ -16,8 +16,8 @@ import yaml
 
 import rigrunner
 from helpers_lacking import lacking
-from rigrunner.analysis.checks import LIMITS
-from rigrunner.analysis.one_setup import LIMITS as SETUP_LIMITS
+from rigrunner.analysis.torque.checks import LIMITS
+from rigrunner.analysis.torque.one_setup import LIMITS as SETUP_LIMITS
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.procedure.answers import AnswerError, Expected
 from rigrunner.run.locate import find_procedure, find_station
