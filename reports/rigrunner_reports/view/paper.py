@@ -105,7 +105,7 @@ def _beside_primary(result: Result, points: Sequence[SetPoint]) -> Iterator[str]
 def _against_truth(found: Sequence[Error]) -> str:
     low, high = (pick(found, key=lambda each: each.value) for pick in (min, max))
     return (
-        f"Against the simulated truth it errs by {_error(low)} to {_error(high)}; its stated U "
+        f"Against the simulated truth its error is {_error(low)} to {_error(high)}; its stated U "
         f"covers the truth at {sum(each.covered for each in found)} of {len(found)} set-points."
     )
 

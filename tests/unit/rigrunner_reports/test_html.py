@@ -136,7 +136,7 @@ def test_the_number_is_said_to_be_conditional_on_the_allowance(loaded):
 
 def test_the_published_method_is_cited_and_shown_as_it_is(loaded):
     assert "Machines 2025, 13(11), 976" in loaded.words
-    assert "errs by −163 mN·m at 1 Hz to +165 mN·m at 35 Hz" in loaded.words
+    assert "its error is −163 mN·m at 1 Hz to +165 mN·m at 35 Hz" in loaded.words
 
 
 def test_a_method_that_cannot_be_used_says_why(loaded):
