@@ -18,6 +18,7 @@ from rigrunner.api.member import Member, channel_of
 from rigrunner.api.places import PlaceValue, is_at
 from rigrunner.api.units import unit, with_article
 from rigrunner.plan.actions import Phase
+from rigrunner.plan.limits import objections_to_limit
 from rigrunner.plan.requirements import Requirer, check_cycles
 from rigrunner.procedure.named_results import definitions_of
 from rigrunner.yamlfile.problems import Problems
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.quantity import Quantity
     from rigrunner.plan.actions import Plan, Recorded
-    from rigrunner.procedure import LoadedProcedure, NamedAnalysisRef
+    from rigrunner.procedure import Limit, LoadedProcedure, NamedAnalysisRef
     from rigrunner.station import LoadedStation
     from rigrunner.yamlfile.document import Path
 
@@ -102,6 +103,7 @@ def check_analyses(
             use.check_coordinates()
             use.check_recordings()
             _check_register(station, use.needs.channels, limited, problems)
+            use.check_limits(judged)
     _refuse_circles(uses)
     problems.stop_if_any()
 
@@ -240,7 +242,7 @@ class _Use:
             ):
                 return  # read, or not known beforehand
             known = unit(at.unit or "1")
-            key = tuple(each.place[name] for name in per)
+            key = tuple(each.place[name].usual for name in per)
             groups.setdefault(key, set()).add(at.value * known.factor + known.offset)
         symbol = next((each.coordinate_units.get(needed.name, "") for each in chosen), "")
         for values in groups.values():
@@ -270,6 +272,18 @@ class _Use:
             return self.lookup.requires("fit", fit.name, fit.settings).points
         except (PluginError, ValidationError):
             return 0  # told by the check of the plugins
+
+    def check_limits(self, limits: Iterable[Limit]) -> None:
+        """Add a problem for each limit that no result can be held against where it is measured."""
+        where = _where(self.plugin.settings)
+        there = [each for each in self.places if each.may_be_at(where)] if self.needed else []
+        for index, limit in enumerate(limits):
+            at, found = self.made.get(limit.of, ((), None))
+            if found is None or not there or at != self.at:
+                continue
+            for key, message, hint in objections_to_limit(limit, found, there):
+                path = ("acceptance", "limits", index, *key)
+                self.problems.add(self.procedure.document, path, message, hint)
 
     def check_recordings(self) -> None:
         """Add a problem for each recording that is too slow, or has too few cycles."""

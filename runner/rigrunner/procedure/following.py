@@ -52,6 +52,10 @@ class Line(Settings):
         """Yield each value of the result that it names, and where it stands."""
         yield ("base",), self.base
 
+    def of_coordinate(self) -> tuple[tuple[str | int, ...], Quantity]:
+        """Return a value of the coordinate that it names, and where it stands."""
+        return ("per",), self.per
+
     def si_at(self, coordinates: Mapping[str, CoordinateValue]) -> float:
         """Return the limit in the SI unit at a place; raise DataError where it has none."""
         origin = self.from_
@@ -97,6 +101,10 @@ class Table(Settings):
         """Yield each value of the result that it names, and where it stands."""
         for number, (_, limit) in enumerate(self.points):
             yield ("points", number, 1), limit
+
+    def of_coordinate(self) -> tuple[tuple[str | int, ...], Quantity]:
+        """Return a value of the coordinate that it names, and where it stands."""
+        return ("points", 0, 0), self.points[0][0]
 
     def si_at(self, coordinates: Mapping[str, CoordinateValue]) -> float:
         """Return the limit in the SI unit at a place; raise DataError beyond the table."""

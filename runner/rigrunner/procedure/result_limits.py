@@ -149,6 +149,16 @@ class Limit(Settings):
                 for place, value in end.of_result():
                     yield (name, *place), value
 
+    def of_coordinates(self) -> Iterator[tuple[tuple[str | int, ...], str, Quantity]]:
+        """Yield each value of a coordinate: where it stands in the limit, of which one, and it."""
+        for key, places in (("where", self.where), ("except", self.except_)):
+            for name, values in places.items():
+                yield from (((key, name), name, v) for v in values if isinstance(v, Quantity))
+        for key, end in self.ends.items():
+            if not isinstance(end, Quantity):
+                place, value = end.of_coordinate()
+                yield (key, *place), end.over, value
+
     @property
     def dimension(self) -> str:
         """The kind of quantity that it limits."""
