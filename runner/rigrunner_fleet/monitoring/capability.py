@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scipy import stats
-
 from rigrunner.api.errors import DataError
 from rigrunner.api.studies import CapabilitySeries, CapabilityStudy
 from rigrunner_fleet.monitoring.each_group import each_group
@@ -93,6 +91,8 @@ def _warnings(observed: Sequence[Observed]) -> list[str]:
             "values. The indices say what was, and promise nothing (ISO 22514-1: performance, "
             "Pp and Ppk, instead of capability)"
         )
+    from scipy import stats  # noqa: PLC0415  (heavy, and needed here alone)
+
     p = float(stats.shapiro(values).pvalue)
     if p < _NOT_NORMAL:
         found.append(

@@ -10,7 +10,7 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import optimize, stats
+from scipy import special
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.studies import Capability, Index
@@ -55,15 +55,16 @@ def capability(
 
 
 def two_sided(cp: float, count: int, confidence: float) -> Index:
-    """Return Cp with its interval, exact for normal values."""
+    """Return Cp with its interval, exact for normal values: by quantiles of chi squared."""
     tail = (1.0 - confidence) / 2.0
-    low, high = (sqrt(stats.chi2.ppf(p, count - 1) / (count - 1)) for p in (tail, 1.0 - tail))
+    half = (count - 1) / 2.0
+    low, high = (sqrt(special.gammaincinv(half, p) / half) for p in (tail, 1.0 - tail))
     return Index("Cp", cp, cp * low, cp * high)
 
 
 def smaller(cpk: float, count: int, confidence: float) -> Index:
     """Return Cpk with Bissell's interval, which is approximate."""
-    z = float(stats.norm.ppf(0.5 + confidence / 2.0))
+    z = float(special.ndtri(0.5 + confidence / 2.0))
     half = z * sqrt(1.0 / (9.0 * count) + cpk**2 / (2.0 * (count - 1)))
     return Index("Cpk", cpk, cpk - half, cpk + half)
 
@@ -85,6 +86,7 @@ def one_sided(name: str, value: float, count: int, confidence: float) -> Index:
 
 def _non_centrality(t: float, dof: int, probability: float) -> float:
     """Return the non-centrality at which t is reached with that probability."""
+    from scipy import optimize, stats  # noqa: PLC0415  (heavy, and needed here alone)
 
     def off(delta: float) -> float:
         return float(stats.nct.cdf(t, dof, delta)) - probability

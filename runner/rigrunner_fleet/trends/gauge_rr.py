@@ -9,7 +9,7 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.studies import Components, GaugeAnalysis, Row
@@ -77,7 +77,9 @@ def _row(source: str, dof: int, squares: float, against: Row | None = None) -> R
     if against is None or against.mean_square == 0.0:
         return Row(source, dof, squares, mean)
     f = mean / against.mean_square
-    return Row(source, dof, squares, mean, f, float(stats.f.sf(f, dof, against.degrees_of_freedom)))
+    return Row(
+        source, dof, squares, mean, f, float(special.fdtrc(dof, against.degrees_of_freedom, f))
+    )
 
 
 def _checked(readings: npt.ArrayLike) -> npt.NDArray[np.float64]:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from rigrunner.signal.coverage import expanded
+from rigrunner_bearings.compensations import hum
 from rigrunner_bearings.compensations.comparison import LINE, compared
 from rigrunner_bearings.compensations.settings import TemplateInverseSettings
 from rigrunner_bearings.compensations.template_inverse import TemplateInverse
@@ -149,3 +150,12 @@ def test_set_points_of_about_one_frequency_do_not_hang_on_its_last_digits(health
         return np.sqrt(np.diag(covariance))
 
     np.testing.assert_allclose(u_of(0, 1, 2), u_of(0, -2, 3), rtol=0.01)
+
+
+@pytest.mark.parametrize("size", [1, 99, 100, 101, 1250])
+def test_the_power_of_hum_is_that_of_its_fourier_sum_over_all_cycles(size):
+    values, hertz = np.random.default_rng(3).normal(size=(4, size)), np.array([49.8, 50.0, 50.1])
+    at_s = np.arange(values.size) / 1000.0
+    sums = np.exp(-2j * np.pi * hertz[:, None] * at_s) @ values.ravel()
+    expected = np.abs(sums / values.size) ** 2
+    assert hum._powers(values, 1000.0, hertz) == pytest.approx(expected, rel=1e-9, abs=1e-15)
