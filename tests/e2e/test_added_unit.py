@@ -55,6 +55,7 @@ def test_a_run_is_shown_in_a_unit_whose_plugin_is_gone(lab, run):
     assert "dozV against 0.99 dozV to 1.1 dozV" in shown
 
 
+@pytest.mark.thorough
 def test_it_is_reported_and_analysed_to_the_same_numbers(lab, run):
     before = json.loads((run / "result.json").read_text("utf-8"))["results"]
     shell(lab, f"rm {run}/report.html; rigrunner report {run.name} --runs runs")

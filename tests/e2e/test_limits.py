@@ -163,7 +163,9 @@ def certified(folder, laboratory):
     return json.loads(page.with_suffix(".json").read_text(encoding="utf-8")), page
 
 
-@pytest.mark.parametrize(("changes", "rows"), [((), 6), ((STOPS,), 2)])
+@pytest.mark.parametrize(
+    ("changes", "rows"), [((), 6), pytest.param((STOPS,), 2, marks=pytest.mark.thorough)]
+)
 def test_a_run_that_fails_by_its_limits_is_certified_as_a_fail(laboratory, changes, rows):
     _, folder = run(laboratory / "work", *changes, code=1)
     document, page = certified(folder, laboratory)

@@ -289,6 +289,7 @@ def test_a_station_whose_device_does_not_answer_cannot_be_started(screen, lab):
     screen.post("run/start", 409, **pair)
 
 
+@pytest.mark.thorough
 def test_ctrl_c_says_that_a_run_goes_on_and_ends_only_when_it_is_safe_and_sealed(lab):
     with served(lab, lab / "runs") as server:
         screen = Screen(server, "client-ann-0001")

@@ -126,6 +126,7 @@ def test_on_an_upright_tablet_state_and_stop_are_seen_whole(new_screen):
     assert covered == []
 
 
+@pytest.mark.thorough
 def test_the_theme_is_the_machine_s_or_the_one_that_was_chosen(new_screen):
     screen = new_screen(color_scheme="dark")
     screen.open()

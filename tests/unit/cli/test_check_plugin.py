@@ -83,6 +83,7 @@ def test_with_yes_they_are_moved_and_left_safe(folder):
     assert "pass  left_safe" in called.out
 
 
+@pytest.mark.thorough
 def test_read_only_leaves_out_what_moves(folder):
     called = call("check-plugin", "winch", "--drop-in", folder, "--read-only")
     assert called.code == ExitCode.PASS
@@ -191,7 +192,10 @@ HANGS = (
 )
 
 
-@pytest.mark.parametrize(("sent", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 20)])
+@pytest.mark.parametrize(
+    ("sent", "code"),
+    [(signal.SIGINT, 130), pytest.param(signal.SIGTERM, 20, marks=pytest.mark.thorough)],
+)
 def test_a_check_that_is_interrupted_leaves_the_drive_safe(folder, sent, code):
     folder.joinpath("winch.py").write_text(HANGS)
     command = [sys.executable, "-m", "rigrunner", "check-plugin", "winch", "--yes"]

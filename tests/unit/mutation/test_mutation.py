@@ -63,6 +63,7 @@ def tried(project, *options):
     return done.returncode, done.stdout + done.stderr
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the tool forks")
 def test_it_says_which_changes_no_test_notices_and_leaves_the_sources_alone(project):
     equivalent = """

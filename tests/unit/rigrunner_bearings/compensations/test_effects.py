@@ -46,6 +46,7 @@ def with_gain(points, gain):
     return tuple(replace(each, torque_nm=(1 + gain) * each.torque_nm) for each in points)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("loaded", "left_nm"),
     [

@@ -96,11 +96,11 @@ def test_only_what_is_new_or_changed_is_read_again(archive, runs):
     assert index(archive, [runs])[0].changed == 1
 
 
-def test_a_later_decision_is_the_verdict_in_force(archive, demo, tmp_path):
+def test_a_later_decision_is_the_verdict_in_force(archive, quick, tmp_path):
     from rigrunner.cli.main import main  # noqa: PLC0415  (heavy, for this test alone)
 
-    folder = tmp_path / "decided" / demo.loaded.name
-    shutil.copytree(demo.loaded, folder)
+    folder = tmp_path / "decided" / quick.loaded.name
+    shutil.copytree(quick.loaded, folder)
     limits = tmp_path / "limits.yaml"
     limits.write_text(
         "rigrunner: acceptance/1\nacceptance:\n  limits:\n  - of: torque\n    mean: yes\n"

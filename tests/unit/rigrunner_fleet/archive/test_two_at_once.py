@@ -36,6 +36,7 @@ def many(runs):
     return runs
 
 
+@pytest.mark.thorough
 def test_processes_that_index_at_once_leave_each_run_once(database, many):
     command = [sys.executable, "-c", _INDEX, database, str(many)]
     workers = [subprocess.Popen(command) for _ in range(_PROCESSES)]
