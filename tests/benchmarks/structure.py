@@ -1,0 +1,155 @@
+"""Measures of how a package is built, for comparison with others: counted from its source.
+
+    python tests/benchmarks/structure.py FOLDER [FOLDER ...]
+
+Of each folder with Python files it prints a row of a Markdown table:
+
+- lines and files;
+- the share of functions and methods that are private (`_name`) and used in one place alone;
+- modules under 100 lines that only one module imports, a sibling in the same folder;
+- the share of lines that are imports, and that are comments.
+"""
+
+from __future__ import annotations
+
+import ast
+import io
+import sys
+import tokenize
+from collections import Counter, defaultdict
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+SMALL = 100
+HEAD = (
+    "| package | lines | files | private, used once | small modules for one sibling |"
+    " import lines | comment lines |\n|---|---:|---:|---:|---:|---:|---:|"
+)
+
+
+@dataclass(frozen=True)
+class Module:
+    """A file of a package."""
+
+    name: str
+    """Dotted, with the package."""
+    text: str
+    is_package: bool
+
+    @cached_property
+    def tree(self) -> ast.Module:
+        """Its syntax."""
+        return ast.parse(self.text)
+
+    @property
+    def lines(self) -> int:
+        """How many it has."""
+        return len(self.text.splitlines())
+
+    @property
+    def folder(self) -> str:
+        """The package that it is in."""
+        return self.name if self.is_package else self.name.rpartition(".")[0]
+
+    @cached_property
+    def imported(self) -> set[str]:
+        """The dotted names that it imports, of modules and of what is in them."""
+        names: set[str] = set()
+        for node in ast.walk(self.tree):
+            if isinstance(node, ast.Import):
+                names |= {alias.name for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                start = node.module or ""
+                if node.level:
+                    above = self.folder.split(".")[: len(self.folder.split(".")) - node.level + 1]
+                    start = ".".join([*above, *([start] if start else [])])
+                names |= {start, *(f"{start}.{alias.name}" for alias in node.names)}
+        return names
+
+    @property
+    def import_lines(self) -> int:
+        """How many lines its import statements take."""
+        nodes = (
+            each for each in ast.walk(self.tree) if isinstance(each, ast.Import | ast.ImportFrom)
+        )
+        return sum((each.end_lineno or each.lineno) - each.lineno + 1 for each in nodes)
+
+    @property
+    def comment_lines(self) -> int:
+        """How many lines have a comment for a reader; marks for tools are none."""
+        tokens = tokenize.generate_tokens(io.StringIO(self.text).readline)
+        comments = (each.string.lstrip("# ") for each in tokens if each.type == tokenize.COMMENT)
+        return sum(not each.startswith(("noqa", "type: ", "pragma")) for each in comments)
+
+    @property
+    def functions(self) -> tuple[int, int]:
+        """Its functions and methods, and those of them that are private and used in one place."""
+        kinds = ast.FunctionDef | ast.AsyncFunctionDef
+        names = [node.name for node in ast.walk(self.tree) if isinstance(node, kinds)]
+        private = {name for name in names if name.startswith("_") and not name.startswith("__")}
+        uses = Counter(
+            node.id if isinstance(node, ast.Name) else node.attr
+            for node in ast.walk(self.tree)
+            if isinstance(node, ast.Name | ast.Attribute)
+        )
+        return len(names), sum(uses[name] == 1 for name in private)
+
+
+def modules_of(folder: Path) -> list[Module]:
+    """Return the modules of a package."""
+    found = []
+    for path in sorted(folder.rglob("*.py")):
+        parts = path.relative_to(folder.parent).with_suffix("").parts
+        start = parts[-1] == "__init__"
+        name = ".".join(parts[:-1] if start else parts)
+        found.append(Module(name, path.read_text(encoding="utf-8"), start))
+    return found
+
+
+def for_one_sibling(modules: list[Module]) -> int:
+    """Return how many small modules are imported by one module alone, of the same folder."""
+    importers: dict[str, list[Module]] = defaultdict(list)
+    names = {each.name for each in modules}
+    for each in modules:
+        for name in each.imported & names - {each.name}:
+            importers[name].append(each)
+    return sum(
+        not each.is_package
+        and each.lines < SMALL
+        and [one.folder for one in importers[each.name]] == [each.folder]
+        for each in modules
+    )
+
+
+def row(folder: Path) -> str:
+    """Return the row of a package."""
+    modules = modules_of(folder)
+    lines = sum(each.lines for each in modules)
+    functions = sum(each.functions[0] for each in modules)
+    once = sum(each.functions[1] for each in modules)
+    shares = (
+        once / functions,
+        sum(each.import_lines for each in modules) / lines,
+        sum(each.comment_lines for each in modules) / lines,
+    )
+    private, imports, comments = (f"{share:.1%}" for share in shares)
+    cells = (
+        folder.name,
+        f"{lines:,}",
+        len(modules),
+        private,
+        for_one_sibling(modules),
+        imports,
+        comments,
+    )
+    return f"| {' | '.join(map(str, cells))} |"
+
+
+def main(folders: list[str]) -> None:
+    """Print the table."""
+    sys.stdout.write("\n".join([HEAD, *(row(Path(each)) for each in folders)]) + "\n")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
