@@ -76,7 +76,7 @@ class History:
     def items(self) -> Iterator[RunItem]:
         """Yield all runs, newest first."""
         for name in reversed(run_names(self.runs)):
-            yield self._item(name)
+            yield self.item(name)
 
     def folder(self, run: str) -> Path:
         """Return the folder of that run, one that the list has; raise PanelError."""
@@ -88,7 +88,7 @@ class History:
         """Return all about a run but its samples; raise PanelError and DataError."""
         stored = read(self.folder(run))
         return RunDetail(
-            item=self._item(run),
+            item=self.item(run),
             inputs=dict(stored.header.inputs),
             people=dict(run_data(stored).people),
             approval=dict(stored.header.approval),
@@ -118,7 +118,8 @@ class History:
         inside = path.resolve().is_relative_to(self.runs.resolve())
         return inside and path.is_file() and path.suffix in SHOWN and path.name[:1] != "."
 
-    def _item(self, name: str) -> RunItem:
+    def item(self, name: str) -> RunItem:
+        """Return a line of the history."""
         sealed = self.runs / name / "run.h5"
         changed = sealed.stat().st_mtime_ns if sealed.is_file() else 0
         key = (name, changed)

@@ -49,6 +49,13 @@ class Queue:
         """Of runs that are over, which do not change any more."""
         self.path = runs / FILE
 
+    def changed_ns(self) -> int:
+        """Return when the file was changed last, in ns; 0 where there is none."""
+        try:
+            return self.path.stat().st_mtime_ns
+        except OSError:
+            return 0
+
     def entries(self) -> tuple[Entry, ...]:
         """Return all entries in order; raise DataError for a file that cannot be read."""
         return self._read().entries

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rigrunner.queue import Queue
 from rigrunner.run.inputs import answer_inputs, with_operator
 from rigrunner.run.noload import no_load_for
 from rigrunner.run.planning import planned_run
@@ -29,6 +30,8 @@ def run(job: Job, link: Link) -> Ended:
     no_load = no_load_for(planned, job.runs, job.no_load)
     title = planned.procedure.model.title
     link.send(Planned(plan_view(planned.plan), no_load.name if no_load else "", title))
+    queue = Queue(job.runs)
+    entry = None if job.entry is None else queue.get(job.entry)
     answers = PanelAnswers(link.send, link.inbox, link.switch, job.operator)
     given = with_operator(job.inputs, job.operator or None, planned.procedure)
     finished = execute(
@@ -38,11 +41,12 @@ def run(job: Job, link: Link) -> Ended:
         no_load=no_load,
         answers=answers,
         stop=link.switch,
-        listeners=[link.switch, link.outbox],
+        listeners=[link.switch, *([queue.began(entry.id)] if entry else []), link.outbox],
         operator=job.operator,
         overrides=overrides,
         pauses=PanelPauses(link.send, link.inbox),
         person=person,
+        told=entry.told() if entry else (),
         progress=lambda what, done, of: link.send(Analysing(what, done, of)),
     )
     live = None if finished.result is None else live_view(finished.result, final=True)

@@ -32,6 +32,8 @@ class Job:
     """What the preflight found that is overridden."""
     by: str = ""
     reason: str = ""
+    entry: int | None = None
+    """The entry of the queue that the run is."""
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import threading
 from typing import TYPE_CHECKING, Any
 
 from rigrunner import __version__
+from rigrunner_panel.view.queue import QueueView
 from rigrunner_panel.view.sections import Readings, State
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ class Board:
         self._lock = threading.RLock()
         self._sections: dict[str, Any] = dict.fromkeys(SECTIONS)
         self._sections |= {"phase": "idle", "watchers": 0, "readings": Readings(), "asked": ""}
-        self._sections |= {"alarms": (), "log": ()}
+        self._sections |= {"alarms": (), "log": (), "queue": QueueView()}
         self._texts: dict[str, str] = {}
         self._changed: set[str] = set()
         self._seq = 0

@@ -10,6 +10,7 @@ from rigrunner.api.coordinates import usual_unit
 from rigrunner.api.figures import Figure
 from rigrunner.api.units import from_si
 from rigrunner_panel.view.manual import ManualView
+from rigrunner_panel.view.queue import QueueView
 
 Phase = Literal[
     "idle",
@@ -312,3 +313,4 @@ class State(Section):
     analysing: AnalysingView | None
     finished: Finished | None
     manual: ManualView | None
+    queue: QueueView

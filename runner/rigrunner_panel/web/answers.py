@@ -14,6 +14,25 @@ class Done(BaseModel):
     ok: bool = True
 
 
+class Started(BaseModel):
+    """The run is started; where the rig was in use, its entry in the queue."""
+
+    ok: bool = True
+    entry: int | None = None
+
+
+class Added(BaseModel):
+    """The numbers of the new entries."""
+
+    entries: list[int]
+
+
+class Cleared(BaseModel):
+    """How many entries were removed."""
+
+    removed: int
+
+
 class Stopped(BaseModel):
     """Whether there was something to stop."""
 

@@ -8,6 +8,7 @@ from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from anyio import CapacityLimiter, to_thread
 from pydantic import BaseModel, ValidationError
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
@@ -37,6 +38,8 @@ if TYPE_CHECKING:
 
 STATIC = Path(__file__).parent.parent / "static"
 LONGEST_BODY = 64 * 1024
+URGENT_THREADS = 8
+"""For Stop alone: it must not wait for requests that wait for a disk or a lock."""
 FILE_POLICY = (
     "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:; font-src data:; "
     "frame-ancestors 'self'"
@@ -86,9 +89,14 @@ def make_app(panel: Panel) -> Starlette:
 
 
 def _route(panel: Panel, operation: Operation) -> Route:
+    own_threads: list[CapacityLimiter] = []  # made where the event loop is known
+
     async def endpoint(request: Request) -> Response:
         asked = await _asked(request, panel, operation)
-        found = await run_in_threadpool(operation.handler, panel, asked)
+        if operation.urgent and not own_threads:
+            own_threads.append(CapacityLimiter(URGENT_THREADS))
+        limiter = own_threads[0] if operation.urgent else None
+        found = await to_thread.run_sync(operation.handler, panel, asked, limiter=limiter)
         return _answer(found, operation.status)
 
     return Route(operation.path, endpoint, methods=[operation.method])

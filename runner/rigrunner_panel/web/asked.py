@@ -40,3 +40,5 @@ class Operation:
     steers: bool = False
     """Whether only the client that has control may ask."""
     status: int = 200
+    urgent: bool = False
+    """Whether it waits for no other request: it has threads of its own."""

@@ -31,9 +31,8 @@ def set_drive(panel: Panel, asked: Asked) -> Done:
     drive = _drive(panel, body.drive)
     value = _value(drive, body.value)
     if not drive.minimum <= value <= drive.maximum:
-        message = f"{drive.name} cannot be set to {body.value}"
-        allowed = f"allowed: {drive.minimum:g} to {drive.maximum:g} {drive.unit}"
-        raise PanelError(422, "invalid", message, allowed)
+        limits = f"{drive.minimum:g} to {drive.maximum:g} {drive.unit}"
+        raise PanelError(422, "invalid", f"{body.value} is out of range ({limits})")
     panel.desk.wish(SetManually(drive.name, value, asked.by))
     return Done()
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from starlette.websockets import WebSocketDisconnect
 
 from rigrunner_panel.control import short_name
+from rigrunner_panel.web import queueing
 from rigrunner_panel.web.security import PROTOCOL
 
 if TYPE_CHECKING:
@@ -88,6 +89,7 @@ class Hub:
         self._wake = asyncio.Event()
         self._curves: Curves | None = None
         self._trend_s = self._tick_s = 0.0
+        self._tick: asyncio.Future[None] | None = None
 
     async def run(self) -> None:
         """Tell what changes, at most thirty times a second, until cancelled."""
@@ -125,6 +127,8 @@ class Hub:
         if now_s - self._tick_s >= IDLE_S:
             self._tick_s = now_s
             self._panel.desk.tick()
+            if self._tick is None or self._tick.done():  # in a thread: it reads and writes files
+                self._tick = asyncio.ensure_future(asyncio.to_thread(queueing.tick, self._panel))
         delta = self._panel.board.delta()
         if delta is not None:
             self._tell(delta)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from rigrunner_panel.control import short_name
+from rigrunner_panel.view.queue import QueueView
 from rigrunner_panel.view.sections import State
-from rigrunner_panel.web import answers, by_hand, choosing, looking, requests, running
+from rigrunner_panel.web import answers, by_hand, choosing, looking, queueing, requests, running
 from rigrunner_panel.web.asked import Operation
 
 if TYPE_CHECKING:
@@ -76,8 +77,8 @@ _RUNNING = (
         running.start_preflight, requests.StartPreflight, status=_BEGUN,
     ),
     _steer(
-        "run/start", "Start a run that the preflight lets start.", running.start_run,
-        requests.StartRun, status=_BEGUN,
+        "run/start", "Start a run that the preflight lets start, or queue it.",
+        queueing.start_run, requests.StartRun, answers.Started, status=_BEGUN,
     ),
     _steer("run/answer", "Answer the prompt that is up.", running.answer, requests.GiveAnswer),
     _steer("run/pause", "Pause at the next safe point.", running.pause, requests.Nothing),
@@ -99,9 +100,46 @@ _RUNNING = (
         "run/abort", "End the run in order: teardown, then the rig is made safe.",
         running.abort, requests.Why,
     ),
+    Operation(
+        "POST", "/api/stop", "Make the rig safe at once, without teardown; for everyone.",
+        running.stop, answers.Stopped, requests.Why, urgent=True,
+    ),
+)  # fmt: skip
+_QUEUE = (
+    _get("queue", "The queue.", queueing.queue, QueueView),
     _post(
-        "stop", "Make the rig safe at once, without teardown; for everyone.", running.stop,
-        requests.Why, answers.Stopped,
+        "queue/propose", "Add specimens that a person has to release; for everyone.",
+        queueing.propose, requests.AddEntries, answers.Added,
+    ),
+    _steer(
+        "queue/add", "Add specimens that wait for their turn.", queueing.add,
+        requests.AddEntries, answers.Added,
+    ),
+    _steer("queue/move", "Put an entry in front of another one.", queueing.move, requests.Move),
+    _steer("queue/hold", "Keep an entry back.", queueing.hold, requests.EntryBecause),
+    _steer(
+        "queue/release", "Release an entry that is proposed or held.", queueing.release,
+        requests.OneEntry,
+    ),
+    _steer(
+        "queue/skip", "Skip an entry, or close one whose run was interrupted.", queueing.skip,
+        requests.EntryBecause,
+    ),
+    _steer(
+        "queue/repeat", "Test the specimen of an entry again.", queueing.repeat,
+        requests.EntryBecause, answers.Added,
+    ),
+    _steer(
+        "queue/clear", "Remove the entries that are over; their runs stay.", queueing.clear,
+        requests.Nothing, answers.Cleared,
+    ),
+    _steer(
+        "queue/start", "Start an entry, or the next one, after a preflight.", queueing.start,
+        requests.OneEntry, status=_BEGUN,
+    ),
+    _steer(
+        "queue/automatic", "Let runs of the queue start by themselves, or not any more.",
+        queueing.automatic, requests.SetAutomatic,
     ),
 )  # fmt: skip
 _BY_HAND = (
@@ -144,6 +182,7 @@ OPERATIONS = (
     _get("state", "The whole state.", _state, State),
     *_CHOOSING,
     *_RUNNING,
+    *_QUEUE,
     *_BY_HAND,
     *_LOOKING,
 )

@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from rigrunner.clock import WallClock
+from rigrunner.queue import Queue
 from rigrunner_panel.catalogue import Catalogue
 from rigrunner_panel.control import Control
 from rigrunner_panel.desk import Desk
 from rigrunner_panel.errors import PanelError
 from rigrunner_panel.history import History
+from rigrunner_panel.sequence import Sequence
 from rigrunner_panel.view.board import Board
 from rigrunner_panel.view.sections import FileLink
 
@@ -62,6 +64,8 @@ class Panel:
         self.desk = Desk(self.board, self.settings.runs)
         self.catalogue = Catalogue(self.settings.procedures)
         self.history = History(self.settings.runs)
+        self.queue = Queue(self.settings.runs)
+        self.sequence = Sequence()
         self.pictures: dict[str, Path] = {}
         self.looked_at: Overridable | None = None
         self._secret = secrets.token_bytes(32)

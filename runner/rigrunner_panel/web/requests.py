@@ -68,6 +68,47 @@ class StartRun(Pair):
     no_load: Name | None = None
     realtime: bool = True
     override: Overridden | None = None
+    entry: int | None = None
+    """The entry of the queue that it is."""
+
+
+class AddEntries(Pair):
+    """Specimens for the queue: one a line, or a CSV whose first line names inputs.
+
+    Without a list it is one entry, of the inputs alone.
+    """
+
+    list: Annotated[str, Field(max_length=60_000)] = ""
+    inputs: Annotated[dict[Name, Words], Field(max_length=200)] = {}
+    operator: Annotated[str, Field(max_length=100), AfterValidator(plain)] = ""
+    no_load: Name | None = None
+    realtime: bool = True
+
+
+class OneEntry(Body):
+    """An entry of the queue by its number; for a start, the next one where none is named."""
+
+    entry: int = 0
+
+
+class EntryBecause(Body):
+    """An entry of the queue, and why."""
+
+    entry: int
+    reason: Reason
+
+
+class Move(Body):
+    """An entry, and the one that it is put in front of; last where that is null."""
+
+    entry: int
+    before: int | None = None
+
+
+class SetAutomatic(Body):
+    """Whether runs of the queue may start by themselves."""
+
+    on: bool
 
 
 class OpenManual(Pair):

@@ -65,14 +65,19 @@ def release_control(panel: Panel, asked: Asked) -> Done:
 
 def start_preflight(panel: Panel, asked: Asked) -> Done:
     """Connect to the rig and look; what is found comes in the state."""
-    body: StartPreflight = asked.body
+    begin_preflight(panel, asked.body, asked.by)
+    return Done()
+
+
+def begin_preflight(panel: Panel, body: StartPreflight, by: str) -> None:
+    """Start to look at the rig; raise PanelError while it is in use."""
     procedure, station = files(panel, body)
     digest = _digest(procedure, station)
     view = JobView(
         kind="preflight",
         procedure=body.procedure,
         station=body.station,
-        operator=asked.by,
+        operator=by,
         started_utc=utc_text(panel.now()),
     )
     job = Job(
@@ -86,16 +91,14 @@ def start_preflight(panel: Panel, asked: Asked) -> Done:
     panel.looked_at = Overridable(
         procedure=body.procedure, station=body.station, digest=digest, at_s=time.monotonic()
     )
-    return Done()
 
 
-def start_run(panel: Panel, asked: Asked) -> Done:
-    """Start a run that the preflight lets start."""
-    body: StartRun = asked.body
-    procedure, _ = files(panel, body)
-    _check_inputs(procedure, body.inputs)
-    start_job(panel, "run", body, asked.by, body.inputs)
-    return Done()
+def ready_preflight(panel: Panel, body: Pair) -> bool:
+    """Say whether the last preflight was of these files, is fresh, and found nothing wrong."""
+    try:
+        return _preflight(panel, body, _digest(*files(panel, body))).may_start
+    except PanelError:
+        return False
 
 
 def start_job(
@@ -104,6 +107,8 @@ def start_job(
     body: StartRun | OpenManual,
     by: str,
     inputs: Mapping[str, str] = NOTHING,
+    *,
+    entry: int | None = None,
 ) -> None:
     """Start a job that moves the rig; raise PanelError where the preflight does not let it."""
     procedure, station = files(panel, body)
@@ -130,6 +135,7 @@ def start_job(
         items=overridden,
         by=body.override.by.strip() if body.override else "",
         reason=body.override.reason.strip() if body.override else "",
+        entry=entry,
     )
     panel.desk.start(job, view, panel)
 
@@ -184,6 +190,7 @@ def note(panel: Panel, asked: Asked) -> Done:
 def abort(panel: Panel, asked: Asked) -> Done:
     """End the run in order."""
     body: Why = asked.body
+    panel.sequence.stop()
     panel.desk.abort(asked.by, body.reason.strip())
     return Done()
 
@@ -191,6 +198,7 @@ def abort(panel: Panel, asked: Asked) -> Done:
 def stop(panel: Panel, asked: Asked) -> Stopped:
     """Let the rig be made safe at once, whoever asks."""
     body: Why = asked.body
+    panel.sequence.stop()
     return Stopped(stopped=panel.desk.stop(asked.by, body.reason.strip()))
 
 
@@ -225,7 +233,8 @@ def _overridden(found: Preflight, override: Overridden | None) -> tuple[Prefligh
     return tuple(each for each in failed if each.override in words)
 
 
-def _check_inputs(procedure: Path, given: dict[str, str]) -> None:
+def check_inputs(procedure: Path, given: Mapping[str, str]) -> None:
+    """Raise PanelError for an input that is not asked for, or not accepted."""
     inputs = load_procedure(procedure).inputs
     for name, text in given.items():
         if name not in inputs:

@@ -143,6 +143,16 @@ def browser_path() -> str:
     return found
 
 
+def say_yes_until(page, panel: Panel) -> None:
+    """Say yes to what the run asks until it is over."""
+    until = time.monotonic() + WITHIN_S
+    while panel.phase() != "finished":
+        assert time.monotonic() < until
+        if panel.phase() == "asking" and page.locator(".prompt").count():
+            page.locator(".prompt").get_by_role("button", name="Yes").click()
+        time.sleep(0.1)
+
+
 def require_driver() -> None:
     """Skip where the program does not start with which Playwright speaks to a browser."""
     words = [sys.executable, "-m", "playwright", "--version"]

@@ -101,6 +101,7 @@ SPEAKERS = [
     ),
     "procedure/answers.py", "api/quantity.py", "engine/breaks.py", "engine/interlocks.py",
     "engine/watching.py", "run/calibration.py", "run/noload.py", "run/rig_lock.py",
+    "queue/intake.py", "queue/store.py",
 ]  # fmt: skip
 PIECES = {  # of sentences: these are put together and translated as a whole, see below
     "Scan Q Q, reading Q", "between Q and Q, Q points", "at Q, 1 point",
@@ -122,6 +123,7 @@ NAMES = {  # of things and threads, and what stands in the log alone
     "from the rig's process",
     "to the panel", "take over",
     "a bug in the panel: the screen may be wrong, the run is not",
+    "a bug in the panel: the queue stands still",
 }  # fmt: skip
 
 

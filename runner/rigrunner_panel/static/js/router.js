@@ -7,6 +7,7 @@ import { choosePage } from "./pages/choose.js";
 import { comparePage } from "./pages/compare.js";
 import { historyPage } from "./pages/history.js";
 import { manualPage } from "./pages/manual.js";
+import { queuePage } from "./pages/queue.js";
 import { resultPage } from "./pages/result.js";
 import { runPage } from "./pages/run.js";
 import { setupPage } from "./pages/setup.js";
@@ -18,6 +19,7 @@ const PAGES = {
   setup: setupPage,
   run: runPage,
   manual: manualPage,
+  queue: queuePage,
   history: historyPage,
   runs: resultPage,
   compare: comparePage,
@@ -47,7 +49,7 @@ export function startRouter(host) {
     before = phase;
     if (was === phase) return;
     const here = location.hash || "#/";
-    const steering = here === "#/" || here.startsWith("#/setup") || here.startsWith("#/run");
+    const steering = here === "#/" || here.startsWith("#/setup") || here.startsWith("#/run") || here.startsWith("#/queue");
     if (RUNNING.has(phase) && job?.kind === "run" && steering && !here.startsWith("#/runs/")) {
       if (here !== "#/run") go("#/run");
     } else if (phase === "finished" && was !== null && here === "#/run" && finished?.run) {

@@ -3,7 +3,7 @@
 import { keepPersonName, personName, post } from "./client.js";
 import { draft } from "./draft.js";
 import { askName, confirmTakeOver } from "./parts/dialogs.js";
-import { tellError } from "./parts/notices.js";
+import { forgetErrors, tellError } from "./parts/notices.js";
 import { hasControl, store } from "./store.js";
 
 // Takes control, asking for the name where none is known; returns whether it was had.
@@ -22,14 +22,21 @@ export async function releaseControl() {
   await tried(() => post("control/release"));
 }
 
+// Does a request that needs control; null where that was not had, and a RefusedError where it was refused.
+export async function steerOrRefuse(path, body = {}) {
+  return (await takeControl()) ? post(path, body) : null;
+}
+
 // Does a request that needs control; returns its answer, or null where it was refused.
 export async function steer(path, body = {}) {
-  return tried(async () => ((await takeControl()) ? post(path, body) : null));
+  return tried(() => steerOrRefuse(path, body));
 }
 
 export async function tried(work) {
   try {
-    return await work();
+    const answer = await work();
+    if (answer !== null) forgetErrors();
+    return answer;
   } catch (error) {
     tellError(error);
     return null;

@@ -26,7 +26,7 @@ export function choosePage() {
   function proceed() {
     const before = draft();
     const same = before.procedure === chosen.procedure && before.station === chosen.station;
-    keepDraft({ ...chosen, inputs: same ? before.inputs : {} });
+    keepDraft({ ...chosen, inputs: same ? before.inputs : {}, entry: 0 });
     go("#/setup");
   }
 

@@ -53,7 +53,10 @@ export function historyPage() {
       update();
     } });
     const verdict = item.verdict || (item.outcome && item.outcome !== "completed" ? item.outcome : "");
-    return h("tr", {},
+    const open = (event) => {
+      if (!event.target.closest("a, label, input") && !String(getSelection())) go(`#/runs/${encodeURIComponent(item.run)}`);
+    };
+    return h("tr", { onclick: open },
       h("td", {}, h("label", { class: "tick" }, box)),
       h("td", {}, h("a", { class: "row-link", href: `#/runs/${encodeURIComponent(item.run)}` }, localTime(item.started_utc) || item.run)),
       h("td", { class: "wrap" }, item.title || item.problem || item.run), h("td", { class: "wrap" }, item.specimen), h("td", {}, item.station),

@@ -3,14 +3,14 @@
 import { personName } from "../client.js";
 import { button, fill, h, setText, show } from "../dom.js";
 import { draft } from "../draft.js";
-import { fixed, plain, withUncertainty } from "../format.js";
+import { fixed, plain, typedNumber, withUncertainty } from "../format.js";
 import { alarmStrip } from "../parts/alarms.js";
 import { endedBanners } from "../parts/ended.js";
 import { preflightCard } from "../parts/preflight.js";
 import { readouts } from "../parts/readouts.js";
 import { swingChart } from "../plots/swing.js";
 import { frequencyChart } from "../plots/frequency.js";
-import { steer } from "../steer.js";
+import { steer, steerOrRefuse } from "../steer.js";
 import { listen, store } from "../store.js";
 import { said, t } from "../texts.js";
 
@@ -122,13 +122,27 @@ function openCard() {
 function driveRow(drive) {
   const id = `drive-${drive.name}`;
   const input = h("input", { type: "text", id, inputmode: "decimal", autocomplete: "off", "aria-describedby": `${id}-limits`, value: plain(drive.set ?? 0).replace("−", "-") });
-  const send = (text) => steer("manual/set", { drive: drive.name, value: /[a-z%°]/i.test(text) ? text : `${text} ${drive.unit}` });
+  const limits = t("manual.limits", { low: plain(drive.minimum), high: plain(drive.maximum), unit: drive.unit });
+  const note = h("p", { class: "field-note", id: `${id}-limits`, role: "status" }, limits);
+  const field = h("div", { class: "field" }, h("label", { for: id }, `${drive.long_name} (${drive.unit})`), input, note);
+
+  async function send(text) {
+    let refused = "";
+    try {
+      await steerOrRefuse("manual/set", { drive: drive.name, value: /[a-z%°]/i.test(text) ? text : `${text} ${drive.unit}` });
+    } catch (error) {
+      refused = [error.message, error.hint].filter(Boolean).map(said).join(" · ");
+    }
+    field.className = refused ? "field bad" : "field";
+    input.setAttribute("aria-invalid", String(Boolean(refused)));
+    setText(note, refused || limits);
+  }
+
   const form = h("form", { class: "drive", onsubmit: (event) => {
     event.preventDefault();
-    send(input.value.trim().replace(",", "."));
+    send(typedNumber(input.value.trim()));
   } },
-  h("div", { class: "field" }, h("label", { for: id }, `${drive.long_name} (${drive.unit})`), input,
-    h("p", { class: "field-note", id: `${id}-limits` }, t("manual.limits", { low: plain(drive.minimum), high: plain(drive.maximum), unit: drive.unit }))),
+  field,
   h("button", { type: "submit", class: "button primary" }, t("manual.set")),
   button(t("manual.zero"), () => {
     input.value = "0";

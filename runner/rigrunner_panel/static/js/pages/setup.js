@@ -2,9 +2,10 @@
 
 import { go } from "../address.js";
 import { get, personName, post } from "../client.js";
-import { button, fill, h, setText } from "../dom.js";
+import { button, fill, h, setText, show } from "../dom.js";
 import { draft, keepDraft } from "../draft.js";
 import { bytes, duration, fixed, plain } from "../format.js";
+import { isBusy } from "../parts/bar.js";
 import { inputForm } from "../parts/inputs.js";
 import { problemList, tell } from "../parts/notices.js";
 import { preflightCard } from "../parts/preflight.js";
@@ -41,13 +42,17 @@ export function setupPage() {
     const realtime = h("input", { type: "checkbox", id: "realtime", checked: draft().realtime !== false, onchange: () => keepDraft({ realtime: realtime.checked }) });
     const card = preflightCard({ procedure, station });
     const start = button(t("setup.start"), () => begin(inputs, card, realtime, plan), { kind: "primary big" });
+    const later = button(t("queue.add"), () => enqueue(inputs, realtime, plan), { kind: "big" });
     const why = h("p", { class: "soft", role: "status" });
 
     function update() {
       const ready = inputs.ready();
       const may = card.may();
-      start.disabled = !(ready && may);
-      setText(why, !ready ? t("setup.needs_inputs") : !card.done() ? t("setup.needs_preflight") : !may ? t("setup.needs_fixing") : t("setup.ready"));
+      const inUse = isBusy(store.state) && store.state.phase !== "checking";
+      start.disabled = !(ready && may) || inUse;
+      later.disabled = !ready;
+      show(later, !draft().entry);
+      setText(why, inUse ? t("setup.in_use") : !ready ? t("setup.needs_inputs") : !card.done() ? t("setup.needs_preflight") : !may ? t("setup.needs_fixing") : t("setup.ready"));
     }
 
     inputs.onchange = update;
@@ -62,7 +67,7 @@ export function setupPage() {
       planCard(plan),
       h("section", { class: "card" }, h("h2", {}, t("setup.inputs")), inputs.element,
         plan.station.simulated ? h("label", { class: "check", for: "realtime" }, realtime, h("span", {}, t("setup.realtime"))) : null),
-      h("div", { class: "stack" }, card.element, h("section", { class: "card start-card" }, why, start)));
+      h("div", { class: "stack" }, card.element, h("section", { class: "card start-card" }, why, h("div", { class: "start-buttons" }, start, later))));
     card.update();
     update();
   }
@@ -76,7 +81,18 @@ async function begin(inputs, card, realtime, plan) {
   const body = { procedure, station, inputs: values, operator: values.operator ? "" : personName(), no_load: plan.no_load.run || null, realtime: realtime.checked };
   const override = card.override();
   if (override) body.override = override;
-  if (await steer("run/start", body)) go("#/run");
+  if (draft().entry) body.entry = draft().entry;
+  const started = await steer("run/start", body);
+  if (!started) return;
+  keepDraft({ entry: 0 });
+  go(started.entry ? "#/queue" : "#/run");
+}
+
+async function enqueue(inputs, realtime, plan) {
+  const values = inputs.values();
+  const { procedure, station } = draft();
+  const body = { procedure, station, inputs: values, operator: values.operator ? "" : personName(), no_load: plan.no_load.run || null, realtime: realtime.checked };
+  if (await steer("queue/add", body)) go("#/queue");
 }
 
 function planCard(plan) {

@@ -1,16 +1,17 @@
 // The answers that a procedure asks for, looked at while they are typed. A scanner ends with Enter,
 // which goes on to the next field.
 
-import { post } from "../client.js";
+import { personName, post } from "../client.js";
 import { h, setText } from "../dom.js";
 import { shownNumber, typedNumber } from "../format.js";
 import { said, t } from "../texts.js";
 
+const OPERATOR = "operator"; // who it is was asked once already
 const LONGEST = 80;
 const TYPING_MS = 200;
 
 export function inputForm(procedure, inputs, given, keep) {
-  const fields = inputs.map((input) => field(procedure, input, given[input.name] ?? "", changed));
+  const fields = inputs.map((input) => field(procedure, input, given[input.name] ?? (input.name === OPERATOR ? personName() : ""), changed));
   const form = {
     element: h("form", { class: "inputs", onsubmit: (event) => event.preventDefault() },
       fields.length ? fields.map((each) => each.element) : h("p", { class: "soft" }, t("setup.no_inputs"))),

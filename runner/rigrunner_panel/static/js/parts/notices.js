@@ -22,6 +22,11 @@ export function tell(message, { hint = "", problems = [], kind = "error" } = {})
   while (list.children.length > 3) list.firstChild.remove();
 }
 
+// Puts away what was refused: something else worked since.
+export function forgetErrors() {
+  for (const each of list.querySelectorAll(".notice.error")) each.remove();
+}
+
 export function tellError(error) {
   if (error.code === "no_connection") tell(t("error.no_connection"), { hint: t("error.no_connection.hint") });
   else tell(said(error.message), { hint: said(error.hint), problems: error.problems });

@@ -1,0 +1,218 @@
+// The queue: specimens scanned, typed or from a list; their order, and the start of the next one.
+
+import { go } from "../address.js";
+import { get, personName, post } from "../client.js";
+import { button, fill, h, setText, show } from "../dom.js";
+import { draft, keepDraft, newDraft } from "../draft.js";
+import { UNKNOWN } from "../format.js";
+import { isBusy } from "../parts/bar.js";
+import { askReason } from "../parts/dialogs.js";
+import { inputForm } from "../parts/inputs.js";
+import { problemList } from "../parts/notices.js";
+import { verdictText } from "../parts/verdict.js";
+import { steer, steerOrRefuse, tried } from "../steer.js";
+import { listen, store } from "../store.js";
+import { said, t } from "../texts.js";
+
+const SPECIMEN = "specimen";
+const MOST_BYTES = 60000; // of a list in one request
+const MOVABLE = new Set(["proposed", "waiting", "held"]);
+const OVER = new Set(["done", "skipped", "closed"]);
+
+export function queuePage() {
+  const next = button(t("queue.start_next"), () => steer("queue/start", {}), { kind: "primary big" });
+  const clear = button(t("queue.clear"), () => steer("queue/clear"), { kind: "big" });
+  const automatic = h("input", { type: "checkbox", id: "queue-automatic", onchange: () => steer("queue/automatic", { on: automatic.checked }).then(update) });
+  const now = h("p", { class: "queue-now", role: "status" });
+  const problem = h("p", { class: "banner warn", role: "alert", hidden: true });
+  const rows = h("tbody", {});
+  const nothing = h("p", { class: "nothing" }, t("queue.nothing"));
+  const left = h("p", { class: "soft", hidden: true });
+  const adding = addCard();
+  const head = ["queue.entry", "history.specimen", "queue.status", "queue.note"];
+  const table = h("table", { class: "queue-table" },
+    h("thead", {}, h("tr", {}, head.map((key) => h("th", { scope: "col" }, t(key))), h("th", { scope: "col" }, h("span", { class: "visually-hidden" }, t("queue.actions"))))), rows);
+  let shown = "";
+
+  function update() {
+    const { state } = store;
+    if (!state) return;
+    const { queue } = state;
+    const waiting = queue.entries.filter((entry) => entry.status === "waiting").length;
+    const following = queue.entries.find((entry) => entry.id === queue.next);
+    const asks = queue.entries.some((entry) => entry.status === "interrupted");
+    next.disabled = !following || isBusy(state) || queue.starting !== null;
+    setText(next.firstChild, following ? t("queue.start_named", { name: named(following) }) : t("queue.start_next"));
+    clear.disabled = !queue.entries.some((entry) => OVER.has(entry.status));
+    automatic.checked = Boolean(queue.automatic_by);
+    const present = queue.entries.find((entry) => entry.id === queue.starting || entry.status === "running");
+    const text = queue.starting !== null && present ? t("queue.checking", { name: named(present) }) : present ? t("queue.running", { name: named(present) }) : asks ? t("queue.asks") : t("queue.waiting", { count: waiting });
+    setText(now, queue.automatic_by ? `${text} · ${t("queue.automatic_by", { name: queue.automatic_by })}` : text);
+    show(problem, Boolean(queue.problem));
+    if (queue.problem) setText(problem, said(queue.problem));
+    show(nothing, queue.entries.length === 0);
+    show(table, queue.entries.length > 0);
+    show(left, queue.left_out > 0);
+    if (queue.left_out) setText(left, t("queue.left_out", { count: queue.left_out }));
+    const newest = JSON.stringify([queue.entries, queue.next]);
+    if (newest === shown) return;
+    shown = newest;
+    const focused = document.activeElement?.id;
+    fill(rows, queue.entries.map((entry, i) => row(entry, i, queue)));
+    if (focused?.startsWith("queue-")) document.getElementById(focused)?.focus();
+  }
+
+  const forget = listen((changed) => {
+    if (changed.has("queue") || changed.has("phase")) update();
+  });
+  queueMicrotask(update);
+  return {
+    title: t("queue.title"),
+    element: h("div", { class: "page queue" },
+      h("div", { class: "head" }, h("div", {}, h("h1", {}, t("queue.title")), now),
+        h("div", { class: "row" },
+          h("label", { class: "check", for: "queue-automatic" }, automatic, h("span", {}, t("queue.automatic"))), clear, next)),
+      problem,
+      h("div", { class: "queue-columns" }, adding,
+        h("section", { class: "card queue-card" }, h("div", { class: "queue-scroll", tabindex: "0", role: "region", "aria-label": t("queue.title") }, table, nothing, left)))),
+    leave: forget,
+  };
+}
+
+function named(entry) {
+  return entry.specimen || entry.procedure;
+}
+
+function row(entry, i, { entries, next }) {
+  const before = entries.slice(0, i).findLast((each) => MOVABLE.has(each.status));
+  const later = entries.slice(i + 1).filter((each) => MOVABLE.has(each.status));
+  const can = MOVABLE.has(entry.status);
+  const small = (name, text, work, more = {}) => button(text, work, { kind: "small", id: `queue-${name}-${entry.id}`, ...more });
+  const because = async (path, title, confirm) => {
+    const reason = await askReason(title, { confirm });
+    if (reason) await steer(path, { entry: entry.id, reason });
+  };
+  const buttons = [
+    can ? small("up", "↑", () => steer("queue/move", { entry: entry.id, before: before.id }), { disabled: !before, "aria-label": t("queue.up", { name: named(entry) }) }) : null,
+    can ? small("down", "↓", () => steer("queue/move", { entry: entry.id, before: later[1]?.id ?? null }), { disabled: !later.length, "aria-label": t("queue.down", { name: named(entry) }) }) : null,
+    entry.status === "waiting" ? small("open", t("queue.open"), () => open(entry)) : null,
+    entry.status === "waiting" ? small("hold", t("queue.hold"), () => because("queue/hold", t("queue.hold.title", { name: named(entry) }), t("queue.hold"))) : null,
+    entry.status === "proposed" || entry.status === "held" ? small("release", t("queue.release"), () => steer("queue/release", { entry: entry.id }), { kind: "small primary" }) : null,
+    can || entry.status === "interrupted" ? small("skip", t(can ? "queue.skip" : "queue.close"), () => because("queue/skip", t("queue.skip.title", { name: named(entry) }), t(can ? "queue.skip" : "queue.close"))) : null,
+    OVER.has(entry.status) || entry.status === "interrupted" ? small("repeat", t("queue.repeat"), () => because("queue/repeat", t("queue.repeat.title", { name: named(entry) }), t("queue.repeat"))) : null,
+  ];
+  const word = entry.verdict ? verdictText(entry.verdict) : entry.status === "done" ? t(`outcome.${entry.outcome || "unknown"}`) : t(`queue.status.${entry.status}`);
+  const kind = entry.verdict || entry.outcome || entry.status;
+  const note = [entry.repeats ? t("queue.repeats", { entry: entry.repeats }) : "", said(entry.reason), entry.by].filter(Boolean).join(" · ");
+  const link = (text) => (entry.run ? h("a", { class: "row-link", href: `#/runs/${encodeURIComponent(entry.run)}` }, text) : text);
+  return h("tr", { class: `${OVER.has(entry.status) ? "over" : ""} ${entry.id === next ? "next" : ""}`.trim() },
+    h("td", { class: "number" }, String(entry.id)), h("td", { class: "what" }, h("strong", {}, link(entry.specimen || UNKNOWN)), h("span", { class: "soft block" }, `${entry.procedure} · ${entry.station}`)),
+    h("td", {}, h("span", { class: `mark ${kind.replaceAll(" ", "-")}` }, word)), h("td", { class: "note" }, note), h("td", { class: "act" }, h("div", { class: "queue-buttons" }, buttons)));
+}
+
+// Leads to the preflight of that entry, where what fails can be overridden.
+function open(entry) {
+  newDraft({ procedure: entry.procedure, station: entry.station, inputs: entry.inputs, entry: entry.id, realtime: entry.realtime });
+  go("#/setup");
+}
+
+// What is scanned is added at once; errors stand beside the field that they are about.
+function addCard() {
+  const chosen = { procedure: draft().procedure ?? "", station: draft().station ?? "" };
+  const procedure = picker("procedure", chosen, changed);
+  const station = picker("station", chosen, changed);
+  const scan = h("input", { type: "text", id: "queue-scan", autocomplete: "off", spellcheck: "false", "aria-describedby": "queue-scan-note" });
+  const note = h("p", { class: "field-note", id: "queue-scan-note", role: "status" });
+  const field = h("div", { class: "field" }, h("label", { for: "queue-scan" }, t("queue.scan")), scan, note);
+  const others = h("div", {});
+  const pasted = h("textarea", { id: "queue-list", rows: "5", spellcheck: "false", "aria-describedby": "queue-list-note" });
+  const listNote = h("div", { class: "field-note", id: "queue-list-note", role: "status" }, t("queue.list.hint"));
+  const listField = h("div", { class: "field" }, h("label", { for: "queue-list" }, t("queue.list")), pasted, listNote);
+  const file = h("input", { type: "file", id: "queue-file", accept: ".csv,.txt,text/csv,text/plain", onchange: read });
+  const realtime = h("input", { type: "checkbox", id: "queue-realtime", checked: draft().realtime !== false, onchange: () => keepDraft({ realtime: realtime.checked }) });
+  const simulated = h("label", { class: "check", for: "queue-realtime", hidden: true }, realtime, h("span", {}, t("setup.realtime")));
+  const form = h("form", { onsubmit: scanned }, field);
+  let common = null;
+
+  async function changed() {
+    keepDraft({ ...chosen, entry: 0 });
+    common = null;
+    fill(others);
+    if (!chosen.procedure || !chosen.station) return;
+    const plan = await tried(() => post("plan", { ...chosen }));
+    if (!plan) return;
+    const asked = plan.inputs.filter((input) => input.name !== SPECIMEN);
+    show(simulated, plan.station.simulated);
+    show(field, asked.length < plan.inputs.length);
+    if (asked.length) {
+      common = inputForm(chosen.procedure, asked, draft().inputs ?? {}, (values) => keepDraft({ inputs: { ...draft().inputs, ...values } }));
+      fill(others, h("h3", {}, t("queue.common")), common.element);
+    }
+    show(plain, asked.length === plan.inputs.length);
+  }
+
+  const plain = button(t("queue.add"), () => add("", note, field), { kind: "primary big", hidden: true });
+
+  async function add(list, told, where) {
+    const inputs = Object.fromEntries(Object.entries(common?.values() ?? {}).filter(([, text]) => text.trim()));
+    try {
+      const made = await steerOrRefuse("queue/add", { ...chosen, list, inputs, operator: inputs.operator ? "" : personName(), realtime: realtime.checked });
+      if (!made) return false;
+      where.className = "field good";
+      fill(told, t("queue.added", { count: made.entries.length, entries: made.entries.length > 1 ? `${made.entries[0]}–${made.entries.at(-1)}` : made.entries[0] }));
+      return true;
+    } catch (error) {
+      where.className = "field bad";
+      fill(told, error.problems?.length ? problemList(error.problems) : [error.message, error.hint].filter(Boolean).map(said).join(" · "));
+      return false;
+    }
+  }
+
+  async function scanned(event) {
+    event.preventDefault();
+    const text = scan.value.trim();
+    if (!text || scan.readOnly) return;
+    scan.readOnly = true; // a second scan waits for the first one
+    const done = await add(text, note, field);
+    scan.readOnly = false;
+    if (done) scan.value = "";
+    scan.setAttribute("aria-invalid", String(!done));
+    scan.focus();
+    scan.select();
+  }
+
+  async function read() {
+    const [found] = file.files;
+    if (!found) return;
+    if (found.size > MOST_BYTES) {
+      listField.className = "field bad";
+      setText(listNote, t("queue.too_long", { bytes: MOST_BYTES }));
+    } else pasted.value = await found.text();
+    file.value = "";
+  }
+
+  async function addList() {
+    if (await add(pasted.value, listNote, listField)) pasted.value = "";
+  }
+
+  if (chosen.procedure && chosen.station) changed();
+  return h("section", { class: "card queue-add" }, h("h2", {}, t("queue.add_title")),
+    procedure, station, form, plain, others, simulated,
+    h("details", {}, h("summary", {}, t("queue.list_title")), listField,
+      h("div", { class: "row" }, h("label", { class: "button", for: "queue-file" }, t("queue.file")), h("span", { class: "visually-hidden-input" }, file), button(t("queue.add_list"), addList, { kind: "primary" }))));
+}
+
+function picker(kind, chosen, changed) {
+  const select = h("select", { id: `queue-${kind}`, onchange: () => {
+    chosen[kind] = select.value;
+    changed();
+  } }, h("option", { value: "" }, t("setup.choose")));
+  tried(() => get(`${kind}s`)).then((found) => {
+    const usable = (found?.items ?? []).filter((item) => !item.problem);
+    const first = !chosen[kind] && usable.length; // the one that was used last
+    if (first) chosen[kind] = usable[0].name;
+    select.append(...usable.map((item) => h("option", { value: item.name, selected: item.name === chosen[kind] }, item.title || item.name)));
+    if (first) changed();
+  });
+  return h("div", { class: "field" }, h("label", { for: `queue-${kind}` }, t(`choose.${kind}`)), select);
+}

@@ -1,0 +1,164 @@
+"""The page of the queue: scanned, pasted, refused, started, repeated, and there after a kill."""
+
+from __future__ import annotations
+
+import json
+import shutil
+
+import pytest
+from playwright.sync_api import expect
+
+from helpers_cli import call
+from helpers_screen import LOADED, NAME, STATION, running_panel, say_yes_until
+
+SIZES = {"desk": (1280, 720), "tablet": (820, 1180)}
+
+
+@pytest.fixture
+def open_queue(new_screen):
+    """Open the page of the queue with a procedure and a station chosen."""
+
+    def opened(panel, **options):
+        screen = new_screen(panel, **options)
+        screen.open("#/queue")
+        page = screen.page
+        page.locator("#queue-procedure").select_option(label=LOADED)
+        page.locator("#queue-station").select_option(label=STATION)
+        page.get_by_label("Real time").uncheck()
+        page.get_by_label("Bearing type").fill("GE20")
+        page.get_by_label("Lot").fill("L-7")
+        page.get_by_label("Your name").fill(NAME)
+        return screen
+
+    return opened
+
+
+@pytest.fixture
+def own_lab(lab, tmp_path):
+    """A panel whose runs are its own: the queue is among them."""
+    folder = tmp_path / "lab"
+    shutil.copytree(lab, folder)
+    return folder
+
+
+def scan(page, *specimens):
+    """As a scanner does: a word and Enter, into the field that keeps the focus."""
+    page.locator("#queue-scan").focus()
+    for each in specimens:
+        page.keyboard.type(each)
+        page.keyboard.press("Enter")
+        if page.locator("#dialog-text").count():
+            page.locator("#dialog-text").fill(NAME)
+            page.keyboard.press("Enter")
+        page.locator(".queue-table tbody tr", has_text=each).wait_for()
+        expect(page.locator("#queue-scan")).to_have_value("")
+
+
+def row(page, text):
+    return page.locator(".queue-table tbody tr", has_text=text)
+
+
+def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(  # noqa: PLR0915  (a walk through it)
+    open_queue, own_lab
+):
+    with running_panel(own_lab) as panel:
+        page = open_queue(panel).page
+        page.locator("#queue-scan").focus()
+        page.keyboard.type("SN-1")
+        page.keyboard.press("Enter")
+        page.locator("#dialog-text").fill(NAME)
+        page.keyboard.press("Enter")
+        row(page, "SN-1").wait_for()
+        scan(page, "SN-2", "SN-3")
+        page.locator("#queue-scan").fill("SN-2")
+        page.keyboard.press("Enter")
+        expect(page.locator("#queue-scan-note")).to_contain_text("is in the queue already: entry 2")
+        page.get_by_role("button", name="Move SN-3 up").click()
+        expect(page.locator(".queue-table tbody tr strong")).to_have_text(["SN-1", "SN-3", "SN-2"])
+        row(page, "SN-2").get_by_role("button", name="Hold").click()
+        page.locator("#dialog-text").fill("dirty")
+        page.keyboard.press("Enter")
+        expect(row(page, "SN-2").locator(".mark")).to_have_text("held")
+        page.get_by_text("From a list").click()
+        page.get_by_label("One specimen per line").fill("specimen;lot\nSN-4;L-8\nSN-5")
+        page.get_by_role("button", name="Add the list").click()
+        expect(page.locator("#queue-list-note")).to_contain_text("got 1 cells, expected 2")
+        page.get_by_label("One specimen per line").fill("specimen;lot\nSN-4;L-8\nSN-5;L-8")
+        page.get_by_role("button", name="Add the list").click()
+        row(page, "SN-5").wait_for()
+        page.get_by_role("button", name="Start SN-1").click()
+        say_yes_until(page, panel)
+        page.wait_for_url("**/#/runs/*")
+        assert panel.get("runs")["items"][0]["specimen"] == "SN-1"
+        page.get_by_role("link", name="Queue").click()
+        expect(row(page, "SN-1").locator(".mark")).to_have_text("Pass")
+        page.get_by_role("button", name="Start SN-3").click()
+        panel.wait_for("asking")
+        panel.process.kill()
+        panel.process.wait()
+    with running_panel(own_lab) as panel:
+        page = open_queue(panel).page
+        found = {each["specimen"]: each["status"] for each in panel.get("queue")["entries"]}
+        assert (found["SN-1"], found["SN-2"], found["SN-4"]) == ("done", "held", "waiting")
+        assert found["SN-3"] in ("interrupted", "done"), "aborted by the loss of the panel"
+        assert panel.phase() == "idle", "nothing starts by itself"
+        row(page, "SN-3").get_by_role("button", name="Repeat").click()
+        page.locator("#dialog-text").fill("the panel was killed")
+        page.keyboard.press("Enter")
+        if page.get_by_text("Who has control?").count():
+            page.locator("#dialog-text").fill(NAME)
+            page.keyboard.press("Enter")
+        expect(row(page, "SN-3")).to_have_count(2)
+        listed = json.loads(call("queue", "list", "--json", "--runs", own_lab / "runs").out)
+        again = next(each for each in listed if each["repeats"])
+        assert (again["inputs"]["specimen"], again["reason"]) == ("SN-3", "the panel was killed")
+
+
+@pytest.mark.parametrize("locale", ["en-GB", "de-DE"])
+@pytest.mark.parametrize("size", SIZES)
+def test_the_page_of_the_queue_is_looked_at(  # noqa: PLR0917  (fixtures)
+    new_screen, own_lab, pictures, monkeypatch, size, locale
+):
+    monkeypatch.chdir(own_lab)
+    runs = ("--runs", own_lab / "runs")
+    pair = ("procedures/quick_torque.yaml", "--station", "station.yaml")
+    more = ("--set", "type=GE20", "--set", "lot=L-7", "--by", "Ann Jones")
+    assert call("queue", "add", *pair, "B-100", "B-101", "B-102", "B-103", *more, *runs).code == 0
+    assert call("queue", "add", *pair, "B-104", "--propose", "--by", "LIMS", *runs).code == 0
+    call("queue", "hold", "3", "--reason", "inner ring is dirty", "--by", "Ann Jones", *runs)
+    call("queue", "skip", "1", "--reason", "lost", "--by", "Ann Jones", *runs)
+    width, height = SIZES[size]
+    with running_panel(own_lab) as panel:
+        screen = new_screen(panel, viewport={"width": width, "height": height}, locale=locale)
+        screen.open("#/queue")
+        page = screen.page
+        expect(page.locator(".queue-table tbody tr")).to_have_count(5)
+        page.wait_for_timeout(300)
+        page.screenshot(path=pictures / f"queue-{size}-{locale}.png")
+        wide = page.evaluate("document.documentElement.scrollWidth")
+        assert wide <= width
+
+
+def test_a_second_start_is_queued_and_hostile_specimens_are_text(open_queue, own_lab):
+    hostile = "<img src=x onerror=window.hacked=1>"
+    with running_panel(own_lab) as panel:
+        screen = open_queue(panel)
+        page = screen.page
+        page.locator("#queue-scan").focus()
+        page.keyboard.type(hostile)
+        page.keyboard.press("Enter")
+        page.locator("#dialog-text").fill(NAME)
+        page.keyboard.press("Enter")
+        row(page, "<img").wait_for()
+        assert page.evaluate("window.hacked") is None
+        page.get_by_role("button", name="Start <img").click()
+        panel.wait_for("asking")
+        page.get_by_role("link", name="Test", exact=True).click()
+        screen.choose()
+        screen.fill_in(specimen="SECOND")
+        page.get_by_text("The rig is in use").wait_for()
+        expect(page.get_by_role("button", name="Start", exact=True)).to_be_disabled()
+        page.get_by_role("button", name="Add to the queue").click()
+        expect(row(page, "SECOND").locator(".mark")).to_have_text("waiting")
+        page.get_by_role("button", name="STOP").click()
+        panel.wait_for("finished")

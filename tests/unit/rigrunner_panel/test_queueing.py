@@ -1,0 +1,153 @@
+"""The queue over HTTP: what is added, what is refused, and that Stop waits for nothing."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import pytest
+from filelock import FileLock
+from starlette.testclient import TestClient
+
+from rigrunner_panel.web import queueing
+from rigrunner_panel.web.app import make_app
+from rigrunner_panel.web.panel import Panel, Settings
+
+ANN = {"X-Rigrunner-Client": "client-ann"}
+PROGRAM = {"X-Rigrunner-Client": "client-lims"}
+PAIR = {"procedure": "starting_torque_1000n", "station": "simulated"}
+
+
+@pytest.fixture
+def panel(tmp_path):
+    (tmp_path / "lab").mkdir()
+    return Panel(settings=Settings(runs=tmp_path / "runs", procedures=tmp_path / "lab"))
+
+
+@pytest.fixture
+def client(panel):
+    app = make_app(panel)
+    with TestClient(app, base_url="http://127.0.0.1:8750", headers=ANN) as found:
+        assert found.post("/api/control", json={"name": "Ann"}).status_code == 200
+        yield found
+
+
+def post(client, path, status=200, headers=ANN, **body):
+    answer = client.post(f"/api/queue/{path}", json=body, headers=headers)
+    assert answer.status_code == status, answer.text
+    return answer.json()
+
+
+def entries(client):
+    return [
+        (each["specimen"], each["status"]) for each in client.get("/api/queue").json()["entries"]
+    ]
+
+
+def test_a_list_is_added_moved_held_released_and_skipped(client):
+    assert post(client, "add", **PAIR, list="SN-1\nSN-2\nSN-3\n") == {"entries": [1, 2, 3]}
+    post(client, "move", entry=3, before=1)
+    post(client, "hold", entry=1, reason="dirty")
+    post(client, "skip", entry=2, reason="lost")
+    assert entries(client) == [("SN-3", "waiting"), ("SN-1", "held"), ("SN-2", "skipped")]
+    post(client, "release", entry=1)
+    post(client, "repeat", entry=2, reason="found")
+    state = client.get("/api/state").json()["queue"]
+    assert [each["status"] for each in state["entries"]] == [
+        "waiting", "waiting", "skipped", "waiting",
+    ]  # fmt: skip
+    assert (state["next"], state["entries"][3]["repeats"]) == (3, 2)
+    assert post(client, "clear") == {"removed": 1}
+
+
+def test_what_a_program_proposes_waits_for_a_person(client):
+    post(client, "propose", **PAIR, list="SN-1", headers=PROGRAM)
+    assert entries(client) == [("SN-1", "proposed")]
+    assert "does not wait" in post(client, "start", status=409, entry=1)["message"]
+    assert "no entry" in post(client, "start", status=409)["message"]
+    refused = post(client, "release", status=403, entry=1, headers=PROGRAM)
+    assert refused["code"] == "not_in_control"
+    assert entries(client) == [("SN-1", "proposed")]
+
+
+def test_a_specimen_twice_is_refused_with_its_entry(client):
+    post(client, "add", **PAIR, list="SN-1")
+    refused = post(client, "add", status=422, **PAIR, list="SN-0\nsn-1")
+    (problem,) = refused["problems"]
+    assert problem["message"] == "SN-1 is in the queue already: entry 1, waiting"
+    assert entries(client) == [("SN-1", "waiting")]
+
+
+@pytest.mark.parametrize(
+    ("body", "status"),
+    [
+        ({**PAIR, "list": "x" * 60_001}, 400),
+        ({**PAIR, "list": "x\n" * 1001}, 422),
+        ({**PAIR, "list": "specimen,typ\nSN-1,GE"}, 422),
+        ({**PAIR, "list": "SN\u202e1"}, 422),
+        ({**PAIR, "list": "a\x00b"}, 422),
+        ({**PAIR, "inputs": {"nobody asks": "x"}}, 422),
+        ({**PAIR, "inputs": {"specimen": " "}}, 422),
+        ({**PAIR, "procedure": "../../etc/passwd"}, 404),
+        ({**PAIR, "station": "/etc/passwd"}, 404),
+        ({**PAIR, "state": "started"}, 400),
+    ],
+)
+@pytest.mark.parametrize("path", ["add", "propose"])
+def test_hostile_lists_are_refused_and_leave_nothing(client, path, body, status):
+    post(client, path, status=status, **body)
+    assert entries(client) == []
+
+
+def test_a_body_that_is_too_long_is_not_read(client):
+    body = b'{"list": "' + b"x" * 70_000 + b'"}'
+    headers = {**ANN, "Content-Type": "application/json"}
+    assert client.post("/api/queue/add", content=body, headers=headers).status_code == 413
+
+
+@pytest.mark.parametrize("origin", ["http://evil.example", "null"])
+def test_another_site_changes_nothing(client, origin):
+    answer = client.post("/api/queue/propose", json=PAIR, headers={**PROGRAM, "Origin": origin})
+    assert (answer.status_code, answer.json()["code"]) == (403, "foreign_origin")
+    form = {**PROGRAM, "Content-Type": "text/plain"}
+    assert client.post("/api/queue/propose", content=b"{}", headers=form).status_code == 400
+    assert entries(client) == []
+
+
+def test_stop_waits_neither_for_the_queue_nor_for_its_lock(client, panel):
+    """Forty requests wait for a file that another program holds; Stop is answered all the same."""
+    panel.settings.runs.mkdir()
+    with FileLock(panel.settings.runs / ".queue.lock"), panel.sequence.lock:
+        jobs = [
+            threading.Thread(
+                target=client.post, args=("/api/queue/propose",), kwargs={"json": PAIR}
+            )
+            for _ in range(45)
+        ]
+        for job in jobs:
+            job.start()
+        time.sleep(0.5)
+        began_s = time.monotonic()
+        assert client.post("/api/stop", json={}).json() == {"ok": True, "stopped": False}
+        taken_s = time.monotonic() - began_s
+    for job in jobs:
+        job.join()
+    assert taken_s < 2, "the lock is waited for 5 s"
+
+
+def test_stop_takes_back_what_was_to_start(client, panel):
+    post(client, "automatic", on=True)
+    assert client.get("/api/queue").json()["automatic_by"] == "Ann"
+    client.post("/api/stop", json={})
+    assert client.get("/api/queue").json()["automatic_by"] == ""
+    queueing.tick(panel)
+    assert panel.sequence.wanted is None
+
+
+def test_a_queue_that_cannot_be_read_is_told_and_left_alone(client, panel):
+    panel.settings.runs.mkdir()
+    panel.queue.path.write_text("{}x", encoding="utf-8")
+    assert "queue.json" in client.get("/api/queue").json()["problem"]
+    assert post(client, "add", status=422, **PAIR, list="SN-1")["code"] == "data"
+    assert panel.queue.path.read_text(encoding="utf-8") == "{}x"
+    assert client.post("/api/stop", json={}).status_code == 200
