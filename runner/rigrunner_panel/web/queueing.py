@@ -19,7 +19,8 @@ from rigrunner_panel.web.requests import Pair, StartPreflight, StartRun
 from rigrunner_panel.web.running import begin_preflight, check_inputs, ready_preflight, start_job
 
 if TYPE_CHECKING:
-    from rigrunner.queue import Entry, Shown
+    from rigrunner.queue.entries import Entry
+    from rigrunner.queue.store import Shown
     from rigrunner_panel.web.asked import Asked
     from rigrunner_panel.web.panel import Panel
     from rigrunner_panel.web.requests import (

@@ -6,10 +6,10 @@ import json
 import shutil
 
 import pytest
+from helpers_screen import LOADED, NAME, STATION, running_panel, say_yes_until
 from playwright.sync_api import expect
 
 from helpers_cli import call
-from helpers_screen import LOADED, NAME, STATION, running_panel, say_yes_until
 
 SIZES = {"desk": (1280, 720), "tablet": (820, 1180)}
 

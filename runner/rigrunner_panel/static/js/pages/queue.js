@@ -29,7 +29,7 @@ export function queuePage() {
   const nothing = h("p", { class: "nothing" }, t("queue.nothing"));
   const left = h("p", { class: "soft", hidden: true });
   const adding = addCard();
-  const head = ["queue.entry", "history.specimen", "queue.status", "queue.note"];
+  const head = ["queue.entry", "history.specimen", "queue.status"];
   const table = h("table", { class: "queue-table" },
     h("thead", {}, h("tr", {}, head.map((key) => h("th", { scope: "col" }, t(key))), h("th", { scope: "col" }, h("span", { class: "visually-hidden" }, t("queue.actions"))))), rows);
   let shown = "";
@@ -107,7 +107,7 @@ function row(entry, i, { entries, next }) {
   const link = (text) => (entry.run ? h("a", { class: "row-link", href: `#/runs/${encodeURIComponent(entry.run)}` }, text) : text);
   return h("tr", { class: `${OVER.has(entry.status) ? "over" : ""} ${entry.id === next ? "next" : ""}`.trim() },
     h("td", { class: "number" }, String(entry.id)), h("td", { class: "what" }, h("strong", {}, link(entry.specimen || UNKNOWN)), h("span", { class: "soft block" }, `${entry.procedure} · ${entry.station}`)),
-    h("td", {}, h("span", { class: `mark ${kind.replaceAll(" ", "-")}` }, word)), h("td", { class: "note" }, note), h("td", { class: "act" }, h("div", { class: "queue-buttons" }, buttons)));
+    h("td", { class: "status" }, h("span", { class: `mark ${kind.replaceAll(" ", "-")}` }, word), h("span", { class: "note block" }, note)), h("td", { class: "act" }, h("div", { class: "queue-buttons" }, buttons)));
 }
 
 // Leads to the preflight of that entry, where what fails can be overridden.
