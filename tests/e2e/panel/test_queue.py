@@ -6,9 +6,9 @@ import json
 import shutil
 
 import pytest
-from helpers_screen import LOADED, NAME, STATION, running_panel, say_yes_until
 from playwright.sync_api import expect
 
+from e2e.panel.helpers_screen import LOADED, NAME, STATION, running_panel, say_yes_until
 from helpers_cli import call
 
 SIZES = {"desk": (1280, 720), "tablet": (820, 1180)}
