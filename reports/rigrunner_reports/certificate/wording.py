@@ -6,17 +6,24 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner_reports.numbers import MINUS, plain, significant
+from rigrunner.api.findings import Formula
+from rigrunner_reports.mathematics import equation
+from rigrunner_reports.numbers import MINUS, fixed, plain, significant
 from rigrunner_reports.view.budget import MANY_DOF
 from rigrunner_reports.view.decision import SYMBOLS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from markupsafe import Markup
+
     from rigrunner.api.certificate import (
+        BudgetLine,
         Certificate,
+        Equation,
         InstrumentEntry,
         LimitStatement,
+        MeasurementModel,
         Method,
         NamedResult,
         PointResult,
@@ -48,6 +55,31 @@ class Wording:
     def load(self, newtons: float) -> str:
         """Return a load with four significant digits."""
         return self.number(significant(newtons))
+
+    def figures(self, value: float | None) -> str:
+        """Return a number of a budget with three significant digits; '' for none."""
+        return "" if value is None else self.number(significant(value, 3))
+
+    def equation(self, found: Equation) -> Markup:
+        """Return an equation as MathML."""
+        formula = Formula(symbol=found.symbol, text=found.text, quantities=found.quantities)
+        return equation(formula)
+
+    def model_of(self, certificate: Certificate, model: MeasurementModel) -> NamedResult:
+        """Return the value whose budget a model has."""
+        return next(
+            each
+            for each in certificate.named
+            if (each.name, each.coordinates) == (model.name, model.coordinates)
+        )
+
+    def shares(self, model: MeasurementModel) -> list[tuple[BudgetLine, str]]:
+        """Return the lines of a budget, each with what it makes up of the variance."""
+        total = sum(each.contribution**2 for each in model.budget)
+        return [
+            (each, self.number(fixed(100 * each.contribution**2 / total, 1)) if total else "")
+            for each in model.budget
+        ]
 
     def day(self, utc: str) -> str:
         """Return the date of a time: ISO 8601, which every language reads alike."""

@@ -26,7 +26,13 @@ from rigrunner.api.events import Outcome
 from rigrunner.api.results import REPLAYED
 from rigrunner.certificate.deviations import checks_of, deviations_of, rejected_of
 from rigrunner.certificate.order import customer_of, external_of, item_of, opinions_of
-from rigrunner.certificate.results import conformity_of, measured_of, named_of, results_of
+from rigrunner.certificate.results import (
+    conformity_of,
+    measured_of,
+    models_of,
+    named_of,
+    results_of,
+)
 from rigrunner.certificate.surroundings import conditions_of, instruments_of
 from rigrunner.certificate.validity import traceability_of, validity_of
 
@@ -39,7 +45,7 @@ if TYPE_CHECKING:
     from rigrunner.certificate.order import Order
     from rigrunner.runfile import StoredRun
 
-REVISION = 3
+REVISION = 4
 """Of what is taken from a run and its result: one more where the same run gives another content.
 
 A new revision of a method has its own number, and is none of this one.
@@ -100,6 +106,7 @@ def make_certificate(
         conditions_stated=order.conditions,
         results=results_of(result),
         named=named_of(result),
+        models=tuple(models_of(result)),
         validity=tuple(validity_of(result)),
         traceability=traceability_of(result, instruments),
         conformity=conformity_of(result.decision, source.decided_again),

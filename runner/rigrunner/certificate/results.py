@@ -6,11 +6,14 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import StartPoint
 from rigrunner.api.certificate import (
+    BudgetLine,
     Conformity,
     CoordinatePart,
+    Equation,
     LimitStatement,
     MeasuredLimits,
     MeasuredValue,
+    MeasurementModel,
     NamedResult,
     PointResult,
     Results,
@@ -21,9 +24,9 @@ from rigrunner.certificate.numerals import finite, percent, printed, stated
 from rigrunner.signal.peaks import mean_peak
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
-    from rigrunner.api.analysis import CompensatedPoint, PeakPoint
+    from rigrunner.api.analysis import CompensatedPoint, Component, PeakPoint
     from rigrunner.api.certificate import DecisionRecord
     from rigrunner.api.coordinates import CoordinateValue
     from rigrunner.api.results import JudgedValue, Result
@@ -108,6 +111,38 @@ def named_of(result: Result) -> tuple[NamedResult, ...]:
             readings=each.readings,
         )
         for each in result.other_results
+    )
+
+
+def models_of(result: Result) -> Iterator[MeasurementModel]:
+    """Yield the measurement models of the named results that were computed by equations."""
+    deciding = None if result.decision is None else result.decision.deciding.result
+    for name in dict.fromkeys(each.name for each in result.other_results):
+        equations = tuple(
+            Equation(symbol=each.symbol, text=each.text, quantities=dict(each.quantities))
+            for each in result.formulas
+            if each.of == name
+        )
+        if equations:
+            own = [each for each in result.other_results if each.name == name]
+            shown = next((each for each in own if each.estimate is deciding), own[0])
+            yield MeasurementModel(
+                name=name,
+                equations=equations,
+                coordinates=_coordinates(shown.coordinates),
+                budget=tuple(map(_line, shown.components)),
+            )
+
+
+def _line(found: Component) -> BudgetLine:
+    return BudgetLine(
+        name=found.name,
+        distribution=found.distribution,
+        degrees_of_freedom=finite(found.dof),
+        standard_uncertainty=finite(found.input_u),
+        unit=found.unit,
+        sensitivity=finite(found.sensitivity),
+        contribution=float(found.u),
     )
 
 

@@ -21,7 +21,12 @@ from rigrunner.api.certificate.method import (
 from rigrunner.api.certificate.part import Part, Text
 from rigrunner.api.certificate.parties import Authorisation, Customer, Item, Laboratory
 from rigrunner.api.certificate.remarks import Deviation, ExternalResult, Opinion, Restriction
-from rigrunner.api.certificate.results import NamedResult, RejectedCycle, Results
+from rigrunner.api.certificate.results import (
+    MeasurementModel,
+    NamedResult,
+    RejectedCycle,
+    Results,
+)
 from rigrunner.api.errors import DataError
 
 _IN_SCRIPT = str.maketrans({"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"})
@@ -52,6 +57,9 @@ class Certificate(Part):
     """None where nothing was analysed: then it is the measured values that were tested."""
     named: tuple[NamedResult, ...] = ()
     """The results of analyses that name theirs."""
+    models: tuple[MeasurementModel, ...] = ()
+    """By which equations named results were computed, with their budgets; older documents have
+    none."""
     validity: tuple[ValidityCondition, ...] = ()
     """On what the results are conditional; documents of 0.1.0 say nothing of it."""
     traceability: Traceability | None = None
@@ -88,7 +96,9 @@ def certificate_json(certificate: Certificate) -> str:
     `<`, `>` and `&` are escaped, so that the same text stands in the file and inside a page. A
     member that older certificates do not have is left out where it says nothing.
     """
-    exclude = {"seal"} | {name for name in ("measured", "named") if not getattr(certificate, name)}
+    exclude = {"seal"} | {
+        name for name in ("measured", "named", "models") if not getattr(certificate, name)
+    }
     content = certificate.model_dump(mode="json", exclude=exclude)
     if certificate.conformity is not None and not certificate.conformity.rule_words_in:
         del content["conformity"]["rule_words_in"]

@@ -77,6 +77,45 @@ class NamedResult(Part):
     """How many values it was made of."""
 
 
+class Equation(Part):
+    """An equation of a measurement model, in the notation of the procedure."""
+
+    symbol: Text
+    """The left side."""
+    text: Text
+    """The right side."""
+    quantities: dict[str, str] = Field({})
+    """What names in it stand for that are numbers with a unit."""
+
+
+class BudgetLine(Part):
+    """One input of an uncertainty budget (GUM 8)."""
+
+    name: Text
+    distribution: str
+    degrees_of_freedom: float | None
+    """None where they are infinite."""
+    standard_uncertainty: float | None
+    """Of the input; None where a line of several inputs has none."""
+    unit: str
+    """Of the input."""
+    sensitivity: float | None
+    """The result's change over the input's; None likewise."""
+    contribution: float
+    """To the standard uncertainty of the result, in its unit."""
+
+
+class MeasurementModel(Part):
+    """By which equations a named result was computed, and the budget of one of its values."""
+
+    name: Text
+    """Of the result."""
+    equations: Annotated[tuple[Equation, ...], Field(min_length=1)]
+    coordinates: dict[str, CoordinatePart] = Field({})
+    """Where the value holds whose budget it is: the one that decides, or else the first."""
+    budget: tuple[BudgetLine, ...]
+
+
 class RejectedCycle(Part):
     """A cycle that the rule for gross errors left out; the raw data stay."""
 
