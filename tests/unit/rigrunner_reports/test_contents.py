@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from rigrunner.api.data import Measurement
+from rigrunner.api.data import Measurement, Recording
 from rigrunner.api.limits import ValueLimit
 from rigrunner_reports.contents import contents
 from rigrunner_reports.page import make_page
@@ -44,3 +45,23 @@ def with_limits(report):
     run = replace(report.result.run, measurements=(row,))
     limited = replace(report, result=replace(report.result, run=run))
     return limited, make_page(limited)
+
+
+def test_a_run_without_an_analysis_shows_recordings_tables_and_events():
+    report, _ = with_limits(report_input(loaded_result(), events=EVENTS))
+    run = report.result.run
+    row = replace(run.measurements[0], name="idle", limits=(), values={"oven.temperature": 301.0})
+    recording = Recording(
+        "soak", 10.0, "2026-03-02T09:15:00Z", {}, {"oven.temperature": np.arange(30.0)}, row.units
+    )
+    run = replace(run, measurements=(row, row), recordings=(recording,))
+    plain = replace(report.result, run=run, loaded=(), no_load=(), fits=(), compensations={})
+    report = replace(report, result=replace(plain, headline=None, primary="", checks=()))
+    page = html(report).decode("utf-8")
+    assert "Recording soak." in page
+    assert "oven.temperature: 0 to 29 K" in page
+    assert "Table idle, over its rows." in page
+    assert "the door was opened" in page
+
+
+EVENTS = ({"utc": "2026-03-02T09:15:01Z", "kind": "alarm", "text": "the door was opened"},)
