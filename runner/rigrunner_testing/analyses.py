@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from dataclasses import replace
+from math import isclose, isnan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rigrunner.analysis.scrutiny import Scrutiny
-from rigrunner.api.data import Measurement, RunData
+from rigrunner.api.data import Block, Measurement, Recording, RunData
 from rigrunner.api.errors import DataError, PluginError
 from rigrunner.api.hooks import AnalysisRecord
 from rigrunner.api.instruments import Instrument
@@ -17,10 +19,13 @@ from rigrunner.api.member import NAME, Member
 from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import own_keys
 from rigrunner.api.units import QuantityError, unit
+from rigrunner.signal.coverage import expanded
 from rigrunner.study.tools import tools
-from rigrunner_testing.check import AnyCheck, Nonconformity, check, demand
+from rigrunner_testing.check import AnyCheck, Nonconformity, NotApplicable, check, demand
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from rigrunner.api.analysis import NeededChannel, Requirements
     from rigrunner.api.findings import Findings, ResultDefinition
     from rigrunner_testing.subjects import Subject
@@ -28,6 +33,16 @@ if TYPE_CHECKING:
 PLACES, ROWS = 3, 4
 """A made-up run has so many places, and so many rows at each."""
 START = "2026-01-05T10:00:{second:02d}+00:00"
+LATER = "2026-01-06"
+FULL_SCALE = 100.0
+"""Of each made-up instrument, in the SI unit; its readings may be off by 0.1 % of it."""
+RATE_HZ, SAMPLES = 100.0, 40
+"""Of a made-up recording."""
+NOISE = 0.01
+"""Standard deviation of a made-up reading, in the SI unit."""
+TRIALS, MOST_MISSED = 40, 8
+MOST_TRIED = 3
+"""Results of a run whose coverage is counted: each takes a while."""
 
 
 @check(fix="give `yields` one ResultDefinition for each result, with a name and a unit")
@@ -103,6 +118,90 @@ def a_worse_instrument_is_no_surer(subject: Subject) -> None:
         demand(not surer, f"'{one.name}': u falls from {one.estimate.u:g} to {other.estimate.u:g}")
 
 
+@check(fix="sort by time or by place, not by the order in which it is given", needs=("is_pure",))
+def the_order_of_recordings_means_nothing(subject: Subject) -> None:
+    """The recordings, or rows, of a made-up run in another order give the same."""
+    for run in _runs(subject):
+        recordings, rows = run.recordings[::-1], run.measurements[::-1]
+        turned = replace(run, recordings=recordings, measurements=rows)
+        _same(_found(subject, run), _found(subject, turned), "in another order")
+
+
+@check(fix="use differences of times alone", needs=("is_pure",))
+def a_shift_of_time_means_nothing(subject: Subject) -> None:
+    """The same rows or recordings a day later give the same."""
+    run = _run(subject)
+    rows = tuple(replace(e, utc=_a_day_later(e.utc)) for e in run.measurements)
+    recordings = tuple(
+        replace(each, started_utc=_a_day_later(each.started_utc)) for each in run.recordings
+    )
+    shifted = replace(run, measurements=rows, recordings=recordings)
+    _same(_found(subject, run), _found(subject, shifted), "a day later")
+
+
+@check(
+    fix="let the budget have the scatter (type A) and what the register states (type B)",
+    needs=("gives_what_it_yields", "is_pure"),
+)
+def covers_the_truth(subject: Subject) -> None:
+    """Of runs with noise and errors within the register's limits U holds the truth.
+
+    The truth is what it gives of the same run without noise and errors. 95 % should; that of 40
+    runs fewer than 32 do happens once in 10 000 (binomial).
+    """
+    ideal = _found(subject, _run(subject, ideal=True))
+    truth = {(each.name, each.place): each.estimate for each in ideal.results}
+    missed: Counter[str] = Counter()
+    for seed in range(TRIALS):
+        for each in _found(subject, _run(subject, seed=seed, off=True)).results[:MOST_TRIED]:
+            reach = expanded(each.estimate)
+            true = truth[each.name, each.place].value
+            missed[f"{each.name} {each.place}"] += abs(each.estimate.value - true) > reach
+    for name, count in missed.items():
+        demand(count <= MOST_MISSED, f"U of {name} misses the truth in {count} of {TRIALS} runs")
+
+
+@check(fix="let `live` show the same statistic as the analysis", needs=("gives_what_it_yields",))
+def live_shows_what_it_finds(subject: Subject) -> None:
+    """What it shows live of whole recordings is what it finds, however the blocks are cut."""
+    record = _record(subject)
+    if record.live is None:
+        raise NotApplicable("it shows nothing live")
+    run = _run(subject, recorded=True)
+    stored = {(e.name, e.place): e.estimate.value for e in _found(subject, run).results}
+    for samples in (1, 7, SAMPLES):
+        fold = record.live(_told(subject))
+        for recording in run.recordings:
+            empty = dict.fromkeys(recording.channels, np.empty(0))
+            fold.begin(replace(recording, channels=empty))
+            for first in range(0, SAMPLES, samples):
+                cut = {name: each[first : first + samples] for name, each in
+                       recording.arrays().items()}  # fmt: skip
+                fold.take(Block(recording.rate_hz, first, first / recording.rate_hz, cut))
+        for each in fold.findings().results:
+            due = stored.get((each.name, each.place))
+            if due is None:
+                raise Nonconformity(f"it shows '{each.name}' at {each.place}, and finds none there")
+            close = isclose(each.estimate.value, due, rel_tol=1e-6)
+            demand(close, f"'{each.name}': live {each.estimate.value:g}, found {due:g}")
+
+
+def _a_day_later(utc: str) -> str:
+    return utc.replace(START[:10], LATER)
+
+
+def _same(one: Findings, other: Findings, when: str) -> None:
+    known = {(each.name, each.place): each.estimate for each in other.results}
+    for each in one.results:
+        again = known.get((each.name, each.place))
+        if again is None:
+            raise Nonconformity(f"'{each.name}' at {each.place} is missing {when}")
+        for what in ("value", "u"):
+            first, second = getattr(each.estimate, what), getattr(again, what)
+            alike = isclose(first, second, rel_tol=1e-6) or (isnan(first) and isnan(second))
+            demand(alike, f"'{each.name}': {what} is {first:g}, and {second:g} {when}")
+
+
 def _record(subject: Subject) -> AnalysisRecord:
     return subject.record_as(AnalysisRecord)
 
@@ -129,6 +228,8 @@ def _made(subject: Subject) -> Any:
 
 
 def _found(subject: Subject, run: RunData) -> Findings:
+    if _needs(subject).results:
+        raise NotApplicable("it is made of results of others, and the kit makes up channels alone")
     try:
         found: Findings = _made(subject)(run)
     except (PluginError, DataError) as error:
@@ -140,8 +241,51 @@ def _numbers(found: Findings) -> list[tuple[str, str, float, float]]:
     return [(e.name, e.place, e.estimate.value, e.estimate.u) for e in found.results]
 
 
-def _run(subject: Subject, *, without: str = "", seed: int = 1, widen: float = 1.0) -> RunData:
-    """Return a made-up run: rows of every channel at some places, and instruments for them."""
+def _in_recordings(run: RunData, rate_hz: float, rng: np.random.Generator, noise: float) -> RunData:
+    """Return a run with a recording at each place in place of its rows."""
+    recordings = tuple(
+        Recording(
+            name=f"{place:03d}",
+            rate_hz=rate_hz,
+            started_utc=row.utc,
+            setpoints=row.setpoints,
+            channels={
+                name: value + rng.normal(0, noise, SAMPLES) for name, value in row.values.items()
+            },
+            units=row.units,
+        )
+        for place, row in enumerate(run.measurements[::ROWS])
+    )
+    return replace(run, measurements=(), recordings=recordings)
+
+
+def _runs(subject: Subject) -> Iterator[RunData]:
+    """Yield a made-up run, and one of recordings where the analysis takes these too."""
+    yield _run(subject)
+    recorded = _run(subject, recorded=True)
+    try:
+        _found(subject, recorded)
+    except Nonconformity:
+        return
+    yield recorded
+
+
+def _run(
+    subject: Subject,
+    *,
+    without: str = "",
+    seed: int = 1,
+    widen: float = 1.0,
+    ideal: bool = False,
+    off: bool = False,
+    recorded: bool = False,
+) -> RunData:
+    """Return a made-up run: rows of every channel at some places, and instruments for them.
+
+    `ideal`: without noise; `off`: each instrument is off by what its limits allow, in all rows.
+    `recorded`: recordings in place of rows, which an analysis has that needs cycles or a rate.
+    """
+    needs = _needs(subject)
     rng, units = np.random.default_rng(seed), dict(_record(subject).trial_units)
     names = [each.name for each in _needed(subject)]
     missing = [name for name in names if name not in units]
@@ -150,13 +294,19 @@ def _run(subject: Subject, *, without: str = "", seed: int = 1, widen: float = 1
             f"nothing says in which unit {missing[0]} is",
             fix="give the record `trial_units`: the SI unit of each channel of its `trial`",
         )
+    limit = {name: 0.1 if units[name] == "K" else 0.001 * FULL_SCALE for name in names}
+    error = {name: rng.uniform(-limit[name], limit[name]) if off else 0.0 for name in names}
     places = [name for each in _definitions(subject) for name in each.per]
     rows = tuple(
         Measurement(
             "made_up",
             START.format(second=ROWS * place + each),
             {name: float(place) for name in places},
-            {name: 10.0 + place + rng.normal(0, 0.01) for name in names if name != without},
+            {
+                name: 10.0 + place + error[name] + (0.0 if ideal else rng.normal(0, NOISE))
+                for name in names
+                if name != without
+            },
             units | dict.fromkeys(places, "1"),
         )
         for place in range(PLACES)
@@ -168,14 +318,14 @@ def _run(subject: Subject, *, without: str = "", seed: int = 1, widen: float = 1
                 "channel": name,
                 "measures": unit(units[name]).dimension,
                 "serial": "made up",
-                "range": {"max": f"100 {units[name]}"},
+                "range": {"max": f"{FULL_SCALE:g} {units[name]}"},
                 "accuracy": f"{0.1 * widen:g} {'K' if units[name] == 'K' else '% FS'}",
             }
         )
         for name in names
         if unit(units[name]).dimension != "torque"
     ]
-    return RunData(
+    run = RunData(
         run_id="made up",
         procedure_id="MADE-UP",
         procedure_revision="A",
@@ -191,6 +341,9 @@ def _run(subject: Subject, *, without: str = "", seed: int = 1, widen: float = 1
         recordings=(),
         measurements=rows,
     )
+    if recorded or needs.rate_hz or needs.cycles:
+        return _in_recordings(run, max(RATE_HZ, needs.rate_hz), rng, 0.0 if ideal else NOISE)
+    return run
 
 
 CHECKS: tuple[AnyCheck, ...] = (
@@ -200,4 +353,8 @@ CHECKS: tuple[AnyCheck, ...] = (
     refuses_a_run_that_lacks_a_channel,
     is_pure,
     a_worse_instrument_is_no_surer,
+    the_order_of_recordings_means_nothing,
+    a_shift_of_time_means_nothing,
+    covers_the_truth,
+    live_shows_what_it_finds,
 )

@@ -94,7 +94,7 @@ class Readings:
         if any(isnan(each.u) for each in components):
             u, dof = float("nan"), float("nan")
         kurtosis = excess_kurtosis(((each.u, each.distribution) for each in components), u)
-        number = value if self._is_difference else value - shown.offset
+        number = value if self.settings.is_difference else value - shown.offset
         estimate = Estimate(number / shown.factor, u, dof, shown.symbol, kurtosis)
         return MeasurementResult(
             of=definition,
@@ -112,11 +112,6 @@ class Readings:
         if told.within is not None:
             return settling_time(told.within.si)
         return STATISTICS[told.statistic]
-
-    @property
-    def _is_difference(self) -> bool:
-        differs = {"range", "standard_deviation", "slope", "settling_time"}
-        return self.settings.statistic in differs or self.settings.minus is not None
 
     def _si_unit(self, group: Group) -> str:
         value = group.units[self.settings.of]

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import Fit
     from rigrunner.api.analysis.requirements import Requirements
-    from rigrunner.api.findings import Analysis, Objection, ResultDefinition
+    from rigrunner.api.findings import Analysis, LiveAnalysis, Objection, ResultDefinition
     from rigrunner_plugins.analyses.curve.settings import CurveSettings
     from rigrunner_plugins.analyses.equation.settings import EquationSettings
     from rigrunner_plugins.analyses.settings import ReadingsSettings
@@ -28,6 +28,7 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
             help="A statistic of recorded or measured values, with its uncertainty",
             settings="rigrunner_plugins.analyses.settings:ReadingsSettings",
             factory=_readings,
+            live=_live_readings,
             yields=_yields,
             requires=_requires,
             objections=_objections,
@@ -84,6 +85,12 @@ def _readings(settings: ReadingsSettings) -> Analysis:
     from rigrunner_plugins.analyses.readings import Readings  # noqa: PLC0415  (numpy)
 
     return Readings(settings)
+
+
+def _live_readings(settings: ReadingsSettings) -> LiveAnalysis:
+    from rigrunner_plugins.analyses.live import LiveReadings  # noqa: PLC0415  (numpy)
+
+    return LiveReadings(settings)
 
 
 def _equation(settings: EquationSettings) -> Analysis:

@@ -125,6 +125,13 @@ class ReadingsSettings(Settings):
         """The channel that is subtracted or divided by."""
         return self.minus or self.divided_by
 
+    @property
+    def is_difference(self) -> bool:
+        """Whether the result is a difference of values: of temperatures in K, from no zero."""
+        return self.minus is not None or self.statistic in {
+            *DIFFERENCES, "slope", "settling_time",
+        }  # fmt: skip
+
     def yields(self) -> tuple[ResultDefinition, ...]:
         """Return the one result."""
         return (self.result.definition(self.per),)

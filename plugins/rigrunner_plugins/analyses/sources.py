@@ -126,7 +126,7 @@ def parts(run: RunData, names: Sequence[str], table: str | None = None) -> Itera
             continue
         if all(name in row.values for name in names):
             values = {name: np.array([_reading(name, row, run)]) for name in names}
-            yield Part(_place(row), values, row.units, datetime.fromisoformat(row.utc), 0.0)
+            yield Part(place_of(row), values, row.units, datetime.fromisoformat(row.utc), 0.0)
 
 
 def _reading(name: str, row: Measurement, run: RunData) -> float:
@@ -146,10 +146,10 @@ def _of_recording(recording: Recording, run: RunData, names: Sequence[str]) -> P
         for name in names
     }
     began = datetime.fromisoformat(recording.started_utc)
-    return Part(_place(recording), values, recording.units, began, 1 / recording.rate_hz)
+    return Part(place_of(recording), values, recording.units, began, 1 / recording.rate_hz)
 
 
-def _place(of: Recording | Measurement) -> dict[str, CoordinateValue]:
+def place_of(of: Recording | Measurement) -> dict[str, CoordinateValue]:
     """Return the set-points and coordinates of a recording or row, with time and cycles by then."""
     known = {**of.setpoints, **of.coordinates}
     found = {

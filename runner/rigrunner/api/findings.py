@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import Check, Component
     from rigrunner.api.coordinates import CoordinateValue
-    from rigrunner.api.data import Estimate, RunData
+    from rigrunner.api.data import Block, Estimate, Recording, RunData
     from rigrunner.api.figures import Figure, Picture
     from rigrunner.api.measurand import MeasurandKind
 
@@ -144,6 +144,29 @@ class AnalysisOfResults(Protocol):
 
     def __call__(self, run: RunData, results: Sequence[MeasurementResult]) -> Findings:
         """Return what was found; raise DataError where the run or the results lack something."""
+        ...
+
+
+class LiveAnalysis(Protocol):
+    """What an analysis shows while it is measured: a fold over blocks, in bounded memory.
+
+    What it shows of a whole recording is what the analysis finds of it, however the blocks are cut.
+    """
+
+    def begin(self, recording: Recording) -> None:
+        """Begin with a recording: all of it but its samples."""
+        ...
+
+    def take(self, block: Block) -> None:
+        """Take the next block of that recording.
+
+        Its channels, 'role.name', have readings in SI units: zero readings are taken off, and what
+        a certificate corrects is corrected, as `RunData.readings` does.
+        """
+        ...
+
+    def findings(self) -> Findings:
+        """Return what is known by now. An uncertainty that only the whole run tells is nan."""
         ...
 
 

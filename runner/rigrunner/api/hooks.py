@@ -24,7 +24,13 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import CompensationMethod, Fit, OutlierRule
     from rigrunner.api.devices import Device, DeviceContext
     from rigrunner.api.events import EventSink
-    from rigrunner.api.findings import Analysis, AnalysisOfResults, Objection, ResultDefinition
+    from rigrunner.api.findings import (
+        Analysis,
+        AnalysisOfResults,
+        LiveAnalysis,
+        Objection,
+        ResultDefinition,
+    )
     from rigrunner.api.importing import Importer
     from rigrunner.api.letterhead import CertificateInput
     from rigrunner.api.measurand import MeasurandKind
@@ -222,6 +228,8 @@ class AnalysisRecord(PluginRecord):
     objections: Callable[[Any, Mapping[str, str]], Iterable[Objection]] = nothing
     """Gives, of the settings and the units of what it needs, by name, what does not fit. That of a
     channel is its SI unit, that of a result the one in which it is stated."""
+    live: Callable[[Any], LiveAnalysis] | None = None
+    """Makes, of the settings, what is shown while it is measured; None for nothing."""
     trial_units: Mapping[str, str] = field(default_factory=dict)
     """The SI unit of each channel that `trial` names: the conformance kit makes up values of it."""
 

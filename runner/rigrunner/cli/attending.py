@@ -10,6 +10,7 @@ from rigrunner.cli.pausing import TerminalPauses
 from rigrunner.cli.progress import shown_progress
 from rigrunner.cli.stopping import stop_on_signals
 from rigrunner.engine import UnattendedAnswers
+from rigrunner.run.following import following
 from rigrunner.run.inputs import answer_inputs
 from rigrunner.run.record import execute
 
@@ -45,6 +46,7 @@ def attended_run(
         stop_on_signals(attended=not alone) as stop,
         shown_progress() as progress,
         planned.tape or nullcontext(),
+        following(planned, progress.live) as live,
     ):
         answers = UnattendedAnswers() if alone else TerminalAnswers(stop, progress)
         inputs = answer_inputs(planned.procedure, known, answers)
@@ -56,7 +58,7 @@ def attended_run(
             no_load=no_load,
             answers=answers,
             stop=stop,
-            listeners=[stop, progress, *listeners],
+            listeners=[stop, progress, *live, *listeners],
             operator=operator,
             overrides=overrides,
             pauses=None if alone else TerminalPauses(stop, progress, who),

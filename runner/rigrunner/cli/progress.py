@@ -30,8 +30,11 @@ if TYPE_CHECKING:
 
     from rich.progress import Progress, TaskID
 
+    from rigrunner.api.findings import Findings, MeasurementResult
+
 
 _DRAWN_EVERY_S = 0.1
+LIVE_DIGITS = 5
 LINES = 10
 """Of a part of the analysis, where there is no terminal to draw a bar on."""
 
@@ -45,6 +48,10 @@ class ProgressSink(Protocol):
 
     def analysing(self, what: str, done: int, of: int) -> None:
         """Take how far a part of the analysis is."""
+        ...
+
+    def live(self, found: Findings, *, is_whole: bool) -> None:
+        """Take what the analyses show by now; `is_whole`: a recording is finished."""
         ...
 
     def paused(self) -> AbstractContextManager[None]:
@@ -68,6 +75,7 @@ class LineProgress:
 
     def __init__(self) -> None:
         self._steps = 0
+        self._told: dict[tuple[str, str], int] = {}
 
     def __call__(self, event: Event) -> None:
         """Print a line where a step begins, or where something is to be known."""
@@ -87,6 +95,17 @@ class LineProgress:
         """Print a line now and then."""
         if done * LINES // of > (done - 1) * LINES // of:
             message(f"{what}: {done} of {of}")
+
+    def live(self, found: Findings, *, is_whole: bool) -> None:
+        """Print a line for each value that a finished recording changed."""
+        for note in found.notes:
+            if (note, "") not in self._told:
+                self._told[note, ""] = 0
+                message(f"note: {note}")
+        for each in found.results if is_whole else ():
+            if self._told.get((each.name, each.place)) != each.readings:
+                self._told[each.name, each.place] = each.readings
+                message(f"by now: {_live_text(each)}")
 
     def paused(self) -> AbstractContextManager[None]:
         """Nothing has to give way."""
@@ -114,6 +133,12 @@ class BarProgress:
         if what not in self._analyses:
             self._analyses[what] = self._progress.add_task(what, total=of, step=what)
         self._progress.update(self._analyses[what], completed=done)
+
+    def live(self, found: Findings, *, is_whole: bool) -> None:  # noqa: ARG002  (drawn anew each time)
+        """Show the latest value beside the step."""
+        if self._task is not None and found.results:
+            text = printable(f"{self._text}: {_live_text(found.results[-1])}")
+            self._progress.update(self._task, step=text)
 
     @contextmanager
     def paused(self) -> Iterator[None]:
@@ -164,6 +189,13 @@ class BarProgress:
             self._progress.update(self._task, completed=done_s)
         else:
             self._progress.update(self._task, completed=done_s, step=step)
+
+
+def _live_text(found: MeasurementResult) -> str:
+    """Return 'output voltage at load.current = 2 A: 12.014 V of 500 readings'."""
+    at = f" at {found.place}" if found.place else ""
+    value = f"{found.estimate.value:.{LIVE_DIGITS}g} {found.of.unit}"
+    return f"{found.of.words}{at}: {value} of {found.readings} readings"
 
 
 def _tell(event: Event) -> None:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import Fit
     from rigrunner.api.devices import Device, DeviceContext
-    from rigrunner.api.findings import Objection, ResultDefinition
+    from rigrunner.api.findings import LiveAnalysis, Objection, ResultDefinition
     from rigrunner.api.hooks import PluginRecord
     from rigrunner.api.measurand import MeasurandKind
 
@@ -199,6 +199,12 @@ class Registry:
         record, told = self._analysis(name), self.validated("analysis", name, settings)
         with _named(self.find("analysis", name)):
             return tuple(record.objections(told, units))
+
+    def live(self, name: str, settings: Mapping[str, Any]) -> LiveAnalysis | None:
+        """Return what shows an analysis while it is measured, if it does; raise PluginError."""
+        record, told = self._analysis(name), self.validated("analysis", name, settings)
+        with _named(self.find("analysis", name)):
+            return None if record.live is None else record.live(told)
 
     def _analysis(self, name: str) -> AnalysisRecord:
         record = self.find("analysis", name).record

@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.queue import Queue
+from rigrunner.run.following import following
 from rigrunner.run.inputs import answer_inputs, with_operator
 from rigrunner.run.noload import no_load_for
 from rigrunner.run.planning import planned_run
 from rigrunner.run.record import execute
 from rigrunner.tools.by_hand.settling import settle_left
 from rigrunner_panel.jobs.overriding import overrides_of
-from rigrunner_panel.process.news import Analysing, Ended, Planned
+from rigrunner_panel.process.news import Analysing, Ended, LiveNow, Planned
 from rigrunner_panel.process.person import PanelAnswers, PanelPauses, PanelPerson
 from rigrunner_panel.view.of_plan import plan_view
 from rigrunner_panel.view.of_result import finished_view, live_view
@@ -34,20 +35,26 @@ def run(job: Job, link: Link) -> Ended:
     entry = None if job.entry is None else queue.get(job.entry)
     answers = PanelAnswers(link.send, link.inbox, link.switch, job.operator)
     given = with_operator(job.inputs, job.operator or None, planned.procedure)
-    finished = execute(
-        planned,
-        runs=job.runs,
-        inputs=answer_inputs(planned.procedure, given, answers),
-        no_load=no_load,
-        answers=answers,
-        stop=link.switch,
-        listeners=[link.switch, *([queue.began(entry.id)] if entry else []), link.outbox],
-        operator=job.operator,
-        overrides=overrides,
-        pauses=PanelPauses(link.send, link.inbox),
-        person=person,
-        told=entry.told() if entry else (),
-        progress=lambda what, done, of: link.send(Analysing(what, done, of)),
-    )
-    live = None if finished.result is None else live_view(finished.result, final=True)
-    return Ended(finished_view(finished), live)
+    with following(planned, lambda found, *, is_whole: link.send(LiveNow(found))) as live:  # noqa: ARG005  (a screen is told both)
+        finished = execute(
+            planned,
+            runs=job.runs,
+            inputs=answer_inputs(planned.procedure, given, answers),
+            no_load=no_load,
+            answers=answers,
+            stop=link.switch,
+            listeners=[
+                link.switch,
+                *([queue.began(entry.id)] if entry else []),
+                link.outbox,
+                *live,
+            ],
+            operator=job.operator,
+            overrides=overrides,
+            pauses=PanelPauses(link.send, link.inbox),
+            person=person,
+            told=entry.told() if entry else (),
+            progress=lambda what, done, of: link.send(Analysing(what, done, of)),
+        )
+    view = None if finished.result is None else live_view(finished.result, final=True)
+    return Ended(finished_view(finished), view)

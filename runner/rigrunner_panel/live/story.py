@@ -21,6 +21,7 @@ from rigrunner_panel.live.of_news import failed_item, failed_run, pause_view, pr
 from rigrunner_panel.live.rigs import alarms_of_rigs
 from rigrunner_panel.process import news
 from rigrunner_panel.view.journal import JournalView
+from rigrunner_panel.view.of_result import with_live
 from rigrunner_panel.view.reading import readings_after, readings_at, readings_safe
 from rigrunner_panel.view.sections import (
     AnalysingView,
@@ -114,6 +115,8 @@ class Story:
                 self._preflight((*self._items(), item))
             case news.Analysing(what=what, done=done, of=of):
                 self._board.put(analysing=AnalysingView(what=what, done=done, of=of))
+            case news.LiveNow(found=found):
+                self._board.put(live=with_live(self._board.get("live"), found))
             case news.Ended(finished=finished, live=live):
                 self._end(finished)
                 if live is not None:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Recording
     from rigrunner.api.errors import Problem
     from rigrunner.api.events import Event
+    from rigrunner.api.findings import Findings
     from rigrunner.engine import Paused
     from rigrunner.procedure.answers import Expected
     from rigrunner_panel.view.manual import ManualView
@@ -108,6 +109,13 @@ class LiveRecording:
 
     recording: Recording
     frequency_hz: float
+
+
+@dataclass(frozen=True, eq=False)
+class LiveNow:
+    """What the analyses show of the recording that goes on."""
+
+    found: Findings
 
 
 @dataclass(frozen=True)

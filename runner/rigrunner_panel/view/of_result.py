@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import CompensatedPoint, PeakPoint
     from rigrunner.api.data import Array, Estimate
     from rigrunner.api.figures import Figure
-    from rigrunner.api.findings import MeasurementResult
+    from rigrunner.api.findings import Findings, MeasurementResult
     from rigrunner.api.results import Result
     from rigrunner.api.verdict import Limits
     from rigrunner.procedure import Acceptance
@@ -71,6 +71,29 @@ def live_view(
         ),
         results=tuple(_named_view(each, limits) for each, limits in limited[-MOST_RESULTS:]),
         figures=tuple(_figures(limited)),
+    )
+
+
+def with_live(view: LiveView | None, found: Findings) -> LiveView:
+    """Return the analysis with what a recording that goes on shows by now.
+
+    A value of fewer readings than the analysis has already is left out.
+    """
+    view = view or LiveView(recordings=0, final=False, method="", problem="", taken_s=0.0)
+    rows = {(each.name, each.place): each for each in view.results}
+    for each in found.results:
+        now = _named_view(each, None)
+        known = rows.get((now.name, now.place))
+        if known is None or known.readings < now.readings:
+            limits = {} if known is None else {"lower": known.lower, "upper": known.upper}
+            rows[now.name, now.place] = now.model_copy(update=limits)
+    drawn = {(each.of, each.title) for each in found.figures}
+    others = (each for each in view.figures if (each.of, each.title) not in drawn)
+    return view.model_copy(
+        update={
+            "results": tuple(rows.values())[-MOST_RESULTS:],
+            "figures": (*others, *found.figures),
+        }
     )
 
 

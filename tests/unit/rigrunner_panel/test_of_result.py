@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from math import nan
 from pathlib import Path
 
 import pytest
 
+from rigrunner.api.coordinates import CoordinateValue
+from rigrunner.api.data import Estimate
 from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import Outcome
+from rigrunner.api.findings import Findings, MeasurementResult, ResultDefinition
 from rigrunner.run.finish import FinishedRun
-from rigrunner_panel.view.of_result import finished_view
+from rigrunner_panel.view.of_result import finished_view, with_live
+from rigrunner_panel.view.sections import ResultView
 
 
 @pytest.mark.parametrize("unsafe", ["", "tester: load reads back 50 N, safe is 0 N"])
@@ -23,3 +28,25 @@ def test_a_rig_that_is_not_safe_is_shown_beside_what_ended_the_run(unsafe):
         unsafe=unsafe,
     )
     assert finished_view(ended).error == f"stopped at the panel{beside}"
+
+
+def test_a_value_of_more_readings_stands_in_for_the_one_that_was_analysed():
+    """Its U is not known yet; its limits stay. One of fewer readings is left out."""
+    of = ResultDefinition(name="voltage", text="output voltage", unit="V", per=("current",))
+
+    def now(readings, place):
+        where = {"current": CoordinateValue(place, "A")}
+        return MeasurementResult(
+            of=of, estimate=Estimate(5.0, nan, nan, "V"), coordinates=where, readings=readings
+        )
+
+    known = tuple(
+        ResultView(name="voltage", text="output voltage", symbol="", unit="V", place=place,
+                   value=4.0, U=0.1, readings=10, upper=6.0)
+        for place in ("1 A", "2 A")
+    )  # fmt: skip
+    view = with_live(None, Findings()).model_copy(update={"results": known})
+    found = with_live(view, Findings(results=(now(20, 1.0), now(5, 2.0), now(1, 3.0))))
+    assert [(e.place, e.value, e.U, e.upper) for e in found.results] == [
+        ("1 A", 5.0, None, 6.0), ("2 A", 4.0, 0.1, 6.0), ("3 A", 5.0, None, None),
+    ]  # fmt: skip

@@ -273,6 +273,16 @@ def test_nonlinearity_is_the_greatest_deviation_from_the_best_line():
     assert got["linearity"].components[0].u == pytest.approx(s * sqrt(1 - 0.2), rel=1e-9)
 
 
+def test_a_share_of_a_span_of_nothing_is_left_out():
+    run = run_of(rows(range(5), np.ones(5)), EXACT)
+    told = {"nonlinearity": {"name": "of_span", "unit": "%", "of_span": "yes"}}
+    got = findings(run, told)
+    assert not got.results
+    (check,) = got.checks
+    assert check.decisive
+    assert "its span is 0" in check.text
+
+
 UP_AND_DOWN = [{"way": "up"}] * 3 + [{"way": "down"}] * 3
 BOTH = {"way": ["up", "down"]}
 

@@ -75,6 +75,56 @@ def analysis_registry(analysis=READINGS, **parts):
     return registry_of("analysis", record)
 
 
+def first_comes_first(run):
+    """Add what was recorded first to each value."""
+    first = float(next(iter(run.recordings[0].channels.values()))[0]) if run.recordings else 0.0
+    return moved(READINGS(run), first)
+
+
+def older_is_more(run):
+    """Add the day of the first row to each value."""
+    day = float(run.measurements[0].utc[8:10]) if run.measurements else 0.0
+    return moved(READINGS(run), day)
+
+
+def moved(found, by):
+    return Findings(
+        results=tuple(
+            replace(each, estimate=replace(each.estimate, value=each.estimate.value + by))
+            for each in found.results
+        )
+    )
+
+
+def boastful(run):
+    """Give a tenth of the uncertainty."""
+    return Findings(
+        results=tuple(
+            replace(each, estimate=replace(each.estimate, u=each.estimate.u / 10), components=())
+            for each in READINGS(run).results
+        )
+    )
+
+
+class Forgetful:
+    """Shows the last block alone."""
+
+    def __init__(self, _):
+        self.live = load_registry().live("readings", TOLD)
+        self.begun = None
+
+    def begin(self, recording):
+        self.begun = recording
+
+    def take(self, block):
+        self.live = load_registry().live("readings", TOLD)
+        self.live.begin(self.begun)
+        self.live.take(block)
+
+    def findings(self):
+        return self.live.findings()
+
+
 ANALYSES = {
     "says_what_it_yields": lambda: analysis_registry(
         yields=lambda _: (replace(VOLTAGE, unit="furlong"),)
@@ -84,6 +134,10 @@ ANALYSES = {
     "refuses_a_run_that_lacks_a_channel": lambda: analysis_registry(forgiving),
     "is_pure": lambda: analysis_registry(Moody()),
     "a_worse_instrument_is_no_surer": lambda: analysis_registry(surer_when_worse),
+    "the_order_of_recordings_means_nothing": lambda: analysis_registry(first_comes_first),
+    "a_shift_of_time_means_nothing": lambda: analysis_registry(older_is_more),
+    "covers_the_truth": lambda: analysis_registry(boastful),
+    "live_shows_what_it_finds": lambda: analysis_registry(live=Forgetful),
     "can_be_made": lambda: analysis_registry(READINGS, factory=lambda _: None),
 }
 """By check, the analysis that fails it."""

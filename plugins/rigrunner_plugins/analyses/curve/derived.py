@@ -99,8 +99,15 @@ class Fitted:
         return bool(np.all((np.asarray(x) >= low - edge) & (np.asarray(x) <= high + edge)))
 
     def span(self) -> float:
-        """Return how far apart the highest and lowest y of the curve at the points are."""
-        return float(np.ptp(self.at(self.values.x[:, 0])[0]))
+        """Return how far apart the highest and lowest y of the curve at the points are.
+
+        Raises OutOfRangeError where y does not change: nothing is a share of that.
+        """
+        y = self.at(self.values.x[:, 0])[0]
+        span = float(np.ptp(y))
+        if span <= EDGE * float(np.abs(y).max()):
+            raise OutOfRangeError("the curve does not rise or fall: its span is 0")
+        return span
 
 
 @dataclass(frozen=True, eq=False)

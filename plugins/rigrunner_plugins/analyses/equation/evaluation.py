@@ -15,7 +15,7 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.findings import Findings, MeasurementResult
 from rigrunner.api.units import si_symbol, unit
 from rigrunner.signal.monte_carlo.intervals import numerical_tolerance
-from rigrunner.signal.propagation import propagate
+from rigrunner.signal.propagation import propagate, sensitivities
 from rigrunner_plugins.analyses.equation.evaluated import (
     TRIALS,
     Evaluated,
@@ -47,6 +47,8 @@ if TYPE_CHECKING:
 CURVATURE = "curvature of the model (second order)"
 MOST_MISSED = 0.02
 """Of the trials, beyond y ± U by the curvature of the model: more, and U claims too much."""
+MOST_ABOVE = 3.0
+"""u over that of the trials: more, and u says nothing. Few degrees of freedom make it less."""
 DIGITS = 2
 
 
@@ -123,6 +125,18 @@ class EquationAnalysis:
                 f"the model of {definition.name} has no value{f' at {place}' if place else ''}",
                 hint="a divisor is 0, or a function is not defined there",
             )
+        steep = [
+            each.name
+            for each, slope in zip(model.inputs, sensitivities(model), strict=True)
+            if not isfinite(slope)
+        ]
+        if steep:
+            place = ", ".join(f"{name} = {each}" for name, each in group.place.items())
+            raise DataError(
+                f"the model of {definition.name} has no slope over {steep[0]}"
+                f"{f' at {place}' if place else ''}",
+                hint="a root of 0, or another end of where a function is defined",
+            )
         try:
             found = propagate(model)
         except ValueError as error:
@@ -192,6 +206,10 @@ def _checks(found: Sequence[Evaluated]) -> Iterator[Check]:
         if not trials:
             continue
         worst, trial = max(trials, key=lambda pair: _missed(pair[1]))
+        wide = [pair for pair in trials if pair[0].result.estimate.u > MOST_ABOVE * pair[1].u > 0]
+        if wide and _missed(trial) <= MOST_MISSED:
+            yield _too_wide(name, *wide[0])
+            continue
         ok = _missed(trial) <= MOST_MISSED
         place = f" at {worst.result.place}" if worst.result.place else ""
         lost = f"; {trial.lost} of {TRIALS} trials have no value" if trial.lost else ""
@@ -210,6 +228,22 @@ def _checks(found: Sequence[Evaluated]) -> Iterator[Check]:
             unit="1",
             decisive=True,
         )
+
+
+def _too_wide(name: str, each: Evaluated, trial: Trial) -> Check:
+    """Return a check that fails: the terms of second order are those of a kink or a pole."""
+    u = each.result.estimate.u
+    place = f" at {each.result.place}" if each.result.place else ""
+    return Check(
+        f"Monte Carlo of {name}",
+        ok=False,
+        text=f"u is {u:.2g}{place}, and {trial.u:.2g} of the trials",
+        advice="the model has a kink or a pole there: no terms of it describe the spread",
+        value=u / trial.u,
+        threshold=MOST_ABOVE,
+        unit="1",
+        decisive=True,
+    )
 
 
 def _missed(trial: Trial) -> float:

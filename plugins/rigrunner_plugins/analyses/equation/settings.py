@@ -43,6 +43,7 @@ Symbol = Annotated[str, Field(pattern=f"^{NAME}$")]
 OVER_U = {"rectangular": sqrt(3), "triangular": sqrt(6), "arcsine": sqrt(2)}
 """Half-width over standard uncertainty (JCGM 101:2008, table 1)."""
 _PLUS_MINUS = "±"
+_ROUNDING = 1e-9
 _THERMODYNAMIC = 200.0
 """K: so large a shift of a temperature may be meant as a temperature."""
 
@@ -271,7 +272,23 @@ class EquationSettings(Settings):
             raise ValueError(f"the model does not use '{unused[0]}'")
         for index, each in enumerate(self.correlations):
             self._refuse_correlation(index, *each.between)
+        self._refuse_impossible()
         return self
+
+    def _refuse_impossible(self) -> None:
+        """Raise ValueError for correlations that no quantities can have together."""
+        names = list(dict.fromkeys(name for each in self.correlations for name in each.between))
+        r = {frozenset(each.between): each.r for each in self.correlations}
+        rows = [[1.0 if a == b else r.get(frozenset((a, b)), 0.0) for b in names] for a in names]
+        for k, row in enumerate(rows):  # the pivots of Gauss are those of Cholesky, squared
+            left_over = row[k] <= _ROUNDING and any(abs(each) > _ROUNDING for each in row[k:])
+            if row[k] < -_ROUNDING or left_over:
+                raise ValueError(
+                    f"correlations: {', '.join(names)} cannot be correlated like that together"
+                )
+            for below in rows[k + 1 :]:
+                share = below[k] / row[k] if row[k] > _ROUNDING else 0.0
+                below[:] = [value - share * of for value, of in zip(below, row, strict=True)]
 
     def _refuse_correlation(self, index: int, one: str, other: str) -> None:
         where = f"correlations[{index}]"

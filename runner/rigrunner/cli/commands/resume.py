@@ -72,6 +72,7 @@ def command(
     from rigrunner.cli.resuming import tell_resumable
     from rigrunner.cli.stopping import stop_on_signals
     from rigrunner.engine import UnattendedAnswers
+    from rigrunner.run.following import following
     from rigrunner.run.interrupted import person, read_interrupted
     from rigrunner.run.noload import NamedNoLoads
     from rigrunner.run.planning import planned_run
@@ -97,12 +98,16 @@ def command(
             return ExitCode.PASS
         here = TerminalPerson(attended=not unattended)
         settle_left(files[1], here)
-        with stop_on_signals(attended=not unattended) as stop, shown_progress() as progress:
+        with (
+            stop_on_signals(attended=not unattended) as stop,
+            shown_progress() as progress,
+            following(found.planned, progress.live) as live,
+        ):
             finished = resume(
                 found,
                 answers=UnattendedAnswers() if unattended else TerminalAnswers(stop, progress),
                 stop=stop,
-                listeners=[stop, progress],
+                listeners=[stop, progress, *live],
                 pauses=None if unattended else TerminalPauses(stop, progress, who),
                 progress=progress.analysing,
                 person=here,

@@ -7,7 +7,7 @@ from math import inf, nan, sqrt
 import numpy as np
 import pytest
 
-from rigrunner.api.errors import DataError
+from rigrunner.api.errors import DataError, PluginError
 from rigrunner.signal.coverage import factor
 from unit.rigrunner_plugins.equation.helpers_equation import findings, instrument, run_of
 
@@ -222,3 +222,50 @@ def test_degrees_of_freedom_are_infinite_without_scatter():
     found = result(told(), {"meter.voltage": [10.0], "meter.current": [2.0]})
     assert found.results[0].estimate.dof == inf
     assert "shows no scatter" in found.notes[0]
+
+
+OFF = {"x": {"of": "meter.ratio", "instrument": False}}
+
+
+def of_constants(model, constants, **more):
+    run = run_of({"meter.ratio": [1.0]}, {"meter.ratio": "1"})
+    return findings(told(model, "1", OFF, constants=constants, **more), run)
+
+
+@pytest.mark.parametrize(
+    ("model", "a"), [("sqrt(a) * x", 0.0), ("asin(a) * x", 1.0), ("(a - 1)^0.5 * x", 1.0)]
+)
+def test_a_model_without_a_slope_is_refused_with_the_input(model, a):
+    """The derivative of a root at 0 and of asin at 1 is infinite."""
+    with pytest.raises(DataError, match="the model of y has no slope over a"):
+        of_constants(model, {"a": {"value": a, "limits": 0.1}})
+
+
+@pytest.mark.parametrize(
+    ("model", "a", "u"),
+    [("abs(a) * x", 0.0, 0.1 / sqrt(12)), ("tan(a) * x", np.pi / 2, 1e9)],
+    ids=["kink", "pole"],
+)
+def test_an_uncertainty_that_no_terms_of_the_model_describe_decides_nothing(model, a, u):
+    """|a| of a rectangle within 0.1 of 0 is one from 0 to 0.1; a tangent at its pole has none."""
+    found = of_constants(model, {"a": {"value": a, "limits": 0.1}})
+    (check,) = found.checks
+    assert check.decisive
+    assert not check.ok
+    assert found.results[0].estimate.u > 3 * u
+    if a == 0.0:
+        assert f"and {u:.2g} of the trials" in check.text
+
+
+@pytest.mark.parametrize(
+    "r", [(-0.9, -0.9, -0.9), (1.0, 0.5, -0.5), (1.0, 1.0, -1.0)], ids=["all", "pair", "signs"]
+)
+def test_correlations_that_nothing_can_have_are_refused(r):
+    """Of three quantities these matrices have a negative eigenvalue."""
+    matrix = np.array([[1, r[0], r[1]], [r[0], 1, r[2]], [r[1], r[2], 1]])
+    assert np.linalg.eigvalsh(matrix)[0] < -0.1
+    pairs = [["a", "b"], ["a", "c"], ["b", "c"]]
+    constants = {name: {"value": 1.0, "limits": 0.1} for name in "abc"}
+    correlations = [{"between": pair, "r": each} for pair, each in zip(pairs, r, strict=True)]
+    with pytest.raises(PluginError, match="cannot be correlated like that together"):
+        of_constants("a + b + c + x", constants, correlations=correlations)

@@ -1,0 +1,138 @@
+"""The analysis `readings` while it is measured: running statistics, block by block."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import inf, nan, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.data import Estimate
+from rigrunner.api.figures import Axis, Figure, Point, Series
+from rigrunner.api.findings import Findings, MeasurementResult
+from rigrunner.api.places import is_at
+from rigrunner.api.units import unit
+from rigrunner_plugins.analyses.sources import place_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.coordinates import CoordinateValue
+    from rigrunner.api.data import Array, Block, Recording
+    from rigrunner_plugins.analyses.settings import ReadingsSettings
+
+MOST_POINTS = 400
+"""Of the curve of a recording; of more every other one is left out."""
+
+
+@dataclass
+class Running:
+    """Mean, spread and extremes of all values so far (Chan, Golub and LeVeque, 1983)."""
+
+    count: int = 0
+    mean: float = 0.0
+    squares: float = 0.0
+    """The sum of the squared deviations from the mean."""
+    least: float = inf
+    greatest: float = -inf
+
+    def take(self, values: Array) -> None:
+        """Take values of shape (n,), n at least 1."""
+        n, mean = len(values), float(values.mean())
+        total, off = self.count + n, mean - self.mean
+        self.squares += float(((values - mean) ** 2).sum()) + off**2 * self.count * n / total
+        self.mean += off * n / total
+        self.count = total
+        self.least = min(self.least, float(values.min()))
+        self.greatest = max(self.greatest, float(values.max()))
+
+    def statistic(self, name: str) -> float:
+        """Return a statistic; nan of one that needs all values at once, or more of them."""
+        several = self.count > 1
+        return {
+            "mean": self.mean,
+            "minimum": self.least,
+            "maximum": self.greatest,
+            "range": self.greatest - self.least,
+            "rms": sqrt(self.squares / self.count + self.mean**2),
+            "standard_deviation": sqrt(self.squares / (self.count - 1)) if several else nan,
+        }.get(name, nan)
+
+
+@dataclass
+class LiveReadings:
+    """Satisfies `rigrunner.api.findings.LiveAnalysis`. It keeps a few numbers for each place."""
+
+    settings: ReadingsSettings
+    _at: dict[tuple[CoordinateValue, ...], tuple[Mapping[str, CoordinateValue], Running]] = field(
+        default_factory=dict
+    )
+    _now: Running | None = None
+    _curve: list[tuple[float, float]] = field(default_factory=list)
+    _every: int = 1
+    _blocks: int = 0
+
+    def begin(self, recording: Recording) -> None:
+        """Begin with a recording, if it is one that the procedure chooses."""
+        told, place = self.settings, place_of(recording)
+        names = [told.of, *([told.other] if told.other else [])]
+        self._now, self._curve, self._every, self._blocks = None, [], 1, 0
+        read = told.table is None and all(name in recording.channels for name in names)
+        if read and is_at(told.where, place) and all(name in place for name in told.per):
+            own = {name: place[name] for name in told.per}
+            _, self._now = self._at.setdefault(tuple(own.values()), (own, Running()))
+
+    def take(self, block: Block) -> None:
+        """Take the next block of the recording."""
+        if self._now is None or not block.samples:
+            return
+        told = self.settings
+        values = np.asarray(block.channels[told.of], float)
+        if told.minus is not None:
+            values = values - block.channels[told.minus]
+        if told.divided_by is not None:
+            values = values / block.channels[told.divided_by]
+        self._now.take(values)
+        end_s = (block.first_sample + block.samples) / block.rate_hz
+        self._draw(end_s, self._shown(self._now))
+
+    def findings(self) -> Findings:
+        """Return the statistic at each place by now, and its curve over the recording."""
+        (definition,) = self.settings.yields()
+        known = [(place, each, self._shown(each)) for place, each in self._at.values()]
+        results = tuple(
+            MeasurementResult(
+                of=definition,
+                estimate=Estimate(value, nan, nan, definition.unit),
+                coordinates=place,
+                readings=each.count,
+            )
+            for place, each, value in known
+            if np.isfinite(value)
+        )
+        points = tuple(Point(x, y) for x, y in self._curve)
+        figure = Figure(
+            title=f"{definition.words} by now",
+            x=Axis("time", "s"),
+            y=Axis(definition.symbol or definition.name, definition.unit),
+            series=(Series("", points, "line"),),
+            of=definition.name,
+        )
+        return Findings(results=results, figures=(figure,) if points else ())
+
+    def _shown(self, running: Running) -> float:
+        told = self.settings
+        stated = unit(told.result.unit)
+        value = running.statistic(told.statistic) if running.count else nan
+        return (value - (0.0 if told.is_difference else stated.offset)) / stated.factor
+
+    def _draw(self, time_s: float, value: float) -> None:
+        """Add a point to the curve, one of so many that its length is bounded."""
+        self._blocks += 1
+        if self._blocks % self._every:
+            return
+        if np.isfinite(value):
+            self._curve.append((time_s, value))
+        if len(self._curve) > MOST_POINTS:
+            self._curve, self._every = self._curve[1::2], 2 * self._every

@@ -1,0 +1,110 @@
+"""What analyses show while a run goes on."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from rigrunner.api.data import Block
+from rigrunner.api.events import Samples, StepEnded, StepStarted
+from rigrunner.registry import load_registry
+from rigrunner.run.following import Following
+
+STAMP = {"seq": 0, "monotonic_s": 0.0, "utc": "2026-01-05T10:00:00+00:00"}
+STEP = {"step": "main[0].record", "index": 0, "action": "record"}
+VALUES = np.arange(40.0) ** 2
+ZERO, CORRECTION = 3.0, 0.5
+
+
+def told(**more):
+    return {"of": "meter.voltage", "per": "load.current",
+            "result": {"name": "voltage", "symbol": "U", "unit": "mV"}, **more}  # fmt: skip
+
+
+def recorded(name, current, values):
+    """Yield the events of a recording, in blocks of seven."""
+    units = {"load.current": "A", "meter.voltage": "V"}
+    yield StepStarted(**STAMP, **STEP, text="", recording=name, units=units,
+                      setpoints={"load.current": current})  # fmt: skip
+    for first in range(0, len(values), 7):
+        channels = {"meter.voltage": values[first : first + 7]}
+        yield Samples(**STAMP, recording=name, block=Block(100.0, first, 0.0, channels))
+    yield StepEnded(**STAMP, **STEP, ok=True, recording=name)
+
+
+class Screen:
+    def __init__(self):
+        self.shown = []
+
+    def __call__(self, found, *, is_whole):
+        self.shown.append((found, is_whole))
+
+
+def followed(folds, instruments=()):
+    screen = Screen()
+    follow = Following(folds, dict(instruments), screen)
+    zeroed = {"meter.voltage": ZERO}
+    follow(StepEnded(**STAMP, step="zero", index=0, action="zero", ok=True, values=zeroed))
+    for event in (*recorded("1", 1.0, VALUES), *recorded("2", 2.0, 2 * VALUES)):
+        follow(event)
+    return screen.shown
+
+
+@pytest.mark.parametrize(
+    ("statistic", "expected"),
+    [
+        ("mean", np.mean),
+        ("maximum", np.max),
+        ("range", np.ptp),
+        ("rms", lambda values: np.sqrt(np.mean(values**2))),
+        ("standard_deviation", lambda values: np.std(values, ddof=1)),
+    ],
+)
+def test_a_running_statistic_is_that_of_all_readings_less_their_zero(statistic, expected):
+    fold = load_registry().live("readings", told(statistic=statistic))
+    shown = followed([("readings", fold)])
+    found, is_whole = shown[-1]
+    assert is_whole
+    assert [each.place for each in found.results] == ["load.current = 1 A", "load.current = 2 A"]
+    for each, values in zip(found.results, (VALUES - ZERO, 2 * VALUES - ZERO), strict=True):
+        assert each.estimate.value == pytest.approx(1000 * expected(values))
+        assert np.isnan(each.estimate.u)
+        assert each.readings == 40
+    (figure,) = found.figures
+    assert [round(point.x, 6) for point in figure.series[0].points] == [
+        0.07, 0.14, 0.21, 0.28, 0.35, 0.4,
+    ]  # fmt: skip
+    first = 2 * VALUES[:7] - ZERO
+    assert figure.series[0].points[0].y == pytest.approx(1000 * expected(first))
+
+
+def test_readings_are_corrected_as_in_the_analysis():
+    corrected = SimpleNamespace(corrected=lambda values, zero: values - zero - CORRECTION)
+    fold = load_registry().live("readings", told())
+    (found, _) = followed([("readings", fold)], {"meter.voltage": corrected}.items())[-1]
+    assert found.results[0].estimate.value == pytest.approx(
+        1000 * (VALUES.mean() - ZERO - CORRECTION)
+    )
+
+
+def test_one_that_raises_is_left_out_with_a_note_and_the_others_stay():
+    class Broken:
+        def begin(self, _):
+            raise ZeroDivisionError("by a stranger")
+
+    fold = load_registry().live("readings", told())
+    found, _ = followed([("broken", Broken()), ("readings", fold)])[-1]
+    assert len(found.results) == 2
+    assert found.notes == ("broken is shown no more: ZeroDivisionError: by a stranger",)
+
+
+def test_the_curve_of_a_long_recording_is_bounded():
+    fold = load_registry().live("readings", told())
+    screen = Screen()
+    follow = Following([("r", fold)], {}, screen)
+    for event in recorded("1", 1.0, np.zeros(7 * 5000)):
+        follow(event)
+    found, _ = screen.shown[-1]
+    assert 100 < len(found.figures[0].series[0].points) <= 400
