@@ -78,6 +78,7 @@ class Samples(Event, frozen=True, kw_only=True):
     """A block of a recording; channel names are 'role.name'."""
 
     recording: str
+    """Its name; '' of one of which no samples are kept: to be looked at while it lasts."""
     block: Block
 
 

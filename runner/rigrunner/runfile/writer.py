@@ -104,8 +104,10 @@ class RunWriter:
                     self._begin_recording(event)
                 case StepEnded():
                     self._end_recording(event)
-                case Samples():
+                case Samples() if event.recording:
                     self._take_samples(event)
+                case Samples():
+                    pass  # not to be kept
                 case _:
                     self._append(event)
         except OSError as error:  # of a journal, which takes back what it could not write whole

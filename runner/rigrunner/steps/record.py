@@ -127,8 +127,7 @@ class Record(Action):
         conditions, units = rig.conditions(self.role, self.channels)
         statistics = RecordedStatistics(self.statistics)
         for block in doing.stream(self.role, self.channels, self.duration_s):
-            if self.kept:
-                doing.emit(Samples, recording=self.name, block=block)
+            doing.emit(Samples, recording=self.recording, block=block)
             statistics.take(block.channels)
         found, found_units = rig.stream_conditions(self.role)
         known = {**self.units, **units, **found_units}

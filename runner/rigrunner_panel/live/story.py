@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rigrunner.api.events import (
@@ -40,6 +41,8 @@ if TYPE_CHECKING:
     from rigrunner_panel.view.sections import AlarmView, Finished, LiveView, Phase, PointView
 
 
+UNKEPT = "-"
+"""What a recording is called of which statistics alone are kept."""
 AFTER_LOSS = (
     "look at the rig first; then 'rigrunner resume' resumes the run,"
     " or 'rigrunner recover' closes it as it is"
@@ -164,6 +167,7 @@ class Story:
         return AFTER_LOSS if self._has_begun else AFTER_EARLY_LOSS
 
     def _take_curve(self, curve: news.Curve) -> None:
+        curve = curve if curve.recording else replace(curve, recording=UNKEPT)
         samples = len(next(iter(curve.channels.values()), ()))
         start_s = curve.monotonic_s - self._started_s - samples / curve.rate_hz
         self.curves.take(curve, max(start_s, 0.0))
@@ -204,10 +208,11 @@ class Story:
 
     def _begin(self, event: StepStarted) -> None:
         self.recording, self._begun = event.recording, event
+        shown = event.recording or (UNKEPT if event.action == "record" else "")
         if self._track is not None:
-            self._track.begin(event.index, event.recording)
-            if event.recording and self.job.kind != "manual":
-                self.curves.begin(event.recording, self._track.frequency_hz(event.index))
+            self._track.begin(event.index, shown)
+            if shown and self.job.kind != "manual":
+                self.curves.begin(shown, self._track.frequency_hz(event.index))
 
     def _scan(self, event: Scanned) -> None:
         if self._track is not None:

@@ -53,7 +53,7 @@ class Watcher:
             case Happened(event=StepEnded() as ended) if _finds_something(ended):
                 self._watched = None
                 self._news.set()
-            case Curve(recording=name) if name != LIVE:
+            case Curve(recording=name) if name not in {"", LIVE}:
                 self._news.set()
             case Ended() | Failed():
                 self.close()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 
+import numpy as np
 import pytest
 
 from rigrunner.api.events import (
@@ -22,7 +23,7 @@ from rigrunner.api.events import (
 from rigrunner.engine import Choice, Paused
 from rigrunner.procedure.answers import Expected
 from rigrunner_panel.live.asked import Analysed
-from rigrunner_panel.live.story import Story
+from rigrunner_panel.live.story import UNKEPT, Story
 from rigrunner_panel.process import news
 from rigrunner_panel.view.board import Board
 from rigrunner_panel.view.sections import (
@@ -126,6 +127,23 @@ def test_steps_are_shown_as_they_go(board, story):
     ]  # fmt: skip
     progress = board.get("progress")
     assert (progress.recording, progress.done_s, progress.left_s) == ("003", 30.0, 10.0)
+
+
+def test_a_recording_of_which_statistics_alone_are_kept_is_shown_while_it_lasts(board, story):
+    """At 5 Hz and 1000 samples per second: a swing is whole after 0.2 s."""
+    time_s = np.arange(1000) / 1000
+    waves = {"tester.torque": np.sin(10 * np.pi * time_s).astype(np.float32),
+             "tester.angle": np.cos(10 * np.pi * time_s).astype(np.float32)}  # fmt: skip
+    story.take(event(RunStarted, **STARTED))
+    story.take(begun(1))
+    story.take(news.Curve("", 1000.0, 0, 1.0, waves))
+    assert board.get("progress").recording == UNKEPT
+    assert board.get("readings").frequency_hz == pytest.approx(5.0, rel=0.01)
+    assert story.curves.next_swing() is not None
+    assert story.curves.next_trend() is not None
+    story.take(ended(1))
+    assert board.get("progress").recording == ""
+    assert story.recording == ""
 
 
 def test_a_step_that_a_pause_broke_off_is_to_come_and_not_failed(board, story):

@@ -7,6 +7,7 @@ import { t } from "../texts.js";
 import { axis, chart, legend } from "./chart.js";
 
 const TURN_DEG = 360;
+const UNKEPT = "-"; // the name of a recording of which statistics alone are kept
 const EMPTY = [[0, TURN_DEG], [null, null], [null, null]];
 
 export function swingChart() {
@@ -31,7 +32,7 @@ export function swingChart() {
       const isPast = Boolean(frame) && frame.recording !== recording;
       made.set(frame ? curves(frame) : EMPTY);
       made.element.classList.toggle("past", isPast);
-      setText(of, frame ? t(isPast ? "plot.past" : "plot.of", { name: frame.recording, value: `${fixed(frame.frequency_hz, 2)} Hz` }) : "");
+      setText(of, frame ? t(isPast ? "plot.past" : "plot.of", { name: frame.recording === UNKEPT ? t("plot.unkept") : frame.recording, value: `${fixed(frame.frequency_hz, 2)} Hz` }) : "");
     },
   };
 }
