@@ -70,7 +70,7 @@ def live_view(
             for each in checks
         ),
         results=tuple(_named_view(each, limits) for each, limits in limited[-MOST_RESULTS:]),
-        figures=tuple(_figures(limited)),
+        figures=(*_figures(limited), *result.figures),
     )
 
 

@@ -251,7 +251,7 @@ class LiveView(Section):
     checks: tuple[CheckView, ...] = ()
     results: tuple[ResultView, ...] = ()
     figures: tuple[Figure, ...] = ()
-    """Of each result over a coordinate the one that shows most."""
+    """Of each result over a coordinate the one that shows most, then those that analyses give."""
 
 
 class AnalysingView(Section):

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from helpers_any_quantity import written
 from helpers_cli import call
 from helpers_workflow import quick_procedure, run
 from rigrunner.api.events import Samples, StepEnded, StepStarted
+from rigrunner.api.figures import Axis, Figure, Series
 from rigrunner.registry import load_registry
 from rigrunner.run.locate import find_procedure, find_station, run_names
 from rigrunner.runfile import read
@@ -137,6 +140,9 @@ def test_named_results_are_there_with_their_limits_while_the_run_goes_on(tmp_pat
     assert (regulation.place, regulation.lower, regulation.upper) == ("", None, 50.0)
     (figure,) = view.figures
     assert [point.x for point in figure.series[0].points] == [0, 1, 2, 5]
+    given = Figure("given", Axis("x"), Axis("y"), (Series.over([1, 2], [2, 3], kind="line"),))
+    view = live_view(replace(result, figures=(given,)), final=True, acceptance=acceptance)
+    assert view.figures == (figure, given)
     assert LiveView.model_validate_json(view.model_dump_json()) == view
     (item,) = History(runs).items()
     assert (item.headline, item.result) == (None, "regulation: 44.0 ± 3.1 mV")

@@ -1,4 +1,4 @@
-// Results of any quantity over a coordinate, with their expanded uncertainty and their limits.
+// Figures as the server sends them: series of points or curves with their U, and limits.
 
 import { h, show } from "../dom.js";
 import { colour } from "../theme.js";
@@ -6,6 +6,9 @@ import { t } from "../texts.js";
 import { axis, chart, legend } from "./chart.js";
 
 const CAP_PX = 4;
+const POINT_PX = 4.5;
+const BAND = 0.15;
+const COLOURS = ["compensated", "raw", "ink-soft"];
 const DASH_PX = 11;
 
 // Shows the figures that the server sends as data; a chart is made anew where its axes are others.
@@ -17,7 +20,7 @@ export function resultCharts(most = 2) {
     element,
     show(figures) {
       const shown = figures.slice(0, most);
-      const names = JSON.stringify(shown.map((figure) => [figure.title, figure.x, figure.y]));
+      const names = JSON.stringify(shown.map(({ title, x, y, series }) => [title, x, y, series.map((each) => [each.name, each.kind])]));
       if (names !== known) {
         for (const each of charts) each.leave();
         charts = shown.map(figureChart);
@@ -33,27 +36,26 @@ export function resultCharts(most = 2) {
 }
 
 function figureChart(figure) {
-  let points = [];
+  let now = figure;
+  const hidden = () => ({ stroke: "transparent", paths: () => null, points: { show: false } });
   const options = () => ({
     scales: { x: { time: false, range: padded(0.08) }, y: { range: padded(0.12) } },
     axes: [axis({ size: 26 }), axis({ size: 62, space: 24 })],
-    series: [
-      {},
-      { stroke: colour("compensated"), paths: () => null, points: { show: true, size: 9, fill: colour("compensated") } },
-      { stroke: "transparent", paths: () => null, points: { show: false } },
-      { stroke: "transparent", paths: () => null, points: { show: false } },
-    ],
-    hooks: { draw: [(plot) => draw(plot, points)] },
+    series: [{}, hidden(), hidden(), hidden()],
+    hooks: { draw: [(plot) => draw(plot, now)] },
   });
   const made = chart(figure.title, t("plot.of_over", { y: words(figure.y), x: words(figure.x) }), options, columns([]));
   const limit = legend([["limit", t("plot.limit")]]);
-  made.element.append(h("div", { class: "legends" }, legend([["compensated point", t("plot.result_u")]]), limit));
+  const keys = figure.series.map((each, i) => [`${COLOURS[i % COLOURS.length]} ${each.kind === "line" ? "" : "point"}`, each.name || t("plot.result_u")]);
+  made.element.append(h("div", { class: "legends" }, legend(keys), limit));
   return {
     ...made,
     show(newest) {
-      points = newest.series.flatMap((each) => each.points).sort((a, b) => a.x - b.x);
-      show(limit, points.some((point) => Number.isFinite(point.lower) || Number.isFinite(point.upper)));
-      made.set(columns(points));
+      now = newest;
+      const points = newest.series.flatMap((each) => each.points).sort((a, b) => a.x - b.x);
+      const limits = newest.marks.filter((mark) => mark.is_limit && mark.axis === "y").map((mark) => mark.at);
+      show(limit, limits.length || points.some((point) => Number.isFinite(point.lower) || Number.isFinite(point.upper)));
+      made.set(columns(points, limits));
     },
   };
 }
@@ -71,8 +73,8 @@ function padded(share) {
 }
 
 // x, y, and the least and greatest of what is drawn at each point.
-export function columns(points) {
-  const ends = (point) => [point.y, point.y - (point.U ?? 0), point.y + (point.U ?? 0), point.lower, point.upper].filter(Number.isFinite);
+export function columns(points, limits = []) {
+  const ends = (point) => [point.y, point.y - (point.U ?? 0), point.y + (point.U ?? 0), point.lower, point.upper, ...limits].filter(Number.isFinite);
   if (!points.length) return [[0, 1], [null, null], [null, null], [null, null]];
   return [
     points.map((point) => point.x),
@@ -82,31 +84,63 @@ export function columns(points) {
   ];
 }
 
-function draw(plot, points) {
+function draw(plot, figure) {
   const { ctx } = plot;
   const px = devicePixelRatio;
+  const across = (value) => plot.valToPos(value, "x", true);
+  const up = (value) => plot.valToPos(value, "y", true);
+  const path = (paint, width = 2) => {
+    ctx.lineWidth = width * px;
+    ctx.beginPath();
+    paint();
+    ctx.stroke();
+  };
   const line = (x1, y1, x2, y2) => {
     ctx.moveTo(x1, y1);
     ctx.lineTo(x2, y2);
   };
-  const stroke = (name, width, paint) => {
-    ctx.strokeStyle = colour(name);
-    ctx.lineWidth = width * px;
-    ctx.beginPath();
-    for (const point of points) paint(point, plot.valToPos(point.x, "x", true), (value) => plot.valToPos(value, "y", true));
-    ctx.stroke();
-  };
   ctx.save();
-  stroke("compensated", 2, (point, x, at) => {
-    if (!Number.isFinite(point.U)) return;
-    const ends = [at(point.y - point.U), at(point.y + point.U)];
-    line(x, ends[0], x, ends[1]);
-    for (const end of ends) line(x - CAP_PX * px, end, x + CAP_PX * px, end);
+  figure.series.forEach(({ kind, points }, i) => {
+    ctx.strokeStyle = colour(COLOURS[i % COLOURS.length]);
+    ctx.fillStyle = ctx.strokeStyle;
+    if (kind === "line") band(ctx, points, across, up);
+    if (kind === "line" || kind === "joined") {
+      path(() => points.forEach((point) => ctx.lineTo(across(point.x), up(point.y))), kind === "line" ? 2 : 1);
+    }
+    if (kind === "line") return;
+    path(() => {
+      for (const { x, y, U } of points) {
+        if (!Number.isFinite(U)) continue;
+        line(across(x), up(y - U), across(x), up(y + U));
+        for (const end of [up(y - U), up(y + U)]) line(across(x) - CAP_PX * px, end, across(x) + CAP_PX * px, end);
+      }
+    });
+    for (const { x, y } of points) {
+      ctx.beginPath();
+      ctx.arc(across(x), up(y), POINT_PX * px, 0, 2 * Math.PI);
+      ctx.fill();
+    }
   });
-  stroke("raw", 2, (point, x, at) => {
-    for (const limit of [point.lower, point.upper]) {
-      if (Number.isFinite(limit)) line(x - DASH_PX * px, at(limit), x + DASH_PX * px, at(limit));
+  ctx.strokeStyle = colour("raw");
+  path(() => {
+    for (const { x, lower, upper } of figure.series.flatMap((each) => each.points)) {
+      for (const limit of [lower, upper]) {
+        if (Number.isFinite(limit)) line(across(x) - DASH_PX * px, up(limit), across(x) + DASH_PX * px, up(limit));
+      }
+    }
+    for (const mark of figure.marks) {
+      if (mark.is_limit && mark.axis === "y") line(plot.bbox.left, up(mark.at), plot.bbox.left + plot.bbox.width, up(mark.at));
     }
   });
   ctx.restore();
+}
+
+function band(ctx, points, across, up) {
+  const known = points.filter((point) => Number.isFinite(point.U));
+  ctx.globalAlpha = BAND;
+  ctx.beginPath();
+  for (const { x, y, U } of known) ctx.lineTo(across(x), up(y + U));
+  for (const { x, y, U } of [...known].reverse()) ctx.lineTo(across(x), up(y - U));
+  ctx.fill();
+  ctx.globalAlpha = 1;
 }
