@@ -15,7 +15,7 @@ from rigrunner.proof.places import place_in
 from rigrunner.proof.seal import issued_part
 
 MANY = 20_000
-MOST_S = 3.0
+MOST_S = 4.0
 """Of the processor; looked for from each beginning to the end of the file, it took 5 to 60 s."""
 
 
@@ -74,6 +74,7 @@ def appended(text):
     ],
 )
 def test_what_has_no_end_is_not_looked_for_again_and_again(look, text):
+    look(b"")  # imports what it needs
     before_s = time.process_time()
     look(text)
     assert time.process_time() - before_s < MOST_S

@@ -163,7 +163,7 @@ def test_one_that_is_a_little_too_slow_is_dropped_and_sets_no_pace():
     began = time.monotonic()
     with pytest.raises(TimeoutError, match="it does not keep up"):
         run()
-    assert time.monotonic() - began < 5.0
+    assert time.monotonic() - began < 20.0
     detached.close()
     wait_until(no_listener_is_left)
 
