@@ -42,7 +42,7 @@ def texts():
     for folder in FOLDERS:
         for path in sorted((ROOT / folder).rglob("*")):
             apart = {"vendor", "decisions"} & set(path.parts)
-            if path.suffix in SUFFIXES and not apart and path.name != "changes.md":
+            if path.suffix in SUFFIXES and not apart:
                 yield path
     yield ROOT / "README.md"
 
