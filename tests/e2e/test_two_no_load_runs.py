@@ -8,10 +8,12 @@ from datetime import timedelta
 import numpy as np
 import pytest
 
+from helpers_certificate import make_letterhead
 from helpers_cli import call
 from helpers_workflow import START, quick_procedure, run, station_file
 from rigrunner.api.errors import ExitCode
 from rigrunner.clock import SimulatedClock
+from rigrunner.panel.history import History
 from rigrunner.runfile import read
 
 TRUE_NM = 0.7262
@@ -49,6 +51,11 @@ def test_the_loaded_run_waits_and_says_so(lab):
     assert loaded.exit_code is ExitCode.UNDECIDED
     assert loaded.result is None
     assert (loaded.folder / "journal").is_dir()
+    said = call("runs", "--runs", loaded.folder.parent)
+    (line,) = (each for each in said.out.splitlines() if loaded.folder.name in each)
+    assert "completed, waits for a second no-load run" in line
+    states = {each.run: each.state for each in History(loaded.folder.parent).items()}
+    assert states[loaded.folder.name] == "completed, waits for a second no-load run"
 
 
 @pytest.mark.thorough
@@ -74,5 +81,19 @@ def test_resume_takes_in_the_second_run_and_the_drift_is_out(lab):
     assert call("verify", lab["loaded"].folder).code == 0
     shown = call("show", name, "--runs", runs)
     assert lab["after"].folder.name in shown.out
+    lab_folder = make_letterhead(runs.parent / "letterhead")
+    called = call(
+        "certify", name, "--runs", runs, "--authorised-by", "A", "--customer", "Muster",
+        "--customer-contact", "x", "--item", "bearing", "--item-condition", "new",
+        "--received", "2026-02-27", "--letterhead", lab_folder, "--out", runs.parent / "out",
+        "--not-for-certification",
+    )  # fmt: skip
+    assert called.code == 0, called.err
+    (content,) = (runs.parent / "out").glob("*.json")
+    evidence = json.loads(content.read_text(encoding="utf-8"))["evidence"]
+    assert evidence["no_load_run"]["run_id"] == lab["before"].folder.name
+    assert evidence["no_load_run_after"]["run_id"] == lab["after"].folder.name
+    (page,) = (runs.parent / "out").glob("*.html")
+    assert page.read_text(encoding="utf-8").count(lab["after"].folder.name) >= 2
     again = call("analyse", name, "--runs", runs, "--json")
     assert json.loads(again.out)["headline"]["compensated"] == mean

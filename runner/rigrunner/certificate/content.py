@@ -89,7 +89,8 @@ def make_certificate(
     """Return the certificate; raise DataError where the run allows none (see `certifiable`)."""
     certifiable(source)
     run, result = source.stored, source.result
-    instruments = tuple(instruments_of(result.run, result.no_load_run))
+    runs = (result.run, result.no_load_run, result.no_load_run_after)
+    instruments = tuple(instruments_of(*runs))
     conditions = tuple(conditions_of(result.run))
     return Certificate(
         number=issue.number,
@@ -183,13 +184,16 @@ def restrictions_of(source: Source, *, requested: bool) -> Iterator[Restriction]
 
 def _entered_as(source: Source) -> set[str]:
     """Return what the registers of both runs say of calibrations, such as 'simulated'."""
-    entries = instruments_of(source.result.run, source.result.no_load_run)
+    found = source.result
+    entries = instruments_of(found.run, found.no_load_run, found.no_load_run_after)
     return {each.calibration for each in entries}
 
 
 def _runs(source: Source) -> tuple[StoredRun, ...]:
-    """Return the run and, where there is one, its no-load run."""
-    return tuple(each for each in (source.stored, source.stored.no_load) if each is not None)
+    """Return the run and, where there are any, its no-load runs."""
+    stored = source.stored
+    every = (stored, stored.no_load, stored.no_load_after)
+    return tuple(each for each in every if each is not None)
 
 
 def _approval(run: StoredRun) -> Approval:
@@ -235,6 +239,9 @@ def _evidence(source: Source, software: Mapping[str, str]) -> Evidence:
     return Evidence(
         run=_run_evidence(run, source.file_sha256),
         no_load_run=None if run.no_load is None else _run_evidence(run.no_load, ""),
+        no_load_run_after=(
+            None if run.no_load_after is None else _run_evidence(run.no_load_after, "")
+        ),
         station_sha256=_sha256(run.header.station_text),
         software=dict(run.header.provenance),
         issued_with=dict(software),

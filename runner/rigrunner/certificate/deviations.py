@@ -43,7 +43,7 @@ def deviations_of(
 ) -> Iterator[Deviation]:
     """Yield all deviations, those of the no-load run included, and what a person states."""
     run_id = stored.header.run_id
-    for each in (stored, stored.no_load):
+    for each in (stored, stored.no_load, stored.no_load_after):
         if each is not None:
             yield from _of_run(each)
     yield from _of_instruments(run_id, result, instruments)

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import RigrunnerError
+from rigrunner.api.events import Outcome
+from rigrunner.procedure import parse_procedure
 from rigrunner.run.locate import run_names
 from rigrunner.runfile import NEVER_ENDED, is_going_on, read_info
 
@@ -25,6 +27,8 @@ class ListedRun:
     """Why the run cannot be read, where it cannot."""
     is_going_on: bool = False
     """Whether a process writes to it just now."""
+    waits: bool = False
+    """Whether it is complete but for the no-load run that its procedure asks for after it."""
 
     @property
     def state(self) -> str:
@@ -35,8 +39,11 @@ class ListedRun:
             return "running"
         if self.info.sealed:
             return self.info.outcome
-        interrupted = self.info.reason == NEVER_ENDED
-        return "interrupted" if interrupted else f"{self.info.outcome}, not sealed"
+        if self.info.reason == NEVER_ENDED:
+            return "interrupted"
+        if self.waits:
+            return f"{self.info.outcome}, waits for a second no-load run"
+        return f"{self.info.outcome}, not sealed"
 
     @property
     def is_interrupted(self) -> bool:
@@ -53,6 +60,19 @@ def listed_run(runs: Path, name: str) -> ListedRun:
     """Return one run of a folder of runs."""
     try:
         going_on = is_going_on(runs / name)
-        return ListedRun(name, read_info(runs / name), is_going_on=going_on)
+        info = read_info(runs / name)
+        return ListedRun(name, info, is_going_on=going_on, waits=_waits(info))
     except RigrunnerError as error:
         return ListedRun(name, None, str(error))
+
+
+def _waits(info: RunInfo) -> bool:
+    if info.sealed or info.outcome != Outcome.COMPLETED:
+        return False
+    header = info.header
+    try:
+        procedure = parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
+    except RigrunnerError:
+        return False
+    spec = procedure.torque_analysis.no_load
+    return spec is not None and spec.after

@@ -58,7 +58,8 @@ if TYPE_CHECKING:
     from rigrunner.api.events import Event
 
 _T = TypeVar("_T")
-NO_LOAD, EVENTS, CALLED_PLACE = "no_load", "events", "texts/called"
+NO_LOADS = ("no_load", "no_load_after")
+EVENTS, CALLED_PLACE = "events", "texts/called"
 _TEXTS = ("inputs", "provenance", "people", "approval", "imported")
 
 
@@ -77,8 +78,8 @@ class DamagedRun:
     truth: Mapping[str, Mapping[str, float]]
     sound: tuple[str, ...]
     """The places of sound recordings, such as 'recordings/001_1Hz'."""
-    has_no_load: bool
-    """Whether the no-load run that is embedded is sound, all of it."""
+    no_loads: tuple[str, ...]
+    """The places of the embedded no-load runs that are sound, all of each."""
     lost: tuple[Difference, ...]
     """What cannot be read, or is not what was sealed."""
 
@@ -119,8 +120,8 @@ def write_salvaged(
             new_group(entry, kind, "NXcollection")
         for place in damaged.sound:
             source.copy(source[ENTRY][place], entry[place.partition("/")[0]])
-        if damaged.has_no_load:
-            source.copy(source[ENTRY][NO_LOAD], entry)
+        for place in damaged.no_loads:
+            source.copy(source[ENTRY][place], entry)
         entry.attrs["sha256"] = digest_of(entry, events)
         write_manifest(entry)
 
@@ -146,7 +147,7 @@ class _Reading:
             events=events,
             truth=self._part("verification", lambda: read_entry_truth(self.entry), {}),
             sound=sound,
-            has_no_load=self._has_no_load(),
+            no_loads=tuple(filter(self._has_no_load, NO_LOADS)),
             lost=tuple(sorted(self.lost.values())),
         )
 
@@ -241,19 +242,19 @@ class _Reading:
 
         return self._part(place, read, "")
 
-    def _has_no_load(self) -> bool:
-        """Say whether the embedded run is there and sound: without a manifest nobody can tell."""
+    def _has_no_load(self, place: str) -> bool:
+        """Say whether an embedded run is there and sound: without a manifest nobody can tell."""
 
         def check() -> bool:
-            if NO_LOAD not in self.entry:
+            if place not in self.entry:
                 return False
             for kind in KINDS:
-                group = self.entry[NO_LOAD]
+                group = self.entry[place]
                 for name in members(group[kind]) if kind in group else ():
-                    self._read(f"{NO_LOAD}/{kind}/{name}")
+                    self._read(f"{place}/{kind}/{name}")
             return True
 
-        return self._part(NO_LOAD, check, instead=False)
+        return self._part(place, check, instead=False)
 
     def _part(self, place: str, read: Callable[[], _T], instead: _T) -> _T:
         """Return what is read of a part; note it as lost where that fails, or it was changed."""

@@ -7,7 +7,7 @@ from pathlib import Path
 import h5py
 import pytest
 
-from rigrunner.runfile.salvage import read_damaged
+from rigrunner.runfile.salvage import read_damaged, write_salvaged
 from unit.runfile.helpers_runfile import TWO, header_of, write_run
 
 PLACES = tuple(f"recordings/{each.name}" for each in TWO)
@@ -27,7 +27,7 @@ def test_of_a_sound_file_nothing_is_lost(path):
 
 
 def test_a_run_without_an_embedded_one_has_none(path):
-    assert read_damaged(path).has_no_load is False
+    assert read_damaged(path).no_loads == ()
 
 
 def test_without_its_manifest_recordings_are_found_by_their_own_digests(path):
@@ -52,9 +52,12 @@ def test_ctrl_c_while_a_damaged_file_is_read_is_not_taken_for_damage(path, monke
 
 @pytest.mark.parametrize("has_manifest", [True, False])
 def test_an_embedded_run_that_is_damaged_is_not_taken_for_sound(tmp_path, has_manifest):
-    write_run(tmp_path / "no_load", TWO[:1]).seal()
-    sealed = write_run(tmp_path / "run", TWO).seal(no_load=tmp_path / "no_load")
-    assert read_damaged(sealed).has_no_load is True
+    for name in ("before", "after"):
+        write_run(tmp_path / name, TWO[:1]).seal()
+    sealed = write_run(tmp_path / "run", TWO).seal(
+        no_load=tmp_path / "before", no_load_after=tmp_path / "after"
+    )
+    assert read_damaged(sealed).no_loads == ("no_load", "no_load_after")
     sealed.chmod(0o644)
     with h5py.File(sealed, "r+") as file:
         column = file[f"entry/no_load/{PLACES[0]}/tester_torque"]
@@ -62,9 +65,14 @@ def test_an_embedded_run_that_is_damaged_is_not_taken_for_sound(tmp_path, has_ma
         if not has_manifest:
             file["entry/manifest"][0] = ord("[")
     damaged = read_damaged(sealed)
-    assert damaged.has_no_load is False
+    assert damaged.no_loads == ("no_load_after",)
     assert damaged.sound == PLACES
-    assert any(each.path.startswith("no_load") for each in damaged.lost)
+    assert any(each.path.partition("/")[0] == "no_load" for each in damaged.lost)
+    target = tmp_path / "saved.h5"
+    write_salvaged(damaged, damaged.header, damaged.events, target)
+    with h5py.File(target) as file:
+        assert "no_load_after" in file["entry"]
+        assert "no_load" not in file["entry"]
 
 
 def test_of_a_file_from_before_there_was_a_manifest_recordings_are_found_by_their_own_digests():

@@ -102,6 +102,8 @@ def certificate_json(certificate: Certificate) -> str:
     content = certificate.model_dump(mode="json", exclude=exclude)
     if certificate.conformity is not None and not certificate.conformity.rule_words_in:
         del content["conformity"]["rule_words_in"]
+    if certificate.evidence.no_load_run_after is None:
+        del content["evidence"]["no_load_run_after"]
     text = json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False)
     return text.translate(_IN_SCRIPT) + "\n"
 

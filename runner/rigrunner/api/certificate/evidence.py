@@ -27,6 +27,8 @@ class Evidence(Part):
 
     run: RunEvidence
     no_load_run: RunEvidence | None
+    no_load_run_after: RunEvidence | None = None
+    """The second one, after the run, where there are two: they bracket it."""
     station_sha256: Sha256
     """Of the station's text in UTF-8."""
     software: dict[str, str]
