@@ -179,7 +179,10 @@ def _duration_s(pair: Pair, frequency_hz: float) -> float:
 def _run_data(pair: Pair, run: Run, taken: _Taken, name: str, said_n: float) -> RunData:
     station = tools().station
     (instrument,) = torque_instruments(station.instruments).values()
-    known = {"natural_frequency": natural_hz(run.rig)}
+    known = {
+        "natural_frequency": natural_hz(run.rig),
+        "support_drift": None,  # these supports become warm
+    }
     recordings = tuple(
         Recording(
             name=f"{frequency_hz:g} Hz",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import hypot, inf
+from math import hypot, inf, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -107,6 +107,15 @@ GROWTH = Limit(
     unit="1",
     upper=1.0,
 )
+BUILD_UP = Limit(
+    name="build-up of the support's friction",
+    good="at the starting torque at least 75 % of the support's dry friction is built up, or the "
+    "station states what the support does under load",
+    advice="a support whose friction builds up over a shorter way under load looks the same: "
+    "measure it with a bearing of known friction",
+    unit="%",
+    lower=75.0,
+)
 SPRING = Limit(
     name="torque that follows the angle",
     good="what is elastic in it comes to at most 5 % of the torque",
@@ -127,6 +136,7 @@ LIMITS = (
     UNDER_LOAD,
     GROWTH,
     SPRING,
+    BUILD_UP,
 )
 
 
@@ -306,6 +316,33 @@ def no_growth(points: Sequence[CompensatedPoint], found: Sequence[BySpeed]) -> C
         biases=tuple(
             Bias(f"{f:.4g} Hz", float(slope * f * s), float(u * f * s))
             for f, s in zip(hertz, scale, strict=True)
+        ),
+    )
+
+
+def support_has_built_up(
+    points: Sequence[CompensatedPoint],
+    found: Sequence[tuple[float, float]],
+    running_nm: Sequence[float],
+) -> Check:
+    """Check that the torque is read where the support's friction is built up.
+
+    `found` has what is built up of it at each point, and all of it, in N·m. If under load it builds
+    up over a shorter way, the torque is too great, by no more than what was not built up; nor by
+    more than the running torque is less, which does not depend on the way. Anything between
+    nothing and that: the middle, and half of it over the square root of 3 (GUM 4.3.7).
+    """
+    percent = 100 * float(np.mean([there / whole if whole else 1.0 for there, whole in found]))
+    check = BUILD_UP.check([(percent, f"{percent:.0f} % of it is built up there")])
+    most = [
+        max(min(whole - there, point.torque.value - running), 0.0)
+        for point, (there, whole), running in zip(points, found, running_nm, strict=True)
+    ]
+    return replace(
+        check,
+        biases=tuple(
+            Bias(f"{point.frequency_hz:.4g} Hz", nm / 2, nm / sqrt(12))
+            for point, nm in zip(points, most, strict=True)
         ),
     )
 

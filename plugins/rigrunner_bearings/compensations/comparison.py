@@ -15,10 +15,10 @@ import numpy as np
 from rigrunner.api.uncertainty import Distribution, Effect, Input
 from rigrunner.signal import response
 from rigrunner.signal.inputs import bounded_effect, limited
-from rigrunner_bearings.compensations.bearing import Pair, mean_swing
-from rigrunner_bearings.compensations.hum import without_hum
-from rigrunner_bearings.compensations.limits import support_under_load
-from rigrunner_bearings.compensations.recording_gains import recording_gains
+from rigrunner_plugins.compensations.bearing import Pair, mean_swing
+from rigrunner_plugins.compensations.hum import without_hum
+from rigrunner_plugins.compensations.limits import support_drift, support_under_load
+from rigrunner_plugins.compensations.recording_gains import recording_gains
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -42,6 +42,8 @@ EITHER = 1.1
 """Times what a gain would make in place of an inertia: it is one or the other, and both lie at the
 ends of a rectangle, which 95 % of it leaves out."""
 
+BUILT_UP = 80
+"""Percentile over the swing of the friction that counts as all of it: reversals are below."""
 NEGLIGIBLE = 1e-9
 """Of the variance of all points."""
 
@@ -57,6 +59,8 @@ class Compared:
     """Standard uncertainty of what is left of it, at each point."""
     support: SupportGrowth
     """Of the friction under load: the growth is taken out."""
+    drift: Input | None
+    """Of the support's dry friction from one run to the other, a part of it."""
 
     def effects(self, found: Sequence[Evaluated]) -> list[tuple[Effect, ...]]:
         """Return for each point what is still open of what was taken out."""
@@ -103,6 +107,8 @@ class Compared:
         yield self.support.effect(same)
         if self.support.growth:
             yield bounded_effect(SLIP, abs(self.support.growth * (longer - same) / 2))
+        if self.drift is not None:
+            yield Effect(self.drift, -same)
 
 
 def compared(
@@ -129,7 +135,7 @@ def compared(
         )
         for pair, loaded, no_load in zip(pairs, gains.loaded, gains.no_load, strict=True)
     )
-    return Compared(rig, done, gains, tuple(hum_nm), support)
+    return Compared(rig, done, gains, tuple(hum_nm), support, support_drift(settings, sweep))
 
 
 def inertia_torque(rig: Identified, run: MeanSwing) -> Array:
@@ -148,6 +154,12 @@ def _without(rig: Identified, run: MeanSwing, torque_nm: Array) -> MeanSwing:
 def _rescaled(run: MeanSwing, gain: float) -> MeanSwing:
     factor = 1 + gain
     return replace(run, torque_nm=run.torque_nm / factor, replicates_nm=run.replicates_nm / factor)
+
+
+def built_up(found: Evaluated, rig: Identified) -> tuple[float, float]:
+    """Return what of the support's dry friction is built up at the maximum, N·m, and all of it."""
+    dry_nm = rig.friction.dry_nm
+    return _trial(found, dry_nm), float(np.percentile(np.abs(dry_nm), BUILT_UP))
 
 
 def _trial(found: Evaluated, torque_nm: Array) -> float:

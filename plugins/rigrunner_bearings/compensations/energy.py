@@ -22,10 +22,10 @@ from rigrunner.signal.repeatability import influences, jackknife_error
 from rigrunner.signal.sensor import curve_slope, gain, one_figure, stated
 from rigrunner.signal.swings import kept_cycles, with_swings
 from rigrunner.signal.transducer import transducer_effects
-from rigrunner_bearings.compensations import checks
-from rigrunner_bearings.compensations.limits import load, support_growth
-from rigrunner_bearings.compensations.matching import pairs
-from rigrunner_bearings.compensations.swing import make_swing, measured_ratio, running_torque
+from rigrunner_plugins.compensations import checks
+from rigrunner_plugins.compensations.limits import load, support_drift, support_growth
+from rigrunner_plugins.compensations.matching import pairs
+from rigrunner_plugins.compensations.swing import make_swing, measured_ratio, running_torque
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -83,12 +83,13 @@ class Energy:
         readings = [float(np.abs(mean).max()) for mean in means]
         raw, unloaded = (float(running_torque(swing, mean)) for mean in means)
         support = support_growth(self.settings, sweep)
-        rig = unloaded + support.growth * dry_nm
+        rig, drift = unloaded + support.growth * dry_nm, support_drift(self.settings, sweep)
         effects = (
             scattered("repeatability, loaded", *jackknife_error(without_each[0])),
             scattered("repeatability, no load", *jackknife_error(without_each[1])),
             *_limits(sweep, raw - rig),
             support.effect(dry_nm),
+            *(() if drift is None else (Effect(drift, -dry_nm),)),
             *transducer_effects(sweep.instrument, raw - rig, readings, slow=0.0),
         )
         scales = (gain(sweep.instrument), load(sweep.rig))

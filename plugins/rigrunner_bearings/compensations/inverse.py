@@ -17,21 +17,27 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.analysis import Compensation, Trace
+from rigrunner.api.checks import skipped
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
 from rigrunner.signal.propagation import compensated_point
 from rigrunner.signal.repeatability import influences
 from rigrunner.signal.swings import kept_cycles, with_swings
-from rigrunner_bearings.compensations import checks
-from rigrunner_bearings.compensations.bearing import mean_swing
-from rigrunner_bearings.compensations.budget import LEARNED_UNITS, Budget
-from rigrunner_bearings.compensations.comparison import compared
-from rigrunner_bearings.compensations.effects import by_halves, by_speed, mismatch
-from rigrunner_bearings.compensations.evaluation import evaluate
-from rigrunner_bearings.compensations.identification import identify, vector
-from rigrunner_bearings.compensations.limits import known, support_under_load
-from rigrunner_bearings.compensations.rig_errors import RigErrors
-from rigrunner_bearings.compensations.swing import (
+from rigrunner_plugins.compensations import checks
+from rigrunner_plugins.compensations.bearing import mean_swing
+from rigrunner_plugins.compensations.budget import LEARNED_UNITS, Budget
+from rigrunner_plugins.compensations.comparison import built_up, compared
+from rigrunner_plugins.compensations.effects import by_halves, by_speed, mismatch
+from rigrunner_plugins.compensations.evaluation import evaluate
+from rigrunner_plugins.compensations.identification import identify, vector
+from rigrunner_plugins.compensations.limits import (
+    known,
+    states_support,
+    support_drift,
+    support_under_load,
+)
+from rigrunner_plugins.compensations.rig_errors import RigErrors
+from rigrunner_plugins.compensations.swing import (
     make_swing,
     measured_ratio,
     spring_torque,
@@ -121,7 +127,7 @@ class Inverse(ABC):
             measurand=MEASURAND,
             points=points,
             parameters=_parameters(rig, runs.gains),
-            checks=_checks(sweep, rig, points, diagnosed, settings.window),
+            checks=_checks(sweep, rig, points, diagnosed, settings),
             notes=NOTES,
         )
 
@@ -137,8 +143,8 @@ class Inverse(ABC):
     def perturbation(self, sweep: Sweep) -> RigErrors:
         """Return what puts the errors that the settings state into the sweep."""
         settings = known(self.settings, sweep.rig)
-        support = support_under_load(settings, sweep)
-        return RigErrors(settings, support, self._learned(with_swings(sweep)))
+        support, drift = support_under_load(settings, sweep), support_drift(settings, sweep)
+        return RigErrors(settings, support, self._learned(with_swings(sweep)), drift)
 
     def _learned(self, sweep: SwingSweep) -> Identified:
         swing = make_swing(measured_ratio(sweep.no_load))
@@ -230,9 +236,10 @@ def _checks(
     rig: Identified,
     points: Sequence[CompensatedPoint],
     diagnosed: Sequence[_Diagnosis],
-    window_rad: float,
+    settings: InverseSettings,
 ) -> tuple[Check, ...]:
     recordings = (*sweep.loaded, *sweep.no_load)
+    window_rad = settings.window
     return (
         checks.independent(points, [each.scattered_nm for each in diagnosed]),
         checks.positive(points, [each.speed.running_nm for each in diagnosed]),
@@ -250,4 +257,21 @@ def _checks(
         checks.simultaneous(rig.line.delay_s),
         checks.tight(rig.line.natural_hz, sweep.rig.natural_frequency),
         checks.follows_resonance(recordings, rig.line.natural_hz),
+        _build_up(sweep, rig, points, diagnosed, settings),
+    )
+
+
+def _build_up(
+    sweep: SwingSweep,
+    rig: Identified,
+    points: Sequence[CompensatedPoint],
+    diagnosed: Sequence[_Diagnosis],
+    settings: InverseSettings,
+) -> Check:
+    if states_support(settings, sweep.rig):
+        return skipped(checks.BUILD_UP.name, "the station states what the support does under load")
+    return checks.support_has_built_up(
+        points,
+        [built_up(each.found, rig) for each in diagnosed],
+        [each.speed.running_nm for each in diagnosed],
     )

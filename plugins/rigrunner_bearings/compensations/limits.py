@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf
+from math import inf, sqrt
 from typing import TYPE_CHECKING
 
 from rigrunner.api.data import Estimate
-from rigrunner.api.results import SUPPORT_LINE
+from rigrunner.api.results import DRIFT_LINE, SUPPORT_LINE
 from rigrunner.api.uncertainty import Distribution, Effect, Input
 from rigrunner.signal.inputs import limited
 
@@ -30,6 +30,17 @@ REFERENCE_LOAD_N = 1000.0
 Its best estimate is the middle, and the half-width half of the whole (GUM 4.3.7). Below this load
 it is taken to be as much, above it in proportion.
 """
+
+ASSUMED = "assumed, not measured"
+PER_KELVIN = 0.02
+"""Of the support's friction: what it falls by for each kelvin that it becomes warmer.
+
+An assumption. Rolling friction goes with the viscosity to the power of 0.6 (SKF); of a mineral oil
+that falls by 5 % to 6 % a kelvin at room temperature (ISO VG 68, viscosity index 95, ASTM D341):
+so by 3.3 %. Sliding friction in mixed lubrication hardly changes, and is taken for 40 % of all.
+"""
+ROOM_K = 4.0
+"""Between two runs, each within 23 °C +/- 2 K (ISO 291, class 2): most likely none."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +99,36 @@ def support_growth(settings: SupportSettings, sweep: Sweep) -> SupportGrowth:
     if settings.support_load_dependence is not None:
         return SupportGrowth(settings.support_load_growth or 0.0, settings.support_load_dependence)
     half = LITERATURE * max(1.0, load_n / REFERENCE_LOAD_N) / 2
-    return SupportGrowth(half, half, "assumed, not measured")
+    return SupportGrowth(half, half, ASSUMED)
+
+
+def states_support(settings: SupportSettings, rig: RigDescription) -> bool:
+    """Return whether station or procedure say what the support's friction does under load."""
+    stated = (
+        rig.support_under_load,
+        rig.support_load_dependence,
+        settings.support_load_dependence,
+    )
+    return any(each is not None for each in stated)
+
+
+def support_drift(settings: SupportSettings, sweep: Sweep) -> Input | None:
+    """Return what the support's dry friction may change by between two runs, as a part of it.
+
+    The station states a limit; where it, or the procedure, says what the support does under load,
+    that limit holds for whatever changes between the runs. None where nothing is to be added: as
+    well where no time passes between the runs, or a second no-load run shows the change.
+    """
+    rig, limit = sweep.rig, sweep.rig.support_drift
+    if not sweep.apart or limit == 0:
+        return None
+    if limit is not None:
+        return limited(DRIFT_LINE, limit, "1")
+    if states_support(settings, rig):
+        return None
+    u = PER_KELVIN * ROOM_K / sqrt(6)
+    name = f"{DRIFT_LINE} ({ASSUMED})"
+    return Input(name, 0.0, u, inf, Distribution.TRIANGULAR, "1", common=True)
 
 
 def support_under_load(settings: SupportSettings, sweep: Sweep) -> SupportGrowth:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rigrunner.api.analysis import SwingPoint
+from rigrunner.api.uncertainty import Distribution
 from rigrunner.signal import response
 
 if TYPE_CHECKING:
@@ -15,16 +17,17 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import PeakPoint, Sweep
     from rigrunner.api.data import Array
-    from rigrunner_bearings.compensations.identification import Identified
-    from rigrunner_bearings.compensations.limits import SupportGrowth
-    from rigrunner_bearings.compensations.settings import InverseSettings
+    from rigrunner.api.uncertainty import Input
+    from rigrunner_plugins.compensations.identification import Identified
+    from rigrunner_plugins.compensations.limits import SupportGrowth
+    from rigrunner_plugins.compensations.settings import InverseSettings
 
 
 @dataclass(frozen=True, eq=False)
 class RigErrors:
-    """Draws a support's friction that changed under load, and a low-pass corner.
+    """Draws a support's friction that changed under load or in between, and a low-pass corner.
 
-    Each is a rectangle of the half-width that the settings state. What changed at the load goes
+    Each within the half-width that the settings state. What changed at the load goes
     through the drive line as learned, and so into the loaded run's torque. The drive line itself is
     learned anew from each draw, and so has its own error.
     """
@@ -32,12 +35,18 @@ class RigErrors:
     settings: InverseSettings
     support: SupportGrowth
     rig: Identified
+    drift: Input | None = None
+    """Of the support's dry friction from one run to the other, a part of it."""
 
     @property
     def covers(self) -> tuple[str, ...]:
         """The lines of the budget that are drawn."""
-        drawn = ("resonance, damping, inertia", "low-pass filter")
-        return drawn if self.support.measured else (*drawn, self.support.name)
+        drawn = ["resonance, damping, inertia", "low-pass filter"]
+        if not self.support.measured:
+            drawn.append(self.support.name)
+        if self.drift is not None:
+            drawn.append(self.drift.name)
+        return tuple(drawn)
 
     def __call__(self, sweep: Sweep, rng: Generator) -> Sweep:
         """Return the sweep with one draw of these errors."""
@@ -46,7 +55,7 @@ class RigErrors:
         assert low_pass is not None  # noqa: S101  (the rig was learned with it)
         filtered = low_pass.scaled(float(1 + self.settings.low_pass_tolerance * corner))
         instrument = sweep.instrument.model_copy(update={"low_pass": filtered})
-        growth = self.support.limit * friction
+        growth = self.support.limit * friction + _drawn(self.drift, rng)
         loaded = tuple(self._changed(point, growth) for point in sweep.loaded)
         return replace(sweep, loaded=loaded, instrument=instrument)
 
@@ -62,3 +71,13 @@ class RigErrors:
         """Return what the sensor shows of a torque on the inertia, one swing of shape (n,)."""
         harmonic_hz = frequency_hz * np.arange(len(torque_nm) // 2 + 1, dtype=np.float64)
         return response.apply(self.rig.line.sensor(harmonic_hz), torque_nm)
+
+
+def _drawn(error: Input | None, rng: Generator) -> float:
+    if error is None:
+        return 0.0
+    if error.distribution is Distribution.TRIANGULAR:
+        limit = error.u * sqrt(6)
+        return float(rng.triangular(-limit, 0.0, limit))
+    limit = error.u * sqrt(3)
+    return float(rng.uniform(-limit, limit))

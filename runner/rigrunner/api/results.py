@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from rigrunner.api.verdict import Decision, LaterDecision, LimitDecision, Verdict
 
 
+DRIFT_LINE = "drift of the support between the runs"
+"""The line of a budget for what the support's friction changes by in between. Its source may follow
+in parentheses."""
 SUPPORT_LINE = "support friction under load"
 """The line of a budget for what the load may change the support's friction by.
 

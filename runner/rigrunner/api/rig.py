@@ -122,6 +122,14 @@ class RigDescription(Settings):
         SupportUnderLoad | None,
         Field(description="friction that the load adds to the support, as it was measured"),
     ] = None
+    support_drift: Annotated[
+        Ratio | None,
+        Field(
+            ge=0,
+            description="limit of what the support's dry friction may change by between the "
+            "no-load run and the loaded one, as with its temperature",
+        ),
+    ] = None
     support_load: Annotated[
         Force | None,
         Field(

@@ -19,7 +19,12 @@ if TYPE_CHECKING:
 def with_swings(sweep: Sweep) -> SwingSweep:
     """Return the sweep as one of whole swings; raise DataError if a point has none."""
     return SwingSweep(
-        swings(sweep.loaded), swings(sweep.no_load), sweep.rig, sweep.instrument, sweep.fit
+        swings(sweep.loaded),
+        swings(sweep.no_load),
+        sweep.rig,
+        sweep.instrument,
+        sweep.fit,
+        sweep.apart,
     )
 
 

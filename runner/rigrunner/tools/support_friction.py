@@ -103,7 +103,7 @@ def support_friction(path: Path, registry: Registry) -> SupportFriction:
     procedure = parse_procedure(
         stored.header.procedure_text, stored.header.procedure_id, stored=True
     ).model
-    unstated = run.rig.model_copy(update=dict.fromkeys(_STATED))
+    unstated = run.rig.model_copy(update={**dict.fromkeys(_STATED), "support_drift": 0.0})
     result = analyse(
         replace(run, rig=unstated),
         None,

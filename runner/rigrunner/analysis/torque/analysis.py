@@ -239,7 +239,8 @@ class TorqueAnalysis:
     def _sweep(self, loaded: tuple[PeakPoint, ...], no_load: tuple[PeakPoint, ...]) -> Sweep:
         instrument = self._instrument()
         rig = with_known_load(self.run, instrument.channel, [each.load_n for each in loaded])
-        return Sweep(loaded, no_load, rig, instrument, first_fit(self.spec, self.lookup))
+        apart = not self._has_own_no_load and self.no_load_after is None
+        return Sweep(loaded, no_load, rig, instrument, first_fit(self.spec, self.lookup), apart)
 
     def _validation(
         self,

@@ -141,6 +141,8 @@ class Sweep:
     instrument: Instrument
     fit: Fit
     """The fit named by the procedure for torque over frequency (`fit:`)."""
+    apart: bool = False
+    """Whether the no-load points are of another run, and none after show what changed since."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -50,6 +50,18 @@ def test_a_load_raises_the_dry_part_alone():
     assert dry == pytest.approx(np.full(len(FEW), slowest), rel=0.01)
 
 
+def test_dry_friction_that_may_have_changed_between_the_runs_is_in_u():
+    """8 % of it, most likely none: as a triangle (JCGM 101, 6.4.5)."""
+    made = sweep(RigParameters(), FEW)
+    unstated = replace(
+        made, rig=made.rig.model_copy(update={"support_load_dependence": None}), apart=True
+    )
+    for point in Energy(EnergySettings())(unstated).points:
+        (drift,) = (part for part in point.components if part.name.startswith("drift of the"))
+        (growth,) = (part for part in point.components if part.name.startswith("support"))
+        assert drift.u == pytest.approx(0.08 / np.sqrt(6) * abs(growth.sensitivity))
+
+
 def test_says_what_it_measures(outcome):
     assert "running torque" in outcome.measurand
     assert any("not the starting torque" in note for note in outcome.notes)

@@ -71,6 +71,30 @@ def test_support_friction_under_load(made):
     assert change == pytest.approx(np.full(len(FEW), 0.012), abs=0.003)
 
 
+@pytest.mark.parametrize("stated", [None, 0.05])
+def test_drift_of_the_support_is_drawn_as_its_line_says(made, stated):
+    """Drawn into the data it moves the torques by what the line of the budget is."""
+    update = {"support_load_dependence": None, "support_drift": stated}
+    apart = replace(made, rig=made.rig.model_copy(update=update), apart=True)
+    chosen = method(support_load_dependence="0 %") if stated else method()
+    drawn = chosen.perturbation(apart)
+    assert drawn.drift is not None
+    assert drawn.drift.name in drawn.covers
+    only = replace(
+        drawn, support=replace(drawn.support, limit=0.0), settings=no_corner(drawn.settings)
+    )
+    rng = np.random.default_rng(5)
+    moved = [chosen.torques(only(apart, rng))[0] for _ in range(60)]
+    (line,) = (
+        part.u for part in chosen(apart).points[0].components if part.name == drawn.drift.name
+    )
+    assert np.std(moved) == pytest.approx(line, rel=0.3)
+
+
+def no_corner(settings):
+    return settings.model_copy(update={"low_pass_tolerance": 0.0})
+
+
 def test_low_pass_corner_is_told_to_the_method(made):
     wider = {"low_pass_tolerance": "2 %"}
     changed = method(**wider).perturbation(made)(made, Extreme(0))

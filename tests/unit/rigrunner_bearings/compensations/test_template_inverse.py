@@ -8,15 +8,16 @@ from helpers_thorough import first
 from rigrunner.analysis.torque.headline import compensated_mean
 from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import Instrument
-from rigrunner.api.results import SUPPORT_LINE
+from rigrunner.api.results import DRIFT_LINE, SUPPORT_LINE
+from rigrunner.api.rig import SupportUnderLoad
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.propagation import sensitivities
 from rigrunner.signal.uncertainty import combine
-from rigrunner_bearings.compensations.comparison import SLIP
-from rigrunner_bearings.compensations.drive_line import DriveLine
-from rigrunner_bearings.compensations.settings import TemplateInverseSettings
-from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
-from unit.rigrunner_bearings.compensations.helpers_sweeps import FEW, compensate, errors_nm, sweep
+from rigrunner_plugins.compensations.comparison import SLIP
+from rigrunner_plugins.compensations.drive_line import DriveLine
+from rigrunner_plugins.compensations.settings import TemplateInverseSettings
+from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+from unit.rigrunner_plugins.compensations.helpers_sweeps import FEW, compensate, errors_nm, prepared, sweep
 
 RIG = RigParameters()
 
@@ -75,9 +76,10 @@ def test_a_budget_undoes_the_drive_line_only_for_what_changes_it(monkeypatch):
     assert len(undone) <= (26 + 4 + 1 + 7) * len(found.points)
 
 
-def unmeasured(made):
-    """Return a sweep of a station that says nothing of its support."""
-    return replace(made, rig=made.rig.model_copy(update={"support_load_dependence": None}))
+def unmeasured(made, **stated):
+    """Return a sweep of a station that says nothing of its support, but for what is stated."""
+    update = {"support_load_dependence": None, **stated}
+    return replace(made, rig=made.rig.model_copy(update=update))
 
 
 def support_line(point):
@@ -88,9 +90,8 @@ def support_line(point):
 def test_a_support_that_nobody_measured_grows_by_what_the_literature_has():
     """Between 0 and 2.5 % at 1000 N: a load raises friction, it does not lower it (GUM 4.3.7)."""
     made = sweep(RIG, FEW)
-    for point, measured in zip(
-        compensate(unmeasured(made)).points, compensate(made).points, strict=True
-    ):
+    unstated = unmeasured(made)
+    for point, measured in zip(compensate(unstated).points, compensate(made).points, strict=True):
         line, known = support_line(point), support_line(measured)
         assert "assumed" in line.name
         assert line.value == pytest.approx(0.0125)
@@ -99,6 +100,78 @@ def test_a_support_that_nobody_measured_grows_by_what_the_literature_has():
         (slip,) = (part.u for part in point.components if part.name == SLIP)
         most = -0.0125 * known.sensitivity  # where the way of the slip does not grow
         assert most - 1e-3 - 2 * slip * np.sqrt(3) < lowered < most
+
+
+def line_of(point, name):
+    """Return the one line of the budget whose name begins so, or None."""
+    found = [part for part in point.components if part.name.startswith(name)]
+    assert len(found) <= 1
+    return found[0] if found else None
+
+
+def test_nothing_tells_what_the_support_s_temperature_did_between_two_runs():
+    """2 % a kelvin and two runs within +/- 2 K each: a triangle of +/- 8 % (JCGM 101, 6.4.5)."""
+    made = replace(unmeasured(sweep(RIG, FEW)), apart=True)
+    for point in compensate(made).points:
+        drift = line_of(point, DRIFT_LINE)
+        assert drift.name == f"{DRIFT_LINE} (assumed, not measured)"
+        assert drift.input_u == pytest.approx(0.08 / np.sqrt(6))
+        assert drift.sensitivity == pytest.approx(support_line(point).sensitivity)
+        assert drift.common
+
+
+MEASURED = SupportUnderLoad.model_validate(
+    {"source": "R", "load": "1000 N", "torque": "10 mN·m", "u": "2 mN·m"}
+)
+
+
+@pytest.mark.parametrize(
+    ("stated", "u"),
+    [
+        ({"support_drift": 0.02}, 0.02 / np.sqrt(3)),
+        ({"support_drift": 0.0}, None),
+        ({"support_load_dependence": 0.01}, None),
+        ({"support_drift": 0.02, "support_load_dependence": 0.01}, 0.02 / np.sqrt(3)),
+        ({"support_under_load": MEASURED}, None),
+    ],
+)
+def test_a_station_may_state_what_its_support_does_between_the_runs(stated, u):
+    made = replace(unmeasured(sweep(RIG, FEW), **stated), apart=True)
+    drift = line_of(compensate(made).points[0], DRIFT_LINE)
+    assert (drift is None) == (u is None)
+    assert u is None or drift.input_u == pytest.approx(u)
+
+
+def test_what_no_time_passes_between_has_no_drift():
+    assert line_of(compensate(unmeasured(sweep(RIG, FEW))).points[0], DRIFT_LINE) is None
+
+
+@pytest.mark.parametrize("drift", [-0.05, 0.05])
+def test_a_support_that_became_warmer_or_colder_is_within_u(drift):
+    """Dry friction of 0.76 N·m that changed by 5 % moves the torque by some 30 mN·m."""
+    other = replace(RIG, support_friction_nm=RIG.support_friction_nm * (1 + drift))
+    made = replace(sweep(RIG, FEW), loaded=prepared(other, 1000.0, FEW), apart=True)
+    told = compensate(made)
+    honest = compensate(unmeasured(made))
+    mean, wide = (compensated_mean(each.points) for each in (told, honest))
+    error = errors_nm(other, told).mean()
+    assert abs(error) > 2 * expanded(mean)
+    assert abs(errors_nm(other, honest).mean()) < expanded(wide)
+
+
+def test_a_torque_where_the_support_s_friction_is_not_built_up_may_be_the_support_s():
+    """One that builds up over half its way under load: the torque is 0.3 N·m too great."""
+    other = replace(RIG, support_slip_rad=RIG.support_slip_rad / 2)
+    wide = replace(RIG, support_slip_rad=2 * RIG.support_slip_rad)
+    made = sweep(wide, FEW)
+    made = replace(made, loaded=prepared(other, 1000.0, FEW))
+    name = "build-up of the support's friction"
+    found = check(compensate(unmeasured(made)), name)
+    assert not found.ok
+    assert found.value < 75
+    assert min(each.value for each in found.biases) > 0.02
+    assert check(compensate(made), name).ok
+    assert check(compensate(unmeasured(sweep(RIG, FEW))), name).ok
 
 
 def test_beyond_1000_n_the_assumption_is_in_proportion_to_the_load():
