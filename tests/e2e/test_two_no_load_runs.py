@@ -13,8 +13,8 @@ from helpers_cli import call
 from helpers_workflow import START, quick_procedure, run, station_file
 from rigrunner.api.errors import ExitCode
 from rigrunner.clock import SimulatedClock
-from rigrunner.panel.history import History
 from rigrunner.runfile import read
+from rigrunner_panel.history import History
 
 TRUE_NM = 0.7262
 """The simulated bearing's starting torque under 1000 N."""

@@ -15,10 +15,10 @@ import numpy as np
 from rigrunner.api.uncertainty import Distribution, Effect, Input
 from rigrunner.signal import response
 from rigrunner.signal.inputs import bounded_effect, limited
-from rigrunner_plugins.compensations.bearing import Pair, mean_swing
-from rigrunner_plugins.compensations.hum import without_hum
-from rigrunner_plugins.compensations.limits import support_drift, support_under_load
-from rigrunner_plugins.compensations.recording_gains import recording_gains
+from rigrunner_bearings.compensations.bearing import Pair, mean_swing
+from rigrunner_bearings.compensations.hum import without_hum
+from rigrunner_bearings.compensations.limits import support_drift, support_under_load
+from rigrunner_bearings.compensations.recording_gains import recording_gains
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -22,10 +22,10 @@ from rigrunner.signal.repeatability import influences, jackknife_error
 from rigrunner.signal.sensor import curve_slope, gain, one_figure, stated
 from rigrunner.signal.swings import kept_cycles, with_swings
 from rigrunner.signal.transducer import transducer_effects
-from rigrunner_plugins.compensations import checks
-from rigrunner_plugins.compensations.limits import load, support_drift, support_growth
-from rigrunner_plugins.compensations.matching import pairs
-from rigrunner_plugins.compensations.swing import make_swing, measured_ratio, running_torque
+from rigrunner_bearings.compensations import checks
+from rigrunner_bearings.compensations.limits import load, support_drift, support_growth
+from rigrunner_bearings.compensations.matching import pairs
+from rigrunner_bearings.compensations.swing import make_swing, measured_ratio, running_torque
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

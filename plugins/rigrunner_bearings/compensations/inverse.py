@@ -23,21 +23,21 @@ from rigrunner.api.errors import DataError
 from rigrunner.signal.propagation import compensated_point
 from rigrunner.signal.repeatability import influences
 from rigrunner.signal.swings import kept_cycles, with_swings
-from rigrunner_plugins.compensations import checks
-from rigrunner_plugins.compensations.bearing import mean_swing
-from rigrunner_plugins.compensations.budget import LEARNED_UNITS, Budget
-from rigrunner_plugins.compensations.comparison import built_up, compared
-from rigrunner_plugins.compensations.effects import by_halves, by_speed, mismatch
-from rigrunner_plugins.compensations.evaluation import evaluate
-from rigrunner_plugins.compensations.identification import identify, vector
-from rigrunner_plugins.compensations.limits import (
+from rigrunner_bearings.compensations import checks
+from rigrunner_bearings.compensations.bearing import mean_swing
+from rigrunner_bearings.compensations.budget import LEARNED_UNITS, Budget
+from rigrunner_bearings.compensations.comparison import built_up, compared
+from rigrunner_bearings.compensations.effects import by_halves, by_speed, mismatch
+from rigrunner_bearings.compensations.evaluation import evaluate
+from rigrunner_bearings.compensations.identification import identify, vector
+from rigrunner_bearings.compensations.limits import (
     known,
     states_support,
     support_drift,
     support_under_load,
 )
-from rigrunner_plugins.compensations.rig_errors import RigErrors
-from rigrunner_plugins.compensations.swing import (
+from rigrunner_bearings.compensations.rig_errors import RigErrors
+from rigrunner_bearings.compensations.swing import (
     make_swing,
     measured_ratio,
     spring_torque,

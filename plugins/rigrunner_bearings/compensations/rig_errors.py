@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import PeakPoint, Sweep
     from rigrunner.api.data import Array
     from rigrunner.api.uncertainty import Input
-    from rigrunner_plugins.compensations.identification import Identified
-    from rigrunner_plugins.compensations.limits import SupportGrowth
-    from rigrunner_plugins.compensations.settings import InverseSettings
+    from rigrunner_bearings.compensations.identification import Identified
+    from rigrunner_bearings.compensations.limits import SupportGrowth
+    from rigrunner_bearings.compensations.settings import InverseSettings
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,11 +13,17 @@ from rigrunner.api.rig import SupportUnderLoad
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.propagation import sensitivities
 from rigrunner.signal.uncertainty import combine
-from rigrunner_plugins.compensations.comparison import SLIP
-from rigrunner_plugins.compensations.drive_line import DriveLine
-from rigrunner_plugins.compensations.settings import TemplateInverseSettings
-from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
-from unit.rigrunner_plugins.compensations.helpers_sweeps import FEW, compensate, errors_nm, prepared, sweep
+from rigrunner_bearings.compensations.comparison import SLIP
+from rigrunner_bearings.compensations.drive_line import DriveLine
+from rigrunner_bearings.compensations.settings import TemplateInverseSettings
+from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
+from unit.rigrunner_bearings.compensations.helpers_sweeps import (
+    FEW,
+    compensate,
+    errors_nm,
+    prepared,
+    sweep,
+)
 
 RIG = RigParameters()
 
