@@ -109,13 +109,15 @@ GROWTH = Limit(
 )
 BUILD_UP = Limit(
     name="build-up of the support's friction",
-    good="at the starting torque at least 75 % of the support's dry friction is built up, or the "
-    "station states what the support does under load",
+    good="at most 6 % of the torque may be the support's, or the station states what the support "
+    "does under load",
     advice="a support whose friction builds up over a shorter way under load looks the same: "
     "measure it with a bearing of known friction",
     unit="%",
-    lower=75.0,
+    upper=6.0,
 )
+BUILT_UP = 0.75
+"""Of the support's dry friction: where so much is built up, the rest is no matter."""
 SPRING = Limit(
     name="torque that follows the angle",
     good="what is elastic in it comes to at most 5 % of the torque",
@@ -332,12 +334,15 @@ def support_has_built_up(
     more than the running torque is less, which does not depend on the way. Anything between
     nothing and that: the middle, and half of it over the square root of 3 (GUM 4.3.7).
     """
-    percent = 100 * float(np.mean([there / whole if whole else 1.0 for there, whole in found]))
-    check = BUILD_UP.check([(percent, f"{percent:.0f} % of it is built up there")])
+    share = float(np.mean([there / whole if whole else 1.0 for there, whole in found]))
     most = [
-        max(min(whole - there, point.torque.value - running), 0.0)
+        max(min(whole - there, point.torque.value - running), 0.0) if share < BUILT_UP else 0.0
         for point, (there, whole), running in zip(points, found, running_nm, strict=True)
     ]
+    torque = float(np.mean([point.torque.value for point in points]))
+    percent = 100 * float(np.mean(most)) / torque if torque > 0 else 0.0
+    words = f"{percent:.1f} % of the torque; {share:.0%} of the support's friction is built up"
+    check = BUILD_UP.check([(percent, words)])
     return replace(
         check,
         biases=tuple(

@@ -174,7 +174,7 @@ def test_a_torque_where_the_support_s_friction_is_not_built_up_may_be_the_suppor
     name = "build-up of the support's friction"
     found = check(compensate(unmeasured(made)), name)
     assert not found.ok
-    assert found.value < 75
+    assert found.value > 6
     assert min(each.value for each in found.biases) > 0.02
     assert check(compensate(made), name).ok
     assert check(compensate(unmeasured(sweep(RIG, FEW))), name).ok
