@@ -8,6 +8,7 @@ import pytest
 
 from helpers_any_quantity import written
 from helpers_cli import call
+from rigrunner.run.locate import find_procedure
 
 PROCEDURE = """\
 rigrunner: procedure/2
@@ -146,3 +147,38 @@ def test_two_results_of_one_curve_are_refused(tmp_path):
     called = checked(tmp_path, ("acceptance:", several + "acceptance:"))
     assert called.code == 3
     assert "'at' and 'slope' are of one analysis" in called.err
+
+
+FRICTION = """
+  - equation:
+      result: {name: friction_coefficient, symbol: mu, unit: "1"}
+      per: frequency
+      model: mu = T / (F * r)
+      inputs: {T: torque}
+      constants: {F: {value: 1000 N, limits: ±5 N}, r: {value: 10.4 mm, limits: ±0.05 mm}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({}, ""),
+        ({"* r)": "* F)"}, "the model gives a quantity of"),
+        ({"      per: frequency\n": ""}, "there is a result 'torque' for each frequency"),
+    ],
+    ids=["fits", "kind", "place"],
+)
+def test_the_torque_is_a_result_like_any_other(tmp_path, changed, message):
+    """A friction coefficient of the starting torque: its kind and its places are known at once."""
+    text = find_procedure("starting_torque_1000n").read_text(encoding="utf-8")
+    added = FRICTION
+    for old, new in changed.items():
+        added = added.replace(old, new)
+    if "* F)" in added:
+        added = added.replace(", r: {value: 10.4 mm, limits: ±0.05 mm}", "")
+    (tmp_path / "mu.yaml").write_text(
+        text.replace("\nacceptance:", f"{added}\nacceptance:", 1), encoding="utf-8"
+    )
+    called = call("check", tmp_path / "mu.yaml", "--station", "simulated")
+    assert called.code == (3 if message else 0), called.err
+    assert message in called.err

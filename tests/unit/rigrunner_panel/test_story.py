@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from math import nan
 
 import numpy as np
 import pytest
@@ -20,6 +21,8 @@ from rigrunner.api.events import (
     StepEnded,
     StepStarted,
 )
+from rigrunner.api.findings import Findings, MeasurementResult, ResultDefinition
+from rigrunner.api.quantity import Estimate
 from rigrunner.engine import Choice, Paused
 from rigrunner.procedure.answers import Expected
 from rigrunner_panel.live.asked import Analysed
@@ -298,3 +301,11 @@ def test_a_preflight_fills_and_lets_start_only_without_a_failure(board):
     found = board.get("preflight")
     assert (found.done, found.may_start, found.items[0].state) == (True, False, "fail")
     assert found.items[0].fix == "look"
+
+
+def test_what_the_analyses_show_by_now_is_on_the_screen(board, story):
+    of = ResultDefinition(name="voltage", text="output voltage", unit="V")
+    now = MeasurementResult(of=of, estimate=Estimate(5.0, nan, nan, "V"), readings=300)
+    story.take(news.LiveNow(Findings(results=(now,))))
+    (row,) = board.get("live").results
+    assert (row.name, row.value, row.U, row.readings) == ("voltage", 5.0, None, 300)
