@@ -163,7 +163,7 @@ FRICTION = """
     ("changed", "message"),
     [
         ({}, ""),
-        ({"* r)": "* F)"}, "the model gives a quantity of"),
+        ({"* r)": "* F)"}, "the model gives"),
         ({"      per: frequency\n": ""}, "there is a result 'torque' for each frequency"),
     ],
     ids=["fits", "kind", "place"],
