@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 SOURCE = Path(__file__).parents[2] / "runner"
+FACADE = SOURCE / "rigrunner/api/__init__.py"
+"""Its names are those of its stub, defined in the modules beside it."""
 MARK = "<!-- below: made by docs/reference/api_pages.py -->\n"
 WIDTH = 100
 LONGEST_VALUE = 60
@@ -99,6 +101,18 @@ def kit() -> tuple[Module, list[Name]]:
     return package, package.names
 
 
+def facade() -> list[tuple[Module, Name]]:
+    """Return what `rigrunner.api` itself gives, each with the module or package that defines it."""
+    stub = ast.parse(FACADE.with_suffix(".pyi").read_text(encoding="utf-8"))
+    where = {module.name: module for module in public_modules()}
+    found = []
+    for node in stub.body:
+        if isinstance(node, ast.ImportFrom) and node.module:
+            by_name = {each.name: each for each in where[node.module].names}
+            found += [(where[node.module], by_name[alias.name]) for alias in node.names]
+    return sorted(found, key=lambda each: each[1].name)
+
+
 def defined(body: list[ast.stmt]) -> Iterator[Name]:
     """Yield the public names that statements define."""
     for node, after in zip(body, [*body[1:], None], strict=True):
@@ -141,7 +155,7 @@ def api_text() -> str:
     """Return the whole snapshot."""
     package, exported = kit()
     listed = [(module.name, module.names) for module in public_modules()]
-    parts = []
+    parts = ["\n".join(["# rigrunner.api", *(name.name for _, name in facade())])]
     for module, names in (*listed, (package.name, exported)):
         lines = [line for name in names for line in signatures(name, "")]
         parts.append("\n".join([f"# {module}", *lines]))
@@ -152,9 +166,19 @@ def api_page() -> str:
     """Return the tables of the public names."""
     package, exported = kit()
     listed = [(module, module.names) for module in public_modules()]
-    return "\n".join(
-        f"## `{module.name}`\n\n{_intro(module)}\n\n{_table(names)}"
-        for module, names in (*listed, (package, exported))
+    rows = [
+        f"| `{name.name}` | {_cell(name.summary or _value(name.node))} | `{module.name}` |"
+        for module, name in facade()
+    ]
+    head = "| name | what it is | defined in |\n|---|---|---|\n"
+    return (
+        f"## `rigrunner.api`\n\n{head}"
+        + "\n".join(rows)
+        + "\n\n"
+        + "\n".join(
+            f"## `{module.name}`\n\n{_intro(module)}\n\n{_table(names)}"
+            for module, names in (*listed, (package, exported))
+        )
     )
 
 

@@ -10,15 +10,12 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from rigrunner.api.hooks import DecisionRuleRecord, NoSettings, hookimpl
-from rigrunner.api.settings import Settings
-from rigrunner.api.verdict import Verdict, Zone
+from rigrunner.api import DecisionRuleRecord, NoSettings, Settings, Verdict, Zone, hookimpl
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rigrunner.api.data import Estimate
-    from rigrunner.api.verdict import Limits
+    from rigrunner.api import Estimate, Limits
 
 
 class FractionSettings(Settings):

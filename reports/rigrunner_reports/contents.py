@@ -14,7 +14,7 @@ from rigrunner_reports.section import Section
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.api.results import ReportInput
+    from rigrunner.api import ReportInput
     from rigrunner_reports.page import Page
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.hooks import (
+from rigrunner.api import (
     CertificateFormatRecord,
     NoSettings,
     ReportFormatRecord,
@@ -15,9 +15,7 @@ from rigrunner.api.hooks import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigrunner.api.letterhead import CertificateInput
-    from rigrunner.api.results import ReportInput
-    from rigrunner.api.studies import StudyInput
+    from rigrunner.api import CertificateInput, ReportInput, StudyInput
 
 api_version = 1
 

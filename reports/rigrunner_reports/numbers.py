@@ -10,7 +10,7 @@ from rigrunner.signal.coverage import expanded, factor
 from rigrunner.signal.rounding import places
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Estimate
+    from rigrunner.api import Estimate
 
 MINUS = "\N{MINUS SIGN}"
 TIMES = "\N{MULTIPLICATION SIGN}"

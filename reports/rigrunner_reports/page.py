@@ -31,8 +31,9 @@ from rigrunner_reports.view.validation import validation
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from rigrunner.api import ReportInput
     from rigrunner.api.figures import Picture
-    from rigrunner.api.results import ReportInput, Result
+    from rigrunner.api.results import Result
     from rigrunner_reports.view.budget import Budget
     from rigrunner_reports.view.checks import CheckRow
     from rigrunner_reports.view.cycles import RejectionTable

@@ -15,7 +15,7 @@ from rigrunner_reports.contents import contents
 from rigrunner_reports.page import make_page
 
 if TYPE_CHECKING:
-    from rigrunner.api.results import ReportInput
+    from rigrunner.api import ReportInput
 
 PACKAGE = "rigrunner_reports"
 _BESIDE_A_NUMBER = re.compile(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigrunner.api.results import ReportInput
+    from rigrunner.api import ReportInput
 
 
 @dataclass(frozen=True)

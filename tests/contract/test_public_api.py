@@ -6,12 +6,14 @@ import ast
 import importlib.util
 import re
 import shutil
+import subprocess
 import sys
 from importlib.metadata import EntryPoint
 
 import pytest
 
 from helpers_docs import ROOT
+from rigrunner import api
 from rigrunner.api.hooks import API_VERSION, OLDEST_API_VERSION, HookSpecs
 from rigrunner.registry import HOOK_OF_KIND, load_registry
 
@@ -90,6 +92,72 @@ def test_all_that_is_public_can_be_imported(api_pages):
         assert [name.name for name in names if not hasattr(found, name.name)] == [], module
     assert {"rigrunner.api.hooks", "rigrunner.signal.cycles"} <= set(everything)
     assert exported
+
+
+def test_the_facade_gives_what_its_stub_says():
+    stub = ast.parse((ROOT / "runner/rigrunner/api/__init__.pyi").read_text("utf-8"))
+    said = {
+        alias.name: node.module
+        for node in stub.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    assert sorted(said) == api.__all__ == sorted(set(api.__all__))
+    for name, module in said.items():
+        assert getattr(api, name) is getattr(importlib.import_module(module), name), name
+    assert set(api.__all__) <= set(dir(api))
+    with pytest.raises(AttributeError, match="has no attribute 'Setings'"):
+        _ = api.Setings
+    with pytest.raises(ImportError, match="cannot import name 'Setings'"):
+        exec("from rigrunner.api import Setings")  # noqa: S102  (what an author may type)
+
+
+def test_a_declaration_from_the_facade_loads_no_numpy():
+    declared = "from rigrunner.api import ChannelInfo, DeviceRecord, Driver, Settings, hookimpl"
+    loaded = (
+        "import sys, rigrunner.api;"
+        "assert not [m for m in sys.modules if m.startswith('rigrunner.api.')];"
+        f"{declared}; assert 'numpy' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", loaded], check=True)
+
+
+DEEPER = re.compile(r"^\s*(?:from|import) rigrunner\.api\.\w+.*$", re.MULTILINE)
+TOOLS = "runner/rigrunner/tools"
+OF_AUTHORS = [
+    path
+    for pattern in (
+        *(f"{TOOLS}/plugin_template/**/*.jinja", f"{TOOLS}/lab_template/**/*.py"),
+        *("docs/how-to/*.md", "docs/tutorial/*.md", "tests/e2e/stranger/*.py"),
+    )
+    for path in sorted(ROOT.glob(pattern))
+]
+
+
+def test_plugin_authors_import_nothing_deeper():
+    deeper = {
+        path.name: found
+        for path in OF_AUTHORS
+        if (found := DEEPER.findall(path.read_text("utf-8")))
+    }
+    assert deeper == {}
+    assert {"device.py.jinja", "__init__.py", "write-a-device-plugin.md"} <= {
+        path.name for path in OF_AUTHORS
+    }
+
+
+def test_our_plugins_take_from_the_facade_what_it_has():
+    deeper = [
+        f"{path}: {alias.name}"
+        for folder in ("plugins", "reports")
+        for path in sorted((ROOT / folder).rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text("utf-8")))
+        if isinstance(node, ast.ImportFrom) and str(node.module).startswith("rigrunner.api.")
+        for alias in node.names
+        if alias.name in api.__all__
+        and getattr(api, alias.name) is getattr(importlib.import_module(node.module), alias.name)
+    ]
+    assert deeper == []
 
 
 def test_each_hook_is_asked_for_by_one_kind():

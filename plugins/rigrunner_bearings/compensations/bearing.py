@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError
 from rigrunner.signal.averaging import mean_and_without_each
 from rigrunner.signal.response import Waveform
 from rigrunner_bearings.compensations.swing import interpolated, strokes
@@ -16,8 +16,7 @@ from rigrunner_bearings.compensations.swing import interpolated, strokes
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rigrunner.api.analysis import SwingPoint
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array, SwingPoint
     from rigrunner_bearings.compensations.drive_line import DriveLine
     from rigrunner_bearings.compensations.support_friction import SupportFriction
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api.analysis import Compensation, StartPoint
-from rigrunner.api.errors import DataError
-from rigrunner.api.uncertainty import Effect
+from rigrunner.api import Compensation, DataError, Effect
+from rigrunner.api.analysis import StartPoint
 from rigrunner.signal.inputs import limited, model_of
 from rigrunner.signal.peaks import mean_peak, scatter_effect
 from rigrunner.signal.propagation import compensated_point
@@ -16,7 +15,7 @@ from rigrunner.signal.transducer import transducer_effects
 from rigrunner_bearings.compensations.limits import load
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import CompensatedPoint, Sweep
+    from rigrunner.api import CompensatedPoint, Sweep
     from rigrunner_bearings.compensations.breakaway_peak_settings import BreakawayPeakSettings
 
 MEASURAND = "breakaway torque from rest"

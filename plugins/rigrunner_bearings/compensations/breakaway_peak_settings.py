@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from rigrunner.api.settings import Settings, Torque
+from rigrunner.api import Settings, Torque
 
 
 class BreakawayPeakSettings(Settings):

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.uncertainty import Distribution, Effect, Input, Line
+from rigrunner.api import Distribution, Effect, Input
+from rigrunner.api.uncertainty import Line
 from rigrunner.signal.filters import corner_hz
 from rigrunner.signal.inputs import bounded_effect, limited, model_of, scattered
 from rigrunner.signal.repeatability import jackknife_error
@@ -27,10 +28,7 @@ from rigrunner_bearings.compensations.limits import load
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.data import Array
-    from rigrunner.api.instruments import Instrument
-    from rigrunner.api.rig import RigDescription
-    from rigrunner.api.uncertainty import MeasurementModel
+    from rigrunner.api import Array, Instrument, MeasurementModel, RigDescription
     from rigrunner_bearings.compensations.bearing import MeanSwing, Pair
     from rigrunner_bearings.compensations.drive_line import DriveLine
     from rigrunner_bearings.compensations.evaluation import Evaluated

@@ -18,8 +18,7 @@ from rigrunner_bearings.compensations.budget import LEARNED
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from rigrunner.api.analysis import Check, CompensatedPoint, SwingPoint
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array, Check, CompensatedPoint, SwingPoint
     from rigrunner_bearings.compensations.effects import BySpeed, Mismatch
 
 SLOPE_SIGNIFICANCE = 0.99

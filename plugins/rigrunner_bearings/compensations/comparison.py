@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.uncertainty import Distribution, Effect, Input
+from rigrunner.api import Distribution, Effect, Input
 from rigrunner.signal import response
 from rigrunner.signal.inputs import bounded_effect, limited
 from rigrunner_bearings.compensations.bearing import Pair, mean_swing
@@ -23,8 +23,8 @@ from rigrunner_bearings.compensations.recording_gains import recording_gains
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from rigrunner.api import Array
     from rigrunner.api.analysis import SwingSweep
-    from rigrunner.api.data import Array
     from rigrunner_bearings.compensations.bearing import MeanSwing
     from rigrunner_bearings.compensations.evaluation import Evaluated
     from rigrunner_bearings.compensations.identification import Identified

@@ -20,7 +20,7 @@ from rigrunner.signal import response
 from rigrunner.signal.filters import response_of
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner.signal.filters import Filter
     from rigrunner.signal.response import Waveform
 

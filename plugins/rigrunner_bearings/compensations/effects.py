@@ -23,8 +23,7 @@ from rigrunner_bearings.compensations.swing import inertia_in_phase, running_tor
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import SwingPoint
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array, SwingPoint
     from rigrunner_bearings.compensations.evaluation import Evaluated
     from rigrunner_bearings.compensations.identification import Identified
     from rigrunner_bearings.compensations.swing import Swing

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import Compensation, Trace
-from rigrunner.api.uncertainty import Effect
+from rigrunner.api import Compensation, Effect
+from rigrunner.api.analysis import Trace
 from rigrunner.signal.averaging import mean_and_without_each
 from rigrunner.signal.inputs import model_of, scattered
 from rigrunner.signal.propagation import compensated_point
@@ -30,8 +30,7 @@ from rigrunner_bearings.compensations.swing import make_swing, measured_ratio, r
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import CompensatedPoint, Sweep, SwingPoint
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array, CompensatedPoint, Sweep, SwingPoint
     from rigrunner_bearings.compensations.settings import EnergySettings
 
 MEASURAND = "load-induced running torque, mean over the swing"

@@ -14,7 +14,7 @@ from rigrunner_bearings.compensations.bearing import (
 from rigrunner_bearings.compensations.noise_bias import noise_bias
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_bearings.compensations.bearing import Pair
     from rigrunner_bearings.compensations.identification import Identified
 

@@ -13,8 +13,7 @@ from rigrunner.signal.averaging import robust_mean
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rigrunner.api.analysis import SwingPoint
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array, SwingPoint
     from rigrunner_bearings.compensations.swing import Swing
 
     Complex = NDArray[np.complex128]

@@ -22,8 +22,7 @@ from rigrunner_bearings.compensations.drive_line import HARMONICS
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from rigrunner.api.analysis import SwingPoint
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array, SwingPoint
     from rigrunner_bearings.compensations.bearing import MeanSwing
     from rigrunner_bearings.compensations.drive_line import DriveLine
     from rigrunner_bearings.compensations.harmonics import Complex

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError
 from rigrunner.signal.response import Waveform, torsional_resonance
 from rigrunner_bearings.compensations.drive_line import DriveLine
 from rigrunner_bearings.compensations.harmonics import (
@@ -37,8 +37,7 @@ from rigrunner_bearings.compensations.swing import interpolated
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import SwingPoint
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array, SwingPoint
     from rigrunner.signal.filters import Filter
     from rigrunner_bearings.compensations.harmonics import Complex, Observed
     from rigrunner_bearings.compensations.swing import Swing

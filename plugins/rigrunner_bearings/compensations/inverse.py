@@ -16,10 +16,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import Compensation, Trace
+from rigrunner.api import Compensation, DataError, Estimate
+from rigrunner.api.analysis import Trace
 from rigrunner.api.checks import skipped
-from rigrunner.api.data import Estimate
-from rigrunner.api.errors import DataError
 from rigrunner.signal.propagation import compensated_point
 from rigrunner.signal.repeatability import influences
 from rigrunner.signal.swings import kept_cycles, with_swings
@@ -47,10 +46,8 @@ from rigrunner_bearings.compensations.under_load import effect, line_under_load
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from rigrunner.api.analysis import Check, CompensatedPoint, Sweep, SwingPoint, SwingSweep
-    from rigrunner.api.data import Array
-    from rigrunner.api.instruments import Instrument
-    from rigrunner.api.uncertainty import Effect
+    from rigrunner.api import Array, Check, CompensatedPoint, Effect, Instrument, Sweep, SwingPoint
+    from rigrunner.api.analysis import SwingSweep
     from rigrunner.signal.filters import Filter
     from rigrunner_bearings.compensations.bearing import MeanSwing
     from rigrunner_bearings.compensations.effects import BySpeed, Mismatch

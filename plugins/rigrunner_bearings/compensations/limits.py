@@ -6,14 +6,12 @@ from dataclasses import dataclass
 from math import inf, sqrt
 from typing import TYPE_CHECKING
 
-from rigrunner.api.data import Estimate
+from rigrunner.api import Distribution, Effect, Estimate, Input
 from rigrunner.api.results import DRIFT_LINE, SUPPORT_LINE
-from rigrunner.api.uncertainty import Distribution, Effect, Input
 from rigrunner.signal.inputs import limited
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import Sweep
-    from rigrunner.api.rig import RigDescription
+    from rigrunner.api import RigDescription, Sweep
     from rigrunner_bearings.compensations.settings import InverseSettings, SupportSettings
 
 LITERATURE = 0.025

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeVar
 
-from rigrunner.api.analysis import PeakPoint
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError, PeakPoint
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import Sweep, SwingPoint, SwingSweep
+    from rigrunner.api import Sweep, SwingPoint
+    from rigrunner.api.analysis import SwingSweep
 
 Point = TypeVar("Point", bound=PeakPoint)
 

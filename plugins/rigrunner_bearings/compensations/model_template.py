@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError
 from rigrunner.signal import response
 from rigrunner_bearings.compensations.bearing import MeanSwing, mean_swing
 from rigrunner_bearings.compensations.harmonics import HARMONICS
@@ -20,8 +20,7 @@ from rigrunner_bearings.compensations.identification import frictions_without_ea
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import SwingPoint
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array, SwingPoint
     from rigrunner_bearings.compensations.drive_line import DriveLine
     from rigrunner_bearings.compensations.identification import Identified
     from rigrunner_bearings.compensations.support_friction import SupportFriction

@@ -16,7 +16,7 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_bearings.compensations.bearing import Reversals
 
 DRAWS = 64

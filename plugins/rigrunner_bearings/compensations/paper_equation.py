@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from rigrunner.api.data import Points
+from rigrunner.api import Points
 from rigrunner_plugins.fits.curve import r_squared
 from rigrunner_plugins.fits.polynomial import PolynomialFit
 from rigrunner_plugins.fits.settings import PolynomialSettings
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_plugins.fits.curve import FittedCurve
 
 TABLE_2_HZ: Final = (1.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0)

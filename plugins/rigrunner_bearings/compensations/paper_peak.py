@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import Compensation, Spreading
-from rigrunner.api.errors import DataError
-from rigrunner.api.uncertainty import Distribution, Effect, Input, Line
+from rigrunner.api import Compensation, DataError, Distribution, Effect, Input, Spreading
+from rigrunner.api.uncertainty import Line
 from rigrunner.signal.inputs import model_of
 from rigrunner.signal.peaks import mean_peak, peak_points, scatter_effect
 from rigrunner.signal.propagation import compensated_point
@@ -31,8 +30,7 @@ from rigrunner_bearings.compensations.peak_budget import (
 )
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import CompensatedPoint, Curve, PeakPoint, Sweep
-    from rigrunner.api.instruments import Instrument
+    from rigrunner.api import CompensatedPoint, Curve, Instrument, PeakPoint, Sweep
     from rigrunner_bearings.compensations.paper_peak_settings import PaperPeakSettings
 
 MEASURAND = "starting torque as the difference of raw peaks (Eq. 2 of the paper)"

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from rigrunner.api.settings import Settings
+from rigrunner.api import Settings
 
 
 class PaperPeakSettings(Settings):

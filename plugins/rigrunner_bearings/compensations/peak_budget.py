@@ -5,14 +5,13 @@ from __future__ import annotations
 from math import isinf
 from typing import TYPE_CHECKING
 
+from rigrunner.api import Distribution, Effect, Input
 from rigrunner.api.analysis import MotionSource
-from rigrunner.api.uncertainty import Distribution, Effect, Input
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from rigrunner.api.analysis import PeakPoint
-    from rigrunner.api.data import Array, Estimate
+    from rigrunner.api import Array, Estimate, PeakPoint
 
 SAME_PHASE = (
     "Assumes that the loaded and the no-load peak fall at the same phase of the swing. They do "

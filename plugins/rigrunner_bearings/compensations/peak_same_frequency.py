@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from math import hypot, sqrt
 from typing import TYPE_CHECKING
 
-from rigrunner.api.analysis import Compensation
-from rigrunner.api.data import Estimate
+from rigrunner.api import Compensation, Estimate
 from rigrunner.signal.inputs import model_of
 from rigrunner.signal.peaks import mean_peak, scatter_effect
 from rigrunner.signal.propagation import compensated_point
@@ -29,8 +28,7 @@ from rigrunner_bearings.compensations.peak_budget import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import CompensatedPoint, PeakPoint, Sweep
-    from rigrunner.api.uncertainty import Effect
+    from rigrunner.api import CompensatedPoint, Effect, PeakPoint, Sweep
     from rigrunner_bearings.compensations.peak_same_frequency_settings import (
         PeakSameFrequencySettings,
     )

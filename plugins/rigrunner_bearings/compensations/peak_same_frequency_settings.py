@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from rigrunner.api.settings import Ratio, Settings
+from rigrunner.api import Ratio, Settings
 
 
 class PeakSameFrequencySettings(Settings):

@@ -32,7 +32,7 @@ from rigrunner_bearings.compensations.under_load import SLOWEST
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner.signal.response import Waveform
     from rigrunner_bearings.compensations.bearing import MeanSwing, Pair
     from rigrunner_bearings.compensations.identification import Identified

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.hooks import CompensationRecord, hookimpl
-from rigrunner.api.measurand import Condition, MeasurandKind, Nature
+from rigrunner.api import CompensationRecord, Condition, MeasurandKind, Nature, hookimpl
 from rigrunner_bearings.compensations import requirements
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import CompensationMethod
+    from rigrunner.api import CompensationMethod
     from rigrunner_bearings.compensations.breakaway_peak_settings import BreakawayPeakSettings
     from rigrunner_bearings.compensations.paper_peak_settings import PaperPeakSettings
     from rigrunner_bearings.compensations.peak_same_frequency_settings import (

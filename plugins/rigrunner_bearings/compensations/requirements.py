@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.api.analysis import Requirements
+from rigrunner.api import Requirements
 
 if TYPE_CHECKING:
     from rigrunner_bearings.compensations.paper_peak_settings import PaperPeakSettings

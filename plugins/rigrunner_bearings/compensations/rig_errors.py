@@ -8,16 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import SwingPoint
-from rigrunner.api.uncertainty import Distribution
+from rigrunner.api import Distribution, SwingPoint
 from rigrunner.signal import response
 
 if TYPE_CHECKING:
     from numpy.random import Generator
 
-    from rigrunner.api.analysis import PeakPoint, Sweep
-    from rigrunner.api.data import Array
-    from rigrunner.api.uncertainty import Input
+    from rigrunner.api import Array, Input, PeakPoint, Sweep
     from rigrunner_bearings.compensations.identification import Identified
     from rigrunner_bearings.compensations.limits import SupportGrowth
     from rigrunner_bearings.compensations.settings import InverseSettings

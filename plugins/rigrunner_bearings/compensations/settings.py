@@ -6,8 +6,8 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
+from rigrunner.api import Angle, Frequency, Ratio, Settings
 from rigrunner.api.rig import refuse_growth_without_limit
-from rigrunner.api.settings import Angle, Frequency, Ratio, Settings
 
 DEGREE = 0.017453292519943295
 

@@ -15,7 +15,7 @@ import numpy as np
 from rigrunner_bearings.compensations.swing import at_same_distance, strokes
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_bearings.compensations.swing import Stroke, Swing
 
 

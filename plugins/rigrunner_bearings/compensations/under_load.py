@@ -32,8 +32,7 @@ from rigrunner_bearings.compensations.identification import (
 )
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import SwingPoint
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array, SwingPoint
     from rigrunner_bearings.compensations.drive_line import DriveLine
     from rigrunner_bearings.compensations.evaluation import Evaluated
     from rigrunner_bearings.compensations.harmonics import Complex, Observed

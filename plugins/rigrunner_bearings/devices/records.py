@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.hooks import DeviceRecord, hookimpl
+from rigrunner.api import DeviceRecord, hookimpl
 
 if TYPE_CHECKING:
-    from rigrunner.api.devices import Device, DeviceContext
+    from rigrunner.api import Device, DeviceContext
     from rigrunner_bearings.devices.rotation_tester_sim.settings import RotationTesterSettings
     from rigrunner_bearings.devices.swing_tester_ode.settings import SwingTesterOdeSettings
     from rigrunner_bearings.devices.swing_tester_sim.settings import SwingTesterSimSettings

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError
 from rigrunner.signal.kinematics import (
     angular_acceleration,
     angular_velocity,
@@ -43,7 +43,7 @@ from rigrunner_plugins.fits.points import (
 )
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array, Points
+    from rigrunner.api import Array, Points
     from rigrunner_bearings.fits.settings import InertiaPhysicalSettings
 
 PHASES = 1024

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.hooks import FitRecord, hookimpl
+from rigrunner.api import FitRecord, hookimpl
 from rigrunner_bearings.fits import requirements
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import Fit
+    from rigrunner.api import Fit
     from rigrunner_bearings.fits.settings import InertiaPhysicalSettings
 
 

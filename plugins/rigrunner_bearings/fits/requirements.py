@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rigrunner.api.analysis import Requirements
+from rigrunner.api import Requirements
 from rigrunner_plugins.fits.requirements import least_points
 
 COEFFICIENTS = 3

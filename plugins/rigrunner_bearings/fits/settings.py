@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from rigrunner.api.settings import Length  # noqa: TC001  (pydantic reads it)
+from rigrunner.api import Length  # noqa: TC001  (pydantic reads it)
 from rigrunner_plugins.fits.settings import WeightedSettings
 
 

@@ -25,7 +25,7 @@ from rigrunner_bearings.devices.simulated.sensor_errors import draw_constant_err
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_bearings.devices.simulated.sampling import SimulatedRig
     from rigrunner_plugins.devices.plant import Plant
 

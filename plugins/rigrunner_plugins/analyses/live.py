@@ -8,18 +8,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.data import Estimate
+from rigrunner.api import Estimate, Findings, MeasurementResult, unit
 from rigrunner.api.figures import Axis, Figure, Point, Series
-from rigrunner.api.findings import Findings, MeasurementResult
 from rigrunner.api.places import is_at
-from rigrunner.api.units import unit
 from rigrunner_plugins.analyses.sources import place_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from rigrunner.api import Array, Block, Recording
     from rigrunner.api.coordinates import CoordinateValue
-    from rigrunner.api.data import Array, Block, Recording
     from rigrunner_plugins.analyses.settings import ReadingsSettings
 
 MOST_POINTS = 400

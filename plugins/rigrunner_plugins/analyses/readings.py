@@ -14,12 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import Component
-from rigrunner.api.data import Estimate
-from rigrunner.api.errors import DataError
-from rigrunner.api.findings import Findings, MeasurementResult
+from rigrunner.api import Component, DataError, Estimate, Findings, MeasurementResult, unit
 from rigrunner.api.member import channel_of
-from rigrunner.api.units import unit
 from rigrunner.signal.coverage import excess_kurtosis
 from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.analyses.settings import quotient, si_unit
@@ -29,7 +25,7 @@ from rigrunner_plugins.analyses.statistics import STATISTICS, percentile, settli
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.api.data import Array, RunData
+    from rigrunner.api import Array, RunData
     from rigrunner.api.reading_errors import ReadingError
     from rigrunner_plugins.analyses.settings import ReadingsSettings
     from rigrunner_plugins.analyses.sources import Group

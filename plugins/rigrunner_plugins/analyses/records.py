@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.hooks import AnalysisRecord, hookimpl
+from rigrunner.api import AnalysisRecord, hookimpl
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from rigrunner.api.analysis import Fit
-    from rigrunner.api.analysis.requirements import Requirements
-    from rigrunner.api.findings import Analysis, LiveAnalysis, Objection, ResultDefinition
+    from rigrunner.api import Fit, Objection, Requirements, ResultDefinition
+    from rigrunner.api.findings import Analysis, LiveAnalysis
     from rigrunner_plugins.analyses.curve.settings import CurveSettings
     from rigrunner_plugins.analyses.equation.settings import EquationSettings
     from rigrunner_plugins.analyses.settings import ReadingsSettings

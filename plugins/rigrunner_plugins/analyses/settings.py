@@ -13,17 +13,26 @@ from pydantic import (
     model_validator,
 )
 
-from rigrunner.api.analysis.requirements import NeededChannel, Requirements
-from rigrunner.api.findings import ResultDefinition
+from rigrunner.api import (
+    ListOf,
+    NeededChannel,
+    PlainText,
+    QuantityError,
+    Ratio,
+    Requirements,
+    ResultDefinition,
+    Settings,
+    unit,
+)
 from rigrunner.api.member import NAME
 from rigrunner.api.places import CoordinateKey, Place
-from rigrunner.api.settings import Difference, ListOf, PlainText, Ratio, Settings
-from rigrunner.api.units import QuantityError, is_coherent, unit
+from rigrunner.api.settings import Difference
+from rigrunner.api.units import is_coherent
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from rigrunner.api.findings import Objection
+    from rigrunner.api import Objection
 
 Statistic = Literal[
     "mean",

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api import DataError
 from rigrunner.api.coordinates import CoordinateValue
-from rigrunner.api.errors import DataError
 from rigrunner.api.member import channel_of
 from rigrunner.api.places import is_at
 from rigrunner_plugins.analyses.statistics import Series
@@ -17,8 +17,7 @@ from rigrunner_plugins.analyses.statistics import Series
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from rigrunner.api.data import Array, Measurement, Recording, RunData
-    from rigrunner.api.quantity import Quantity
+    from rigrunner.api import Array, Measurement, Quantity, Recording, RunData
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError
 from rigrunner.signal.effective_samples import effective_number, mean_error
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
 
 LEAST_FOR_SLOPE = 3
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeVar
 
-from rigrunner.api.errors import DeviceRejectedError, PluginError
+from rigrunner.api import DeviceRejectedError, PluginError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from rigrunner.api.devices import ChannelInfo, DriveInfo, ReadingInfo
+    from rigrunner.api import ChannelInfo, DriveInfo
+    from rigrunner.api.devices import ReadingInfo
 
 _Info = TypeVar("_Info", "ChannelInfo", "DriveInfo", "ReadingInfo")
 

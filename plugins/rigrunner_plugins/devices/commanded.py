@@ -7,17 +7,13 @@ from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
+from rigrunner.api import DeviceLostError, DeviceTimeoutError, Driver
 from rigrunner.api.cleanup import do_all
-from rigrunner.api.driver import Driver
-from rigrunner.api.errors import (
-    DeviceLostError,
-    DeviceTimeoutError,
-)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from rigrunner.api.devices import Identity
+    from rigrunner.api import Identity
 
 _T = TypeVar("_T")
 

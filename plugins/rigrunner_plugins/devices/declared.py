@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Self, TypeVar
 
 from pydantic import AfterValidator, Field, StringConstraints, model_validator
 
-from rigrunner.api.devices import ChannelInfo, DriveInfo, ReadingInfo
+from rigrunner.api import AnyQuantity, ChannelInfo, DriveInfo, Duration, Settings, YesNo, unit
+from rigrunner.api.devices import ReadingInfo
 from rigrunner.api.readings import ReadingKind
-from rigrunner.api.settings import AnyQuantity, Difference, Duration, Settings, YesNo
-from rigrunner.api.units import si_symbol, unit
+from rigrunner.api.settings import Difference
+from rigrunner.api.units import si_symbol
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rigrunner.api.data import Array
-    from rigrunner.api.quantity import Quantity
+    from rigrunner.api import Array, Quantity
 
 _Number = TypeVar("_Number", float, "Array")
 

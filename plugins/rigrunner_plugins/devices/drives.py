@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.api import DeviceRejectedError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from rigrunner.api.devices import Clock, DriveInfo
+    from rigrunner.api import Clock, DriveInfo
 
 
 class Drives:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rigrunner.api.errors import MissingPackageError
+from rigrunner.api import MissingPackageError
 
 
 def missing(package: str, extra: str) -> MissingPackageError:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.data import Block
+from rigrunner.api import Block
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from rigrunner.api.data import Array
-    from rigrunner.api.devices import Clock, StopToken
+    from rigrunner.api import Array, Clock, StopToken
 
 BLOCK_S = 0.1
 

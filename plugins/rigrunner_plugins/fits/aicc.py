@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api import DataError
 from rigrunner.api.analysis import Candidate
-from rigrunner.api.errors import DataError
 from rigrunner_plugins.fits.basis import fit_chosen_powers
 from rigrunner_plugins.fits.curve import FittedCurve
 from rigrunner_plugins.fits.powers import formula
 from rigrunner_plugins.fits.requirements import least_points_of_aicc
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Points
+    from rigrunner.api import Points
     from rigrunner_plugins.fits.settings import AiccSettings
 
 

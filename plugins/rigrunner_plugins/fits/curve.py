@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
 
 RANGE_TOLERANCE = 0.005
 """Relative: a rig's speed scatters by less, and an end of the range is still that set-point."""

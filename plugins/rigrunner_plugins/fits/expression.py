@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError
 from rigrunner.signal.expression.evaluation import evaluated
 from rigrunner_plugins.fits.curve import FittedCurve, r_squared, refuse_outside
 from rigrunner_plugins.fits.nonlinear import minimum
@@ -22,7 +22,7 @@ from rigrunner_plugins.fits.requirements import least_points
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rigrunner.api.data import Array, Points
+    from rigrunner.api import Array, Points
     from rigrunner.signal.expression.syntax import Expression
     from rigrunner_plugins.fits.least_squares import Extended
     from rigrunner_plugins.fits.settings import ExpressionSettings

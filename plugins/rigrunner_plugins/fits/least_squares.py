@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
 
 Extended = NDArray[np.longdouble]
 """Of 64 bits or more on Linux; where the platform's long double is a double, digits are fewer."""

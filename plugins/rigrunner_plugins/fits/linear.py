@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError
 from rigrunner_plugins.fits.curve import FittedCurve, r_squared
 from rigrunner_plugins.fits.least_squares import solve
 from rigrunner_plugins.fits.points import (
@@ -19,7 +19,7 @@ from rigrunner_plugins.fits.powers import formula, unit
 from rigrunner_plugins.fits.requirements import least_points
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array, Points
+    from rigrunner.api import Array, Points
     from rigrunner_plugins.fits.least_squares import Solution
     from rigrunner_plugins.fits.powers import Powers
 

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import least_squares
 
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError
 from rigrunner_plugins.fits.least_squares import solve
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_plugins.fits.least_squares import Extended, Solution
 
     Model = Callable[[Extended], tuple[Extended, Extended]]

@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from rigrunner.api.data import Points
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError, Points
 from rigrunner_plugins.fits.curve import RANGE_TOLERANCE, FittedCurve
 from rigrunner_plugins.fits.points import refuse_not_finite, refuse_several
 from rigrunner_plugins.fits.requirements import LEAST_OF_PCHIP
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
 
 
 def interpolate(points: Points) -> FittedCurve:

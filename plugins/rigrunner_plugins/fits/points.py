@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.errors import DataError
-from rigrunner.api.units import is_coherent, unit
+from rigrunner.api import DataError, unit
+from rigrunner.api.units import is_coherent
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array, Points
+    from rigrunner.api import Array, Points
 
 
 CLOSE = 1e-3

@@ -13,7 +13,7 @@ from rigrunner_plugins.fits.linear import fit_powers, refuse_unfit
 from rigrunner_plugins.fits.powers import MappedPowers
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Points
+    from rigrunner.api import Points
     from rigrunner_plugins.fits.curve import FittedCurve
     from rigrunner_plugins.fits.settings import PolynomialSettings
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.hooks import FitRecord, hookimpl
+from rigrunner.api import FitRecord, hookimpl
 from rigrunner_plugins.fits import requirements
 from rigrunner_plugins.fits.examples import FILIP, MISRA, NO_INTERCEPT, NORRIS
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import Fit
-    from rigrunner.api.hooks import NoSettings
+    from rigrunner.api import Fit, NoSettings
     from rigrunner_plugins.fits.settings import (
         AiccSettings,
         BasisSettings,

@@ -17,8 +17,8 @@ from pydantic import (
     field_validator,
 )
 
-from rigrunner.api.settings import ListOf, PlainText, Settings, YesNo
-from rigrunner.api.units import is_coherent, si_symbol, unit
+from rigrunner.api import ListOf, PlainText, Settings, YesNo, unit
+from rigrunner.api.units import is_coherent, si_symbol
 from rigrunner.signal.expression.syntax import Expression, parse
 
 Item = TypeVar("Item")

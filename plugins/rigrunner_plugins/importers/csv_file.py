@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.errors import DataError, Location
-from rigrunner.api.importing import Column, NotInFileError
-from rigrunner.api.units import QuantityError, unit
+from rigrunner.api import Column, DataError, Location, NotInFileError, QuantityError, unit
 from rigrunner_plugins.importers.cells import number
 from rigrunner_plugins.importers.finding import position
 

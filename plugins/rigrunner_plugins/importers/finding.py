@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.errors import DataError, Location
-from rigrunner.api.importing import NotInFileError
+from rigrunner.api import DataError, Location, NotInFileError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
 
 _MOST_NAMES = 20
 _LONGEST_NAME = 60

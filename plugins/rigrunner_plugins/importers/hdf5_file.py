@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import h5py
 
-from rigrunner.api.errors import DataError, Location
-from rigrunner.api.importing import Column, NotInFileError
+from rigrunner.api import Column, DataError, Location, NotInFileError
 from rigrunner_plugins.importers.finding import near, numbers
 
 if TYPE_CHECKING:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.errors import DataError, Location
-from rigrunner.api.importing import Column, NotInFileError
+from rigrunner.api import Column, DataError, Location, NotInFileError
 from rigrunner_plugins.importers.cells import number
 from rigrunner_plugins.importers.csv_file import encoding_of
 from rigrunner_plugins.importers.finding import position

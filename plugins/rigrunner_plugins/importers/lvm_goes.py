@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.errors import DataError
-from rigrunner.api.importing import Column, NotInFileError
+from rigrunner.api import Column, DataError, NotInFileError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from datetime import datetime
 
-    from rigrunner.api.errors import Location
+    from rigrunner.api import Location
 
 ALL = 1_000_000
 """More segments than a file has."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import DataError, Location
+from rigrunner.api import DataError, Location
 from rigrunner_plugins.importers.cells import number
 
 if TYPE_CHECKING:

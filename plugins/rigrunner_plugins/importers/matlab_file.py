@@ -6,8 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import DataError, Location, RigrunnerError
-from rigrunner.api.importing import Column, NotInFileError
+from rigrunner.api import Column, DataError, Location, NotInFileError, RigrunnerError
 from rigrunner_plugins.importers.finding import near, numbers
 from rigrunner_plugins.importers.matlab_variables import open_variables
 

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 from scipy.io import loadmat, whosmat
 
-from rigrunner.api.errors import DataError, Location
+from rigrunner.api import DataError, Location
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import MissingPackageError
-from rigrunner.api.hooks import ImporterExample, ImporterRecord, NoSettings, hookimpl
+from rigrunner.api import ImporterExample, ImporterRecord, MissingPackageError, NoSettings, hookimpl
 
 if TYPE_CHECKING:
-    from rigrunner.api.importing import Importer
+    from rigrunner.api import Importer
     from rigrunner_plugins.importers.settings import LvmSettings, TableSettings
 
 TABLE = ImporterExample(

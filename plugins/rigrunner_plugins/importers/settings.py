@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from rigrunner.api.settings import Settings, YesNo
+from rigrunner.api import Settings, YesNo
 
 Encoding = Literal["utf-8", "latin-1", "utf-16"]
 

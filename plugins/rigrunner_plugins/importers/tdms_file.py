@@ -10,8 +10,7 @@ import nptdms
 import numpy as np
 from nptdms.log import log_manager
 
-from rigrunner.api.errors import DataError, Location, RigrunnerError
-from rigrunner.api.importing import Column, NotInFileError
+from rigrunner.api import Column, DataError, Location, NotInFileError, RigrunnerError
 from rigrunner_plugins.importers.finding import near, numbers
 from rigrunner_plugins.importers.tdms_segments import (
     BEGINS,

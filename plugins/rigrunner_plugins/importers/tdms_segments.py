@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, BinaryIO
 import nptdms
 import numpy as np
 
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
     from pathlib import Path
     from typing import Any, TypeGuard
 
-    from rigrunner.api.errors import Location
+    from rigrunner.api import Location
 
 BEGINS = b"TDSm"
 _LEAD_IN = 28

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import ndtri
 
-from rigrunner.api.analysis import Rejection
+from rigrunner.api import Rejection
 from rigrunner_plugins.outlier_rules.suspects import LEAST, studentized
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
 
 
 def critical_value(n: int) -> float:

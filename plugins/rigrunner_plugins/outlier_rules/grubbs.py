@@ -22,8 +22,7 @@ from rigrunner_plugins.outlier_rules.suspects import (
 )
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import Rejection
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array, Rejection
     from rigrunner_plugins.outlier_rules.settings import GrubbsSettings
 
 

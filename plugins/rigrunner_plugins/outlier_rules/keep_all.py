@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import Rejection
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array, Rejection
 
 
 def keep_all(values: Array) -> list[Rejection]:  # noqa: ARG001  (the contract gives the values)

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from scipy.special import ndtri
 
-from rigrunner.api.analysis import Rejection
+from rigrunner.api import Rejection
 from rigrunner_plugins.outlier_rules.suspects import LEAST, ROUNDING
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_plugins.outlier_rules.settings import MadSettings
 
 SIGMA_PER_MAD: Final = 1 / float(ndtri(0.75))

@@ -13,13 +13,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError
 from rigrunner_plugins.outlier_rules.requirements import BLIND_OF_PAUTA
 from rigrunner_plugins.outlier_rules.suspects import Suspect, exceeds, studentized, suspects
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import Rejection
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array, Rejection
 
 CRITICAL: Final = 3.0
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.hooks import OutlierRuleRecord, hookimpl
+from rigrunner.api import OutlierRuleRecord, hookimpl
 from rigrunner_plugins.outlier_rules import requirements
 from rigrunner_plugins.outlier_rules.examples import PENDULUM, ROSNER, URANIUM
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import OutlierRule
-    from rigrunner.api.hooks import NoSettings
+    from rigrunner.api import NoSettings, OutlierRule
     from rigrunner_plugins.outlier_rules.settings import (
         GeneralizedEsdSettings,
         GrubbsSettings,

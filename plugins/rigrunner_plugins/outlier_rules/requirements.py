@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rigrunner.api.analysis import Requirements
+from rigrunner.api import Requirements
 
 BLIND_OF_PAUTA = 10
 """The 3-sigma rule can reject none of so many values, or of fewer."""

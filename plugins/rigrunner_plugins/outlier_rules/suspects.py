@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.special import stdtrit
 
-from rigrunner.api.analysis import Rejection
+from rigrunner.api import Rejection
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
 
 LEAST = 3
 """Of two values none is the odd one."""

@@ -8,14 +8,14 @@ from contextlib import redirect_stdout
 from datetime import datetime
 from typing import TYPE_CHECKING
 
+from rigrunner.api import MissingPackageError
 from rigrunner.api.certificate import certificate_json
-from rigrunner.api.errors import MissingPackageError
 from rigrunner_reports.certificate.render import html
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigrunner.api.letterhead import CertificateInput
+    from rigrunner.api import CertificateInput
 
 VARIANT = "pdf/ua-1"
 """Tagged, with title and language, as PDF/UA asks; validators may still find fault."""

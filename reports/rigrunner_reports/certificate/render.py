@@ -18,8 +18,9 @@ from jinja2 import (
 from jinja2.sandbox import SandboxedEnvironment
 from markupsafe import Markup
 
+from rigrunner.api import Location
 from rigrunner.api.certificate import certificate_json
-from rigrunner.api.errors import InvalidFileError, Location, Problem
+from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.plots import draw
 from rigrunner_reports.certificate.figure import named_figures, over_frequency
 from rigrunner_reports.certificate.texts import texts
@@ -27,7 +28,8 @@ from rigrunner_reports.certificate.wording import Wording
 from rigrunner_reports.render import css_string
 
 if TYPE_CHECKING:
-    from rigrunner.api.letterhead import CertificateInput, Letterhead, Logo
+    from rigrunner.api import CertificateInput
+    from rigrunner.api.letterhead import Letterhead, Logo
 
 PACKAGE = "rigrunner_reports"
 TEMPLATES = "certificate/templates"

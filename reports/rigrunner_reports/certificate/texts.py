@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 import yaml
 
-from rigrunner.api.errors import InvalidFileError, Location, Problem
+from rigrunner.api import Location
+from rigrunner.api.errors import InvalidFileError, Problem
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

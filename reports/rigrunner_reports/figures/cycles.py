@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import SwingPoint
+from rigrunner.api import SwingPoint
 from rigrunner.api.figures import Axis, Figure, Mark, Picture, Series
 from rigrunner.signal.swings import kept_cycles
 from rigrunner.signal.thinning import places_of_extremes
@@ -14,8 +14,7 @@ from rigrunner.signal.thinning import places_of_extremes
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import PeakPoint
-    from rigrunner.api.data import Array, Mask
+    from rigrunner.api import Array, Mask, PeakPoint
     from rigrunner.api.figures import SeriesKind
 
 MILLI = 1e3

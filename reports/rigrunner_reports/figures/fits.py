@@ -15,8 +15,7 @@ from rigrunner_reports.numbers import fixed, with_sign
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import Curve
-    from rigrunner.api.data import Points
+    from rigrunner.api import Curve, Points
     from rigrunner.api.results import FittedTorque
     from rigrunner.signal.thinning import Places
 

@@ -12,8 +12,7 @@ from rigrunner_reports.figures.swing import CRANK_PHASE
 from rigrunner_reports.numbers import fixed
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import SwingPoint
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array, SwingPoint
 
 ALPHA = "\N{GREEK SMALL LETTER ALPHA}"
 PHASES = 361

@@ -16,8 +16,8 @@ from rigrunner_reports.numbers import stated
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from rigrunner.api import MeasurementResult
     from rigrunner.api.figures import Figure, Series
-    from rigrunner.api.findings import MeasurementResult
     from rigrunner.api.verdict import LimitDecision
 
 

@@ -15,7 +15,7 @@ from rigrunner_reports.view.points import low_middle_high, traces
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_reports.view.points import SetPoint
 
 TURN_DEG = 360.0

@@ -15,7 +15,7 @@ from rigrunner_reports.studies.numbers import as_scattered, percent
 from rigrunner_reports.studies.pictures import components, distribution, letter, readings
 
 if TYPE_CHECKING:
-    from rigrunner.api.studies import StudyInput
+    from rigrunner.api import StudyInput
 
 TITLES = {
     Trend: ("Trend", "trend.html.j2"),

@@ -21,8 +21,7 @@ from rigrunner_reports.view.points import low_middle_high
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import Component
-    from rigrunner.api.data import Estimate
+    from rigrunner.api import Component, Estimate
     from rigrunner.api.results import Result
     from rigrunner_reports.view.points import SetPoint
 

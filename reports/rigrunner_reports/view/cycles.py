@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import inf
 from typing import TYPE_CHECKING
 
-from rigrunner.api.analysis import SwingPoint
+from rigrunner.api import SwingPoint
 from rigrunner_reports.numbers import fixed, plain, significant
 from rigrunner_reports.section import Section
 from rigrunner_reports.view.frequency_table import are_starts
@@ -14,7 +14,7 @@ from rigrunner_reports.view.frequency_table import are_starts
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.api.analysis import PeakPoint, Rejection
+    from rigrunner.api import PeakPoint, Rejection
     from rigrunner.api.results import Result
 
     _Judged = tuple[str, PeakPoint, str, Rejection]

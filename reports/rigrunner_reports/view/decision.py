@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from math import isnan
 from typing import TYPE_CHECKING
 
+from rigrunner.api import Verdict
 from rigrunner.api.events import CONCLUDED
-from rigrunner.api.verdict import Verdict, probability_text, worst
+from rigrunner.api.verdict import probability_text, worst
 from rigrunner_reports.numbers import fixed, significant, stated
 
 if TYPE_CHECKING:

@@ -14,7 +14,8 @@ from rigrunner_reports.section import Section
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import Candidate, Curve
+    from rigrunner.api import Curve
+    from rigrunner.api.analysis import Candidate
     from rigrunner.api.results import FittedTorque
 
 MILLI = 1e3

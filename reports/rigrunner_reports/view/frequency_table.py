@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.api import Estimate
 from rigrunner.api.analysis import MotionSource, StartPoint
-from rigrunner.api.data import Estimate
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.rounding import places
 from rigrunner.signal.swings import kept_cycles
@@ -17,7 +17,7 @@ from rigrunner_reports.view.points import error
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import PeakPoint
+    from rigrunner.api import PeakPoint
     from rigrunner.api.results import Result
     from rigrunner_reports.view.points import SetPoint
 

@@ -12,9 +12,8 @@ from rigrunner_reports.numbers import with_sign
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from rigrunner.api import Instrument, RunData
     from rigrunner.api.accuracy import ErrorLimit
-    from rigrunner.api.data import RunData
-    from rigrunner.api.instruments import Instrument
 
 Facts = tuple[tuple[str, str], ...]
 

@@ -20,7 +20,7 @@ from rigrunner_reports.view.decision import VerdictView, shown_verdict
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.api.data import Measurement
+    from rigrunner.api import Measurement
     from rigrunner.api.results import JudgedValue, MeasuredLimits
 
 MOST_ROWS = 200

@@ -21,8 +21,7 @@ from rigrunner_reports.view.points import by_frequency, error, true_parameter
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rigrunner.api.analysis import Compensation
-    from rigrunner.api.data import Estimate
+    from rigrunner.api import Compensation, Estimate
     from rigrunner.api.results import Result
     from rigrunner_reports.view.points import SetPoint
 

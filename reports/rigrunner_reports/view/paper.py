@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import SwingPoint
+from rigrunner.api import SwingPoint
 from rigrunner.signal.averaging import robust_mean
 from rigrunner.signal.rounding import places
 from rigrunner_reports.numbers import fixed, plain, with_sign
@@ -15,7 +15,7 @@ from rigrunner_reports.view.methods import errors, largest_expanded, spread, tor
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.api.analysis import PeakPoint
+    from rigrunner.api import PeakPoint
     from rigrunner.api.results import Result
     from rigrunner_reports.view.methods import Error
     from rigrunner_reports.view.points import SetPoint

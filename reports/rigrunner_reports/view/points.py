@@ -5,16 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api.analysis import SwingPoint
+from rigrunner.api import SwingPoint
 from rigrunner.signal.peaks import mean_peak
 from rigrunner_reports.section import Section
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from rigrunner.api.analysis import CompensatedPoint, Compensation, PeakPoint, Trace
-    from rigrunner.api.data import Array
-    from rigrunner.api.results import ReportInput
+    from rigrunner.api import Array, CompensatedPoint, Compensation, PeakPoint, ReportInput
+    from rigrunner.api.analysis import Trace
 
 NEWTON_METRES = "_nm"
 

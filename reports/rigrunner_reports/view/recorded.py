@@ -11,8 +11,8 @@ from rigrunner_reports.view.limits import MeasuredTable, measured_table
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.data import Measurement
-    from rigrunner.api.results import ReportInput, Result
+    from rigrunner.api import Measurement, ReportInput
+    from rigrunner.api.results import Result
 
 MOST_RECORDINGS = 6
 """So many recordings are drawn; of more, the first ones."""

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
-    from rigrunner.api.findings import MeasurementResult, Table
+    from rigrunner.api import MeasurementResult
+    from rigrunner.api.findings import Table
     from rigrunner.api.results import Result
     from rigrunner.api.verdict import LimitDecision
     from rigrunner_reports.numbers import Stated

@@ -13,7 +13,7 @@ from rigrunner_reports.section import Section
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from rigrunner.api.data import RunData
+    from rigrunner.api import RunData
     from rigrunner.api.results import Result
 
 APPROVED = "approved"

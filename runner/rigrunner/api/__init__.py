@@ -1,6 +1,76 @@
-"""The contracts between Rigrunner and its plugins.
+"""The contracts between Rigrunner and its plugins, stable and public.
 
-Stable and public. A plugin or a report imports `rigrunner.api` and `rigrunner.signal`, nothing else
-of Rigrunner's. The modules that a plugin's declaration needs (`errors`, `quantity`, `settings`,
-`instruments`, `devices`, `events`, `hooks`) load without numpy.
+A plugin or a report imports its names from here, `from rigrunner.api import Settings, hookimpl`,
+and computes with `rigrunner.signal`. A name loads its module when it is first asked for: what a
+plugin's declaration needs (records, settings, errors, devices) comes without numpy. Contracts that
+few plugins need, such as those of figures, stand in the modules of this package.
 """
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+_NAMES = {
+    "hooks": (
+        "hookimpl AnalysisRecord CertificateFormatRecord CompensationRecord "
+        "DecisionRuleRecord DeviceRecord EventSinkRecord FitRecord ImporterExample "
+        "ImporterRecord NoSettings OutlierRuleRecord ReportFormatRecord StepRecord "
+        "StudyFormatRecord UnitRecord"
+    ),
+    "errors": (
+        "DataError DeviceError DeviceLostError DeviceNotFoundError DeviceRejectedError "
+        "DeviceTimeoutError Location MissingPackageError PluginError RigrunnerError"
+    ),
+    "settings": (
+        "Angle AnyQuantity Duration Force Frequency Length ListOf PlainText PositiveDuration "
+        "Ratio Settings SimulableSettings Temperature Torque WrapperSettings YesNo"
+    ),
+    "units": "QuantityError unit",
+    "unit_tables": "UnitDefinition",
+    "quantity": "Estimate Quantity parse_quantity",
+    "member": "Member",
+    "devices": (
+        "Approaching ChannelInfo Clock Device DeviceContext DriveInfo Identity Pausable "
+        "Readable Settable StopToken Streaming"
+    ),
+    "driver": "Driver",
+    "lines": "Answering LineDriver LineSettings",
+    "streaming": "StreamingDriver",
+    "steps": "Action Doing Found Planning StepSettings",
+    "importing": "Column Importer NotInFileError",
+    "data": "Array Block Mask Measurement Points Recording RunData",
+    "instruments": "Instrument",
+    "findings": "Findings MeasurementResult Objection ResultDefinition",
+    "analysis": (
+        "Check CompensatedPoint Compensation CompensationMethod Component Curve Fit "
+        "NeededChannel OutlierRule PeakPoint Rejection Requirements Spreading Sweep "
+        "SwingPoint"
+    ),
+    "measurand": "Condition MeasurandKind Nature",
+    "uncertainty": "Distribution Effect Input MeasurementModel",
+    "verdict": "Limits Verdict Zone",
+    "events": "Event EventSink",
+    "results": "ReportInput",
+    "letterhead": "CertificateInput",
+    "studies": "StudyInput",
+    "rig": "RigDescription",
+}
+"""The names of each module that stand here; `__init__.pyi` says the same to type checkers."""
+_MODULE_OF = {name: module for module, names in _NAMES.items() for name in names.split()}
+
+__all__: list[str] = sorted(_MODULE_OF)  # noqa: PLE0605  (type checkers read the list in the stub)
+
+
+def __getattr__(name: str) -> Any:
+    """Load the module of a name; raise AttributeError for any other name."""
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = getattr(import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    """Return what is public here."""
+    return [*__all__, *(name for name in globals() if name.startswith("__"))]

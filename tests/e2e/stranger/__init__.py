@@ -13,92 +13,101 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
-from rigrunner.api.analysis import (
+from rigrunner.api import (
+    AnalysisRecord,
+    Answering,
+    AnyQuantity,
+    Approaching,
+    Array,
+    Block,
+    CertificateFormatRecord,
+    CertificateInput,
+    ChannelInfo,
     Check,
+    Clock,
+    Column,
     CompensatedPoint,
     Compensation,
     CompensationMethod,
+    CompensationRecord,
+    Condition,
     Curve,
-    Fit,
-    NeededChannel,
-    OutlierRule,
-    PeakPoint,
-    Rejection,
-    Requirements,
-    Spreading,
-    Sweep,
-    SwingPoint,
-)
-from rigrunner.api.data import Array, Block, Estimate, Mask, Points, Recording, RunData
-from rigrunner.api.devices import (
-    Approaching,
-    ChannelInfo,
-    Clock,
+    DataError,
+    DecisionRuleRecord,
     Device,
     DeviceContext,
-    DriveInfo,
-    Identity,
-    Pausable,
-    Readable,
-    Settable,
-    StopToken,
-    Streaming,
-)
-from rigrunner.api.driver import Driver
-from rigrunner.api.errors import (
-    DataError,
     DeviceError,
     DeviceLostError,
     DeviceNotFoundError,
+    DeviceRecord,
     DeviceRejectedError,
     DeviceTimeoutError,
-    Location,
-    MissingPackageError,
-)
-from rigrunner.api.events import Event, EventSink
-from rigrunner.api.findings import (
-    Findings,
-    MeasurementResult,
-    ResultDefinition,
-)
-from rigrunner.api.hooks import (
-    AnalysisRecord,
-    CertificateFormatRecord,
-    CompensationRecord,
-    DecisionRuleRecord,
-    DeviceRecord,
-    EventSinkRecord,
-    FitRecord,
-    ImporterRecord,
-    NoSettings,
-    OutlierRuleRecord,
-    ReportFormatRecord,
-    StudyFormatRecord,
-    UnitRecord,
-    hookimpl,
-)
-from rigrunner.api.importing import Column, Importer, NotInFileError
-from rigrunner.api.instruments import Instrument
-from rigrunner.api.letterhead import CertificateInput
-from rigrunner.api.lines import Answering, LineDriver, LineSettings
-from rigrunner.api.measurand import Condition, MeasurandKind, Nature
-from rigrunner.api.quantity import Quantity, parse_quantity
-from rigrunner.api.results import ReportInput
-from rigrunner.api.rig import RigDescription
-from rigrunner.api.settings import (
-    AnyQuantity,
+    Distribution,
+    DriveInfo,
+    Driver,
     Duration,
+    Effect,
+    Estimate,
+    Event,
+    EventSink,
+    EventSinkRecord,
+    Findings,
+    Fit,
+    FitRecord,
     Force,
     Frequency,
+    Identity,
+    Importer,
+    ImporterRecord,
+    Input,
+    Instrument,
+    Limits,
+    LineDriver,
+    LineSettings,
     ListOf,
+    Location,
+    Mask,
+    MeasurandKind,
+    MeasurementModel,
+    MeasurementResult,
+    MissingPackageError,
+    Nature,
+    NeededChannel,
+    NoSettings,
+    NotInFileError,
+    OutlierRule,
+    OutlierRuleRecord,
+    Pausable,
+    PeakPoint,
+    Points,
+    Quantity,
+    Readable,
+    Recording,
+    Rejection,
+    ReportFormatRecord,
+    ReportInput,
+    Requirements,
+    ResultDefinition,
+    RigDescription,
+    RunData,
+    Settable,
     Settings,
+    Spreading,
+    StopToken,
+    Streaming,
+    StudyFormatRecord,
+    StudyInput,
+    Sweep,
+    SwingPoint,
+    UnitDefinition,
+    UnitRecord,
+    Verdict,
     WrapperSettings,
     YesNo,
+    Zone,
+    hookimpl,
+    parse_quantity,
 )
-from rigrunner.api.studies import StudyInput
-from rigrunner.api.uncertainty import Distribution, Effect, Input, MeasurementModel
-from rigrunner.api.unit_tables import UnitDefinition
-from rigrunner.api.verdict import Limits, Verdict, Zone
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.inputs import limited, model_of
 from rigrunner.signal.kinematics import angular_velocity

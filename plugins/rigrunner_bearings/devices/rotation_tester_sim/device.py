@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity
+from rigrunner.api import ChannelInfo, DriveInfo, Identity
 from rigrunner_bearings.devices.rotation_tester_sim.friction import breakaway_torque_nm, friction_nm
 from rigrunner_bearings.devices.rotation_tester_sim.history import History
 from rigrunner_bearings.devices.rotation_tester_sim.motion import REST_S, start
@@ -23,8 +23,7 @@ from rigrunner_plugins.devices.pacing import paced_blocks
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from rigrunner.api.data import Array, Block
-    from rigrunner.api.devices import DeviceContext, StopToken
+    from rigrunner.api import Array, Block, DeviceContext, StopToken
     from rigrunner_bearings.devices.rotation_tester_sim.parameters import BenchParameters
     from rigrunner_bearings.devices.rotation_tester_sim.settings import RotationTesterSettings
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_bearings.devices.rotation_tester_sim.parameters import BenchParameters
 
 SHORTEST_REST_S = 1.0

@@ -6,17 +6,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from rigrunner.api.settings import (
-    Angle,
-    Force,
-    Frequency,
-    FrequencyRate,
-    Length,
-    MomentOfInertia,
-    Ratio,
-    Settings,
-    Torque,
-)
+from rigrunner.api import Angle, Force, Frequency, Length, Ratio, Settings, Torque
+from rigrunner.api.settings import FrequencyRate, MomentOfInertia
 from rigrunner_bearings.devices.rotation_tester_sim.parameters import BenchParameters
 from rigrunner_bearings.devices.simulated.parameters import SensorParameters
 from rigrunner_plugins.devices.fields import quantity

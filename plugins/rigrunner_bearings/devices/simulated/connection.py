@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal, Protocol
 
-from rigrunner.api.devices import Identity
-from rigrunner.api.errors import DeviceLostError, DeviceNotFoundError
+from rigrunner.api import DeviceLostError, DeviceNotFoundError, Identity
 
 if TYPE_CHECKING:
-    from rigrunner.api.devices import Clock
+    from rigrunner.api import Clock
 
 
 class Connectable(Protocol):

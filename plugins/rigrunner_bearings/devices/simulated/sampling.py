@@ -15,7 +15,7 @@ from rigrunner_bearings.devices.simulated.sensor_errors import read_angle, read_
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_bearings.devices.simulated.parameters import ConstantErrors, SensorParameters
 
 GRID = 2**16

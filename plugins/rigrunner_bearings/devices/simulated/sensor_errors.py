@@ -9,7 +9,7 @@ import numpy as np
 from rigrunner_bearings.devices.simulated.parameters import ConstantErrors
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_bearings.devices.simulated.parameters import SensorParameters
 
 SMALLEST_SPIKE = 0.2

@@ -6,19 +6,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from rigrunner.api.settings import (
-    Angle,
-    AngularVelocity,
-    Duration,
-    Force,
-    ForceRate,
-    Frequency,
-    FrequencyRate,
-    Length,
-    Ratio,
-    Settings,
-    Torque,
-)
+from rigrunner.api import Angle, Duration, Force, Frequency, Length, Ratio, Settings, Torque
+from rigrunner.api.settings import AngularVelocity, ForceRate, FrequencyRate
 from rigrunner_bearings.devices.simulated.parameters import SensorParameters
 from rigrunner_plugins.devices.fields import quantity
 

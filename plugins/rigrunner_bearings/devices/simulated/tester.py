@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity
+from rigrunner.api import ChannelInfo, DriveInfo, Identity
 from rigrunner_bearings.devices.simulated.connection import Connection
 from rigrunner_bearings.devices.simulated.sampling import (
     RigState,
@@ -22,8 +22,7 @@ from rigrunner_plugins.devices.pacing import paced_blocks
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from rigrunner.api.data import Array, Block
-    from rigrunner.api.devices import DeviceContext, StopToken
+    from rigrunner.api import Array, Block, DeviceContext, StopToken
     from rigrunner_bearings.devices.simulated.sampling import SimulatedRig
     from rigrunner_bearings.devices.simulated.settings import TesterSettings
     from rigrunner_bearings.devices.simulated.specimen import Specimen

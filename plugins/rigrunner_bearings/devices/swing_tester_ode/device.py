@@ -8,7 +8,7 @@ from rigrunner_bearings.devices.simulated.tester import SimulatedTester
 from rigrunner_bearings.devices.swing_tester_ode.rig import time_domain_rig
 
 if TYPE_CHECKING:
-    from rigrunner.api.devices import Device, DeviceContext
+    from rigrunner.api import Device, DeviceContext
     from rigrunner_bearings.devices.swing_tester_ode.settings import SwingTesterOdeSettings
 
 

@@ -15,7 +15,7 @@ from math import exp
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
 
 REFERENCE_LOAD_N = 1000.0

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.errors import DeviceError
+from rigrunner.api import DeviceError
 from rigrunner.signal.kinematics import angular_acceleration, angular_velocity
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_bearings.devices.swing_tester_ode.elements import Mechanism, State
 
 STEPS_PER_PERIOD = 40

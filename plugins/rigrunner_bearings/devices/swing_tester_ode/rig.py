@@ -15,7 +15,7 @@ from rigrunner_bearings.devices.swing_tester_ode.elements import mechanism
 from rigrunner_bearings.devices.swing_tester_ode.integrate import steady_cycle
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
 
 STARTING_RAD = np.deg2rad(1.0)

@@ -6,16 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from rigrunner.api.settings import (
-    Angle,
-    AngularVelocity,
-    Frequency,
-    MomentOfInertia,
-    Ratio,
-    RotationalDamping,
-    Settings,
-    Torque,
-)
+from rigrunner.api import Angle, Frequency, Ratio, Settings, Torque
+from rigrunner.api.settings import AngularVelocity, MomentOfInertia, RotationalDamping
 from rigrunner_bearings.devices.simulated.settings import TesterSettings
 from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
 from rigrunner_plugins.devices.fields import quantity

@@ -10,7 +10,7 @@ from rigrunner_bearings.devices.simulated.tester import SimulatedTester
 from rigrunner_bearings.devices.swing_tester_sim.rig import closed_form_rig
 
 if TYPE_CHECKING:
-    from rigrunner.api.devices import Device, DeviceContext
+    from rigrunner.api import Device, DeviceContext
     from rigrunner_bearings.devices.simulated.sampling import SimulatedRig
     from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
     from rigrunner_bearings.devices.swing_tester_sim.settings import SwingTesterSimSettings

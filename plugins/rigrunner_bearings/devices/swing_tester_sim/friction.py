@@ -15,7 +15,7 @@ import numpy as np
 from rigrunner.signal.kinematics import angular_velocity, max_angle, swing_angle
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array, Mask
+    from rigrunner.api import Array, Mask
     from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 
 REFERENCE_LOAD_N = 1000.0

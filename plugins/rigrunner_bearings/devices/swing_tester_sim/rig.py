@@ -17,7 +17,7 @@ from rigrunner_bearings.devices.swing_tester_sim import friction
 from rigrunner_bearings.devices.swing_tester_sim.driveline import resonate
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 
 

@@ -6,18 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from rigrunner.api.settings import (
-    Angle,
-    AngularVelocity,
-    Duration,
-    Frequency,
-    MomentOfInertia,
-    Ratio,
-    RotationalDamping,
-    Settings,
-    Temperature,
-    Torque,
-)
+from rigrunner.api import Angle, Duration, Frequency, Ratio, Settings, Temperature, Torque
+from rigrunner.api.settings import AngularVelocity, MomentOfInertia, RotationalDamping
 from rigrunner_bearings.devices.simulated.settings import TesterSettings
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 from rigrunner_plugins.devices.fields import quantity

@@ -15,11 +15,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import Check, Component
-from rigrunner.api.data import Estimate
-from rigrunner.api.errors import DataError
-from rigrunner.api.findings import Findings, MeasurementResult
-from rigrunner.api.units import QuantityError, unit
+from rigrunner.api import (
+    Check,
+    Component,
+    DataError,
+    Estimate,
+    Findings,
+    MeasurementResult,
+    QuantityError,
+    unit,
+)
 from rigrunner.signal.coverage import excess_kurtosis
 from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.analyses.curve import derived
@@ -38,10 +43,8 @@ from rigrunner_plugins.analyses.curve.settings import (
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.api.analysis import Fit
-    from rigrunner.api.data import RunData
+    from rigrunner.api import Fit, ResultDefinition, RunData
     from rigrunner.api.figures import Figure
-    from rigrunner.api.findings import ResultDefinition
     from rigrunner.api.reading_errors import ReadingError
     from rigrunner_plugins.analyses.curve.points import Source, Values
     from rigrunner_plugins.analyses.curve.settings import CurveSettings

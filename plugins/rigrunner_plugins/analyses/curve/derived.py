@@ -14,18 +14,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import brentq
 
-from rigrunner.api.analysis.curves import Extrapolating, Spreading
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError, Spreading, unit
+from rigrunner.api.analysis.curves import Extrapolating
 from rigrunner.api.places import matches
-from rigrunner.api.units import from_si, unit
+from rigrunner.api.units import from_si
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from rigrunner.api.analysis import Curve
+    from rigrunner.api import Array, Curve, Quantity
     from rigrunner.api.coordinates import CoordinateValue
-    from rigrunner.api.data import Array
-    from rigrunner.api.quantity import Quantity
     from rigrunner_plugins.analyses.curve.points import Values
     from rigrunner_plugins.analyses.curve.settings import (
         BothWays,

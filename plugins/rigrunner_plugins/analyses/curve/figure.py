@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.data import Estimate
+from rigrunner.api import Estimate, unit
 from rigrunner.api.figures import Axis, Figure, Series
-from rigrunner.api.units import unit
 from rigrunner.signal.coverage import factor
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_plugins.analyses.curve.derived import Fitted
 
 SAMPLES = 100

@@ -7,18 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.data import Points
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError, Points, unit
 from rigrunner.api.places import is_at
-from rigrunner.api.units import si_symbol, unit
+from rigrunner.api.units import si_symbol
 from rigrunner_plugins.analyses.sources import parts
 from rigrunner_plugins.analyses.statistics import STATISTICS, Series
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
+    from rigrunner.api import Array, RunData
     from rigrunner.api.coordinates import CoordinateValue
-    from rigrunner.api.data import Array, RunData
     from rigrunner.api.reading_errors import ReadingError
     from rigrunner_plugins.analyses.curve.settings import CurveSettings
     from rigrunner_plugins.analyses.sources import Part

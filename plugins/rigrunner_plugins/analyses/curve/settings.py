@@ -7,19 +7,26 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
-from rigrunner.api.analysis.requirements import NeededChannel, Requirements
+from rigrunner.api import (
+    AnyQuantity,
+    ListOf,
+    NeededChannel,
+    QuantityError,
+    Requirements,
+    Settings,
+    YesNo,
+    unit,
+)
 from rigrunner.api.fit_choice import FitChoice
 from rigrunner.api.member import NAME
 from rigrunner.api.places import CoordinateKey, Place, PlaceValue
-from rigrunner.api.settings import AnyQuantity, ListOf, OneOrSeveral, Settings, YesNo
-from rigrunner.api.units import QuantityError, unit
+from rigrunner.api.settings import OneOrSeveral
 from rigrunner_plugins.analyses.settings import Per, ResultSettings, ValueName, quotient
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.api.findings import Objection, ResultDefinition
-    from rigrunner.api.quantity import Quantity
+    from rigrunner.api import Objection, Quantity, ResultDefinition
 
 _KEY = f"^{NAME}([.]{NAME}){{0,2}}$"
 BOTH_WAYS = 2

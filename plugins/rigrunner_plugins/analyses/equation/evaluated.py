@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError
+from rigrunner.api import Effect as ToFirstOrder
 from rigrunner.api.uncertainty import Corrected
-from rigrunner.api.uncertainty import Effect as ToFirstOrder
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.monte_carlo.intervals import symmetric
 from rigrunner.signal.monte_carlo.model import output_of
@@ -20,8 +20,7 @@ from rigrunner.signal.propagation import sensitivities
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.findings import MeasurementResult
-    from rigrunner.api.uncertainty import MeasurementModel
+    from rigrunner.api import MeasurementModel, MeasurementResult
 
 TRIALS = 50_000
 SEED = 1

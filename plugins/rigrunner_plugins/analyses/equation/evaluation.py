@@ -10,10 +10,8 @@ from dataclasses import dataclass, replace
 from math import inf, isfinite, isnan, sqrt
 from typing import TYPE_CHECKING
 
-from rigrunner.api.analysis import Check, Component
-from rigrunner.api.errors import DataError
-from rigrunner.api.findings import Findings, MeasurementResult
-from rigrunner.api.units import si_symbol, unit
+from rigrunner.api import Check, Component, DataError, Findings, MeasurementResult, unit
+from rigrunner.api.units import si_symbol
 from rigrunner.signal.monte_carlo.intervals import numerical_tolerance
 from rigrunner.signal.propagation import propagate, sensitivities
 from rigrunner_plugins.analyses.equation.evaluated import (
@@ -36,9 +34,7 @@ from rigrunner_plugins.analyses.sources import groups
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.api.data import Estimate, RunData
-    from rigrunner.api.findings import ResultDefinition
-    from rigrunner.api.uncertainty import MeasurementModel
+    from rigrunner.api import Estimate, MeasurementModel, ResultDefinition, RunData
     from rigrunner_plugins.analyses.equation.model import Inputs
     from rigrunner_plugins.analyses.equation.settings import EquationSettings
     from rigrunner_plugins.analyses.settings import ResultSettings

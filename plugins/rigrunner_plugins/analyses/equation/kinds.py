@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, NoReturn
 
-from rigrunner.api.units import QuantityError, exponents_of, kind_of, unit, with_article
+from rigrunner.api import QuantityError, unit
+from rigrunner.api.units import exponents_of, kind_of, with_article
 from rigrunner.signal.expression.syntax import CONSTANTS, Name, Number, Operation
 
 if TYPE_CHECKING:

@@ -13,17 +13,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import Component
-from rigrunner.api.uncertainty import Distribution, Input, Line, MeasurementModel
-from rigrunner.api.units import si_symbol, unit
+from rigrunner.api import Component, Distribution, Input, MeasurementModel, unit
+from rigrunner.api.uncertainty import Line
+from rigrunner.api.units import si_symbol
 from rigrunner.signal.expression.evaluation import evaluated
 from rigrunner_plugins.analyses.statistics import mean_scatter
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
 
-    from rigrunner.api.data import Array, RunData
-    from rigrunner.api.findings import MeasurementResult
+    from rigrunner.api import Array, MeasurementResult, RunData
     from rigrunner_plugins.analyses.equation.settings import EquationSettings
     from rigrunner_plugins.analyses.equation.text import Model
     from rigrunner_plugins.analyses.settings import ResultSettings

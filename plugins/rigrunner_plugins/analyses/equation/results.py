@@ -7,16 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import Check
-from rigrunner.api.errors import DataError
+from rigrunner.api import Check, DataError
 from rigrunner.api.places import is_at
 from rigrunner_plugins.analyses.sources import Group
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from rigrunner.api import MeasurementResult
     from rigrunner.api.coordinates import CoordinateValue
-    from rigrunner.api.findings import MeasurementResult
     from rigrunner_plugins.analyses.equation.settings import EquationSettings
 
     Results = Sequence[MeasurementResult]

@@ -18,8 +18,8 @@ import numpy as np
 from rigrunner.signal.coverage import KURTOSIS
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array
-    from rigrunner.api.uncertainty import Differentiable, MeasurementModel
+    from rigrunner.api import Array, MeasurementModel
+    from rigrunner.api.uncertainty import Differentiable
 
 STEP = 1e-2
 """Of the differences of the gradient, in standard uncertainties."""

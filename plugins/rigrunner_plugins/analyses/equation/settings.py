@@ -18,12 +18,22 @@ from pydantic import (
     model_validator,
 )
 
-from rigrunner.api.analysis.requirements import NeededChannel, NeededResult, Requirements
-from rigrunner.api.member import NAME, Member
+from rigrunner.api import (
+    AnyQuantity,
+    ListOf,
+    Member,
+    NeededChannel,
+    Quantity,
+    QuantityError,
+    Requirements,
+    Settings,
+    YesNo,
+    unit,
+)
+from rigrunner.api.analysis.requirements import NeededResult
+from rigrunner.api.member import NAME
 from rigrunner.api.places import Place
-from rigrunner.api.quantity import Quantity
-from rigrunner.api.settings import AnyQuantity, ListOf, Settings, YesNo
-from rigrunner.api.units import QuantityError, unit, with_article
+from rigrunner.api.units import with_article
 from rigrunner_plugins.analyses.equation.kinds import TURNS, Kind, KindError, kind_of_node
 from rigrunner_plugins.analyses.equation.text import RESERVED, read
 from rigrunner_plugins.analyses.settings import Per, ResultSettings
@@ -35,7 +45,7 @@ if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
 
-    from rigrunner.api.findings import Objection, ResultDefinition
+    from rigrunner.api import Objection, ResultDefinition
     from rigrunner_plugins.analyses.equation.text import Model
 
 Symbol = Annotated[str, Field(pattern=f"^{NAME}$")]

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api import unit
 from rigrunner.api.findings import Formula, Table
-from rigrunner.api.units import from_si, unit
+from rigrunner.api.units import from_si
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.monte_carlo.intervals import numerical_tolerance
 from rigrunner.signal.propagation import sensitivities
@@ -19,7 +20,7 @@ from rigrunner_plugins.analyses.equation.model import Tree
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_plugins.analyses.equation.evaluated import Evaluated
     from rigrunner_plugins.analyses.equation.settings import EquationSettings
 

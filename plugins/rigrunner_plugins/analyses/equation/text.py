@@ -13,8 +13,8 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.api import Quantity, parse_quantity
 from rigrunner.api.member import NAME
-from rigrunner.api.quantity import Quantity, parse_quantity
 from rigrunner.signal.expression.syntax import (
     ALIASES,
     CONSTANTS,

@@ -7,17 +7,17 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
+from rigrunner.api import DeviceRejectedError
 from rigrunner.api.devices import CountsStreams, KnowsTruth
 from rigrunner.api.driver import wait_until_arrived
-from rigrunner.api.errors import DeviceRejectedError
 from rigrunner_plugins.devices.composite.base import POLL_S, Composite, find
 from rigrunner_plugins.devices.composite.clocks.aligned import AlignedStream, Wanted
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Mapping, Sequence
 
-    from rigrunner.api.data import Block
-    from rigrunner.api.devices import ReadingInfo, StopToken
+    from rigrunner.api import Block, StopToken
+    from rigrunner.api.devices import ReadingInfo
     from rigrunner.api.readings import Reading
     from rigrunner_plugins.devices.composite.part import Part
     from rigrunner_plugins.devices.composite.routes import ChannelRoute

@@ -6,15 +6,14 @@ from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
+from rigrunner.api import DeviceError, DeviceLostError, DeviceRejectedError, Identity
 from rigrunner.api.cleanup import add_beside, error_text, errors_of, raise_first
-from rigrunner.api.devices import Identity
-from rigrunner.api.errors import DeviceError, DeviceLostError, DeviceRejectedError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
+    from rigrunner.api import ChannelInfo, DeviceContext, DriveInfo
     from rigrunner.api.calling import MovingCall
-    from rigrunner.api.devices import ChannelInfo, DeviceContext, DriveInfo
     from rigrunner_plugins.devices.composite.part import Part
     from rigrunner_plugins.devices.composite.routes import ChannelRoute, DriveRoute, ReadingRoute
     from rigrunner_plugins.devices.composite.settings import ClockSettings

@@ -24,7 +24,7 @@ from rigrunner_plugins.devices.composite.routes import (
 )
 
 if TYPE_CHECKING:
-    from rigrunner.api.devices import Device, DeviceContext
+    from rigrunner.api import Device, DeviceContext
     from rigrunner_plugins.devices.composite.settings import CompositeSettings
 
 

@@ -7,17 +7,24 @@ from functools import partial
 from math import nan
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from rigrunner.api import (
+    Approaching,
+    DeviceError,
+    DeviceLostError,
+    DeviceRejectedError,
+    Readable,
+    Streaming,
+)
 from rigrunner.api.calling import InlineCaller, MovingCalls, ThreadCaller, blocks_of
-from rigrunner.api.devices import Approaching, KnowsStream, Readable, Streaming
-from rigrunner.api.errors import DeviceError, DeviceLostError, DeviceRejectedError
+from rigrunner.api.devices import KnowsStream
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
     from concurrent.futures import Future
 
+    from rigrunner.api import Block, Device, DriveInfo, Identity, StopToken
     from rigrunner.api.calling import Caller, MovingCall
-    from rigrunner.api.data import Block
-    from rigrunner.api.devices import Device, DriveInfo, Identity, Patience, StopToken
+    from rigrunner.api.devices import Patience
     from rigrunner.api.readings import Reading
 
 _T = TypeVar("_T")

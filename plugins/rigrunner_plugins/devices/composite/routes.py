@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from rigrunner.api.devices import Observing, Readable, Settable, Streaming
-from rigrunner.api.errors import PluginError
-from rigrunner.api.units import unit
+from rigrunner.api import PluginError, Readable, Settable, Streaming, unit
+from rigrunner.api.devices import Observing
 from rigrunner_plugins.devices.channels import named
 from rigrunner_plugins.devices.composite.settings import DriveSource, split
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rigrunner.api.devices import ChannelInfo, Device, DriveInfo, ReadingInfo
+    from rigrunner.api import ChannelInfo, Device, DriveInfo
+    from rigrunner.api.devices import ReadingInfo
     from rigrunner_plugins.devices.composite.settings import ClockSettings, CompositeSettings
 
 

@@ -7,14 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from rigrunner.api.settings import (
-    Difference,
-    Duration,
-    MadeOfOthers,
-    PositiveDuration,
-    Settings,
-    WrapperSettings,
-)
+from rigrunner.api import Duration, PositiveDuration, Settings, WrapperSettings
+from rigrunner.api.settings import Difference, MadeOfOthers
 from rigrunner_plugins.devices.declared import QuantityName, refuse_shared_names
 
 if TYPE_CHECKING:

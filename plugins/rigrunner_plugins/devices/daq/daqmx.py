@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigrunner.api.errors import DeviceError
+from rigrunner.api import DeviceError
 from rigrunner_plugins.devices.daq.failures import mapped
 from rigrunner_plugins.devices.daq.settings import (
     DigitalOutput,
@@ -21,7 +21,7 @@ from rigrunner_plugins.devices.extras import missing
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_plugins.devices.daq.settings import DaqSettings, VoltageChannel
 
 TERMINALS = {

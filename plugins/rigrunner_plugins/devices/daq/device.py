@@ -6,10 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.data import Block
-from rigrunner.api.devices import ChannelInfo, Identity
-from rigrunner.api.driver import Driver
-from rigrunner.api.errors import DeviceLostError, DeviceNotFoundError, DeviceRejectedError
+from rigrunner.api import (
+    Block,
+    ChannelInfo,
+    DeviceLostError,
+    DeviceNotFoundError,
+    DeviceRejectedError,
+    Driver,
+    Identity,
+)
 from rigrunner_plugins.devices.channels import check_channels
 from rigrunner_plugins.devices.daq.daqmx import Acquisition, Outputs, facts
 from rigrunner_plugins.devices.daq.settings import (
@@ -22,8 +27,7 @@ from rigrunner_plugins.devices.declared import drive_infos
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from rigrunner.api.data import Array
-    from rigrunner.api.devices import DeviceContext, StopToken
+    from rigrunner.api import Array, DeviceContext, StopToken
     from rigrunner_plugins.devices.daq.settings import Channel, DaqSettings
 
 BLOCK_S = 0.1

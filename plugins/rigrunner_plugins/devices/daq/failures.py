@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import (
+from rigrunner.api import (
     DeviceError,
     DeviceLostError,
     DeviceNotFoundError,

@@ -7,17 +7,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from rigrunner.api.settings import (
-    Angle,
-    Frequency,
-    ListOf,
-    PositiveDuration,
-    Settings,
-    Torque,
-    Voltage,
-    VoltageRatio,
-    YesNo,
-)
+from rigrunner.api import Angle, Frequency, ListOf, PositiveDuration, Settings, Torque, YesNo
+from rigrunner.api.settings import Voltage, VoltageRatio
 from rigrunner_plugins.devices.declared import DeclaredChannel, DeclaredDrive, QuantityName
 from rigrunner_plugins.devices.fields import quantity
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import DeviceLostError, DeviceRejectedError, DeviceTimeoutError
+from rigrunner.api import DeviceLostError, DeviceRejectedError, DeviceTimeoutError
 
 if TYPE_CHECKING:
-    from rigrunner.api.devices import Clock
+    from rigrunner.api import Clock
     from rigrunner_plugins.devices.fault.settings import Call, FaultSettings
 
 HINT = "a fault that the station injects"

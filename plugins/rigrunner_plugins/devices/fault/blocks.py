@@ -13,8 +13,7 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from rigrunner.api.data import Block
-    from rigrunner.api.devices import Clock
+    from rigrunner.api import Block, Clock
     from rigrunner_plugins.devices.fault.settings import FaultSettings, Kind
 
 

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import PluginError
-from rigrunner.api.units import unit
+from rigrunner.api import PluginError, unit
 from rigrunner_plugins.devices.channels import named
 from rigrunner_plugins.devices.fault.settings import CHANNELS_UNIT, NATURES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from rigrunner.api.devices import ChannelInfo, Device, DriveInfo
+    from rigrunner.api import ChannelInfo, Device, DriveInfo
     from rigrunner_plugins.devices.fault.settings import FaultSettings
 
 

@@ -6,17 +6,15 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
-from rigrunner.api.devices import (
-    CountsStreams,
-    KnowsStream,
-    KnowsTruth,
-    Observing,
+from rigrunner.api import (
+    DeviceLostError,
+    DeviceRejectedError,
     Pausable,
     Readable,
     Settable,
     Streaming,
 )
-from rigrunner.api.errors import DeviceLostError, DeviceRejectedError
+from rigrunner.api.devices import CountsStreams, KnowsStream, KnowsTruth, Observing
 from rigrunner.api.samples import as_samples
 from rigrunner_plugins.devices.fault.answers import HINT, affect
 from rigrunner_plugins.devices.fault.blocks import extra_s, spoilt_blocks
@@ -29,16 +27,16 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from rigrunner.api.data import Block
-    from rigrunner.api.devices import (
+    from rigrunner.api import (
+        Block,
         ChannelInfo,
         Device,
         DeviceContext,
         DriveInfo,
         Identity,
-        ReadingInfo,
         StopToken,
     )
+    from rigrunner.api.devices import ReadingInfo
     from rigrunner.api.readings import Reading
     from rigrunner_plugins.devices.fault.samples import Spoil
     from rigrunner_plugins.devices.fault.settings import Call, FaultSettings, FaultyDeviceSettings

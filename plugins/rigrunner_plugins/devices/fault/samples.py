@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_plugins.devices.fault.settings import FaultSettings, Kind
 
 DRIFT_S = 600.0

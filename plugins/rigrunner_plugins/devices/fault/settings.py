@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from rigrunner.api.settings import AnyQuantity, ListOf, Ratio, Settings, WrapperSettings
+from rigrunner.api import AnyQuantity, ListOf, Ratio, Settings, WrapperSettings
 from rigrunner_plugins.devices.fields import quantity
 
 Call = Literal["connect", "set", "read back", "read", "stream", "make safe"]

@@ -5,13 +5,9 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
+from rigrunner.api import DeviceLostError, DeviceNotFoundError, DeviceRejectedError, Driver
 from rigrunner.api.cleanup import do_all
-from rigrunner.api.driver import Driver, check_patience
-from rigrunner.api.errors import (
-    DeviceLostError,
-    DeviceNotFoundError,
-    DeviceRejectedError,
-)
+from rigrunner.api.driver import check_patience
 from rigrunner_plugins.devices.declared import channel_infos, drive_infos, reading_infos
 from rigrunner_plugins.devices.extras import missing
 from rigrunner_plugins.devices.modbus.grouping import MOST_REGISTERS, Span, spans
@@ -23,7 +19,7 @@ from rigrunner_plugins.devices.modbus.watchdog import Heartbeat
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from rigrunner.api.devices import DeviceContext, Identity
+    from rigrunner.api import DeviceContext, Identity
     from rigrunner.api.readings import Reading
     from rigrunner_plugins.devices.modbus.line import Line
     from rigrunner_plugins.devices.modbus.places import Number, Place

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from rigrunner.api.devices import Identity
-from rigrunner.api.errors import DeviceNotFoundError
+from rigrunner.api import DeviceNotFoundError, Identity
 from rigrunner_plugins.devices.modbus.grouping import Span
 
 if TYPE_CHECKING:

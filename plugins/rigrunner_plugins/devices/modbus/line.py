@@ -13,11 +13,7 @@ from typing import TYPE_CHECKING
 
 from pymodbus.exceptions import ConnectionException, ModbusException
 
-from rigrunner.api.errors import (
-    DeviceLostError,
-    DeviceRejectedError,
-    DeviceTimeoutError,
-)
+from rigrunner.api import DeviceLostError, DeviceRejectedError, DeviceTimeoutError
 from rigrunner_plugins.devices.modbus.opening import open_client
 from rigrunner_plugins.devices.modbus.refusals import BUSY, meaning
 from rigrunner_plugins.devices.modbus.requests import identifying, reading, writing

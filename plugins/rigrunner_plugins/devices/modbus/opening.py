@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 
-from rigrunner.api.errors import DeviceNotFoundError, DeviceTimeoutError
+from rigrunner.api import DeviceNotFoundError, DeviceTimeoutError
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
-from rigrunner.api.settings import Settings
+from rigrunner.api import Settings
 from rigrunner_plugins.devices.modbus import words
 
 if TYPE_CHECKING:

@@ -6,14 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from rigrunner.api.settings import (
-    Duration,
-    ListOf,
-    PositiveDuration,
-    Settings,
-    SimulableSettings,
-    YesNo,
-)
+from rigrunner.api import Duration, ListOf, PositiveDuration, Settings, SimulableSettings, YesNo
 from rigrunner_plugins.devices.declared import (
     DeclaredChannel,
     DeclaredDrive,

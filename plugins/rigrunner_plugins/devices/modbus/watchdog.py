@@ -9,7 +9,7 @@ import itertools
 import threading
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import DeviceError
+from rigrunner.api import DeviceError
 from rigrunner_plugins.devices.modbus.grouping import Span
 
 if TYPE_CHECKING:

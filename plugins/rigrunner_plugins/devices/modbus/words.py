@@ -11,7 +11,7 @@ import math
 import struct
 from typing import TYPE_CHECKING, Literal
 
-from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.api import DeviceRejectedError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

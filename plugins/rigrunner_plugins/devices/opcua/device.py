@@ -5,10 +5,15 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
+from rigrunner.api import (
+    DeviceLostError,
+    DeviceNotFoundError,
+    DeviceRejectedError,
+    Driver,
+    Identity,
+)
 from rigrunner.api.cleanup import do_all
-from rigrunner.api.devices import Identity
-from rigrunner.api.driver import Driver, check_patience
-from rigrunner.api.errors import DeviceLostError, DeviceNotFoundError, DeviceRejectedError
+from rigrunner.api.driver import check_patience
 from rigrunner_plugins.devices.declared import channel_infos, drive_infos
 from rigrunner_plugins.devices.extras import missing
 from rigrunner_plugins.devices.opcua.types import TYPES, encode
@@ -16,7 +21,7 @@ from rigrunner_plugins.devices.opcua.types import TYPES, encode
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.devices import DeviceContext
+    from rigrunner.api import DeviceContext
     from rigrunner_plugins.devices.declared import DeclaredQuantity
     from rigrunner_plugins.devices.opcua.session import Session
     from rigrunner_plugins.devices.opcua.settings import (

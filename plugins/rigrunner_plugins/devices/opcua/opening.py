@@ -9,7 +9,7 @@ from asyncua import Client, ua
 from asyncua.crypto import security_policies, uacrypto
 from cryptography import x509
 
-from rigrunner.api.errors import DeviceNotFoundError, DeviceRejectedError, DeviceTimeoutError
+from rigrunner.api import DeviceNotFoundError, DeviceRejectedError, DeviceTimeoutError
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from asyncua import ua
 
-from rigrunner.api.errors import DeviceLostError, DeviceRejectedError, DeviceTimeoutError
+from rigrunner.api import DeviceLostError, DeviceRejectedError, DeviceTimeoutError
 from rigrunner_plugins.devices.opcua.loop import LoopThread
 from rigrunner_plugins.devices.opcua.opening import open_client, said, status
 from rigrunner_plugins.devices.opcua.units import symbol_of

@@ -8,7 +8,7 @@ from urllib.parse import urlsplit
 
 from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 
-from rigrunner.api.settings import Duration, ListOf, PositiveDuration, Settings, YesNo
+from rigrunner.api import Duration, ListOf, PositiveDuration, Settings, YesNo
 from rigrunner_plugins.devices.declared import (
     DeclaredChannel,
     DeclaredDrive,

@@ -6,7 +6,7 @@ the first the highest.
 
 from __future__ import annotations
 
-from rigrunner.api.units import QuantityError, unit
+from rigrunner.api import QuantityError, unit
 
 UNECE = "http://www.opcfoundation.org/UA/units/un/cefact"
 _CODES = {

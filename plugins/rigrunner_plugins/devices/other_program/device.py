@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import DeviceNotFoundError
+from rigrunner.api import DeviceNotFoundError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from typing import Never
 
-    from rigrunner.api.data import Block
-    from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity, StopToken
+    from rigrunner.api import Block, ChannelInfo, DriveInfo, Identity, StopToken
     from rigrunner_plugins.devices.other_program.settings import OtherProgramSettings
 
 

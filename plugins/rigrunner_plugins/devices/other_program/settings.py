@@ -6,9 +6,8 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from rigrunner.api.devices import ChannelInfo, DriveInfo
-from rigrunner.api.settings import AnyQuantity, Frequency, Settings, YesNo
-from rigrunner.api.units import si_symbol, unit
+from rigrunner.api import AnyQuantity, ChannelInfo, DriveInfo, Frequency, Settings, YesNo, unit
+from rigrunner.api.units import si_symbol
 from rigrunner_plugins.devices.declared import QuantityName, UnitSymbol
 
 

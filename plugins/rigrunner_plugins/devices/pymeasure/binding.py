@@ -7,7 +7,7 @@ import importlib
 import inspect
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.api.errors import PluginError
+from rigrunner.api import PluginError
 from rigrunner_plugins.devices.extras import missing
 from rigrunner_plugins.devices.pymeasure.units import check_unit
 

@@ -7,16 +7,16 @@ from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from rigrunner.api.devices import Identity
-from rigrunner.api.driver import check_patience
-from rigrunner.api.errors import (
+from rigrunner.api import (
     DeviceError,
     DeviceLostError,
     DeviceNotFoundError,
     DeviceRejectedError,
+    Identity,
     MissingPackageError,
     PluginError,
 )
+from rigrunner.api.driver import check_patience
 from rigrunner_plugins.devices.commanded import CommandedDriver, OneAtATime
 from rigrunner_plugins.devices.declared import channel_infos, drive_infos
 from rigrunner_plugins.devices.pymeasure.binding import (
@@ -36,7 +36,7 @@ from rigrunner_plugins.devices.visa.sockets import is_gone, send_at_once
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigrunner.api.devices import DeviceContext
+    from rigrunner.api import DeviceContext
     from rigrunner_plugins.devices.pymeasure.settings import PyMeasureSettings
 
 _T = TypeVar("_T")

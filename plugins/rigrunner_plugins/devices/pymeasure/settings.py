@@ -6,7 +6,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 
-from rigrunner.api.settings import ListOf, PositiveDuration, SimulableSettings, YesNo
+from rigrunner.api import ListOf, PositiveDuration, SimulableSettings, YesNo
 from rigrunner_plugins.devices.declared import DeclaredChannel, DeclaredDrive, QuantityName
 from rigrunner_plugins.devices.text.patterns import Regex, shaped
 from rigrunner_plugins.devices.visa.settings import Backend, ResourceName, check_simulation

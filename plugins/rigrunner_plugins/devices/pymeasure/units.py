@@ -6,7 +6,7 @@ import inspect
 import re
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.api.errors import PluginError
+from rigrunner.api import PluginError
 
 if TYPE_CHECKING:
     from rigrunner_plugins.devices.declared import DeclaredQuantity

@@ -6,7 +6,7 @@ from typing import Any, SupportsFloat
 
 import numpy as np
 
-from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.api import DeviceRejectedError
 from rigrunner_plugins.devices.text.numbers import OVERLOAD, shown
 
 

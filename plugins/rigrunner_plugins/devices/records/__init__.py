@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rigrunner.api.hooks import DeviceRecord, hookimpl
+from rigrunner.api import DeviceRecord, hookimpl
 from rigrunner_plugins.devices.records.instruments import INSTRUMENTS
 from rigrunner_plugins.devices.records.made_of_others import MADE_OF_OTHERS
 from rigrunner_plugins.devices.records.simulators import SIMULATORS

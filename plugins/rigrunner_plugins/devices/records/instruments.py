@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.hooks import DeviceRecord
+from rigrunner.api import DeviceRecord
 from rigrunner_plugins.devices.modbus.trial import ABSENT as MODBUS_ABSENT
 from rigrunner_plugins.devices.modbus.trial import TRIAL as MODBUS_TRIAL
 
 if TYPE_CHECKING:
-    from rigrunner.api.devices import Device, DeviceContext
+    from rigrunner.api import Device, DeviceContext
     from rigrunner_plugins.devices.daq.settings import DaqSettings
     from rigrunner_plugins.devices.modbus.settings import ModbusSettings
     from rigrunner_plugins.devices.opcua.settings import OpcUaSettings

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.hooks import DeviceRecord
+from rigrunner.api import DeviceRecord
 from rigrunner_plugins.devices.records.simulators import TABLE
 
 if TYPE_CHECKING:
-    from rigrunner.api.devices import Device, DeviceContext
+    from rigrunner.api import Device, DeviceContext
     from rigrunner_plugins.devices.composite.settings import CompositeSettings
     from rigrunner_plugins.devices.fault.settings import FaultyDeviceSettings
 

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.hooks import DeviceRecord
+from rigrunner.api import DeviceRecord
 
 if TYPE_CHECKING:
-    from rigrunner.api.devices import Device, DeviceContext
+    from rigrunner.api import Device, DeviceContext
     from rigrunner_plugins.devices.replay.settings import ReplaySettings
     from rigrunner_plugins.devices.tabulated.settings import TabulatedSettings
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.hooks import DeviceRecord
+from rigrunner.api import DeviceRecord
 from rigrunner_plugins.devices.pymeasure import trial as of_pymeasure
 from rigrunner_plugins.devices.serial_ascii import trial as of_serial_ascii
 from rigrunner_plugins.devices.visa import trial as of_visa
 
 if TYPE_CHECKING:
-    from rigrunner.api.devices import Device, DeviceContext
+    from rigrunner.api import Device, DeviceContext
     from rigrunner_plugins.devices.pymeasure.settings import PyMeasureSettings
     from rigrunner_plugins.devices.serial_ascii.settings import SerialAsciiSettings
     from rigrunner_plugins.devices.visa.settings import VisaSettings

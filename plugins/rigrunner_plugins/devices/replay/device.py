@@ -6,9 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity
-from rigrunner.api.errors import DeviceLostError, DeviceNotFoundError, DeviceRejectedError
-from rigrunner.api.units import si_symbol, unit
+from rigrunner.api import (
+    ChannelInfo,
+    DeviceLostError,
+    DeviceNotFoundError,
+    DeviceRejectedError,
+    DriveInfo,
+    Identity,
+    unit,
+)
+from rigrunner.api.units import si_symbol
 from rigrunner_plugins.devices.channels import check_channels
 from rigrunner_plugins.devices.drives import Drives
 from rigrunner_plugins.devices.pacing import paced_blocks
@@ -19,9 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
-    from rigrunner.api.data import Array, Block
-    from rigrunner.api.devices import DeviceContext, StopToken
-    from rigrunner.api.importing import Column
+    from rigrunner.api import Array, Block, Column, DeviceContext, StopToken
     from rigrunner_plugins.devices.replay.manifest import Manifest, RecordingEntry
     from rigrunner_plugins.devices.replay.settings import ReplaySettings
 

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, ValidationError
 
-from rigrunner.api.errors import InvalidFileError, Location, Problem
-from rigrunner.api.settings import AnyQuantity, Force, Frequency, ListOf, Settings
-from rigrunner.api.units import unit
+from rigrunner.api import AnyQuantity, Force, Frequency, ListOf, Location, Settings, unit
+from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner_plugins.devices.replay.texts import read_texts
 
 if TYPE_CHECKING:

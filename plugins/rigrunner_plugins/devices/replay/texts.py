@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from rigrunner.api.errors import InvalidFileError, Location, Problem
+from rigrunner.api import Location
+from rigrunner.api.errors import InvalidFileError, Problem
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

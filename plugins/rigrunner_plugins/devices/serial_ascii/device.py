@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.cleanup import do_all
-from rigrunner.api.devices import Identity
-from rigrunner.api.driver import Driver
-from rigrunner.api.errors import (
+from rigrunner.api import (
     DeviceLostError,
     DeviceNotFoundError,
     DeviceRejectedError,
     DeviceTimeoutError,
+    Driver,
+    Identity,
 )
+from rigrunner.api.cleanup import do_all
 from rigrunner_plugins.devices.channels import check_channels
 from rigrunner_plugins.devices.declared import channel_infos, reading_infos
 from rigrunner_plugins.devices.serial_ascii.port import ExampleLines, PortLines
@@ -21,7 +21,7 @@ from rigrunner_plugins.devices.text.patterns import fits
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.devices import DeviceContext
+    from rigrunner.api import DeviceContext
     from rigrunner.api.readings import Reading
     from rigrunner_plugins.devices.serial_ascii.port import Lines
     from rigrunner_plugins.devices.serial_ascii.settings import SerialAsciiSettings

@@ -6,19 +6,14 @@ import threading
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import (
-    DeviceError,
-    DeviceLostError,
-    DeviceRejectedError,
-    DeviceTimeoutError,
-)
+from rigrunner.api import DeviceError, DeviceLostError, DeviceRejectedError, DeviceTimeoutError
 from rigrunner_plugins.devices.text.numbers import shown
 from rigrunner_plugins.devices.text.termination import decoded, termination_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigrunner.api.devices import Clock
+    from rigrunner.api import Clock
     from rigrunner_plugins.devices.serial_ascii.settings import SerialAsciiSettings
 
 _MOST_LINES = 100_000

@@ -6,7 +6,7 @@ import threading
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rigrunner.api.errors import DeviceLostError, DeviceNotFoundError, DeviceRejectedError
+from rigrunner.api import DeviceLostError, DeviceNotFoundError, DeviceRejectedError
 from rigrunner_plugins.devices.extras import missing
 from rigrunner_plugins.devices.serial_ascii.hearing import Hearing, Line
 from rigrunner_plugins.devices.text.numbers import shown
@@ -14,7 +14,7 @@ from rigrunner_plugins.devices.text.numbers import shown
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigrunner.api.devices import Clock
+    from rigrunner.api import Clock
     from rigrunner_plugins.devices.serial_ascii.settings import SerialAsciiSettings
 
 _LOOK_S = 0.05

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, model_validator
 
-from rigrunner.api.errors import DeviceRejectedError
-from rigrunner.api.settings import Frequency, PositiveDuration, SimulableSettings
+from rigrunner.api import DeviceRejectedError, Frequency, PositiveDuration, SimulableSettings
 from rigrunner_plugins.devices.declared import DeclaredChannel, QuantityName, refuse_shared_names
 from rigrunner_plugins.devices.text.numbers import NumberInText
 from rigrunner_plugins.devices.text.patterns import Identification, Regex, fits, shaped

@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.data import Block
-from rigrunner.api.errors import DeviceError, DeviceRejectedError
+from rigrunner.api import Block, DeviceError, DeviceRejectedError
 from rigrunner_plugins.devices.channels import check_channels
 from rigrunner_plugins.devices.serial_ascii.device import SerialAscii
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.api.devices import DeviceContext, StopToken
+    from rigrunner.api import DeviceContext, StopToken
     from rigrunner_plugins.devices.serial_ascii.hearing import Line
     from rigrunner_plugins.devices.serial_ascii.settings import SerialAsciiSettings
 

@@ -5,15 +5,14 @@ from __future__ import annotations
 from math import isclose
 from typing import TYPE_CHECKING
 
-from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity
-from rigrunner.api.errors import DeviceLostError, DeviceRejectedError
+from rigrunner.api import ChannelInfo, DeviceLostError, DeviceRejectedError, DriveInfo, Identity
 from rigrunner_plugins.devices.channels import check_channels
 from rigrunner_plugins.devices.drives import Drives
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rigrunner.api.devices import DeviceContext
+    from rigrunner.api import DeviceContext
     from rigrunner_plugins.devices.tabulated.settings import Row, TabulatedSettings
 
 SAME = 1e-9

@@ -6,7 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from rigrunner.api.settings import AnyQuantity, ListOf, Settings
+from rigrunner.api import AnyQuantity, ListOf, Settings
 from rigrunner.api.units import si_symbol
 
 Row = dict[str, AnyQuantity]

@@ -7,8 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from rigrunner.api.errors import DeviceRejectedError
-from rigrunner.api.settings import Settings
+from rigrunner.api import DeviceRejectedError, Settings
 from rigrunner_plugins.devices.text.patterns import Regex
 
 OVERLOAD = 9.89e37

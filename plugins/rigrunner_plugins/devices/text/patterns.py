@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field, WithJsonSchema
 
-from rigrunner.api.settings import Settings
+from rigrunner.api import Settings
 
 
 def _compilable(text: str) -> str:

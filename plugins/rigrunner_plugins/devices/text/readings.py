@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, model_validator
 
-from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.api import DeviceRejectedError
 from rigrunner_plugins.devices.declared import DeclaredReading
 from rigrunner_plugins.devices.text.numbers import shown
 from rigrunner_plugins.devices.text.patterns import Regex, fits

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.api import DeviceRejectedError
 
 
 def digits_of_length(start: bytes, query: str) -> int:

@@ -6,14 +6,14 @@ import re
 from functools import partial
 from typing import TYPE_CHECKING
 
-from rigrunner.api.devices import Identity
-from rigrunner.api.driver import check_patience
-from rigrunner.api.errors import (
+from rigrunner.api import (
     DeviceError,
     DeviceNotFoundError,
     DeviceRejectedError,
     DeviceTimeoutError,
+    Identity,
 )
+from rigrunner.api.driver import check_patience
 from rigrunner_plugins.devices.commanded import CommandedDriver
 from rigrunner_plugins.devices.declared import channel_infos, drive_infos, reading_infos
 from rigrunner_plugins.devices.text.commands import with_value
@@ -22,7 +22,7 @@ from rigrunner_plugins.devices.text.patterns import fits
 from rigrunner_plugins.devices.visa.link import VisaLink
 
 if TYPE_CHECKING:
-    from rigrunner.api.devices import DeviceContext
+    from rigrunner.api import DeviceContext
     from rigrunner.api.readings import Reading
     from rigrunner_plugins.devices.text.patterns import Check
     from rigrunner_plugins.devices.visa.settings import VisaChannel, VisaDrive, VisaSettings

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.api.errors import DeviceLostError, DeviceTimeoutError
+from rigrunner.api import DeviceLostError, DeviceTimeoutError
 from rigrunner_plugins.devices.visa.sockets import is_gone
 
 if TYPE_CHECKING:

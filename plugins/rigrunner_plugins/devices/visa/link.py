@@ -5,11 +5,7 @@ from __future__ import annotations
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.api.errors import (
-    DeviceLostError,
-    DeviceNotFoundError,
-    DeviceRejectedError,
-)
+from rigrunner.api import DeviceLostError, DeviceNotFoundError, DeviceRejectedError
 from rigrunner_plugins.devices.commanded import OneAtATime
 from rigrunner_plugins.devices.text.numbers import shown
 from rigrunner_plugins.devices.text.termination import decoded, termination_name
@@ -22,7 +18,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
     from pathlib import Path
 
-    from rigrunner.api.devices import Clock
+    from rigrunner.api import Clock
     from rigrunner_plugins.devices.visa.settings import VisaSettings
 
 _NOBODY_S = 1.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.api.errors import DeviceNotFoundError
+from rigrunner.api import DeviceNotFoundError
 from rigrunner_plugins.devices.extras import missing
 from rigrunner_plugins.devices.visa.sockets import is_gone, send_at_once
 

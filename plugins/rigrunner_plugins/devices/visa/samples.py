@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.api import DeviceRejectedError
 from rigrunner_plugins.devices.text.numbers import OVERLOAD, NumberInText, shown
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_plugins.devices.visa.settings import Stream
 
 _CODES = {"float32": "f4", "float64": "f8", "int16": "i2", "int32": "i4"}

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from rigrunner.api.settings import (
+from rigrunner.api import (
     Duration,
     Frequency,
     ListOf,

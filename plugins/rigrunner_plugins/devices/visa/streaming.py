@@ -5,13 +5,8 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from rigrunner.api import Block, DeviceLostError, DeviceRejectedError, DeviceTimeoutError
 from rigrunner.api.cleanup import noted_on
-from rigrunner.api.data import Block
-from rigrunner.api.errors import (
-    DeviceLostError,
-    DeviceRejectedError,
-    DeviceTimeoutError,
-)
 from rigrunner_plugins.devices.channels import check_channels
 from rigrunner_plugins.devices.text.commands import says_samples, with_samples
 from rigrunner_plugins.devices.visa.device import Visa
@@ -20,8 +15,7 @@ from rigrunner_plugins.devices.visa.samples import samples_in
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.api.data import Array
-    from rigrunner.api.devices import DeviceContext, StopToken
+    from rigrunner.api import Array, DeviceContext, StopToken
     from rigrunner_plugins.devices.visa.settings import Stream, VisaSettings
 
 _EARLY_S = 0.05

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api import Block, DeviceLostError, DeviceTimeoutError
 from rigrunner.api.cleanup import do_all, noted_on
-from rigrunner.api.data import Block
-from rigrunner.api.errors import DeviceLostError, DeviceTimeoutError
 from rigrunner.signal.interpolation import BEFORE, BEHIND, between
 from rigrunner_plugins.devices.composite.clocks.feed import Feed
 from rigrunner_plugins.devices.composite.clocks.tracking import Tracker
@@ -19,8 +18,7 @@ from rigrunner_plugins.devices.composite.clocks.tracking import Tracker
 if TYPE_CHECKING:
     from collections.abc import Generator, Mapping, Sequence
 
-    from rigrunner.api.data import Array
-    from rigrunner.api.devices import Clock, StopToken
+    from rigrunner.api import Array, Clock, StopToken
     from rigrunner_plugins.devices.composite.clocks.relation import Relation
     from rigrunner_plugins.devices.composite.part import Part
     from rigrunner_plugins.devices.composite.routes import ChannelRoute

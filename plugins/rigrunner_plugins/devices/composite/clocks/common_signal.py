@@ -13,7 +13,7 @@ from rigrunner.signal.interpolation import between
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
 
 ALIKE = 0.95
 """The least correlation by which two recordings are taken to be of one signal."""

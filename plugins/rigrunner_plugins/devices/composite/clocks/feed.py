@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.errors import DeviceError, DeviceLostError, DeviceRejectedError
+from rigrunner.api import DeviceError, DeviceLostError, DeviceRejectedError
 from rigrunner.api.samples import as_samples
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from concurrent.futures import Future
 
-    from rigrunner.api.data import Array, Block
-    from rigrunner.api.devices import Clock, StopToken
+    from rigrunner.api import Array, Block, Clock, StopToken
     from rigrunner_plugins.devices.composite.part import Part
 
 _FIRST = 65_536

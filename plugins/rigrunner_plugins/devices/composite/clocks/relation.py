@@ -12,7 +12,7 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
 
 CLOCK_TOLERANCE = 1e-4
 """Standard deviation of the relative difference of two quartz clocks, before it is measured."""

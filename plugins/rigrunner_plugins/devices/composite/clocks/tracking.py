@@ -15,7 +15,7 @@ from rigrunner_plugins.devices.composite.clocks.relation import (
 )
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_plugins.devices.composite.clocks.feed import Feed
 
 WINDOW_S = 0.25

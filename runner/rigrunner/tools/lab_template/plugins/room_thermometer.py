@@ -10,13 +10,18 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from rigrunner.api.devices import ChannelInfo, Identity
-from rigrunner.api.driver import Driver
-from rigrunner.api.hooks import DeviceRecord, hookimpl
-from rigrunner.api.settings import Settings, Temperature
+from rigrunner.api import (
+    ChannelInfo,
+    DeviceRecord,
+    Driver,
+    Identity,
+    Settings,
+    Temperature,
+    hookimpl,
+)
 
 if TYPE_CHECKING:
-    from rigrunner.api.devices import DeviceContext
+    from rigrunner.api import DeviceContext
 
 api_version = 1
 DAY_S = 86400.0

@@ -8,8 +8,7 @@ import csv
 import io
 from collections.abc import Callable
 
-from rigrunner.api.hooks import NoSettings, ReportFormatRecord, hookimpl
-from rigrunner.api.results import ReportInput
+from rigrunner.api import NoSettings, ReportFormatRecord, ReportInput, hookimpl
 
 api_version = 1
 HEADER = ("method", "frequency in Hz", "raw in N·m", "torque in N·m", "standard uncertainty in N·m")
