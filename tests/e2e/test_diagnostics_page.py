@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rigrunner.analysis import consistency
+from rigrunner.analysis.torque import consistency
 from rigrunner.analysis.torque.checks import LIMITS
 from rigrunner.analysis.torque.one_setup import LIMITS as SETUP_LIMITS
 from rigrunner.study.breaks import BREAKS, REFUSED
