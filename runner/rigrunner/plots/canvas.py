@@ -72,8 +72,11 @@ class Plot:
         return self.svg.decode()
 
 
-def draw(picture: Picture) -> Plot:
-    """Return the drawing of a picture; the user's own settings of matplotlib change nothing."""
+def draw(picture: Picture, *, titled: bool = False) -> Plot:
+    """Return the drawing of a picture; the user's own settings of matplotlib change nothing.
+
+    A panel alone has its title where no caption stands below the drawing: `titled`.
+    """
     from matplotlib import style  # noqa: PLC0415  (half a second, for those who plot)
     from matplotlib.figure import Figure as Canvas  # noqa: PLC0415  (the same)
 
@@ -81,5 +84,5 @@ def draw(picture: Picture) -> Plot:
 
     with style.context(["default", STYLE]):
         canvas = Canvas(figsize=(WIDTH_IN, height_in(picture)), layout="constrained")
-        paint(canvas, picture)
+        paint(canvas, picture, titled=titled)
     return Plot(picture, canvas)

@@ -100,7 +100,7 @@ def height_in(picture: Picture) -> float:
     return 0.8 + len(picture.panels) * (1.9 if len(picture.panels) <= FEW else 1.3)
 
 
-def paint(canvas: Canvas, picture: Picture) -> None:
+def paint(canvas: Canvas, picture: Picture, *, titled: bool = False) -> None:
     """Paint all panels, and one legend above them for what has a name."""
     panels = picture.panels
     grid = (1, len(panels)) if picture.in_a_row else (len(panels), 1)
@@ -108,7 +108,7 @@ def paint(canvas: Canvas, picture: Picture) -> None:
     lines = _lines(panels)
     for axes, figure in zip(every, panels, strict=True):
         _panel(axes, figure, lines, picture.limit)
-        if len(panels) > 1 and figure.title:
+        if (titled or len(panels) > 1) and figure.title:
             axes.set_title(figure.title)
         _name_places(axes, figure.x, LETTERS // grid[1])
         if figure.x.is_time:

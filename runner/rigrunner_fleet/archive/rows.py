@@ -110,7 +110,7 @@ class Rows:
         label, _, unit = _label(value).partition(" / ")
         title = f"{self.table}, by {by}"
         figure = Figure(title, Axis("start of the run", is_time=True), Axis(label, unit), series)
-        return draw(Picture(title, title, (figure,)))
+        return draw(Picture(title, title, (figure,)), titled=True)
 
     def to_csv(self, path: Path | None = None, *, raw: bool = False) -> str:
         """Return the rows as CSV, and write it to a file where one is named; times in UTC.

@@ -71,7 +71,9 @@ def plot_of(document: Document | None, title: str) -> Plot:
     marks = tuple(Mark("y", limit, name="limit", is_limit=True) for limit in limits)
     axes = Axis("frequency", "Hz"), Axis("torque", "N·m")
     figure = Figure(title, *axes, tuple(each for each in series if each.points), marks)
-    return draw(Picture("Raw and compensated torque over frequency.", title, (figure,)))
+    return draw(
+        Picture("Raw and compensated torque over frequency.", title, (figure,)), titled=True
+    )
 
 
 def results_plot(document: Document | None, name: str) -> Plot:
@@ -89,7 +91,7 @@ def results_plot(document: Document | None, name: str) -> Plot:
     if not figures:
         raise UsageError(f"'{name}' has no coordinate that is a number of several")
     title = figures[0].title
-    return draw(Picture(title, title, figures))
+    return draw(Picture(title, title, figures), titled=True)
 
 
 def _result(stored: Mapping[str, Any]) -> MeasurementResult:

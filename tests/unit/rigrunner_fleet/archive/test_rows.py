@@ -150,6 +150,7 @@ def test_a_plot_has_a_series_for_each_value(archive):
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["A", "B"]
     (axes,) = figure.axes
     assert axes.get_ylabel() == "torque / N·m"
+    assert axes.get_title(loc="left") == "runs, by specimen"
     lines = [container.lines[0].get_ydata() for container in axes.containers]
     assert [list(each) for each in lines] == [[0.72], [0.8]]
 
