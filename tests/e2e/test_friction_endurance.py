@@ -108,7 +108,7 @@ def test_the_run_file_has_the_cycles(ended):
     with h5py.File(lab.found() / "run.h5") as file:
         table = file["entry/measurements/recorded"]
         assert list(table["cycles"]) == [row.cycles for row in stored.measurements]
-        kept = file["entry/recordings/001_10Hz_wear_block1"]
+        kept = file["entry/recordings/_001_10Hz_wear_block1"]
         assert kept.attrs["cycles"] == 5
 
 

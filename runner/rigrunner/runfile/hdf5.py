@@ -204,11 +204,13 @@ def new_group(parent: h5py.Group, name: str, nx_class: str) -> h5py.Group:
 
 
 def free_name(parent: h5py.Group, name: str) -> str:
-    """Return a name for a member of a group that every HDF5 reader takes, such as 'tester_torque'.
+    """Return a name for a member of a group that NeXus allows, such as 'tester_torque'.
 
-    What it stands for is kept in the member's attribute 'name'.
+    It has letters, digits and '_', and begins with no digit: '_001_1Hz'. What it stands for is kept
+    in the member's attribute 'name'.
     """
     safe = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_") or "unnamed"
+    safe = f"_{safe}" if safe[0].isdigit() else safe
     candidate, number = safe, 2
     while candidate in parent:
         candidate, number = f"{safe}_{number}", number + 1

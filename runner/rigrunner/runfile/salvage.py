@@ -76,8 +76,8 @@ class DamagedRun:
     events: tuple[Event, ...]
     """None where they are lost."""
     truth: Mapping[str, Mapping[str, float]]
-    sound: tuple[str, ...]
-    """The places of sound recordings, such as 'recordings/001_1Hz'."""
+    sound: Mapping[str, str]
+    """The name of each sound recording by its place, such as 'recordings/_001_1Hz'."""
     no_loads: tuple[str, ...]
     """The places of the embedded no-load runs that are sound, all of each."""
     lost: tuple[Difference, ...]
@@ -86,7 +86,7 @@ class DamagedRun:
     @property
     def recordings(self) -> tuple[str, ...]:
         """The names of the sound recordings of all kinds."""
-        return tuple(place.partition("/")[2] for place in self.sound)
+        return tuple(self.sound.values())
 
 
 def read_damaged(path: Path) -> DamagedRun:
@@ -137,7 +137,7 @@ class _Reading:
         wanted = self._manifest()
         for place in wanted:
             self._compare(place, wanted[place])
-        sound = tuple(self._sound_recordings(wanted))
+        sound = dict(self._sound_recordings(wanted))
         no_events: tuple[Event, ...] = ()
         events = self._part(EVENTS, lambda: read_events(self.entry), no_events)
         return DamagedRun(
@@ -174,20 +174,20 @@ class _Reading:
         if what:
             self._lose(place, what)
 
-    def _sound_recordings(self, wanted: Mapping[str, object]) -> Iterator[str]:
+    def _sound_recordings(self, wanted: Mapping[str, object]) -> Iterator[tuple[str, str]]:
         for kind in KINDS:
-            for name in self._names(kind, wanted):
-                place = f"{kind}/{name}"
+            for member in self._members(kind, wanted):
+                place = f"{kind}/{member}"
                 if (not wanted or place in wanted) and not self._is_lost(place):
                     try:
-                        self._read(place)
+                        name = self._read(place)
                     except (DataError, *UNREADABLE) as error:
                         self._lose(place, f"cannot be read, it is damaged: {error}")
                     else:
-                        yield place
+                        yield place, name
 
-    def _names(self, kind: str, wanted: Iterable[str]) -> list[str]:
-        """Return the recordings of a kind, by the file or else by its manifest."""
+    def _members(self, kind: str, wanted: Iterable[str]) -> list[str]:
+        """Return the places of recordings of a kind, by the file or else by its manifest."""
         known = {place.split("/")[1] for place in wanted if place.startswith(f"{kind}/")}
         try:
             found = set(members(self.entry[kind])) if kind in self.entry else set()
@@ -196,11 +196,11 @@ class _Reading:
             found = set()
         return sorted(known | found)
 
-    def _read(self, place: str) -> None:
-        """Read a recording; raise where it is not what was recorded."""
+    def _read(self, place: str) -> str:
+        """Read a recording and return its name; raise where it is not what was recorded."""
         group = self.entry[place]
         small = stored_bytes([group]) <= IN_MEMORY
-        read_recording(group, None if small else Scratch())
+        return read_recording(group, None if small else Scratch()).name
 
     def _header(self, path: Path) -> RunHeader:
         texts = {name: self._text(self.entry, name) for name in HEADER_TEXTS}

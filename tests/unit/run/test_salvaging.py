@@ -54,8 +54,8 @@ def hit(copied):
     """Damage the second recording's torque; return the names of the others, and the bytes."""
     sealed = copied / "run.h5"
     with h5py.File(sealed) as file:
-        names = sorted(file["entry/recordings"])
-    content = flip(sealed, samples_at(sealed, f"entry/recordings/{names[1]}/tester_torque"), 3)
+        names = sorted(each.attrs["name"] for each in file["entry/recordings"].values())
+    content = flip(sealed, samples_at(sealed, f"entry/recordings/_{names[1]}/tester_torque"), 3)
     return names, content
 
 
@@ -66,7 +66,7 @@ def test_show_says_which_recording_is_damaged_and_which_are_sound(copied):
     assert [line.split()[-1] for line in shown.out.splitlines() if line.startswith("sound")] == [
         names[0], *names[2:],
     ]  # fmt: skip
-    assert f"lost: recordings/{names[1]}/tester_torque: recording: cannot be read" in shown.err
+    assert f"lost: recordings/_{names[1]}/tester_torque: recording: cannot be read" in shown.err
     assert "recover --salvage" in shown.err
 
 
@@ -88,7 +88,7 @@ def test_what_is_sound_is_saved_in_a_new_run_that_says_what_is_lost(copied, fini
     assert known["sha256"] == damaged_run(copied).sha256
     assert known["by"] == "A. Jones"
     assert [name for name in known if name.startswith("lost ")] == [
-        f"lost /entry/recordings/{names[1]}/tester_torque"
+        f"lost /entry/recordings/_{names[1]}/tester_torque"
     ]
     assert (copied / "run.h5").read_bytes() == content, "the damaged file was written to"
     assert names[1] in call("show", new).err
@@ -154,7 +154,7 @@ def test_bits_flipped_anywhere_cost_what_they_hit_and_the_file_stays(copied, fin
         assert lost
         assert all(same(each, whole[each.name]) for each in saved.recordings)
         for name in whole.keys() - kept:
-            assert any(f"/recordings/{name}" in each for each in lost), (name, lost)
+            assert any(f"/recordings/_{name}" in each for each in lost), (name, lost)
         saved_at_all += 1
         shutil.rmtree(new)
     assert saved_at_all >= FLIPS / 2

@@ -136,7 +136,7 @@ def test_viewers_find_attributes_and_columns(tmp_path):
     write(tmp_path / "run")
     seal(tmp_path / "run")
     with h5py.File(tmp_path / "run" / "run.h5") as file:
-        recording = file["entry/recordings/001"]
+        recording = file["entry/recordings/_001"]
         assert recording.attrs["elapsed_s"] == 0.0
         assert recording["coordinates/dwell"].attrs["value"] == 60.0
         assert recording["coordinates/dwell"].attrs["units"] == "s"
@@ -155,6 +155,6 @@ def test_a_coordinate_that_was_changed_is_found(tmp_path):
     path = tmp_path / "run" / "run.h5"
     path.chmod(0o644)
     with h5py.File(path, "r+") as file:
-        file["entry/recordings/001/coordinates/block"].attrs["value"] = np.int64(4)
+        file["entry/recordings/_001/coordinates/block"].attrs["value"] = np.int64(4)
     with pytest.raises(Exception, match="not what was recorded"):
         read(path)

@@ -46,10 +46,10 @@ def test_every_object_of_the_file_is_in_the_manifest_but_the_manifest(sealed):
         document = json.loads(bytes(file["entry/manifest"][()]))
     assert set(document["items"]) == names - {"manifest"}
     kinds = {path: item["kind"] for path, item in document["items"].items()}
-    assert kinds["recordings/001_10Hz/tester_torque"] == "recording"
+    assert kinds["recordings/_001_10Hz/tester_torque"] == "recording"
     assert kinds["zeros/tester_torque"] == "zero"
     assert kinds["events/json"] == "event list"
-    assert kinds["verification/001_10Hz"] == "truth"
+    assert kinds["verification/_001_10Hz"] == "truth"
     assert kinds["texts/station_text"] == "parameters"
     assert kinds["analysis/result"] == "result"
     assert kinds["no_load/zeros"] == "no-load run"
@@ -90,20 +90,20 @@ def test_run_that_is_not_sealed_has_none(tmp_path):
 
 
 EDITS = {
-    "/entry/recordings/001_10Hz/tester_torque": lambda f: add(
-        f, "recordings/001_10Hz/tester_torque"
+    "/entry/recordings/_001_10Hz/tester_torque": lambda f: add(
+        f, "recordings/_001_10Hz/tester_torque"
     ),
-    "/entry/recordings/001_10Hz/time": lambda f: add(f, "recordings/001_10Hz/time"),
-    "/entry/recordings/001_10Hz/conditions/tester_temperature": lambda f: add(
-        f, "recordings/001_10Hz/conditions/tester_temperature"
+    "/entry/recordings/_001_10Hz/time": lambda f: add(f, "recordings/_001_10Hz/time"),
+    "/entry/recordings/_001_10Hz/conditions/tester_temperature": lambda f: add(
+        f, "recordings/_001_10Hz/conditions/tester_temperature"
     ),
     "/entry/zeros/tester_torque": lambda f: add(f, "zeros/tester_torque"),
     "/entry/events/monotonic_s": lambda f: add(f, "events/monotonic_s"),
     "/entry/texts/station_text": lambda f: add(f, "texts/station_text"),
     "/entry/analysis/result": lambda f: add(f, "analysis/result"),
     "/entry/analysis/torque/raw": lambda f: add(f, "analysis/torque/raw"),
-    "/entry/verification/001_10Hz/inertia_kg_m2": lambda f: add(
-        f, "verification/001_10Hz/inertia_kg_m2"
+    "/entry/verification/_001_10Hz/inertia_kg_m2": lambda f: add(
+        f, "verification/_001_10Hz/inertia_kg_m2"
     ),
     "/entry/no_load/zeros/tester_torque": lambda f: add(f, "no_load/zeros/tester_torque"),
     "/entry (run)": lambda f: f["entry"].attrs.modify("outcome", "abortee"),
@@ -138,12 +138,12 @@ def test_reading_refuses_what_is_not_as_it_was_sealed(copy, where):
 def test_what_was_removed_and_renamed_is_named(copy):
     def edit(file):
         group = file["entry/recordings"]
-        group.move("001_10Hz", "001_11Hz")
+        group.move("_001_10Hz", "_001_11Hz")
         del file["entry/zeros/tester_torque"]
 
     found = {each.path: each.what for each in file_differences(edited(copy, edit))}
-    assert found["recordings/001_10Hz"].startswith("missing")
-    assert found["recordings/001_11Hz"].startswith("added")
+    assert found["recordings/_001_10Hz"].startswith("missing")
+    assert found["recordings/_001_11Hz"].startswith("added")
     assert found["zeros/tester_torque"].startswith("missing")
     assert set(found) >= {"recordings", "zeros"}
 
@@ -296,14 +296,14 @@ def test_without_samples_columns_are_passed_over_and_all_else_is_not(copy):
     """A column has a digest of its own, which is compared when it is read."""
 
     def edit(file):
-        add(file, "recordings/001_10Hz/tester_torque")
-        add(file, "recordings/001_10Hz/conditions/tester_temperature")
+        add(file, "recordings/_001_10Hz/tester_torque")
+        add(file, "recordings/_001_10Hz/conditions/tester_temperature")
 
     with h5py.File(edited(copy, edit)) as file:
         found = {each.path for each in differences(file["entry"], samples=False)}
         all_found = {each.path for each in differences(file["entry"])}
-    assert found == {"recordings/001_10Hz/conditions/tester_temperature"}
-    assert all_found == found | {"recordings/001_10Hz/tester_torque"}
+    assert found == {"recordings/_001_10Hz/conditions/tester_temperature"}
+    assert all_found == found | {"recordings/_001_10Hz/tester_torque"}
 
 
 def test_ctrl_c_while_a_file_is_compared_is_not_taken_for_damage(sealed, monkeypatch):

@@ -117,4 +117,4 @@ def test_the_child_reads_the_data_of_every_dataset(tmp_path, monkeypatch):
     monkeypatch.setattr(h5py.Dataset, "__getitem__", noted)
     probe.walk(str(sealed))
     assert found == wanted
-    assert f"/entry/recordings/{TWO[1].name}/tester_torque" in found
+    assert f"/entry/recordings/_{TWO[1].name}/tester_torque" in found

@@ -82,7 +82,7 @@ def test_other_programs_find_what_happened_when_and_where(tmp_path):
             lambda _, item: groups.append(item) if isinstance(item, h5py.Group) else None
         )
         assert {str(each.attrs["NX_class"])[:2] for each in groups} == {"NX"}
-        stored = entry["recordings"]["001_10Hz"]
+        stored = entry["recordings"]["_001_10Hz"]
         marked = dict(stored.attrs)
         drawn = stored[marked["signal"]].attrs["name"]
         columns_of = [each.attrs for each in stored.values() if "column" in each.attrs]

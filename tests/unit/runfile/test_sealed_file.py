@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import re
 import stat
 
 import h5py
@@ -49,15 +50,23 @@ def test_default_plot_is_found_from_the_root(file):
 def test_without_analysis_the_first_recording_is_the_default_plot(tmp_path):
     path = write_run(tmp_path / "run", TWO).seal()
     with h5py.File(path, "r") as file:
-        group = file["entry/recordings/001_10Hz"]
+        group = file["entry/recordings/_001_10Hz"]
         assert file["entry"].attrs["default"] == "recordings"
-        assert file["entry/recordings"].attrs["default"] == "001_10Hz"
+        assert file["entry/recordings"].attrs["default"] == "_001_10Hz"
         assert group.attrs["signal"] == "tester_torque"
         assert list(group.attrs["axes"]) == ["time"]
         assert group["time"][1] == 1e-4
         assert group["time"].attrs["units"] == "s"
         assert group["tester_angle"].attrs["units"] == "rad"
         assert group["tester_torque"].attrs["long_name"] == "tester.torque / N·m"
+
+
+def test_every_name_is_one_that_nexus_allows(file):
+    """By the rule for names in the NeXus manual: a letter or '_', then digits too."""
+    names = []
+    file.visit(lambda path: names.append(path.rpartition("/")[2]))
+    assert "_001_10Hz" in names
+    assert [name for name in names if not re.fullmatch("[A-Za-z_][A-Za-z0-9_]*", name)] == []
 
 
 def test_every_group_has_a_nexus_class(file):
@@ -71,7 +80,7 @@ def test_every_group_has_a_nexus_class(file):
 
 
 def test_storage_is_what_every_reader_knows(file):
-    column = file["entry/recordings/002_20Hz/tester_torque"]
+    column = file["entry/recordings/_002_20Hz/tester_torque"]
     assert column.dtype == "<f8"
     assert (column.compression, column.compression_opts) == ("gzip", 1)
     assert column.shuffle
@@ -175,19 +184,19 @@ def test_missing_part_is_told(folder):
 
 
 def sample(file):
-    file["entry/recordings/001_10Hz/tester_torque"][17] += 1e-12
+    file["entry/recordings/_001_10Hz/tester_torque"][17] += 1e-12
 
 
 def setpoint(file):
-    file["entry/recordings/001_10Hz/setpoints/tester_load"][()] = 1001.0
+    file["entry/recordings/_001_10Hz/setpoints/tester_load"][()] = 1001.0
 
 
 def rate(file):
-    file["entry/recordings/001_10Hz"].attrs["rate_hz"] = 9999.0
+    file["entry/recordings/_001_10Hz"].attrs["rate_hz"] = 9999.0
 
 
 def unit(file):
-    file["entry/recordings/001_10Hz/tester_torque"].attrs["units"] = "mN·m"
+    file["entry/recordings/_001_10Hz/tester_torque"].attrs["units"] = "mN·m"
 
 
 @pytest.mark.parametrize("edit", [sample, setpoint, rate, unit])
@@ -198,12 +207,12 @@ def test_changed_recording_is_told(folder, edit):
 
 
 def removed(file):
-    del file["entry/recordings/001_10Hz"]
+    del file["entry/recordings/_001_10Hz"]
 
 
 def swapped(file):
     group = file["entry/recordings"]
-    group["001_10Hz"].attrs["number"], group["002_20Hz"].attrs["number"] = 2, 1
+    group["_001_10Hz"].attrs["number"], group["_002_20Hz"].attrs["number"] = 2, 1
 
 
 @pytest.mark.parametrize("edit", [removed, swapped])
@@ -217,7 +226,7 @@ def test_changed_set_of_recordings_is_told(folder, edit):
 def test_flipped_byte_in_samples_is_told(folder):
     path = folder / "run.h5"
     with h5py.File(path, "r") as file:
-        chunk = file["entry/recordings/001_10Hz/tester_torque"].id.get_chunk_info(0)
+        chunk = file["entry/recordings/_001_10Hz/tester_torque"].id.get_chunk_info(0)
     content = bytearray(path.read_bytes())
     content[chunk.byte_offset + chunk.size // 2] ^= 1
     path.chmod(0o644)
@@ -263,4 +272,4 @@ def test_the_plot_of_an_embedded_run_is_its_first_recording(tmp_path):
         group = file["entry/no_load"]
         while "default" in group.attrs:
             group = group[group.attrs["default"]]
-        assert group.name == "/entry/no_load/recordings/001_10Hz"
+        assert group.name == "/entry/no_load/recordings/_001_10Hz"
