@@ -144,6 +144,11 @@ def test_what_is_wrong_with_one_of_several_is_placed(procedure):
     [
         ("result: highest", "result: higest", "until.result: there is no result 'higest' of what"),
         ("above: 36 mN·m", "above: 36 mN", "until.above: '36 mN' is a force; highest is a torque"),
+        (
+            "above: 36 mN·m",
+            "above: 36 mJ",
+            "until.above: '36 mJ' is an energy; highest is a torque",
+        ),
         ("result: highest,", "result: highest, channel: a.b,", "expected one of: channel, result"),
         ("result: highest,", "of: highest,", "unknown key 'of'"),
     ],

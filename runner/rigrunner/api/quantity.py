@@ -113,6 +113,8 @@ def parse_quantity(text: str, dimension: str | None = None) -> Quantity:
         raise QuantityError(f"{shown} is not a number with a unit", hint=_example(dimension))
     if not match[2]:
         raise QuantityError(f"{shown} has no unit", hint=_example(dimension))
+    if match[2].startswith("/"):
+        raise QuantityError(f"{shown} has no number before its unit", hint=_example(dimension))
     if _MORE_DIGITS.match(match[2]) and not _INVERSE.match(match[2]):
         raise _marked_digits(stripped)
     quantity = Quantity(float(match[1]), unit(match[2], dimension))

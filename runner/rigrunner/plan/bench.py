@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.devices import ChannelInfo, DriveInfo, Observing, Readable, Streaming
 from rigrunner.api.member import Member
-from rigrunner.api.units import QuantityError, unit
+from rigrunner.api.units import QuantityError, unit, with_article
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.yamlfile.problems import suggestion
 
@@ -142,7 +142,8 @@ class Bench:
         wanted = unit(symbol).dimension
         if quantity.dimension == wanted:
             return True
-        message = f"got '{quantity}', a {quantity.dimension}; {member} takes a {wanted}"
+        got = f"got '{quantity}', {with_article(quantity.dimension)}"
+        message = f"{got}; {member} takes {with_article(wanted)}"
         self._problems.add(self._document, path, message, f"write it in {symbol}")
         return False
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from rigrunner.api.conditions import each_until
 from rigrunner.api.errors import PluginError
 from rigrunner.api.quantity import Quantity
-from rigrunner.api.units import unit
+from rigrunner.api.units import unit, with_article
 from rigrunner.procedure.walk import steps_of
 from rigrunner.yamlfile.problems import Problems
 
@@ -137,7 +137,8 @@ def _objections_to(
     name, bound = until.bound
     kind = unit(found.unit).dimension
     if bound.dimension != kind:
-        message = f"'{bound}' is a {bound.dimension}; {found.name} is a {kind}, in {found.unit}"
+        message = f"'{bound}' is {with_article(bound.dimension)}; {found.name} is "
+        message += f"{with_article(kind)}, in {found.unit}"
         yield name, message, f"write it in {found.unit}"
 
 
@@ -180,7 +181,8 @@ def _check_values(
     kind = unit(found.unit).dimension
     for place, given in limit.of_result():
         if given.dimension != kind:
-            message = f"'{given}' is a {given.dimension}; {found.name} is a {kind}, in {found.unit}"
+            message = f"'{given}' is {with_article(given.dimension)}; {found.name} is "
+            message += f"{with_article(kind)}, in {found.unit}"
             problems.add(document, (*path, *place), message, f"write it in {found.unit}")
     if limit.plus_minus is not None and unit(found.unit).offset:
         message = f"'{found.name}' is a temperature in {found.unit}, and no difference"

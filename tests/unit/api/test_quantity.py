@@ -61,6 +61,7 @@ def test_read_as_meant(text, si, dimension):
     ("text", "message", "hint"),
     [
         ("1,5 N", "has a decimal comma", "write '1.5 N'"),
+        ("1/s", "has no number before its unit", "such as '10 Hz'"),
         ("1,000 N", "has a decimal comma", "write '1.000 N' or '1000 N'"),
         ("1.000,5 N", "more than one number", "without spaces or marks"),
         ("1 000 N", "more than one number", "'1000.5 N'"),
