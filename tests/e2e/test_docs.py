@@ -85,6 +85,10 @@ LONG = [
         "how-to/hold-plugins-to-golden-runs",
         "how-to/import-recordings",
         "how-to/issue-a-certificate",
+        "how-to/judge-measured-values",
+        "how-to/measure-by-an-equation",
+        "how-to/queue-specimens",
+        "how-to/scan-a-drive",
         "how-to/measure-any-quantity",
         "how-to/record-and-replay",
         "how-to/register-instruments",
@@ -95,7 +99,7 @@ LONG = [
         "how-to/write-a-decision-rule",
         "how-to/write-a-device-plugin",
     )
-]
+] + [ROOT / "README.md"]
 
 
 def script(page):

@@ -218,6 +218,7 @@ def test_by_hand(screen, panel):
     assert "tester is safe: read back tester.frequency 0, tester.load 0" in told
 
 
+@pytest.mark.thorough
 def test_runs_are_found_and_compared(screen):
     page = screen.page
     screen.open("#/history")

@@ -10,6 +10,7 @@ from playwright.sync_api import expect
 
 from e2e.panel.helpers_screen import LOADED, NAME, STATION, running_panel, say_yes_until
 from helpers_cli import call
+from helpers_thorough import first
 
 SIZES = {"desk": (1280, 720), "tablet": (820, 1180)}
 
@@ -114,7 +115,7 @@ def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(  # noqa: PLR0915  (
         assert (again["inputs"]["specimen"], again["reason"]) == ("SN-3", "the panel was killed")
 
 
-@pytest.mark.parametrize("locale", ["en-GB", "de-DE"])
+@pytest.mark.parametrize("locale", first(1, ["en-GB", "de-DE"]))
 @pytest.mark.parametrize("size", SIZES)
 def test_the_page_of_the_queue_is_looked_at(  # noqa: PLR0917  (fixtures)
     new_screen, own_lab, pictures, monkeypatch, size, locale
@@ -139,6 +140,7 @@ def test_the_page_of_the_queue_is_looked_at(  # noqa: PLR0917  (fixtures)
         assert wide <= width
 
 
+@pytest.mark.thorough
 def test_a_second_start_is_queued_and_hostile_specimens_are_text(open_queue, own_lab):
     hostile = "<img src=x onerror=window.hacked=1>"
     with running_panel(own_lab) as panel:
