@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import DeviceError, UsageError
+from rigrunner.api.errors import DeviceError, UsageError, did_you_mean
 from rigrunner.registry import load_registry
 from rigrunner.run.lab_plugins import with_lab_plugins
 from rigrunner.run.rig_lock import station_lock
@@ -31,8 +30,7 @@ def bound_subject(station: Path, role: str, plugin: str) -> Iterator[DeviceSubje
     loaded = load_station(station)
     devices = loaded.model.devices
     if role not in devices:
-        near = difflib.get_close_matches(role, devices, n=1)
-        hint = f"did you mean '{near[0]}'?" if near else f"there are: {', '.join(devices)}"
+        hint = did_you_mean(role, devices, f"there are: {', '.join(devices)}")
         raise UsageError(f"{station} has no device in the role '{role}'", hint=hint)
     bound = devices[role]
     if bound.plugin != plugin:

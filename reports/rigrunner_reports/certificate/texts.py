@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING
 import yaml
 
 from rigrunner.api import Location
-from rigrunner.api.errors import InvalidFileError, Problem
+from rigrunner.api.errors import InvalidFileError, Problem, did_you_mean
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -92,8 +91,7 @@ def _problems_of(
     key: str, text: str, reference: Mapping[str, str], file: Location
 ) -> Iterator[Problem]:
     if key not in reference:
-        near = difflib.get_close_matches(key, reference, n=1)
-        hint = f"did you mean '{near[0]}'?" if near else ""
+        hint = did_you_mean(key, reference)
         yield Problem("there is no such text", file, f"texts.{key}", hint)
         return
     try:

@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+_LONGEST_NAME = 100
+"""Characters that are compared with known names: a whole text takes too long."""
+
 
 class ExitCode(IntEnum):
     """The exit codes of the command line; the table of docs/reference/exit-codes.md."""
@@ -156,3 +159,16 @@ class AbortedError(RigrunnerError):
     ) -> None:
         super().__init__(message, location=location, hint=hint)
         self.by = by
+
+
+def did_you_mean(
+    got: str, known: Iterable[str], otherwise: str = "", *, cutoff: float = 0.6
+) -> str:
+    """Return as a hint which of the known names is meant, or other words where none is near.
+
+    `cutoff` is how alike two names have to be, from 0 to 1, as of `difflib.get_close_matches`.
+    """
+    from difflib import get_close_matches  # noqa: PLC0415  (only a wrong name needs it)
+
+    near = get_close_matches(got[:_LONGEST_NAME], list(known), n=1, cutoff=cutoff)
+    return f"did you mean '{near[0]}'?" if near else otherwise

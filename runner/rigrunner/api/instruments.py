@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import warnings
 from itertools import pairwise
@@ -20,6 +19,7 @@ from pydantic import (
 from rigrunner.api import calibration_curve
 from rigrunner.api.accuracy import MOST_OF_SOURCE, Accuracy, ErrorLimit, StatedAccuracy
 from rigrunner.api.calibration import CalibratedRange, CalibrationConditions, CalibrationPoint
+from rigrunner.api.errors import did_you_mean
 from rigrunner.api.filters import AnyFilter
 from rigrunner.api.member import Member
 from rigrunner.api.quantity import Quantity
@@ -49,8 +49,7 @@ def _name_quantities(schema: dict[str, Any]) -> None:
 
 def _kind(text: str) -> str:
     if text not in kinds():
-        near = difflib.get_close_matches(text, kinds(), n=1)
-        hint = f"did you mean '{near[0]}'?" if near else f"expected one of: {', '.join(kinds())}"
+        hint = did_you_mean(text, kinds(), f"expected one of: {', '.join(kinds())}")
         raise QuantityError(f"'{text[:40]}' is no quantity", hint=hint)
     return text
 

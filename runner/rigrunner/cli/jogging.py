@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
 import sys
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import AbortedError, DataError, RigrunnerError, UsageError
+from rigrunner.api.errors import AbortedError, DataError, RigrunnerError, UsageError, did_you_mean
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.cli.boundary import show_error
 from rigrunner.cli.keyboard import line_may_be_read
@@ -93,8 +92,7 @@ def _do(jog: Jog, words: list[str]) -> None:
         "exit": _quit,
     }
     if name not in commands:
-        near = difflib.get_close_matches(name, commands, n=1)
-        hint = f"did you mean '{near[0]}'?" if near else "'help' shows what there is"
+        hint = did_you_mean(name, commands, "'help' shows what there is")
         raise UsageError(f"there is no command '{name}'", hint=hint)
     commands[name](jog, rest)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 from pydantic import TypeAdapter, ValidationError
 
 from rigrunner.api.coordinates import CoordinateValue
-from rigrunner.api.errors import PluginError
+from rigrunner.api.errors import PluginError, did_you_mean
 from rigrunner.api.fit_choice import FitChoice
 from rigrunner.api.member import Member, channel_of
 from rigrunner.api.places import PlaceValue, is_at
@@ -132,9 +131,8 @@ class _Use:
         complete = True
         for each in self.needs.results:
             if each.name not in self.made:
-                near = difflib.get_close_matches(each.name, self.made, n=1)
                 listed = f"results: {', '.join(self.made) or 'none'}"
-                hint = f"did you mean '{near[0]}'?" if near else listed
+                hint = did_you_mean(each.name, self.made, listed)
                 self.complain(each.key, f"there is no result '{each.name}'", hint)
                 complete = False
                 continue
@@ -166,9 +164,8 @@ class _Use:
         ]
         for each in missing:
             known = [*names, *(coordinates if each.or_coordinate else ())]
-            near = difflib.get_close_matches(each.name, known, n=1)
             listed = f"measured{' or set' * each.or_coordinate}: {', '.join(known) or 'nothing'}"
-            hint = f"did you mean '{near[0]}'?" if near else listed
+            hint = did_you_mean(each.name, known, listed)
             how = "measured or set" if each.or_coordinate else "measured"
             self.complain(each.key, f"{each.name} is {how} in no step", hint)
         if missing or self.places or not self.needed:
@@ -218,10 +215,9 @@ class _Use:
             return
         everywhere = frozenset.intersection(*(frozenset(each.coordinate_units) for each in chosen))
         for name in sorted(set(per) - everywhere):
-            near = difflib.get_close_matches(name, everywhere, n=1)
             listed = f"set by then: {', '.join(sorted(everywhere)) or 'none'}"
             message = f"'{name}' is not set wherever {self.together} is measured"
-            self.complain(("per",), message, f"did you mean '{near[0]}'?" if near else listed)
+            self.complain(("per",), message, did_you_mean(name, everywhere, listed))
         for each in self.needed:
             self._check_set_points(each, chosen, per)
 

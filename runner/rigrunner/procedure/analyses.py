@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic_core import SchemaValidator, core_schema
 
+from rigrunner.api.errors import did_you_mean
 from rigrunner.api.member import NAME
 from rigrunner.procedure.analysis_spec import (
     AnalysisSpec,
@@ -88,8 +89,7 @@ def _one_key(value: object) -> str:
             f"got {got}: begin each analysis with its own '-'" if got else "",
         )
     if keys[0] not in ANALYSES and (near_torque(keys[0]) or not re.fullmatch(NAME, keys[0])):
-        near = difflib.get_close_matches(keys[0], ANALYSES, n=1)
-        hint = f"did you mean '{near[0]}'?" if near else ""
+        hint = did_you_mean(keys[0], ANALYSES)
         raise refused(f"unknown analysis '{keys[0][:40]}'; {known}", hint)
     return keys[0]
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from dataclasses import dataclass
 
-from rigrunner.api.errors import RigrunnerError
+from rigrunner.api.errors import RigrunnerError, did_you_mean
 from rigrunner.api.quantity import Quantity, parse_quantity
 from rigrunner.api.texts import name_of, refused_character
 from rigrunner.api.units import unit
@@ -60,9 +59,8 @@ class Expected:
         for choice in self.choices:
             if choice.casefold() == text.casefold():
                 return choice
-        near = difflib.get_close_matches(text[:_LONGEST], self.choices, n=1)
         message = f"got '{text[:_LONGEST]}', expected one of: {', '.join(self.choices)}"
-        raise AnswerError(message, hint=f"did you mean '{near[0]}'?" if near else "")
+        raise AnswerError(message, hint=did_you_mean(text, self.choices))
 
     def _quantity(self, text: str) -> str:
         given = f"{text} {self.unit}" if _BARE_NUMBER.fullmatch(text) else text

@@ -5,10 +5,9 @@ Whatever a file says, nothing outside of its own folder is looked at.
 
 from __future__ import annotations
 
-import difflib
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import RigrunnerError
+from rigrunner.api.errors import RigrunnerError, did_you_mean
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -54,5 +53,4 @@ def _looks_inside(name: str) -> bool:
 
 def _near(path: Path) -> str:
     names = [each.name for each in path.parent.glob("*")] if path.parent.is_dir() else []
-    near = difflib.get_close_matches(path.name, names, n=1)
-    return f"did you mean '{near[0]}'?" if near else f"looked in {path.parent}"
+    return did_you_mean(path.name, names, f"looked in {path.parent}")

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.api.conditions import each_until
-from rigrunner.api.errors import PluginError
+from rigrunner.api.errors import PluginError, did_you_mean
 from rigrunner.api.quantity import Quantity
 from rigrunner.api.units import unit, with_article
 from rigrunner.procedure.walk import steps_of
@@ -143,9 +142,8 @@ def _objections_to(
 
 
 def _near(name: str, known: Mapping[str, ResultDefinition]) -> str:
-    near = difflib.get_close_matches(name, known, n=1)
     named = f"results: {', '.join(known) or 'none, as no analysis names one'}"
-    return f"did you mean '{near[0]}'?" if near else named
+    return did_you_mean(name, known, named)
 
 
 def _check(
@@ -193,7 +191,6 @@ def _check_values(
 
 
 def _no_coordinate(found: ResultDefinition, name: str) -> tuple[str, str]:
-    near = difflib.get_close_matches(name, found.per, n=1)
     known = f"it has: {', '.join(found.per) or 'none'}"
-    hint = f"did you mean '{near[0]}'?" if near else known
+    hint = did_you_mean(name, found.per, known)
     return f"'{found.name}' has no coordinate '{name}'", hint

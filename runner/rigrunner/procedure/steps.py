@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from pydantic_core import SchemaValidator, core_schema
 
+from rigrunner.api.errors import did_you_mean
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.steps import StepSettings
 from rigrunner.procedure.refusals import refused
@@ -116,8 +116,5 @@ def _known_key(value: object, kinds: Mapping[str, object]) -> str:
         hint = "begin each step with its own '-'" if keys else ""
         raise refused(f"a step has one key, got {got}; {known}", hint)
     if keys[0] not in kinds:
-        near = difflib.get_close_matches(keys[0], kinds, n=1)
-        raise refused(
-            f"unknown step '{keys[0][:40]}'; {known}", f"did you mean '{near[0]}'?" if near else ""
-        )
+        raise refused(f"unknown step '{keys[0][:40]}'; {known}", did_you_mean(keys[0], kinds))
     return keys[0]

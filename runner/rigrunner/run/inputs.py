@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import difflib
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import InvalidFileError, Problem, UsageError
+from rigrunner.api.errors import InvalidFileError, Problem, UsageError, did_you_mean
 from rigrunner.procedure.answers import AnswerError
 from rigrunner.steps.ask import question_of
 from rigrunner.yamlfile import read
@@ -106,5 +105,4 @@ def _objections(wanted: Input, answer: object) -> Iterator[tuple[str, str]]:
 
 def _near(name: str, asked: Iterable[str]) -> str:
     names = list(asked)
-    near = difflib.get_close_matches(name, names, n=1)
-    return f"did you mean '{near[0]}'?" if near else f"it asks for: {', '.join(names) or 'nothing'}"
+    return did_you_mean(name, names, f"it asks for: {', '.join(names) or 'nothing'}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from pathlib import Path
 
-from rigrunner.api.errors import UsageError
+from rigrunner.api.errors import UsageError, did_you_mean
 
 RUN_FILE = "run.h5"
 MOST_NAMED = 12
@@ -98,8 +98,7 @@ def _near_file(path: Path) -> str:
 
 
 def _near(name: str, names: list[str]) -> str:
-    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-    return f"did you mean '{near[0]}'?" if near else f"there are: {_listed(names)}"
+    return did_you_mean(name, names, f"there are: {_listed(names)}", cutoff=0.5)
 
 
 def _listed(names: list[str]) -> str:

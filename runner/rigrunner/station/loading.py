@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import hashlib
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
-from rigrunner.api.errors import InvalidFileError, Problem
+from rigrunner.api.errors import InvalidFileError, Problem, did_you_mean
 from rigrunner.api.instruments import STORED
 from rigrunner.api.member import Member
 from rigrunner.api.rig import RigDescription
@@ -126,8 +125,7 @@ def _register_problems(document: Document, *, sure_of_roles: bool) -> Iterator[P
             continue
         where, field = document.where(path), dotted(path)
         if sure_of_roles and role not in roles:
-            near = difflib.get_close_matches(role, roles, n=1)
-            hint = f"did you mean '{near[0]}'?" if near else f"roles: {', '.join(roles)}"
+            hint = did_you_mean(role, roles, f"roles: {', '.join(roles)}")
             yield Problem(f"there is no device in the role '{role}'", where, field, hint)
         if channel in seen:
             yield Problem(f"'{channel}' is registered twice", where, field)

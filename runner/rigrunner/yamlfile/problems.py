@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import difflib
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import InvalidFileError, Problem
+from rigrunner.api.errors import InvalidFileError, Problem, did_you_mean
 from rigrunner.yamlfile.document import dotted
 
 if TYPE_CHECKING:
@@ -49,5 +48,4 @@ class Problems:
 def suggestion(got: str, known: Iterable[str], what: str) -> str:
     """Return what was probably meant, or what there is."""
     names = list(known)
-    near = difflib.get_close_matches(got, names, n=1)
-    return f"did you mean '{near[0]}'?" if near else f"{what}: {', '.join(names) or 'none'}"
+    return did_you_mean(got, names, f"{what}: {', '.join(names) or 'none'}")

@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.api.errors import RigrunnerError
+from rigrunner.api.errors import RigrunnerError, did_you_mean
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -106,8 +106,7 @@ def _scalar_hint(kind: str, got: object, context: Mapping[str, Any]) -> str:
         return f"put it in quotes: '{show(got)}'"
     if kind == "literal_error" and isinstance(got, str):
         allowed = re.findall("'([^']*)'", str(context["expected"]))
-        near = difflib.get_close_matches(got[:_LONGEST], allowed, n=1)
-        return f"did you mean '{near[0]}'?" if near else _other_kind(got, allowed)
+        return did_you_mean(got, allowed, _other_kind(got, allowed))
     return ""
 
 

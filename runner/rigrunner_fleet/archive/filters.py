@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from rigrunner.api.errors import UsageError
+from rigrunner.api.errors import UsageError, did_you_mean
 from rigrunner.api.events import Outcome
 from rigrunner.api.verdict import Verdict
 from rigrunner_fleet.archive.ranges import place_of, range_of, since, until
@@ -79,8 +78,7 @@ def filters_of(**words: Any) -> Filters:
     given = {name: value for name, value in words.items() if value not in (None, (), [], {}, "")}
     unknown = sorted(set(given) - set(KNOWN))
     if unknown:
-        near = difflib.get_close_matches(unknown[0], KNOWN, n=1, cutoff=0.5)
-        hint = f"did you mean '{near[0]}'?" if near else f"there are: {', '.join(KNOWN)}"
+        hint = did_you_mean(unknown[0], KNOWN, f"there are: {', '.join(KNOWN)}", cutoff=0.5)
         raise UsageError(f"there is no filter '{unknown[0]}'", hint=hint)
     _check_choices(given)
     return Filters(

@@ -8,7 +8,6 @@ known names, + - * / ** and the functions below, with a limit to length and dept
 from __future__ import annotations
 
 import ast
-import difflib
 import keyword
 import re
 import unicodedata
@@ -16,7 +15,7 @@ from dataclasses import dataclass
 from math import inf, isfinite
 from typing import TYPE_CHECKING, NoReturn
 
-from rigrunner.api.errors import TextError
+from rigrunner.api.errors import TextError, did_you_mean
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
@@ -225,8 +224,7 @@ class _Reading:
         if name in _KNOWN_FUNCTIONS:
             _refuse(self.text, column, "is a function", f"write {name}(...)")
         known = sorted(self.names | set(CONSTANTS))
-        near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-        hint = f"did you mean '{near[0]}'?" if near else f"known are {', '.join(known)}"
+        hint = did_you_mean(name, known, f"known are {', '.join(known)}", cutoff=0.5)
         _refuse(self.text, column, "is not known", hint)
 
     def _binary(self, node: ast.BinOp, depth: int) -> Node:
@@ -253,9 +251,8 @@ class _Reading:
     def _call(self, name: str, node: ast.Call, column: int, depth: int) -> Node:
         if name not in _KNOWN_FUNCTIONS:
             what = "is no function" if name not in self.names else "is a quantity, no function"
-            near = difflib.get_close_matches(name, _KNOWN_FUNCTIONS, n=1)
             known = ", ".join(_KNOWN_FUNCTIONS)
-            hint = f"did you mean '{near[0]}'?" if near else f"functions are {known}"
+            hint = did_you_mean(name, _KNOWN_FUNCTIONS, f"functions are {known}")
             _refuse(self.text, column, what, hint)
         name = ALIASES.get(name, name)
         self._refuse_other_number(name, len(node.args), column)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from contextlib import contextmanager, suppress
 from functools import partial
 from typing import TYPE_CHECKING, TypeVar
@@ -14,6 +13,7 @@ from rigrunner.api.errors import (
     DeviceRejectedError,
     RigrunnerError,
     UsageError,
+    did_you_mean,
 )
 from rigrunner.api.events import Alarm, Intervention, MadeSafe, Note
 from rigrunner.api.member import Member
@@ -321,9 +321,8 @@ def _needed(ready: ReadyStation, role: str) -> set[str]:
 
 def _found(what: str, name: str, known: Mapping[str, _T]) -> _T:
     if name not in known:
-        near = difflib.get_close_matches(name, known, n=1)
         there = f"there are: {', '.join(known) or 'none'}"
-        hint = f"did you mean '{near[0]}'?" if near else there
+        hint = did_you_mean(name, known, there)
         raise UsageError(f"there is no {what} '{name}'", hint=hint)
     return known[name]
 
