@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from rigrunner.api.errors import AbortedError
+    from rigrunner.rig import Rig
 
 
 class Choice(StrEnum):
@@ -78,6 +79,18 @@ class Telling(Protocol):
 
     def told(self) -> Iterable[Interference]:
         """Return what has happened and was not told yet."""
+        ...
+
+
+@runtime_checkable
+class Showing(Protocol):
+    """Pauses of a person who sees the channels of the rig while nothing is recorded."""
+
+    def show(self, rig: Rig) -> None:
+        """Read what the person is to see, if its time has come; raise nothing of a device.
+
+        It is called often while time passes, and never while a device streams.
+        """
         ...
 
 

@@ -257,6 +257,7 @@ class Run:
         """Say that these steps are begun, and how long they take."""
         count, seconds = len(self._plan.steps), sum(step.estimated_s for step in to_do)
         self._session.emit(RunStarted, run_id=run_id, steps=count, estimated_s=seconds)
+        self._session.show()
         for each in self._before:
             self._session.intervene(each.action, each.by, each.reason, each.subject)
 

@@ -13,7 +13,7 @@ from rigrunner.api.errors import AbortedError, DataError, DeviceTimeoutError
 from rigrunner.api.events import Alarm, Intervention, LimitMissed, Note
 from rigrunner.api.steps import NONE
 from rigrunner.engine.limits import missed_of, remarks_on
-from rigrunner.engine.pausing import PauseWantedError, Reasoned, Telling
+from rigrunner.engine.pausing import PauseWantedError, Reasoned, Showing, Telling
 from rigrunner.engine.streams import checked_stream
 
 if TYPE_CHECKING:
@@ -122,6 +122,16 @@ class Session:
             raise stopped(self.stop)
         with suppress(PauseWantedError):
             self.guard.check(anew=anew)
+        self.show()
+
+    def show(self) -> None:
+        """Let a person who watches see the channels now; nothing may be streaming."""
+        if self._showing is not None:
+            self._showing.show(self.rig)
+
+    @cached_property
+    def _showing(self) -> Showing | None:
+        return self.pauses if isinstance(self.pauses, Showing) else None
 
     @cached_property
     def _telling(self) -> Telling | None:
@@ -188,6 +198,7 @@ class Session:
         until_s = clock.monotonic_s() + duration_s
         while (left_s := until_s - clock.monotonic_s()) > 0:
             self.check()
+            self.show()
             yield
             clock.sleep(min(left_s, _NAP_S))
 

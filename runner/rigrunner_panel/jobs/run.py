@@ -14,6 +14,8 @@ from rigrunner.tools.by_hand.settling import settle_left
 from rigrunner_panel.jobs.overriding import overrides_of
 from rigrunner_panel.process.news import Analysing, Ended, LiveNow, Planned
 from rigrunner_panel.process.person import PanelAnswers, PanelPauses, PanelPerson
+from rigrunner_panel.process.watched import WatchedChannels
+from rigrunner_panel.view.channels import channels_of
 from rigrunner_panel.view.of_plan import plan_view
 from rigrunner_panel.view.of_result import finished_view, live_view
 
@@ -30,10 +32,12 @@ def run(job: Job, link: Link) -> Ended:
     overrides = tuple(overrides_of(planned, job))
     no_load = no_load_for(planned, job.runs, job.no_load)
     title = planned.procedure.model.title
-    link.send(Planned(plan_view(planned.plan), no_load.name if no_load else "", title))
+    channels = tuple(channels_of(planned))
+    link.send(Planned(plan_view(planned.plan), no_load.name if no_load else "", title, channels))
+    watched = WatchedChannels(link.outbox.send_unless_behind, planned.devices)
     queue = Queue(job.runs)
     entry = None if job.entry is None else queue.get(job.entry)
-    answers = PanelAnswers(link.send, link.inbox, link.switch, job.operator)
+    answers = PanelAnswers(link.send, link.inbox, link.switch, job.operator, watched)
     given = with_operator(job.inputs, job.operator or None, planned.procedure)
     with following(planned, lambda found, *, is_whole: link.send(LiveNow(found))) as live:  # noqa: ARG005  (a screen is told both)
         finished = execute(
@@ -51,7 +55,7 @@ def run(job: Job, link: Link) -> Ended:
             ],
             operator=job.operator,
             overrides=overrides,
-            pauses=PanelPauses(link.send, link.inbox),
+            pauses=PanelPauses(link.send, link.inbox, watched),
             person=person,
             told=entry.told() if entry else (),
             progress=lambda what, done, of: link.send(Analysing(what, done, of)),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 from rigrunner.api.events import (
@@ -16,6 +17,7 @@ from rigrunner.api.events import (
     StepEnded,
     StepStarted,
 )
+from rigrunner.clock import utc_text
 from rigrunner_panel.live.asked import LIVE
 from rigrunner_panel.live.curves import Curves
 from rigrunner_panel.live.of_news import failed_item, failed_run, pause_view, prompt_view
@@ -35,10 +37,19 @@ from rigrunner_panel.view.sections import (
 from rigrunner_panel.view.track import Track
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rigrunner_panel.live.asked import Analysed
     from rigrunner_panel.live.of_news import Links
     from rigrunner_panel.view.board import Board
-    from rigrunner_panel.view.sections import AlarmView, Finished, LiveView, Phase, PointView
+    from rigrunner_panel.view.sections import (
+        AlarmView,
+        ChannelView,
+        Finished,
+        LiveView,
+        Phase,
+        PointView,
+    )
 
 
 UNKEPT = "-"
@@ -50,6 +61,10 @@ AFTER_LOSS = (
 AFTER_EARLY_LOSS = (
     "no run had begun, so there is nothing to resume: look at the rig, then start again"
 )
+
+
+CHANNELS_S = 0.1
+"""How often the latest samples are shown among the channels, while something is recorded."""
 
 
 class Story:
@@ -72,9 +87,11 @@ class Story:
         self._started_s = 0.0
         self._recorded: tuple[PointView, ...] = ()
         self._has_begun = self._has_ended = False
+        self._channels_due_s = 0.0
         cleared = dict.fromkeys(("plan", "progress", "prompt", "pause", "live", "analysing"))
         cleared |= dict.fromkeys(("finished", "manual"))
         # what an earlier job found of the rig may no longer be so
+        board.put(channels=())
         board.put(job=job, asked="", alarms=self._rigs, log=(), readings=Readings(), **cleared)
         if job.kind == "preflight":
             self._preflight(())
@@ -92,7 +109,10 @@ class Story:
                 self._take_curve(message)
             case news.Happened(event=event):
                 self._take_event(event)
-            case news.Planned(plan=plan, no_load=no_load, title=title):
+            case news.ChannelValues(values=values, time_s=time_s):
+                self._show_channels(values, time_s)
+            case news.Planned(plan=plan, no_load=no_load, title=title, channels=channels):
+                self._board.put(channels=channels)
                 self._track = Track(plan)
                 self.no_load = no_load
                 self.job = self.job.model_copy(update={"title": title, "no_load": no_load})
@@ -171,6 +191,11 @@ class Story:
         samples = len(next(iter(curve.channels.values()), ()))
         start_s = curve.monotonic_s - self._started_s - samples / curve.rate_hz
         self.curves.take(curve, max(start_s, 0.0))
+        now_s = time.time()
+        if now_s >= self._channels_due_s and samples:
+            self._channels_due_s = now_s + CHANNELS_S
+            latest = {name: float(each[-1]) for name, each in curve.channels.items()}
+            self._show_channels(latest, now_s)
         readings = self._board.get("readings")
         if self.curves.frequency_hz is not None:
             known = {"frequency_hz": self.curves.frequency_hz, "frequency_utc": ""}
@@ -178,6 +203,20 @@ class Story:
         if self._track is not None:
             self._track.recorded((curve.first_sample + samples) / curve.rate_hz)
             self._board.put(progress=self._progress())
+
+    def _show_channels(self, values: Mapping[str, float], time_s: float) -> None:
+        """Show what channels read at a time, in seconds since the epoch."""
+        utc = utc_text(datetime.fromtimestamp(time_s, UTC))
+        known: tuple[ChannelView, ...] = self._board.get("channels")
+        now = tuple(
+            each.read(values[each.name], utc) if each.name in values else each for each in known
+        )
+        self._board.put(channels=now)
+        load = next((values[name] for name in values if name.endswith(".load")), None)
+        if load is not None:
+            readings = self._board.get("readings")
+            update = {"load_n": load, "load_utc": utc}
+            self._board.put(readings=readings.model_copy(update=update))
 
     def _take_event(self, event: Event) -> None:
         match event:

@@ -18,7 +18,13 @@ if TYPE_CHECKING:
     from rigrunner.engine import Paused
     from rigrunner.procedure.answers import Expected
     from rigrunner_panel.view.manual import ManualView
-    from rigrunner_panel.view.sections import Finished, LiveView, PlanView, PreflightItem
+    from rigrunner_panel.view.sections import (
+        ChannelView,
+        Finished,
+        LiveView,
+        PlanView,
+        PreflightItem,
+    )
 
 
 @dataclass(frozen=True)
@@ -28,6 +34,7 @@ class Planned:
     plan: PlanView
     no_load: str
     title: str
+    channels: tuple[ChannelView, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -46,6 +53,15 @@ class Curve:
     first_sample: int
     monotonic_s: float
     channels: Mapping[str, NDArray[np.float32]]
+
+
+@dataclass(frozen=True)
+class ChannelValues:
+    """What channels read while nothing is recorded, in SI units by 'role.name'."""
+
+    values: Mapping[str, float]
+    time_s: float
+    """When they were read, in seconds since the epoch."""
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,11 @@ class Outbox:
         """Send a message after those before it."""
         self._queue.put(message)
 
+    def send_unless_behind(self, message: object) -> None:
+        """Send what is only of use now, unless the panel has not taken much that was before it."""
+        if self._queue.qsize() < MOST_CURVES:
+            self.send(message)
+
     def __call__(self, event: Event) -> None:
         """Send an event of the run; of samples and scans what a screen can show."""
         if isinstance(event, Scanned):

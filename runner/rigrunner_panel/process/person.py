@@ -20,8 +20,10 @@ if TYPE_CHECKING:
     from rigrunner.api.events import EventSink
     from rigrunner.engine import Decision, Interference, Paused
     from rigrunner.engine.answers import Ask, Confirm
+    from rigrunner.rig import Rig
     from rigrunner_panel.process.inbox import Inbox
     from rigrunner_panel.process.switch import Switch
+    from rigrunner_panel.process.watched import WatchedChannels
 
 YES_NO = Expected(choices=("yes", "no"))
 
@@ -30,8 +32,14 @@ class PanelAnswers:
     """Shows questions at the panel and waits for the answers; an AnswerSource."""
 
     def __init__(
-        self, send: Callable[[object], None], inbox: Inbox, switch: Switch, operator: str
+        self,
+        send: Callable[[object], None],
+        inbox: Inbox,
+        switch: Switch,
+        operator: str,
+        watched: WatchedChannels | None = None,
     ) -> None:
+        self._watched = watched
         self.by = operator or "operator"
         self._send = send
         self._inbox = inbox
@@ -57,6 +65,8 @@ class PanelAnswers:
         self._send(Asked(number, step, kind, question.text, question.picture, expected))
         try:
             while (answer := self._inbox.answer(number)) is None:
+                if self._watched is not None:
+                    self._watched.look()
                 if self._switch.is_set():
                     raise stopped(self._switch)
                 if by := self._inbox.pause_wanted:
@@ -87,9 +97,20 @@ class PanelPerson:
 class PanelPauses:
     """Pauses that the panel asks for and ends; they also tell who took control."""
 
-    def __init__(self, send: Callable[[object], None], inbox: Inbox) -> None:
+    def __init__(
+        self,
+        send: Callable[[object], None],
+        inbox: Inbox,
+        watched: WatchedChannels | None = None,
+    ) -> None:
         self._send = send
         self._inbox = inbox
+        self._watched = watched
+
+    def show(self, rig: Rig) -> None:
+        """Read the channels for the screen."""
+        if self._watched is not None:
+            self._watched.look(rig)
 
     def wanted(self) -> str:
         """Return who asks for a pause."""

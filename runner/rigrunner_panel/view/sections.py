@@ -139,6 +139,25 @@ class Reading(Section):
         return cls(value=value, unit=unit, shown=float(f"{shown:.9g}"), shown_in=symbol)
 
 
+class ChannelView(Section):
+    """A channel in the unit that people see it in; `utc` is when it was read, '' for not yet."""
+
+    name: str
+    long_name: str
+    si: str
+    unit: str
+    value: float | None = None
+    utc: str = ""
+    lower: float | None = None
+    """Below it an interlock acts."""
+    upper: float | None = None
+
+    def read(self, value: float, utc: str) -> ChannelView:
+        """Return the channel with a new value, in its SI unit."""
+        shown = Reading.of(value, self.si, self.unit).shown
+        return self.model_copy(update={"value": shown, "utc": utc})
+
+
 class Readings(Section):
     """What is known of the rig, and since when: a drive that was set is read back."""
 
@@ -314,3 +333,4 @@ class State(Section):
     finished: Finished | None
     manual: ManualView | None
     queue: QueueView
+    channels: tuple[ChannelView, ...]

@@ -1,6 +1,7 @@
 // The run as it is: state, steps, curves, numbers, and what can be done.
 
 import { button, fill, h, setText, show } from "../dom.js";
+import { channelList } from "../parts/channels.js";
 import { alarmStrip } from "../parts/alarms.js";
 import { askReason } from "../parts/dialogs.js";
 import { abort, pauseOrResume } from "../parts/keys.js";
@@ -25,6 +26,7 @@ export function runPage() {
   const frequency = frequencyChart();
   const results = liveResults();
   const curves = resultCharts();
+  const channels = channelList();
   const steps = stepList();
   const numbers = readouts();
   const alarms = alarmStrip();
@@ -39,15 +41,22 @@ export function runPage() {
   const skip = button(t("run.skip"), () => because("run/skip", "run.skip", {}), { kind: "big" });
   const override = button(t("run.override"), () => because("run/override", "run.override", {}), { kind: "big" });
   const stopped = button(t("run.abort"), abort, { kind: "big danger" });
+  const watch = button(t("channels.title"), () => seeChannels(channels.element.hidden), { kind: "big", "aria-pressed": "false" });
   const swingHost = h("div", { class: "plot-swing" }, swing.element);
-  const plots = h("div", { class: "run-plots" }, swingHost, results.element, curves.element, trend.element, frequency.element);
+  const plots = h("div", { class: "run-plots" }, channels.element, swingHost, results.element, curves.element, trend.element, frequency.element);
   const element = h("div", { class: "page run" },
     h("aside", { class: "run-side" }, steps.element),
     h("div", { class: "run-head" }, h("div", {}, title, step), verdict.element),
     numbers.element,
     plots,
-    h("div", { class: "run-foot" }, alarms.element, paused, nothing, h("div", { class: "run-buttons" }, pause, repeat, skip, override, stopped)),
+    h("div", { class: "run-foot" }, alarms.element, paused, nothing, h("div", { class: "run-buttons" }, pause, repeat, skip, override, watch, stopped)),
     prompt.element);
+
+  function seeChannels(on) {
+    show(channels.element, on);
+    plots.classList.toggle("of-channels", on);
+    watch.setAttribute("aria-pressed", String(on));
+  }
 
   async function because(path, key, options) {
     const reason = await askReason(t(`${key}.title`), { confirm: t(key), ...options });
@@ -108,7 +117,7 @@ export function runPage() {
     element,
     leave() {
       forget();
-      for (const each of [swing, trend, frequency, curves]) each.leave();
+      for (const each of [swing, trend, frequency, curves, channels]) each.leave();
     },
   };
 }

@@ -2,6 +2,7 @@
 
 import { fill, h, setText } from "../dom.js";
 import { clock, fixed, plain, UNKNOWN, withUncertainty } from "../format.js";
+import { ageMs } from "./channels.js";
 import { store } from "../store.js";
 import { t } from "../texts.js";
 
@@ -29,6 +30,7 @@ export function hasSwing(state) {
 }
 
 const MOST_VALUES = 5;
+const OLD_MS = 2000;
 
 // The latest values by name, in the units in which they are written.
 function valueText({ shown, shown_in: unit }) {
@@ -76,6 +78,7 @@ export function readouts() {
       setText(frequency.value, unit(turning, 2, "Hz"));
       setText(frequency.small, since(t("read.set", { value: unit(readings.set_frequency_hz, 2, "Hz") }), state.pause ? "" : readings.frequency_utc));
       setText(load.value, unit(readings.load_n ?? here?.load_n, 0, "N"));
+      load.element.classList.toggle("old", Boolean(readings.load_utc) && !(ageMs(readings.load_utc) < OLD_MS));
       setText(load.small, since(t("read.set", { value: unit(readings.set_load_n, 0, "N") }), readings.load_utc));
       setText(raw.value, unit(point?.raw_nm, 3, "N·m"));
       setText(raw.small, point ? t("read.cycles", { cycles: point.cycles, value: `${plain(point.set_frequency_hz)} Hz` }) : "");

@@ -1,0 +1,56 @@
+"""The channels of the rig, read for the screen while nothing is recorded."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+from rigrunner.api.devices import Readable
+from rigrunner.api.errors import RigrunnerError
+from rigrunner_panel.process.news import ChannelValues
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from rigrunner.api.devices import Device
+    from rigrunner.rig import Rig
+
+EVERY_S = 0.1
+SHARE = 4
+"""Of the time, reading takes at most one part in so many and one: a slow device is read less."""
+AFTER_FAILURE_S = 5.0
+"""How long a device that did not answer is left alone."""
+
+
+class WatchedChannels:
+    """Reads every channel of every readable device, at most ten times a second."""
+
+    def __init__(self, send: Callable[[object], None], devices: Mapping[str, Device]) -> None:
+        self._send = send
+        self._names = {
+            role: tuple(each.name for each in device.channels)
+            for role, device in devices.items()
+            if isinstance(device, Readable) and device.channels
+        }
+        self._due_s = dict.fromkeys(self._names, 0.0)
+        self._rig: Rig | None = None
+
+    def look(self, rig: Rig | None = None) -> None:
+        """Read the devices whose time has come; without a rig, the one that was seen last."""
+        self._rig = rig or self._rig
+        if self._rig is None:
+            return
+        values: dict[str, float] = {}
+        for role, names in self._names.items():
+            began_s = time.monotonic()
+            if began_s < self._due_s[role]:
+                continue
+            try:
+                values |= self._rig.read(role, names)
+            except RigrunnerError:  # the run itself finds out, where it needs the device
+                self._due_s[role] = time.monotonic() + AFTER_FAILURE_S
+                continue
+            ended_s = time.monotonic()
+            self._due_s[role] = ended_s + max(EVERY_S, SHARE * (ended_s - began_s))
+        if values:
+            self._send(ChannelValues(values, time.time()))

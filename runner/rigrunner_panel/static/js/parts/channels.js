@@ -1,0 +1,132 @@
+// Every channel of the rig: value, limits, age and a strip chart of the last minute. What is older than it
+// should be looks old and says since when. Which strips are drawn is kept per procedure.
+
+import { fill, h, setText } from "../dom.js";
+import { clock, plain, UNKNOWN } from "../format.js";
+import { listen, store } from "../store.js";
+import { t } from "../texts.js";
+import { colour } from "../theme.js";
+
+const WINDOW_MS = 60000;
+const OLD_MS = 2000; // channels are read ten times a second
+const DRAW_MS = 250;
+const KEPT = "rigrunner.strips.";
+
+// How far the clock of the panel's machine is behind this one, by the freshest value so far.
+let behind = Infinity;
+
+export function ageMs(utc) {
+  return Date.now() - Date.parse(utc) - (Number.isFinite(behind) ? behind : 0);
+}
+
+function keptFor(procedure) {
+  try {
+    return JSON.parse(localStorage.getItem(KEPT + procedure)) ?? {};
+  } catch {
+    return {};
+  }
+}
+
+export function channelList() {
+  const body = h("tbody", {});
+  const head = ["channels.name", "channels.value", "channels.limits", "channels.age", "channels.strip"];
+  const element = h("section", { class: "channels", role: "region", tabindex: "0", "aria-label": t("channels.title"), hidden: true },
+    h("table", {}, h("thead", {}, h("tr", {}, head.map((key) => h("th", { scope: "col" }, t(key))))), body));
+  const past = new Map(); // name to [[ms, value], ...]
+  let rows = [];
+  let built = "";
+
+  function build(channels, procedure) {
+    const hidden = keptFor(procedure);
+    rows = channels.map((channel) => {
+      const value = h("strong", {}, UNKNOWN);
+      const age = h("span", {});
+      const canvas = h("canvas", { class: "strip", width: "300", height: "40", role: "img", "aria-label": t("channels.strip_of", { name: channel.name }) });
+      const box = h("input", { type: "checkbox", checked: !hidden[channel.name], "aria-label": t("channels.show", { name: channel.name }), onchange: () => {
+        const kept = { ...keptFor(procedure), [channel.name]: !box.checked };
+        localStorage.setItem(KEPT + procedure, JSON.stringify(kept));
+        canvas.hidden = !box.checked;
+      } });
+      canvas.hidden = Boolean(hidden[channel.name]);
+      const row = h("tr", {}, h("th", { scope: "row" }, channel.long_name || channel.name, h("span", { class: "soft block" }, channel.name)),
+        h("td", { class: "number" }, value, ` ${channel.unit === "1" ? "" : channel.unit}`), h("td", { class: "number" }, limitText(channel)), h("td", { class: "age" }, age),
+        h("td", {}, h("div", { class: "strip-cell" }, h("label", { class: "tick" }, box), canvas)));
+      return { name: channel.name, row, value, age, canvas };
+    });
+    fill(body, rows.map((each) => each.row));
+  }
+
+  function take() {
+    const { state } = store;
+    const channels = state?.channels ?? [];
+    const key = `${state?.job?.run}${channels.map((each) => each.name).join()}`;
+    if (key !== built) {
+      built = key;
+      past.clear();
+      build(channels, state?.job?.procedure ?? "");
+    }
+    channels.forEach((channel, i) => {
+      if (!channel.utc) return;
+      const ms = Date.parse(channel.utc);
+      behind = Math.min(behind, Date.now() - ms);
+      const known = past.get(channel.name) ?? [];
+      if (known.at(-1)?.[0] !== ms) known.push([ms, channel.value]);
+      while (known.length && known[0][0] < ms - WINDOW_MS) known.shift();
+      past.set(channel.name, known);
+      setText(rows[i].value, plain(Number(channel.value.toPrecision(5))));
+    });
+  }
+
+  function draw() {
+    if (element.hidden) return;
+    const channels = store.state?.channels ?? [];
+    channels.forEach((channel, i) => {
+      const each = rows[i];
+      if (!each) return;
+      const age = channel.utc ? ageMs(channel.utc) : NaN;
+      const old = !(age < OLD_MS);
+      each.row.classList.toggle("old", old);
+      setText(each.age, !channel.utc ? UNKNOWN : old ? t("channels.since", { time: clock(channel.utc) }) : `${plain(Number((Math.max(age, 0) / 1000).toFixed(1)))} s`);
+      if (!each.canvas.hidden) strip(each.canvas, past.get(channel.name) ?? []);
+    });
+  }
+
+  const forget = listen((changed) => {
+    if (changed.has("channels") || changed.has("job")) take();
+  });
+  const timer = setInterval(draw, DRAW_MS);
+  queueMicrotask(take);
+  return {
+    element,
+    leave() {
+      forget();
+      clearInterval(timer);
+    },
+  };
+}
+
+function limitText({ lower, upper }) {
+  if (Number.isFinite(lower) && Number.isFinite(upper)) return `${plain(lower)} … ${plain(upper)}`;
+  return Number.isFinite(upper) ? `≤ ${plain(upper)}` : Number.isFinite(lower) ? `≥ ${plain(lower)}` : "";
+}
+
+function strip(canvas, points) {
+  const pen = canvas.getContext("2d");
+  const { width, height } = canvas;
+  pen.clearRect(0, 0, width, height);
+  if (points.length < 2) return;
+  const values = points.map(([, value]) => value);
+  const low = Math.min(...values);
+  const span = Math.max(...values) - low || 1;
+  const end = Date.now() - (Number.isFinite(behind) ? behind : 0);
+  pen.strokeStyle = colour("accent");
+  pen.lineWidth = 2;
+  pen.beginPath();
+  points.forEach(([ms, value], i) => {
+    const x = width * (1 - (end - ms) / WINDOW_MS);
+    const y = height - 3 - (height - 6) * (value - low) / span;
+    if (i) pen.lineTo(x, y);
+    else pen.moveTo(x, y);
+  });
+  pen.stroke();
+}

@@ -1,0 +1,36 @@
+"""The channels of a planned rig, with the limits within which they are watched."""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import TYPE_CHECKING
+
+from rigrunner.api.member import Member
+from rigrunner_panel.view.sections import ChannelView, Reading
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.run.prepare import Planned
+
+
+def channels_of(planned: Planned) -> Iterator[ChannelView]:
+    """Yield each channel of each device, with the limits of the interlocks that watch it."""
+    locks = {each.member: each for each in planned.plan.interlocks}
+    for role, device in planned.devices.items():
+        for info in device.channels:
+            name = Member(role, info.name)
+            unit = Reading.of(0.0, info.unit, info.shown_in).shown_in
+            lock = locks.get(name)
+            yield ChannelView(
+                name=name,
+                long_name=info.long_name,
+                si=info.unit,
+                unit=unit,
+                lower=None if lock is None else _limit(lock.minimum, info.unit, unit),
+                upper=None if lock is None else _limit(lock.maximum, info.unit, unit),
+            )
+
+
+def _limit(value: float, si: str, unit: str) -> float | None:
+    return Reading.of(value, si, unit).shown if isfinite(value) else None

@@ -1,0 +1,55 @@
+"""Live channels in every phase, with their age; what is old looks old."""
+
+from __future__ import annotations
+
+import pytest
+from playwright.sync_api import expect
+
+LAG = """async () => {
+    const { listen, store } = await import("/js/store.js");
+    const lags = [];
+    const forget = listen((changed) => {
+        if (!changed.has("channels")) return;
+        const newest = store.state.channels.map((each) => each.utc).filter(Boolean).sort().at(-1);
+        if (newest) lags.push(Date.now() - Date.parse(newest));
+    });
+    await new Promise((done) => setTimeout(done, 4000));
+    forget();
+    return lags.sort((one, other) => one - other);
+}"""
+
+
+@pytest.mark.parametrize("locale", ["en-GB", "de-DE"])
+def test_channels_are_live_while_nothing_is_recorded_and_old_afterwards(
+    new_screen, panel, pictures, locale
+):
+    screen = new_screen()
+    page = screen.page
+    screen.begin(specimen=f"LIVE-{locale}")
+    panel.wait_for("running")
+    if locale == "de-DE":
+        page.get_by_label("Language").select_option("de")
+        page.wait_for_selector(".page.run")
+    page.keyboard.press("F8")
+    panel.wait_for("paused")
+    page.get_by_role("button", name="Channels" if locale == "en-GB" else "Kanäle").click()
+    rows = page.locator(".channels tbody tr")
+    expect(rows).to_have_count(7)
+    expect(page.locator(".channels tbody tr.old")).to_have_count(0)
+    expect(rows.filter(has_text="tester.temperature")).to_contain_text("°C")
+    lags = page.evaluate(LAG)
+    told = f"{len(lags)} updates: median {lags[len(lags) // 2]} ms, worst {lags[-1]} ms"
+    (pictures / f"lag-{locale}.txt").write_text(told, encoding="utf-8")
+    assert len(lags) >= 10
+    assert lags[len(lags) // 2] < 2500, "a tenth of it is the aim on a quiet machine"
+    page.wait_for_timeout(3000)
+    page.screenshot(path=pictures / f"channels-desk-{locale}.png")
+    page.set_viewport_size({"width": 820, "height": 1180})
+    page.wait_for_timeout(500)
+    page.screenshot(path=pictures / f"channels-tablet-{locale}.png")
+    page.get_by_role("button", name="STOP").click()
+    screen.wait_for_result()
+    page.goto(f"{panel.url}#/run")
+    page.wait_for_timeout(2500)
+    page.get_by_role("button", name="Channels" if locale == "en-GB" else "Kanäle").click()
+    expect(page.locator(".channels tbody tr:not(.old)")).to_have_count(0)
