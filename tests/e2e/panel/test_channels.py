@@ -34,7 +34,7 @@ def test_channels_are_live_while_nothing_is_recorded_and_old_afterwards(
     panel.wait_for("paused")
     page.get_by_role("button", name="Channels" if locale == "en-GB" else "Kanäle").click()
     rows = page.locator(".channels tbody tr")
-    expect(rows).to_have_count(7)
+    expect(rows).to_have_count(len(panel.get("state")["channels"]))
     expect(page.locator(".channels tbody tr.old")).to_have_count(0)
     expect(rows.filter(has_text="tester.temperature")).to_contain_text("°C")
     lags = page.evaluate(LAG)

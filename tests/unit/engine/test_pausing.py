@@ -402,3 +402,27 @@ def test_in_a_pause_an_interlock_that_is_not_due_is_not_read():
         return pausing_run(at, *decisions, plan=seldom)[3].calls.count("read load")
 
     assert readings(*[Choice.NOTE] * 5, Choice.RESUME) == readings(Choice.RESUME)
+
+
+class Watcher(Person):
+    """Sees the channels, and notes what was recorded when it looked."""
+
+    def show(self, rig):
+        self.looks.append((rig.read("tester", ["torque"]), self.is_recording()))
+
+
+def test_who_watches_sees_the_channels_while_time_passes_and_never_during_a_recording():
+    listener = Listener()
+
+    def is_recording():
+        begun = [one for one in listener.of(StepStarted) if one.recording]
+        return len(begun) > len([one for one in listener.of(StepEnded) if one.recording])
+
+    person = Watcher([])
+    person.looks, person.is_recording = [], is_recording
+    device, clock = FakeTester(), person.clock
+    summary = run(device, sweep(), critical=[listener], pauses=person, clock=clock)
+    assert summary.outcome is Outcome.COMPLETED
+    assert len(person.looks) >= 3 * 5, "three times half a second of settling, every 0.1 s"
+    assert not any(recording for _, recording in person.looks)
+    assert all(Member("tester", "torque") in values for values, _ in person.looks)
