@@ -47,6 +47,7 @@ def test_channels_are_live_while_nothing_is_recorded_and_old_afterwards(
     page.set_viewport_size({"width": 820, "height": 1180})
     page.wait_for_timeout(500)
     page.screenshot(path=pictures / f"channels-tablet-{locale}.png")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 820
     page.get_by_role("button", name="STOP").click()
     screen.wait_for_result()
     page.goto(f"{panel.url}#/run")
