@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from rigrunner.api.analysis import CompensatedPoint, PeakPoint
+    from rigrunner.api.coordinates import CoordinateValue
     from rigrunner.api.data import Array, Estimate
     from rigrunner.api.figures import Figure
     from rigrunner.api.findings import Findings, MeasurementResult
@@ -106,13 +107,18 @@ def _limits(result: MeasurementResult, acceptance: Acceptance | None) -> Limits 
     return None
 
 
+def _at(name: str, value: CoordinateValue) -> str:
+    """Return a place in words: '2 A', 'final'; a count with what it counts, 'cycles 5'."""
+    return str(value) if value.unit or isinstance(value.value, str) else f"{name} {value}"
+
+
 def _named_view(found: MeasurementResult, limits: Limits | None) -> ResultView:
     return ResultView(
         name=found.name,
         text=found.of.words,
         symbol=found.of.symbol,
         unit=found.of.unit,
-        place=", ".join(map(str, found.coordinates.values())),
+        place=", ".join(_at(name, value) for name, value in found.coordinates.items()),
         value=found.estimate.value,
         U=_known(expanded(found.estimate)),
         readings=found.readings,

@@ -50,3 +50,13 @@ def test_a_value_of_more_readings_stands_in_for_the_one_that_was_analysed():
     assert [(e.place, e.value, e.U, e.upper) for e in found.results] == [
         ("1 A", 5.0, None, 6.0), ("2 A", 4.0, 0.1, 6.0), ("3 A", 5.0, None, None),
     ]  # fmt: skip
+
+
+def test_a_count_says_what_it_counts():
+    of = ResultDefinition(name="friction", text="friction", unit="N·m", per=("cycles", "phase"))
+    where = {"cycles": CoordinateValue(505.0), "phase": CoordinateValue("wear")}
+    result = MeasurementResult(
+        of=of, estimate=Estimate(1.0, nan, nan, "N·m"), coordinates=where, readings=1
+    )
+    found = with_live(None, Findings(results=(result,)))
+    assert [each.place for each in found.results] == ["cycles 505, wear"]
