@@ -63,8 +63,8 @@ _RULE_EXAMPLES = {"published_rejections_hold"}
 _AT_ONCE_DONE = {"stops_when_asked", "is_resumed_or_refuses"}  # it takes no time to be stopped in
 
 NOT_APPLICABLE: dict[tuple[str, str], set[str]] = {
-    ("analysis", "curve"): _UNITS,
-    ("analysis", "equation"): _UNITS,
+    ("analysis", "curve"): {*_UNITS, "live_shows_what_it_finds"},
+    ("analysis", "equation"): {*_UNITS, "live_shows_what_it_finds"},
     ("certificate_format", "html"): _SETTINGS,
     ("certificate_format", "pdf"): {*_SETTINGS, "names_are_escaped"},
     ("report_format", "html"): _SETTINGS,
