@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigrunner.api import Array, RunData
-    from rigrunner.api.reading_errors import ReadingError
+    from rigrunner.api.accuracy import ReadingError
     from rigrunner_plugins.analyses.settings import ReadingsSettings
     from rigrunner_plugins.analyses.sources import Group
     from rigrunner_plugins.analyses.statistics import Statistic

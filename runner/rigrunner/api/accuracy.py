@@ -7,14 +7,14 @@ those of VIM 4 and of the standards on transducers (DIN 51309, VDI/VDE 2646, ISO
 from __future__ import annotations
 
 import re
-from math import sqrt
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from dataclasses import dataclass
+from math import inf, sqrt
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 from pydantic import BeforeValidator, Field
 
 from rigrunner.api.calibration import difference
 from rigrunner.api.quantity import parse_quantity
-from rigrunner.api.reading_errors import ReadingError, Shape
 from rigrunner.api.settings import Difference, PlainText, Settings
 from rigrunner.api.units import QuantityError, with_article
 
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
 
+Shape = Literal["rectangular", "triangular", "arcsine", "normal"]
+Acts = Literal["gain", "offset", "each"]
 OVER_U: Mapping[str, float] = {
     "rectangular": sqrt(3),
     "triangular": sqrt(6),
@@ -37,6 +39,27 @@ _EXAMPLES = "such as '0.5 % FS', the share of full scale, '1 % reading' or '0.2 
 MOST_OF_SOURCE = 80
 """Characters."""
 _OF_POINTS = ("overall", "gain", "offset", "nonlinearity")
+
+
+@dataclass(frozen=True)
+class ReadingError:
+    """One error of a reading, as the register states it."""
+
+    name: str
+    """Such as 'gain of meter.resistance'."""
+    acts: Acts
+    """`gain`: one and the same share of all readings. `offset`: one and the same for all readings.
+    `each`: within its limits at each reading; what two readings share of it nobody states."""
+    u: float
+    """The standard uncertainty, in the SI unit of the channel; of a gain a share of the reading."""
+    dof: float = inf
+    distribution: Shape = "rectangular"
+    source: str = ""
+    """Who states it; '' where the register does not say."""
+
+    def at(self, value: float) -> float:
+        """Return the standard uncertainty of a reading of that value, in the SI unit."""
+        return self.u * abs(value) if self.acts == "gain" else self.u
 
 
 def _read_limit(value: object) -> object:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from rigrunner.api.accuracy import ReadingError
 from rigrunner.api.member import channel_of
 from rigrunner.api.quantity import Estimate as Estimate  # noqa: PLC0414  (part of the data, without numpy)
-from rigrunner.api.reading_errors import ReadingError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

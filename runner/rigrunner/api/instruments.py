@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from numpy import float64
     from numpy.typing import NDArray
 
-    from rigrunner.api.reading_errors import ReadingError
+    from rigrunner.api.accuracy import ReadingError
 
 STORED = "stored"
 """The key in the context of validation that says that an entry is of a run made before."""

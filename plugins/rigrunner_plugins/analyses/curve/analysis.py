@@ -44,8 +44,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from rigrunner.api import Fit, ResultDefinition, RunData
+    from rigrunner.api.accuracy import ReadingError
     from rigrunner.api.figures import Figure
-    from rigrunner.api.reading_errors import ReadingError
     from rigrunner_plugins.analyses.curve.points import Source, Values
     from rigrunner_plugins.analyses.curve.settings import CurveSettings
     from rigrunner_plugins.analyses.settings import ResultSettings

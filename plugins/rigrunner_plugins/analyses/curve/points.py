@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from rigrunner.api import Array, RunData
+    from rigrunner.api.accuracy import ReadingError
     from rigrunner.api.coordinates import CoordinateValue
-    from rigrunner.api.reading_errors import ReadingError
     from rigrunner_plugins.analyses.curve.settings import CurveSettings
     from rigrunner_plugins.analyses.sources import Part
 
