@@ -57,6 +57,8 @@ MOST_SERIES = 12
 """Of one panel, so many are drawn."""
 FEW = 2
 """So many panels above each other are high; of more each is lower."""
+SHORT = 0.02
+"""Of a limit at one point: its length to either side, as a share of the axis."""
 CROWDED = 60
 """Of more points than this the marks are small."""
 LETTERS, GAP = 112, 2
@@ -121,15 +123,26 @@ def paint(canvas: Canvas, picture: Picture, *, titled: bool = False) -> None:
 
 
 def limit_lines(points: Iterable[Point]) -> Iterator[tuple[list[float], list[float]]]:
-    """Yield the lines of points' limits: over x where they follow it, or one value without x."""
+    """Yield the lines of points' limits: over x where they follow it, or one value without x.
+
+    A limit that some points alone have is a short line at each: nothing holds between them.
+    """
     found = list(points)
+    places = {point.x for point in found}
+    half = SHORT * (max(places) - min(places)) if len(places) > 1 else 0.5
     for side in ([(p.x, p.lower) for p in found], [(p.x, p.upper) for p in found]):
         known = sorted({(x, end) for x, end in side if end is not None and isfinite(end)})
         values = sorted({end for _, end in known})
-        if len(values) > 1:
+        if {x for x, _ in known} != places:
+            yield from (([x - half, x + half], [end, end]) for x, end in known)
+        elif len(values) > 1:
             yield [x for x, _ in known], [end for _, end in known]
         else:
             yield from (([], [value]) for value in values)
+
+
+def _is_limited(point: Point) -> bool:
+    return point.lower is not None or point.upper is not None
 
 
 def _lines(panels: Sequence[Figure]) -> dict[str, Line]:
@@ -150,7 +163,8 @@ def _panel(axes: Axes, figure: Figure, lines: Mapping[str, Line], limit: str) ->
         _PAINTERS[each.kind](axes, each, lines.get(each.name, LINES[0]))
     points = [point for series in figure.series for point in series.points]
     label = limit
-    for over, ends in limit_lines(points):
+    limited = [series.points for series in figure.series if any(map(_is_limited, series.points))]
+    for over, ends in limit_lines(point for points in limited for point in points):
         if over:
             axes.plot(over, ends, label=label, **_LIMIT)
         else:

@@ -101,6 +101,23 @@ def test_limits_that_follow_x_are_lines_and_others_go_across():
     assert at((1, None), (2, float("inf"))) == [([], [0.0])]
 
 
+def test_a_limit_of_some_points_alone_is_a_short_line_at_each():
+    """A limit at 32 and one at 212 say nothing of 70: no line joins them."""
+    limits = {32.0: (99.8, 100.2), 70.0: (None, None), 212.0: (None, 200.0)}
+    points = [Point(x, 100.0, lower=low, upper=high) for x, (low, high) in limits.items()]
+    assert list(limit_lines(points)) == [
+        ([28.4, 35.6], [99.8, 99.8]),
+        ([28.4, 35.6], [100.2, 100.2]),
+        ([208.4, 215.6], [200.0, 200.0]),
+    ]
+
+
+def test_a_limit_of_all_points_goes_across_beside_a_series_without_any():
+    limited = Series("R", (Point(1.0, 2.0, upper=3.0), Point(2.0, 2.5, upper=3.0)))
+    (axes,) = axes_of(picture(limited, Series.over([1.0, 1.5, 2.0], [2, 2, 2], "fit", "line")))
+    assert any(set(line.get_ydata()) == {3.0} and line.get_xdata()[0] == 0 for line in axes.lines)
+
+
 def test_an_axis_ends_where_it_is_told_to():
     (axes,) = axes_of(picture(Series.over([1, 2], [3, 4]), x=Axis("x", low=0.0, high=10.0)))
     assert axes.get_xlim() == (0.0, 10.0)
