@@ -104,8 +104,3 @@ def is_at(place: Mapping[str, Quantity | str], coordinates: Mapping[str, Coordin
     return all(
         name in coordinates and matches(wanted, coordinates[name]) for name, wanted in place.items()
     )
-
-
-def as_text(wanted: Quantity | str) -> str:
-    """Return what a place names as a file may have it; read back, it is the same."""
-    return str(wanted)
