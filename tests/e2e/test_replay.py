@@ -23,6 +23,7 @@ rig:
   support_friction: 0.76 N·m
   support_damping: 0.31 N·m·s/rad
   swing_radius: 10.4 mm
+  support_drift: 0 %
 devices:
   tester:
     type: swing_tester
