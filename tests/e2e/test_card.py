@@ -31,7 +31,7 @@ def test_the_run_file_has_the_raw_torque_and_angle_of_each_frequency(runs, name)
             channels = {each.attrs.get("name") for each in group.values()}
             assert {"tester.torque", "tester.angle"} <= channels
             assert group["time"].shape == (group.attrs["samples"],)
-        slow = recordings["001_1Hz"]
+        (slow,) = (each for each in recordings.values() if each.attrs["name"] == "001_1Hz")
         (torque,) = (each for each in slow.values() if each.attrs.get("name") == "tester.torque")
         assert 0.5 < np.abs(torque[()]).max() < 8
         assert torque.attrs["units"] == "N·m"
