@@ -27,7 +27,7 @@ from rigrunner.api import (
 from rigrunner.api.member import NAME
 from rigrunner.api.places import CoordinateKey, Place
 from rigrunner.api.settings import Difference
-from rigrunner.api.units import is_coherent
+from rigrunner.api.units import is_coherent, with_article
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -162,7 +162,10 @@ class ReadingsSettings(Settings):
             other = unit(units[self.minus])
             yield (
                 ("minus",),
-                f"{self.minus} is a {other.dimension}, and {self.of} a {of.dimension}",
+                (
+                    f"{self.minus} is {with_article(other.dimension)}, and {self.of}"
+                    f" {with_article(of.dimension)}"
+                ),
                 "subtract what is of one kind",
             )
             return
@@ -175,7 +178,10 @@ class ReadingsSettings(Settings):
                 return
         if self.within is not None and self.within.dimension != unit(value).dimension:
             wanted = unit(value).dimension
-            message = f"got '{self.within}', a {self.within.dimension}; needed is a {wanted}"
+            message = (
+                f"got '{self.within}', {with_article(self.within.dimension)}; needed"
+                f" is {with_article(wanted)}"
+            )
             yield ("within",), message, ""
         try:
             si = si_unit(self.statistic, value)
@@ -185,7 +191,7 @@ class ReadingsSettings(Settings):
         result = unit(self.result.unit)
         if result.dimension != unit(si).dimension:
             is_a = f"the {self.statistic} is a {unit(si).dimension}"
-            message = f"got '{self.result.unit}', a {result.dimension}; {is_a}"
+            message = f"got '{self.result.unit}', {with_article(result.dimension)}; {is_a}"
             hint = f"write a unit such as {unit(si).symbol}"
             if self.statistic == "slope":
                 hint += "; a slope over a channel or set-point is a result of the analysis 'curve'"

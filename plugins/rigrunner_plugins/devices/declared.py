@@ -13,7 +13,7 @@ from rigrunner.api import AnyQuantity, ChannelInfo, DriveInfo, Duration, Setting
 from rigrunner.api.devices import ReadingInfo
 from rigrunner.api.readings import ReadingKind
 from rigrunner.api.settings import Difference
-from rigrunner.api.units import si_symbol
+from rigrunner.api.units import si_symbol, with_article
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -138,11 +138,16 @@ class DeclaredDrive(DeclaredQuantity):
         for name in ("min", "max", "safe", "tolerance"):
             given: Quantity | None = getattr(self, name)
             if given is not None and given.dimension != dimension:
-                raise ValueError(f"{name} is '{given}', a {given.dimension}; needed: a {dimension}")
+                raise ValueError(
+                    f"{name} is '{given}', {with_article(given.dimension)}; needed:"
+                    f" {with_article(dimension)}"
+                )
         if self.rate is not None and (
             self.rate.dimension != f"{dimension} rate" or self.rate.si <= 0
         ):
-            raise ValueError(f"rate is '{self.rate}', needed: a {dimension} rate above 0")
+            raise ValueError(
+                f"rate is '{self.rate}', needed: {with_article(dimension)} rate above 0"
+            )
         if not self.min.si <= self.safe.si <= self.max.si or self.min.si == self.max.si:
             raise ValueError(
                 f"needed is min <= safe <= max, got {self.min}, {self.safe}, {self.max}"

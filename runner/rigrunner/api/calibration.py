@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Self
 from pydantic import Field, model_validator
 
 from rigrunner.api.settings import AnyQuantity, Ratio, Settings, Temperature
-from rigrunner.api.units import QuantityError, si_symbol
+from rigrunner.api.units import QuantityError, si_symbol, with_article
 
 if TYPE_CHECKING:
     from rigrunner.api.quantity import Quantity
@@ -116,4 +116,7 @@ def _check_ascending(lowest: float, highest: float) -> None:
 
 def _same_dimension(quantity: Quantity, wanted: str, name: str) -> None:
     if quantity.dimension != wanted:
-        raise ValueError(f"{name} is '{quantity}', a {quantity.dimension}; needed is a {wanted}")
+        raise ValueError(
+            f"{name} is '{quantity}', {with_article(quantity.dimension)}; needed"
+            f" is {with_article(wanted)}"
+        )

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.steps import Action, Found
-from rigrunner.api.units import unit
+from rigrunner.api.units import unit, with_article
 from rigrunner.plan.actions import Phase
 from rigrunner.yamlfile.problems import suggestion
 
@@ -107,7 +107,10 @@ class ResultReached(Action):
         found = doing.result(self.result)
         known, shown = unit(found.unit), unit(self.shown)
         if known.dimension != shown.dimension:
-            message = f"'{self.result}' is a {known.dimension}, compared with a {shown.dimension}"
+            message = (
+                f"'{self.result}' is {with_article(known.dimension)}, compared with"
+                f" {with_article(shown.dimension)}"
+            )
             raise DataError(message)
         value = found.value * known.factor + known.offset
         said = f"{self.result} is {(value - shown.offset) / shown.factor:.6g} {self.shown}"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Readable, Streaming
-from rigrunner.api.units import rate_of, unit, units_of
+from rigrunner.api.units import rate_of, unit, units_of, with_article
 from rigrunner.plan.actions import Interlock
 from rigrunner.yamlfile.problems import suggestion
 
@@ -151,8 +151,10 @@ class _Place:
     def _has(self, dimension: str, quantity: Quantity, key: str, *more: int) -> bool:
         if quantity.dimension == dimension:
             return True
-        needed = f"takes a {dimension}" if dimension else "has no unit for its rate"
-        message = f"got '{quantity}', a {quantity.dimension}; {self.written.channel} {needed}"
+        needed = f"takes {with_article(dimension)}" if dimension else "has no unit for its rate"
+        message = (
+            f"got '{quantity}', {with_article(quantity.dimension)}; {self.written.channel} {needed}"
+        )
         hint = f"write it in {' or '.join(units_of(dimension))}" if dimension else ""
         self.complain(key, message, hint, *more)
         return False

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-from rigrunner.api.units import rate_of, unit, units_of
+from rigrunner.api.units import rate_of, unit, units_of, with_article
 from rigrunner.plan.actions import Recorded
 from rigrunner.plan.terms import planned_limits, recorded_limits, terms_of
 
@@ -117,9 +117,14 @@ class Planning:
         dimension = unit(symbol).dimension
         wanted = rate_of(dimension)
         if wanted is None:
-            self.complain(key, f"there is no unit for the rate of a {dimension}", "give a time")
+            self.complain(
+                key, f"there is no unit for the rate of {with_article(dimension)}", "give a time"
+            )
         elif rate.dimension != wanted:
-            message = f"got '{rate}', a {rate.dimension}; {member} takes a {wanted}"
+            message = (
+                f"got '{rate}', {with_article(rate.dimension)}; {member} takes"
+                f" {with_article(wanted)}"
+            )
             self.complain(key, message, f"write it in {' or '.join(units_of(wanted))}")
         elif rate.si <= 0:
             self.complain(key, f"got '{rate}', expected more than 0")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.member import Member
-from rigrunner.api.units import rate_of, unit, units_of
+from rigrunner.api.units import rate_of, unit, units_of, with_article
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.yamlfile.problems import suggestion
 
@@ -105,8 +105,8 @@ class _Drives:
     def _has(self, dimension: str, quantity: Quantity, member: Member, path: Path) -> bool:
         if quantity.dimension == dimension:
             return True
-        needed = f"takes a {dimension}" if dimension else "has no unit for its rate"
+        needed = f"takes {with_article(dimension)}" if dimension else "has no unit for its rate"
         hint = f"write it in {' or '.join(units_of(dimension))}" if dimension else ""
-        message = f"got '{quantity}', a {quantity.dimension}; {member} {needed}"
+        message = f"got '{quantity}', {with_article(quantity.dimension)}; {member} {needed}"
         self.complain(path, message, hint)
         return False

@@ -10,7 +10,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from rigrunner.api.errors import DataError
 from rigrunner.api.places import CoordinateKey
 from rigrunner.api.settings import AnyQuantity, Difference, ListOf, Settings
-from rigrunner.api.units import unit
+from rigrunner.api.units import unit, with_article
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -36,11 +36,17 @@ class Line(Settings):
     @model_validator(mode="after")
     def _is_of_one_kind(self) -> Self:
         if self.rise.dimension != self.base.dimension:
-            raise ValueError(f"base is a {self.base.dimension}, rise a {self.rise.dimension}")
+            raise ValueError(
+                f"base is {with_article(self.base.dimension)}, rise"
+                f" {with_article(self.rise.dimension)}"
+            )
         if self.rise.unit.offset:
             raise ValueError(f"got 'rise: {self.rise}', a temperature; write a difference in K")
         if self.from_ is not None and self.from_.dimension != self.per.dimension:
-            raise ValueError(f"per is a {self.per.dimension}, from a {self.from_.dimension}")
+            raise ValueError(
+                f"per is {with_article(self.per.dimension)}, from"
+                f" {with_article(self.from_.dimension)}"
+            )
         return self
 
     @property
@@ -147,5 +153,8 @@ def _si(coordinates: Mapping[str, CoordinateValue], name: str, kind: str) -> flo
         raise DataError(f"the limit follows '{name}', and the result has no such number")
     known = unit(found.unit or "1")
     if known.dimension != kind:
-        raise DataError(f"the limit follows a {kind}, and '{name}' is a {known.dimension}")
+        raise DataError(
+            f"the limit follows {with_article(kind)}, and '{name}' is"
+            f" {with_article(known.dimension)}"
+        )
     return found.value * known.factor + known.offset

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from rigrunner.api.settings import AnyQuantity, ListOf, Settings
-from rigrunner.api.units import unit
+from rigrunner.api.units import unit, with_article
 from rigrunner.procedure.answers import AnswerError, Expected
 from rigrunner.yamlfile.names import Text
 
@@ -65,7 +65,8 @@ class Question(Settings):
             if limit is not None and self.unit is None:
                 yield f"the limit '{limit}' needs a unit: 'unit: {limit.unit.symbol}'"
             elif limit is not None and self.unit and limit.dimension != unit(self.unit).dimension:
-                yield f"the limit '{limit}' is a {limit.dimension}, but the unit is {self.unit}"
+                kind = with_article(limit.dimension)
+                yield f"the limit '{limit}' is {kind}, but the unit is {self.unit}"
         if _crossed(self.min, self.max):
             yield f"min ({self.min}) must be below max ({self.max})"
 

@@ -16,7 +16,7 @@ from rigrunner import __version__
 from rigrunner.analysis.verdict.document import decision as decision_document
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.api.events import Outcome
-from rigrunner.api.units import unit
+from rigrunner.api.units import unit, with_article
 from rigrunner.api.verdict import LaterDecision, Verdict
 from rigrunner.clock import utc_text
 from rigrunner.procedure import Acceptance, parse_procedure
@@ -196,7 +196,8 @@ def _refuse_other_results(result: Result, acceptance: Acceptance) -> None:
         kind = unit(units[limit.of]).dimension
         if limit.dimension != kind:
             raise DataError(
-                f"{limit.source}: the limit is a {limit.dimension}, and {limit.of} a {kind}",
+                f"{limit.source}: the limit is {with_article(limit.dimension)}, and"
+                f" {limit.of} {with_article(kind)}",
                 hint=f"write it in {units[limit.of]}",
             )
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import UsageError
 from rigrunner.api.quantity import parse_quantity
-from rigrunner.api.units import QuantityError, from_si, unit
+from rigrunner.api.units import QuantityError, from_si, unit, with_article
 
 if TYPE_CHECKING:
     from rigrunner.api.quantity import Quantity
@@ -31,5 +31,7 @@ def _read(text: str, symbol: str) -> Quantity:
     except QuantityError as error:
         raise UsageError(f"'{text}': {error.message}", hint=error.hint) from error
     if found.dimension != unit(symbol).dimension:
-        raise UsageError(f"'{text}' is a {found.dimension}, and the values are in {symbol}")
+        raise UsageError(
+            f"'{text}' is {with_article(found.dimension)}, and the values are in {symbol}"
+        )
     return found

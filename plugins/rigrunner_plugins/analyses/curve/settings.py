@@ -21,6 +21,7 @@ from rigrunner.api.fit_choice import FitChoice
 from rigrunner.api.member import NAME
 from rigrunner.api.places import CoordinateKey, Place, PlaceValue
 from rigrunner.api.settings import OneOrSeveral
+from rigrunner.api.units import with_article
 from rigrunner_plugins.analyses.settings import Per, ResultSettings, ValueName, quotient
 
 if TYPE_CHECKING:
@@ -287,7 +288,11 @@ class CurveSettings(Settings):
 def _other(key: tuple[str | int, ...], given: Quantity | None, si: str) -> Iterator[Objection]:
     wanted = unit(si).dimension
     if given is not None and given.dimension != wanted:
-        yield key, f"got '{given}', a {given.dimension}; needed is a {wanted}", ""
+        yield (
+            key,
+            f"got '{given}', {with_article(given.dimension)}; needed is {with_article(wanted)}",
+            "",
+        )
 
 
 def _sloping(at: tuple[str | int, ...], result: Slope, y: str, x: str) -> Iterator[Objection]:
@@ -305,7 +310,10 @@ def _stated(
         hint = f"write a unit such as {wanted.symbol}"
         if isinstance(result, Deviation) and given.dimension == unit("1").dimension:
             hint += ", or 'of_span: yes' for a share of the span"
-        message = f"got '{result.unit}', a {given.dimension}; it is a {wanted.dimension}"
+        message = (
+            f"got '{result.unit}', {with_article(given.dimension)}; it is"
+            f" {with_article(wanted.dimension)}"
+        )
         yield (*at, "unit"), message, hint
     elif difference and given.offset:
         message = f"got '{result.unit}', and the result is a difference of temperatures"

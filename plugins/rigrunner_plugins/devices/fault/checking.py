@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api import PluginError, unit
+from rigrunner.api.units import with_article
 from rigrunner_plugins.devices.channels import named
 from rigrunner_plugins.devices.fault.settings import CHANNELS_UNIT, NATURES
 
@@ -39,4 +40,6 @@ def _check_drives(where: str, fault: FaultSettings, device: Device) -> None:
 def _check_unit(where: str, field: str, got: str, info: ChannelInfo | DriveInfo) -> None:
     wanted = unit(info.unit).dimension
     if got != wanted:
-        raise PluginError(f"{where}: {field}: got a {got}, {info.name} takes a {wanted}")
+        raise PluginError(
+            f"{where}: {field}: got {with_article(got)}, {info.name} takes {with_article(wanted)}"
+        )

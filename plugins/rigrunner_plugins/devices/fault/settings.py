@@ -8,6 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from rigrunner.api import AnyQuantity, ListOf, Ratio, Settings, WrapperSettings
+from rigrunner.api.units import with_article
 from rigrunner_plugins.devices.fields import quantity
 
 Call = Literal["connect", "set", "read back", "read", "stream", "make safe"]
@@ -131,7 +132,9 @@ class FaultSettings(Settings):
         if self.extent is None or wanted in ("", CHANNELS_UNIT):
             return
         if self.extent.dimension != wanted:
-            raise ValueError(f"'{self.kind}': extent: got '{self.extent}', needed is a {wanted}")
+            raise ValueError(
+                f"'{self.kind}': extent: got '{self.extent}', needed is {with_article(wanted)}"
+            )
 
 
 class FaultyDeviceSettings(WrapperSettings):

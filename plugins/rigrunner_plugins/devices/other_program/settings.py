@@ -7,7 +7,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from rigrunner.api import AnyQuantity, ChannelInfo, DriveInfo, Frequency, Settings, YesNo, unit
-from rigrunner.api.units import si_symbol
+from rigrunner.api.units import si_symbol, with_article
 from rigrunner_plugins.devices.declared import QuantityName, UnitSymbol
 
 
@@ -40,7 +40,9 @@ class OtherDrive(Settings):
     @model_validator(mode="after")
     def _is_a_range(self) -> Self:
         if self.min.dimension != self.max.dimension:
-            raise ValueError(f"'{self.min}' is a {self.min.dimension}, but '{self.max}' is not")
+            raise ValueError(
+                f"'{self.min}' is {with_article(self.min.dimension)}, but '{self.max}' is not"
+            )
         if self.min.si >= self.max.si:
             raise ValueError(f"min ({self.min}) must be below max ({self.max})")
         return self

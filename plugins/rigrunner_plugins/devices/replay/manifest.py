@@ -17,6 +17,7 @@ from pydantic import Field, ValidationError
 
 from rigrunner.api import AnyQuantity, Force, Frequency, ListOf, Location, Settings, unit
 from rigrunner.api.errors import InvalidFileError, Problem
+from rigrunner.api.units import with_article
 from rigrunner_plugins.devices.replay.texts import read_texts
 
 if TYPE_CHECKING:
@@ -126,7 +127,13 @@ def _of_values(
         if name not in channels:
             yield where, f"there is no channel '{name}'; there are: {', '.join(channels)}"
         elif quantity.dimension != (wanted := unit(channels[name].unit).dimension):
-            yield where, f"'{quantity}' is a {quantity.dimension}, but a {wanted} is needed"
+            yield (
+                where,
+                (
+                    f"'{quantity}' is {with_article(quantity.dimension)}, but"
+                    f" {with_article(wanted)} is needed"
+                ),
+            )
 
 
 def _of_setpoints(

@@ -7,7 +7,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from rigrunner.api import AnyQuantity, ListOf, Settings
-from rigrunner.api.units import si_symbol
+from rigrunner.api.units import si_symbol, with_article
 
 Row = dict[str, AnyQuantity]
 
@@ -83,4 +83,6 @@ class TabulatedSettings(Settings):
         for name, value in row.items():
             wanted = self.rows[0][name].dimension
             if value.dimension != wanted:
-                raise ValueError(f"row {number}, {name}: got '{value}', needed is a {wanted}")
+                raise ValueError(
+                    f"row {number}, {name}: got '{value}', needed is {with_article(wanted)}"
+                )

@@ -203,7 +203,7 @@ def test_setpoints_files_and_values_are_checked_before_anything_is_played(folder
     )
     assert ":3:40: recordings[0].file: 'lost.csv' is not there" in text
     assert "recordings[1].values.mass: there is no channel 'mass'; there are: angle" in text
-    assert "recordings[2].values.angle: '1 N·m' is a torque, but a angle" in text
+    assert "recordings[2].values.angle: '1 N·m' is a torque, but an angle" in text
     assert "recordings[2]: 10 Hz at 1000 N is there twice" in text
     assert "recordings[3]: has neither a file nor values" in text
 
