@@ -70,7 +70,8 @@ class TabulatedSettings(Settings):
         first: dict[tuple[float, ...], int] = {}
         for number, row in enumerate(self.rows, start=1):
             self._check_columns(number, row)
-            earlier = first.setdefault(self.place(row), number)
+            place = tuple(float(f"{value:.9g}") for value in self.place(row))  # 1 L/min is 60 L/h
+            earlier = first.setdefault(place, number)
             if earlier != number:
                 raise ValueError(f"rows {earlier} and {number} have the same set-points")
 

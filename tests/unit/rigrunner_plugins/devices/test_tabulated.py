@@ -64,6 +64,14 @@ def test_a_set_point_can_be_the_frequency_of_a_motion():
         ({"set_points": ["load", "frequency", "torque"]}, "nothing to read"),
         ({"cycle_frequency": "torque"}, "'torque', which is not among set_points"),
         ({"rows": [*ROWS, ROWS[0]]}, "rows 1 and 4 have the same set-points"),
+        (
+            {
+                "set_points": ["flow"],
+                "cycle_frequency": "",
+                "rows": [{"flow": "1 L/min", "level": "1 mm"}, {"flow": "60 L/h", "level": "2 mm"}],
+            },
+            "rows 1 and 2 have the same set-points",
+        ),
         ({"rows": [*ROWS, {"load": "2 N"}]}, "row 4 has load; the first row has load, frequency"),
         (
             {"rows": [ROWS[0], ROWS[1] | {"torque": "2.2 N"}]},
