@@ -14,6 +14,7 @@ from rigrunner.runfile import read
 from rigrunner.runfile.stored_samples import StoredSamples
 
 
+@pytest.mark.thorough
 def test_block_by_block_a_run_has_the_numbers_that_it_has_in_memory(finished, monkeypatch):
     _, _, loaded = finished
     whole, stored = loaded.result, read(loaded.folder)

@@ -75,6 +75,7 @@ def test_of_an_earlier_and_a_later_no_load_run_the_earlier_one_is_taken(tmp_path
     assert loaded.result.no_load_run.run_id == earlier.folder.name
 
 
+@pytest.mark.thorough
 def test_a_later_no_load_run_is_taken_where_it_is_named(loaded_run, finished):
     _, no_load, _ = finished
     before = SimulatedClock(START - timedelta(hours=1))

@@ -168,6 +168,7 @@ def test_the_report_tells_what_was_asked_and_answered(finished):
     assert any("guards closed. — yes (unattended answer" in text for text in told)
 
 
+@pytest.mark.thorough
 def test_a_title_in_another_language_loses_no_caveat_of_the_report(finished, tmp_path):
     folder, _, english = finished
     german = ("name: load-induced starting torque", "name: lastabhängiges Anlaufmoment")

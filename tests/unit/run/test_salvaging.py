@@ -94,6 +94,7 @@ def test_what_is_sound_is_saved_in_a_new_run_that_says_what_is_lost(copied, fini
     assert names[1] in call("show", new).err
 
 
+@pytest.mark.thorough
 def test_a_salvaged_run_is_never_certified_and_verify_says_so(copied, tmp_path):
     hit(copied)
     new = salvage(copied, SimulatedClock(START), "A. Jones")

@@ -31,6 +31,7 @@ def test_the_digests_of_what_was_issued_stand_with_the_number(quick, lab, tmp_pa
     assert set(record["sha256"]) == {path.name for path in issued.files}
 
 
+@pytest.mark.thorough
 def test_a_number_under_which_nothing_could_be_written_is_void(quick, lab, tmp_path, without_pdf):
     (tmp_path / "out").write_text("a file")
     with pytest.raises(DataError, match="the certificate cannot be written"):

@@ -56,6 +56,7 @@ def test_a_zero_that_was_changed_is_found_in_the_file(folder):
     assert any("not derived again" in each for each in found.information)
 
 
+@pytest.mark.thorough
 def test_a_parameter_that_was_changed_and_sealed_anew_gives_other_numbers(folder):
     def edit(entry):
         entry["zeros/tester_torque"][()] += 0.5

@@ -71,6 +71,7 @@ def test_support_friction_under_load(made):
     assert change == pytest.approx(np.full(len(FEW), 0.012), abs=0.003)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("stated", [None, 0.05])
 def test_drift_of_the_support_is_drawn_as_its_line_says(made, stated):
     """Drawn into the data it moves the torques by what the line of the budget is."""
