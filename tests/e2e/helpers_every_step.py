@@ -249,6 +249,7 @@ def run_with_fault(
             )  # fmt: skip
             events = list(read(finished.folder).events)
     faults.released.set()
+    assert armed, f"the step did not begin: {events[-12:]}"
     assert armed == [planned.plan.steps[index].path]
     assert tester.actual == {"frequency": 0.0, "load": 0.0}
     return events

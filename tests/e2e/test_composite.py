@@ -96,11 +96,11 @@ def test_a_run_on_parts_records_what_the_same_rig_records_as_one(tmp_path, stati
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ("plugin: room_thermometer", "plugin: room_thermo", (":25:24:", "did you mean")),
-        ("{seed: 1}", "{sed: 1}", (":24:52:", "unknown key 'sed'")),
-        ("load: rig.load\n", "load: rig.lod\n", (":23:", "the part 'rig' has no channel 'lod'")),
-        ("angle: rig.angle", "angle: rigg.angle", (":23:", "is of no part")),
-        ("angle: rig.angle", "angle: angle", (":27:16:", "is not of the form part.name")),
+        ("plugin: room_thermometer", "plugin: room_thermo", (":26:24:", "did you mean")),
+        ("{seed: 1}", "{sed: 1}", (":25:52:", "unknown key 'sed'")),
+        ("load: rig.load\n", "load: rig.lod\n", (":24:", "the part 'rig' has no channel 'lod'")),
+        ("angle: rig.angle", "angle: rigg.angle", (":24:", "is of no part")),
+        ("angle: rig.angle", "angle: angle", (":28:16:", "is not of the form part.name")),
     ],
 )
 def test_what_is_wrong_with_a_part_is_told_where_it_stands(tmp_path, station, old, new, told):

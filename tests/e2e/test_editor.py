@@ -250,7 +250,7 @@ WRONG_STATIONS = [
      "needed is a number with its unit: m, mm, µm"),
     ("plugin: swing_tester_sim\n    settings: {seed: 1}", "plugin: replay", "tester:\n",
      'Missing property "settings".'),
-    ("gain: 0.3 %", "gain: 0.3", "0.3,", "needed is a number with its unit: 1, %"),
+    ("gain: 0.3 %", "gain: 0.3", "0.3,", 'Incorrect type. Expected "string | ErrorLimit".'),
 ]  # fmt: skip
 
 

@@ -72,7 +72,7 @@ def test_an_overdue_calibration(procedure, tmp_path):
     refused = call("check", procedure, "--station", station)
     assert refused.code == ExitCode.INVALID
     assert refused.err == (
-        f"{station}:33:10: error: instruments[0].due: the calibration of SIM-TQ-01"
+        f"{station}:34:10: error: instruments[0].due: the calibration of SIM-TQ-01"
         f" (tester.torque) was due on {due}, 1 day before this run\n"
         "  hint: have it calibrated and enter the new certificate;"
         " or start with --override SIM-TQ-01 --by NAME --reason TEXT\n"
@@ -113,7 +113,7 @@ def test_a_missing_low_pass(procedure, tmp_path):
     refused = call("check", procedure, "--station", station)
     assert refused.code == ExitCode.INVALID
     assert refused.err == (
-        f"{station}:28:5: error: instruments[0]: the low_pass of the instrument for"
+        f"{station}:29:5: error: instruments[0]: the low_pass of the instrument for"
         " tester.torque is missing\n"
         "  hint: the filter shapes the torque at the reversals; it is recorded at"
         f" {procedure}:40:19\n"

@@ -196,7 +196,7 @@ def test_a_capability_has_its_interval_and_what_speaks_against_it(folder):
 @pytest.mark.parametrize(
     ("words", "code", "told"),
     [
-        ([], 5, "a capability needs a limit"),
+        ([], 5, "the runs have no limit of it"),
         (["--upper", "0.95"], 2, "'0.95' has no unit"),
         (["--upper", "5 Hz"], 2, "'5 Hz' is a frequency, and the values are in N·m"),
         (["--upper", "0.2 N·m", "--lower", "0.3 N·m"], 5, "is not below the upper one"),

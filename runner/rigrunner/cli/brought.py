@@ -7,7 +7,7 @@ help by group, as `rigrunner.cli.main` has them, so that help and completion imp
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, distributions
 from typing import TYPE_CHECKING
 
 from rigrunner.cli.output import message
@@ -34,9 +34,20 @@ class Commands:
 
 def brought() -> Iterator[Commands]:
     """Yield what each installed package brings; one that cannot be imported is reported."""
-    for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name):
+    for name, entry in sorted(_entries().items()):
         try:
             groups = entry.load().COMMANDS
             yield Commands(entry.value, {title: dict(group) for title, group in groups.items()})
         except Exception as error:  # noqa: BLE001  (a stranger's may raise anything)
-            message(f"the commands of '{entry.name}' cannot be loaded: {error}")
+            message(f"the commands of '{name}' cannot be loaded: {error}")
+
+
+def _entries() -> dict[str, EntryPoint]:
+    """Return the entry points of the group by name; only files that name it are parsed."""
+    return {
+        entry.name: entry
+        for distribution in distributions()
+        if GROUP in (distribution.read_text("entry_points.txt") or "")
+        for entry in distribution.entry_points
+        if entry.group == GROUP
+    }

@@ -87,7 +87,7 @@ def test_what_was_stopped_goes_on_and_is_the_same_in_the_end(lab, whole, tmp_pat
 
     with pytest.raises(AbortedError, match="2 of 4 runs are done") as ended:
         reanalysed(lab, tmp_path / "out", told=after_two, stop=stop)
-    assert "the same command goes on" in ended.value.hint
+    assert "the same command continues" in ended.value.hint
     assert json.loads((tmp_path / "out/summary.json").read_text())["analysed"] == 2
     times = {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("result.json")}
     assert len(times) == 2
