@@ -99,9 +99,8 @@ def work() -> list[Work]:
         )
     return [
         Work("modules of --help", of_help[0], 250),
-        Work(
-            "calls of functions for --help", of_help[1], 45_000
-        ),  # it looks through all installed packages
+        # it looks through all installed packages for commands
+        Work("calls of functions for --help", of_help[1], 45_000),
         Work("modules of check", of_check[0], 600),
         Work("calls of functions for check", of_check[1], 1_000_000),
     ]

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from rigrunner.api import FitRecord, hookimpl
-from rigrunner_bearings.fits import requirements
+from rigrunner.api import FitRecord, Requirements, hookimpl
+from rigrunner_plugins.fits.requirements import least_points
 
 if TYPE_CHECKING:
     from rigrunner.api import Fit
     from rigrunner_bearings.fits.settings import InertiaPhysicalSettings
+
+
+COEFFICIENTS = 3
+"""Friction, damping, inertia."""
 
 
 @hookimpl
@@ -21,7 +25,7 @@ def rigrunner_fits() -> list[FitRecord]:
             help="Support friction, damping and inertia from the drive's kinematics",
             settings="rigrunner_bearings.fits.settings:InertiaPhysicalSettings",
             factory=_inertia_physical,
-            requires=requirements.of_inertia_physical,
+            requires=_requirements,
         ),
     ]
 
@@ -32,3 +36,7 @@ def _inertia_physical(settings: InertiaPhysicalSettings) -> Fit:
     )
 
     return InertiaPhysicalFit(settings)
+
+
+def _requirements(_: Any) -> Requirements:
+    return Requirements(points=least_points(COEFFICIENTS))

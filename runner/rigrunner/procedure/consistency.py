@@ -6,6 +6,7 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import Problem
+from rigrunner.api.units import unit, units_of
 from rigrunner.procedure.walk import steps_of
 from rigrunner.yamlfile.document import dotted
 
@@ -53,6 +54,15 @@ def _analyses(procedure: Procedure) -> Iterator[Complaint]:
         yield ("analysis", index), message, "a procedure has one of them"
     if of_torque and procedure.measurand is None:
         yield ("measurand",), "the key 'measurand' is missing", "the analysis of torque names it"
+    if of_torque and procedure.measurand is not None and procedure.measurand.unit is not None:
+        known = unit(procedure.measurand.unit)
+        if known.dimension != "torque":
+            message = f"'{known.symbol}' is a unit of {known.dimension}, not of torque"
+            yield (
+                ("measurand", "unit"),
+                message,
+                f"units of torque: {', '.join(units_of('torque'))}",
+            )
 
 
 def _compensation(procedure: Procedure) -> Iterator[Complaint]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 from pydantic import AfterValidator, Field
 
 from rigrunner.api.settings import ListOf, PlainText, Settings, YesNo
-from rigrunner.api.units import QuantityError, unit, units_of
+from rigrunner.api.units import unit
 from rigrunner.interlock import Interlock
 from rigrunner.procedure.acceptance import Acceptance
 from rigrunner.procedure.analyses import AnalysisRef
@@ -20,23 +20,19 @@ if TYPE_CHECKING:
     from rigrunner.yamlfile.document import Path
 
 
-def _torque_unit(symbol: str) -> str:
-    known = unit(symbol)
-    if known.dimension != "torque":
-        hint = f"units of torque: {', '.join(units_of('torque'))}"
-        raise QuantityError(f"'{symbol}' is a unit of {known.dimension}, not of torque", hint=hint)
-    return known.symbol
+def _known_unit(symbol: str) -> str:
+    return unit(symbol).symbol
 
 
 class Measurand(Settings):
-    """What is measured: its symbol, its name in words, the unit of the report."""
+    """What is measured: its symbol, its name in words, its unit."""
 
     symbol: Text
     """Such as Td."""
     name: Text
     """In words, such as 'starting torque'."""
-    unit: Annotated[str, AfterValidator(_torque_unit)] = "N·m"
-    """The unit of torque in the report."""
+    unit: Annotated[str, AfterValidator(_known_unit)] | None = None
+    """Of the analysis of torque a unit of torque; otherwise any."""
 
 
 class Procedure(Settings):

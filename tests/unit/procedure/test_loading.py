@@ -37,6 +37,12 @@ def test_both_shipped_sweeps_go_through_the_same_frequencies():
     assert len(sweeps[0]) == 12
 
 
+def test_a_measurand_may_be_of_any_quantity_where_no_torque_is_analysed():
+    text = PROCEDURE.replace("name: torque, unit: N·m", "name: resistance, unit: Ω")
+    without = parse_procedure(text.partition("\nanalysis:")[0] + "\n", "p.yaml").model
+    assert without.measurand.unit == "Ω"
+
+
 def test_a_procedure_is_what_its_file_says():
     model = parse_procedure(PROCEDURE, "p.yaml").model
 
