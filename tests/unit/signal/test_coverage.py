@@ -41,8 +41,28 @@ def test_a_nearly_normal_sum_goes_over_into_the_normal_one_without_a_step():
     assert factor(estimate(-0.00101)) == pytest.approx(factor(estimate(-0.00099)), abs=2e-4)
 
 
-def test_what_is_flatter_than_a_rectangle_is_taken_as_one():
-    assert factor(estimate(-1.5)) == factor(estimate(-1.2))
+def test_a_single_arcsine_is_covered_by_its_own_quantile():
+    assert factor(estimate(-1.5)) == pytest.approx(sqrt(2) * np.sin(0.475 * np.pi), rel=1e-9)
+
+
+@pytest.mark.parametrize("other", ["normal", "rectangular", "arcsine"])
+@pytest.mark.parametrize("share", [0.02, 0.05, 0.1, 0.2, 0.3, 0.4])
+def test_an_arcsine_with_a_little_of_something_else_is_covered(share, other):
+    rng = np.random.default_rng(round(100 * share))
+    shapes = {
+        "normal": rng.standard_normal(TRIALS),
+        "rectangular": sqrt(3) * rng.uniform(-1, 1, TRIALS),
+        "arcsine": sqrt(2) * np.sin(rng.uniform(-np.pi, np.pi, TRIALS)),
+    }
+    errors = sqrt(2) * np.sin(rng.uniform(-np.pi, np.pi, TRIALS)) + share * shapes[other]
+    u = sqrt(1 + share**2)
+    kurtosis = excess_kurtosis([(1.0, "arcsine"), (share, other)], u)
+    held = np.mean(np.abs(errors) <= expanded(Estimate(0.0, u, inf, kurtosis=kurtosis)))
+    assert 0.935 <= held <= 0.99
+
+
+def test_the_factor_is_the_same_on_both_sides_of_a_rectangle():
+    assert factor(estimate(-1.2 - 1e-12)) == pytest.approx(factor(estimate(-1.2)), rel=1e-5)
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -67,7 +87,9 @@ def _budget(widths, known, s, dof):
     return Estimate(0.0, u, u**4 / (s**4 / dof), kurtosis=kurtosis)
 
 
-@pytest.mark.parametrize(("kurtosis", "dof"), [(0, inf), (0, 9), (-1.2, inf), (-0.5, 40), (-1, 12)])
+@pytest.mark.parametrize(
+    ("kurtosis", "dof"), [(0, inf), (0, 9), (-1.5, inf), (-1.2, inf), (-0.5, 40), (-1, 12)]
+)
 def test_the_probability_belongs_to_the_interval(kurtosis, dof):
     one = replace(estimate(kurtosis, dof), value=2.0, u=0.3)
     assert cumulative(one, 2.0 + expanded(one)) == pytest.approx(0.975, abs=1e-9)
