@@ -7,24 +7,24 @@ import threading
 import time
 from typing import TYPE_CHECKING
 
+from rigrunner.api.events import Samples
 from rigrunner.engine import Choice, Decision
 from rigrunner.procedure.answers import AnswerError
 from rigrunner_panel.errors import PanelError, wrong_state
-from rigrunner_panel.live.rigs import alarms_of_rigs
 from rigrunner_panel.live.story import Story
 from rigrunner_panel.live.watcher import Watcher
-from rigrunner_panel.process import news, orders
 from rigrunner_panel.process.launch import Process
+from rigrunner_panel.process.messages import Abort, Answer, Decide, Pause, PutOnRecord, Stop
+from rigrunner_panel.view.alarms import alarms_of_rigs
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.engine import Interference
     from rigrunner_panel.live.curves import Curves
-    from rigrunner_panel.live.of_news import Links
-    from rigrunner_panel.process.orders import Job
+    from rigrunner_panel.live.story import Links
+    from rigrunner_panel.process.messages import ByHand, Job
     from rigrunner_panel.view.board import Board
-    from rigrunner_panel.view.sections import JobView
 
 _log = logging.getLogger("rigrunner_panel")
 
@@ -61,13 +61,13 @@ class Desk:
         with self._lock:
             return None if self._story is None else self._story.curves
 
-    def start(self, job: Job, view: JobView, links: Links) -> None:
+    def start(self, job: Job, links: Links) -> None:
         """Start a job; raise PanelError while another one goes on."""
         with self._lock:
             self._refuse_second()
             process = Process(RIG_PROCESS)
-            story = Story(self.board, view, links)
-            watcher = Watcher(self.runs, job.station) if job.kind != "preflight" else None
+            story = Story(self.board, job.view, links)
+            watcher = Watcher(self.runs, job.station) if job.view.kind != "preflight" else None
             self._story, self._process, self._watcher = story, process, watcher
             process.send(job)
             process.listen(
@@ -79,16 +79,17 @@ class Desk:
     def answer(self, prompt: int, text: str, by: str) -> None:
         """Answer a prompt; raise PanelError for another one, or what is no answer to it."""
         with self._lock:
-            asked = self._going().prompt
-            if asked is None or asked.number != prompt:
+            self._going()
+            asked = self.board.get("prompt")
+            if asked is None or asked.id != prompt:
                 raise wrong_state("this question is not asked any more", "look at state.prompt")
             if not text.strip():
-                raise PanelError(422, "invalid", "the answer is empty", asked.expected.words)
+                raise PanelError(422, "invalid", "the answer is empty", asked.expected)
             try:
-                accepted = asked.expected.accept(text)
+                accepted = asked.accepts.accept(text)
             except AnswerError as error:
                 raise PanelError(422, "invalid", error.message, error.hint) from error
-            self._send(orders.GiveAnswer(prompt, accepted, by))
+            self._send(Answer(prompt, accepted, by))
 
     def pause(self, by: str, decision: Decision | None = None) -> None:
         """Pause at the next safe point; with a decision, go on so at once."""
@@ -96,14 +97,15 @@ class Desk:
             story = self._going()
             if self.board.get("phase") not in ("running", "asking", "pausing"):
                 raise wrong_state("nothing runs that could be paused")
-            self._send(orders.AskPause(by, decision))
+            self._send(Pause(by, decision))
             story.asked(str(decision.choice) if decision else "pause")
 
     def decide(self, choice: Choice, by: str, reason: str) -> None:
         """Let a paused run go on; one that is not paused is paused first to repeat or skip."""
         decision = Decision(choice, by, reason)
         with self._lock:
-            if not self._going().paused:
+            self._going()
+            if self.board.get("pause") is None:
                 if choice not in (Choice.REPEAT, Choice.SKIP):
                     raise wrong_state("the run is not paused", "pause it first")
                 self.pause(by, decision)
@@ -111,37 +113,37 @@ class Desk:
             allowed = self.board.get("pause").choices
             if choice not in allowed:
                 raise wrong_state(f"'{choice}' is not possible here", f"now: {', '.join(allowed)}")
-            self._send(orders.Decide(decision))
+            self._send(Decide(decision))
 
     def abort(self, by: str, reason: str) -> None:
         """End the run in order: teardown, and the rig is made safe."""
         with self._lock:
             story = self._going()
-            self._send(orders.Abort(by, reason))
+            self._send(Abort(by, reason))
             story.asked("abort")
 
     def stop(self, by: str, reason: str) -> bool:
         """Let the rig be made safe at once; return whether anything was running."""
         process = self._process  # without the lock: nothing may be waited for
-        stopped = process is not None and process.send(orders.Stop(by, reason))
+        stopped = process is not None and process.send(Stop(by, reason))
         with self._lock:
             if self._story is not None and not self._story.is_over:
                 self._story.asked("stop")
                 return stopped
         return False
 
-    def wish(self, message: object) -> None:
+    def by_hand(self, command: ByHand) -> None:
         """Pass on what the manual page wants; raise PanelError where it is not open."""
         with self._lock:
             if self._going().job.kind != "manual":
                 raise wrong_state("the manual page has not got the rig", "open it first")
-            self._send(message)
+            self._send(command)
 
     def put_on_record(self, what: Interference) -> None:
         """Let the run's record say what a person did, if a run goes on."""
         with self._lock:
             if self.is_busy:
-                self._send(orders.PutOnRecord(what))
+                self._send(PutOnRecord(what))
 
     def tick(self) -> None:
         """Let time pass on the screen, and look for rigs that were left energised."""
@@ -176,7 +178,7 @@ class Desk:
             watcher = self._watcher if story is self._story else None
         if watcher is not None:
             watcher.notice(message)
-        if isinstance(message, news.Curve):
+        if isinstance(message, Samples):
             self.board.wake()
 
     def _lost(self, story: Story, code: int | None) -> None:

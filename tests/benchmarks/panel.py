@@ -24,10 +24,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from e2e.helpers_panel import INPUTS, Screen, ready, rig_process, served
 from helpers_workflow import quick_procedure, run, station_file
-from rigrunner.api.events import RunStarted, StepEnded, StepStarted
+from rigrunner.api.data import Block
+from rigrunner.api.events import RunStarted, Samples, StepEnded, StepStarted
 from rigrunner.clock import SimulatedClock
 from rigrunner_panel.live.story import Story
-from rigrunner_panel.process.news import Curve, Happened, Planned
+from rigrunner_panel.process.messages import Show
 from rigrunner_panel.view.board import Board
 from rigrunner_panel.view.sections import JobView, PlanView, StepView
 
@@ -63,15 +64,16 @@ def stop(times):
         for _ in range(times):
             started(screen)
             time.sleep(random.uniform(0.0, 8.0))  # noqa: S311  (no secret)
-            step = screen.state["log"][-1]["text"].split(":")[0].split(".")[-1]
+            step = screen.events[-1]["text"].split(":")[0].split(".")[-1]
             asked = time.time()
             screen.post("stop")
             answered = time.time()
-            log = screen.phase("finished")["log"]
+            screen.phase("finished")
             at = {
-                each["kind"]: datetime.fromisoformat(each["utc"]).timestamp() for each in log[::-1]
+                each["event"].get("action", each["event"]["event"]): seconds(each["event"]["utc"])
+                for each in screen.events[::-1]
             }
-            rows.append([1e3 * (each - asked) for each in (answered, at["abort"], at["made_safe"])])
+            rows.append([1e3 * (each - asked) for each in (answered, at["abort"], at["MadeSafe"])])
             tell(f"{step:10}" + "".join(f"{each:9.1f}" for each in rows[-1]))
         screen.close()
     columns = zip(*rows, strict=True)
@@ -126,10 +128,10 @@ def memory(hours):
     board = Board()
     job = JobView(kind="run", procedure="p", station="s")
     story = Story(board, job, _NoLinks())
-    story.take(Planned(PlanView(estimated_s=3600.0 * hours, steps=steps), "", ""))
+    story.take(Show({"plan": PlanView(estimated_s=3600.0 * hours, steps=steps)}))
     known = {"monotonic_s": 0.0, "utc": "2026-03-01T12:00:00.000Z"}
     start = RunStarted(seq=0, run_id="R", steps=len(steps), estimated_s=3600.0 * hours, **known)
-    story.take(Happened(start))
+    story.take(start)
     phase = 2 * np.pi * 20.0 * np.arange(1000) / 1e4
     channels = {
         f"t.{name}": np.sin(phase).astype(np.float32) for name in ("torque", "angle", "load")
@@ -137,15 +139,16 @@ def memory(hours):
     began_s = time.monotonic()
     for i in range(len(steps)):
         step = {"step": f"main[{i}]", "index": i, "action": "record", "recording": f"{i:03d}"}
-        story.take(Happened(StepStarted(seq=2 * i + 1, text="record", **step, **known)))
+        story.take(StepStarted(seq=2 * i + 1, text="record", **step, **known))
         for block in range(600):
             end_s = 60.0 * i + 0.1 * (block + 1)
-            story.take(Curve(f"{i:03d}", 1e4, 1000 * block, end_s, channels))
+            taken = {"monotonic_s": end_s, "utc": known["utc"], "recording": f"{i:03d}"}
+            story.take(Samples(seq=0, block=Block(1e4, 1000 * block, end_s, channels), **taken))
             while story.curves.next_swing() is not None:
                 pass
             story.curves.next_trend()
             board.delta()
-        story.take(Happened(StepEnded(seq=2 * i + 2, ok=True, **step, **known)))
+        story.take(StepEnded(seq=2 * i + 2, ok=True, **step, **known))
         if (i + 1) % 60 == 0:
             passed = time.monotonic() - began_s
             size = len(board.state("x"))

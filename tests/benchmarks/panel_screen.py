@@ -106,7 +106,7 @@ def run(folder, picture):
         page.locator(".stop").click()
         screen.wait_for_result()
         clicked = page.evaluate("() => probe.clicked()") / 1000
-        log = panel.get("state")["log"]
+        told = [each["event"] for each in panel.get("events")["items"]]
         browser.close()
     drawn = defaultdict(list)
     for recording, ended_s, now_ms in noted:
@@ -116,7 +116,7 @@ def run(folder, picture):
         rate = (len(at) - 1) / np.ptp(at) if len(at) > 1 else float("nan")
         tell(f"{recording:10} {rate:5.1f} curves/s drawn; age when drawn: median"
              f" {1e3 * np.median(ages):6.1f} ms, greatest {1e3 * ages.max():6.1f} ms")  # fmt: skip
-    interrupted = next(each["utc"] for each in log if each["kind"] == "abort")
+    interrupted = next(each["utc"] for each in told if each.get("action") == "abort")
     took = datetime.fromisoformat(interrupted).timestamp() - clicked
     tell(f"from the click on STOP until the run is interrupted: {1e3 * took:.0f} ms")
 

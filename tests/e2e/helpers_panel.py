@@ -69,6 +69,7 @@ class Screen:
         self._socket = self._held.enter_context(events)
         self.state = {}
         self.frames = []
+        self.events = []
         self.phases = []
         self.is_closed = False
         self._news = threading.Condition()
@@ -116,6 +117,8 @@ class Screen:
                 self.frames.append(parse_frame(message))
             elif (told := json.loads(message))["type"] == "state":
                 self.state = told["state"]
+            elif told["type"] == "event":
+                self.events.append(told)
             else:
                 assert told["seq"] == self.state["seq"] + 1
                 self.state = {**self.state, **told["changes"], "seq": told["seq"]}

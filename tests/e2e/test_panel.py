@@ -111,13 +111,26 @@ def test_the_whole_way_with_a_second_one_watching_and_a_reload(screen, server):
     assert live["headline"]["U_nm"] == found["expanded_uncertainty_95"]
     assert len(live["points"]) == 5
     watcher.phase("finished")
-    same = ("phase", "live", "finished", "progress", "readings", "plan", "log")
+    told = watcher.http.get("/api/events").json()["items"]
+    assert told == [
+        {key: each[key] for key in ("number", "text", "event")} for each in watcher.events
+    ]
+    assert [told[0]["event"]["event"], told[-1]["event"]["event"]] == ["RunStarted", "RunEnded"]
+    later = watcher.http.get("/api/events", params={"after": told[-2]["number"]}).json()
+    assert later["items"] == told[-1:]
+    assert watcher.http.get("/api/events", params={"after": "x"}).status_code == 400
+    same = ("phase", "live", "finished", "progress", "readings", "plan")
     assert {key: watcher.state[key] for key in same} == {key: state[key] for key in same}
     names = {each["name"] for each in state["finished"]["files"]}
     assert {"report.html", "result.json", "run.h5"} <= names
     assert {header["kind"] for header, _ in watcher.frames} == {"swing", "trend"}
     for one in (watcher, again):
         one.close()
+
+
+def actions(screen):
+    """Return what people did, as the events tell it."""
+    return [each["event"].get("action") for each in screen.events]
 
 
 def test_pause_repeat_skip_take_over_and_abort_are_done_and_on_record(screen, server, lab):
@@ -133,14 +146,14 @@ def test_pause_repeat_skip_take_over_and_abort_are_done_and_on_record(screen, se
     screen.post("run/resume", 409)
     screen.until(lambda state: state["progress"]["recording"])
     screen.post("run/repeat", reason="once more")  # pauses by itself
-    screen.until(lambda state: any(each["kind"] == "repeat" for each in state["log"]))
+    screen.until(lambda _: "repeat" in actions(screen))
     screen.until(lambda state: state["progress"]["recording"])
     bob = Screen(server, "client-bob-0001")
     bob.post("run/skip", 403, reason="mine")
     bob.post("control", 409, name="Bob")
     bob.post("control", name="Bob", take_over=True)
     screen.post("run/abort", 403, reason="mine")
-    screen.until(lambda state: any(each["kind"] == "take over" for each in state["log"]))
+    screen.until(lambda _: "take over" in actions(screen))
     bob.post("run/skip", 400, reason=" ")
     bob.post("run/skip", reason="cracked")
     screen.until(lambda state: "s" in state["progress"]["states"])
@@ -271,7 +284,7 @@ def test_what_the_preflight_refuses_starts_only_by_name_and_reason(screen, lab):
     screen.post("run/start", 422, **pair, override=wrong)
     override = {"what": ["tester.torque"], "by": "Chief", "reason": "new one ordered"}
     screen.post("run/start", 202, **pair, inputs=inputs, override=override)
-    screen.until(lambda state: any("new one ordered" in each["text"] for each in state["log"]))
+    screen.until(lambda _: any("new one ordered" in each["text"] for each in screen.events))
     screen.post("stop")
     run = stored(lab, screen.phase("finished"))
     (told,) = [each for each in events_of(run, Intervention) if each.action == "override"]

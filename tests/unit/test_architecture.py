@@ -144,7 +144,7 @@ def test_what_silences_a_check_says_why():
 def test_a_room_is_listed_with_the_rooms_that_it_uses():
     rows = made["rooms_table"]().splitlines()
     jobs = next(row for row in rows if row.startswith("| `rigrunner_panel.jobs` |"))
-    assert jobs.endswith("| `live`, `process`, `view` |")
+    assert jobs.endswith("| `process`, `view` |")
     assert any(row.startswith("| `rigrunner_plugins.devices.visa` |") for row in rows)
 
 

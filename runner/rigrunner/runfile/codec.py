@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _T = TypeVar("_T")
 _LENGTH = struct.Struct("<I")
-_KINDS: Mapping[str, type[events.Event]] = {
+KINDS: Mapping[str, type[events.Event]] = {
     kind.__name__: kind
     for kind in (
         events.RunStarted,
@@ -40,6 +40,7 @@ _KINDS: Mapping[str, type[events.Event]] = {
         events.RunEnded,
     )
 }
+"""The events that are kept on record, by name."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,7 +122,7 @@ def event_unpacked(data: bytes) -> events.Event | None:
 
 
 def _event(document: dict[str, Any]) -> events.Event | None:
-    kind = _KINDS.get(str(document.get("event", "")))
+    kind = KINDS.get(str(document.get("event", "")))
     return None if kind is None else _checked(kind, document)
 
 

@@ -20,16 +20,14 @@ from rigrunner_panel.jobs.manual import manual
 from rigrunner_panel.jobs.preflight import preflight
 from rigrunner_panel.jobs.run import run
 from rigrunner_panel.process.channel import Channel
-from rigrunner_panel.process.inbox import Inbox
-from rigrunner_panel.process.link import Link
-from rigrunner_panel.process.news import Ended, Failed
-from rigrunner_panel.process.outbox import Outbox
+from rigrunner_panel.process.link import Commands, Link, Sender
+from rigrunner_panel.process.messages import Ended, Failed
 from rigrunner_panel.process.switch import Switch
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigrunner_panel.process.orders import Job
+    from rigrunner_panel.process.messages import Job
 
 _JOBS: dict[str, Callable[[Job, Link], Ended]] = {
     "preflight": preflight,
@@ -50,11 +48,11 @@ def main() -> None:
     switch = Switch()
     switch.install()
     channel = _own_channel()
-    inbox, outbox = Inbox(channel, switch), Outbox(channel)
+    link = Link(Commands(channel, switch), Sender(channel), switch)
     job = channel.receive()
-    inbox.start()
-    outbox.send(_done(job, Link(inbox, outbox, switch)))
-    outbox.close()
+    link.commands.start()
+    link.sender.send(_done(job, link))
+    link.sender.close()
     sys.stderr.flush()
     os._exit(0)  # all is sealed and told; a thread that hears the panel would hold up the end
 
@@ -62,7 +60,7 @@ def main() -> None:
 def _done(job: Job, link: Link) -> object:
     try:
         with link.switch.interruptible():
-            return _JOBS[job.kind](job, link)
+            return _JOBS[job.view.kind](job, link)
     except StopNow as stop:
         return Failed(f"{stop.reason}, before the run began", code="aborted")
     except InvalidFileError as error:

@@ -26,9 +26,8 @@ from rigrunner.steps.zero import Zero
 from rigrunner.tools.by_hand.points import record_by_hand
 from rigrunner.tools.by_hand.settling import settle_left
 from rigrunner_panel.jobs.overriding import overrides_of
-from rigrunner_panel.live.asked import LIVE
-from rigrunner_panel.process.news import Ended, LiveRecording, ManualNow, Planned
-from rigrunner_panel.process.orders import CloseManual, RecordManually, SetManually
+from rigrunner_panel.process import messages
+from rigrunner_panel.process.messages import LIVE, Ended, Watched
 from rigrunner_panel.process.person import PanelPauses, PanelPerson
 from rigrunner_panel.view.manual import DriveView, ManualView
 from rigrunner_panel.view.of_plan import plan_view
@@ -42,7 +41,7 @@ if TYPE_CHECKING:
     from rigrunner.engine.session import Session
     from rigrunner.run.prepare import Planned as PlannedRun
     from rigrunner_panel.process.link import Link
-    from rigrunner_panel.process.orders import Job
+    from rigrunner_panel.process.messages import Job
 
 LOOK_S = 2.0
 CYCLES_SEEN = LEAST_CYCLES + SPARE_CYCLES
@@ -52,8 +51,9 @@ _GOES_ON = Terms(goes_on=True)
 
 def manual(job: Job, link: Link) -> Ended:
     """Let a person have the rig until the page is closed."""
-    planned = planned_run(job.procedure, job.station, realtime=job.realtime)
-    person = PanelPerson(link.outbox, planned.clock, job.operator)
+    operator = job.view.operator
+    planned = planned_run(job.procedure, job.station, realtime=job.view.realtime)
+    person = PanelPerson(link.sender, planned.clock, operator)
     settle_left(job.station, person)
     source = next((s.action for s in planned.plan.steps if isinstance(s.action, Record)), None)
     if source is None or source.cycle_frequency_hz is None:
@@ -61,8 +61,8 @@ def manual(job: Job, link: Link) -> Ended:
             f"{planned.procedure.model.id} records no swing", hint="choose a procedure that does"
         )
     no_load = no_load_for(planned, job.runs, job.no_load)
-    empty = plan_view(Plan(()))
-    link.send(Planned(empty, no_load.name if no_load else "", planned.procedure.model.title))
+    known = {"title": planned.procedure.model.title, "no_load": no_load.name if no_load else ""}
+    link.show(job=job.view.model_copy(update=known), plan=plan_view(Plan(())))
     hand = Hand(planned, source, link)
     finished = record_by_hand(
         planned,
@@ -70,9 +70,9 @@ def manual(job: Job, link: Link) -> Ended:
         runs=job.runs,
         no_load=no_load,
         stop=link.switch,
-        pauses=PanelPauses(link.send, link.inbox),
-        listeners=[link.switch, link.outbox, hand],
-        operator=job.operator,
+        pauses=PanelPauses(link),
+        listeners=[link.switch, link.sender, hand],
+        operator=operator,
         overrides=tuple(overrides_of(planned, job)),
         person=person,
     )
@@ -101,15 +101,15 @@ class Hand:
         self._tell(session)
         while True:
             session.check()
-            wish = self.link.inbox.wish()
-            match wish:
-                case CloseManual():
+            command = self.link.commands.by_hand()
+            match command:
+                case messages.CloseManual():
                     return
-                case SetManually(drive=member, value=value):
+                case messages.SetDrive(drive=member, value=value):
                     yield from self._set(session, Member.parse(member), value)
                     # a drive whose set has failed may stand anywhere: it is read back
                     self.set_points = dict(self._standing(session))
-                case RecordManually(cycles=cycles):
+                case messages.RecordPoint(cycles=cycles):
                     yield from self._record(cycles)
                 case _:
                     self._watch(session, stamp)
@@ -189,11 +189,11 @@ class Hand:
         blocks: list[Block] = []
         with closing(checked_stream(session, role, channels, seconds)) as stream:
             for block in stream:
-                self.link.outbox(stamp(Samples, recording=LIVE, block=block))
+                self.link.sender(stamp(Samples, recording=LIVE, block=block))
                 blocks.append(block)
-                if self.link.inbox.has_wish():
+                if self.link.commands.has_by_hand():
                     return
-        self.link.send(LiveRecording(self._live(blocks, started_utc), self.frequency_hz))
+        self.link.sender.send(Watched(self._live(blocks, started_utc)))
 
     def _live(self, blocks: list[Block], started_utc: str) -> Recording:
         return Recording(
@@ -211,12 +211,13 @@ class Hand:
             channels=self.source.channels,
             recording="",
             refused=self.refused,
+            frequency_hz=self.frequency_hz,
         )
-        self.link.send(ManualNow(self._view, self.frequency_hz))
+        self.link.show(manual=self._view)
 
     def _tell_recording(self) -> None:
         view = self._view.model_copy(update={"recording": self.recording, "refused": ""})
-        self.link.send(ManualNow(view, self.frequency_hz))
+        self.link.show(manual=view)
 
     def _standing(self, session: Session) -> Iterator[tuple[str, float]]:
         for role, device in self.planned.devices.items():

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigrunner.run.prepare import Planned
-    from rigrunner_panel.process.orders import Job
+    from rigrunner_panel.process.messages import Job
 
 
 def overrides_of(planned: Planned, job: Job) -> Iterator[Override]:

@@ -11,8 +11,8 @@ from rigrunner.run.planning import planned_run
 from rigrunner.run.rig_lock import rig_lock
 from rigrunner_panel.jobs.preflight_paper import calibrations
 from rigrunner_panel.jobs.preflight_rig import rig_items
-from rigrunner_panel.process.news import Checked, Ended
-from rigrunner_panel.view.sections import PreflightItem
+from rigrunner_panel.process.messages import Ended
+from rigrunner_panel.view.sections import Preflight, PreflightItem
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from rigrunner.run.prepare import Planned
     from rigrunner_panel.process.link import Link
-    from rigrunner_panel.process.orders import Job
+    from rigrunner_panel.process.messages import Job
 
 _TWICE = 2
 """The journal and the finished file are there at the same time."""
@@ -30,8 +30,10 @@ _PLENTY_BYTES = 1e9
 def preflight(job: Job, link: Link) -> Ended:
     """Tell the panel of each thing as it is known; raise what is wrong with the files."""
     planned = planned_run(job.procedure, job.station, realtime=True)
+    found: tuple[PreflightItem, ...] = ()
     for item in _items(planned, job):
-        link.send(Checked(item))
+        found += (item,)
+        link.show(preflight=Preflight.of(job.view, found))
         if link.switch.is_set():
             raise link.switch.reason()
     return Ended()

@@ -13,10 +13,10 @@ from rigrunner.registry import load_registry
 from rigrunner.run.lab_plugins import with_lab_plugins
 from rigrunner.runfile import read
 from rigrunner.station import load_station
-from rigrunner_panel.live.asked import Analysed
-from rigrunner_panel.live.going_on import GoingOn
-from rigrunner_panel.live.so_far import result_so_far
+from rigrunner_panel.live.interim import interim_result
+from rigrunner_panel.live.latest import LatestCycles
 from rigrunner_panel.process.channel import Channel, ChannelClosedError
+from rigrunner_panel.process.messages import Analysed
 from rigrunner_panel.view.of_result import correction, live_view, with_followed
 from rigrunner_panel.view.sections import LiveView, PointView
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun
-    from rigrunner_panel.live.asked import Analyse
+    from rigrunner_panel.process.messages import Analyse
 
 
 MOST_BYTES = 250_000_000
@@ -43,7 +43,7 @@ class _Analyst:
     def __init__(self) -> None:
         self._registries: dict[Path, Registry] = {}
         self._no_loads: dict[Path, StoredRun] = {}
-        self._followed: tuple[Path, GoingOn] | None = None
+        self._followed: tuple[Path, LatestCycles] | None = None
         self._found: LiveView | None = None
         self._latest: dict[str, PointView] = {}
 
@@ -67,22 +67,22 @@ class _Analyst:
 
     def _of_all(self, asked: Analyse, began_s: float) -> Analysed:
         registry, no_load = self._registry(asked.station), self._no_load(asked.no_load)
-        so_far = result_so_far(asked.folder, registry, no_load, asked.recording, asked.watched)
-        if so_far is None:
+        found = interim_result(asked.folder, registry, no_load, asked.recording, asked.watched)
+        if found is None:
             return Analysed(None)
-        result, acceptance = so_far
-        found = correction(result)
+        result, acceptance = found
+        corrected = correction(result)
         taken_s = time.monotonic() - began_s
         view = live_view(result, final=False, taken_s=taken_s, acceptance=acceptance)
         if asked.watched is None:
             self._found, self._latest = view, {}
-        return Analysed(view) if found is None else Analysed(view, *found)
+        return Analysed(view) if corrected is None else Analysed(view, *corrected)
 
     def _of_latest(self, asked: Analyse, began_s: float) -> Analysed:
         """Return what was found before, and the recording that goes on by its latest cycles."""
         if self._followed is None or self._followed[0] != asked.folder:
             registry, no_load = self._registry(asked.station), self._no_load(asked.no_load)
-            self._followed = asked.folder, GoingOn(asked.folder, registry, no_load)
+            self._followed = asked.folder, LatestCycles(asked.folder, registry, no_load)
         result, cycles = self._followed[1].latest()
         if result is None:
             return Analysed(None)

@@ -2,26 +2,43 @@
 
 from __future__ import annotations
 
+import json
+import struct
 import threading
 from collections import deque
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigrunner_panel.live.frames import frame
 from rigrunner_panel.live.swing import PHASES, SwingCutter
 from rigrunner_panel.live.trend import STEP_S, Trend
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
+    from rigrunner.api.events import Samples
     from rigrunner_panel.live.swing import Swing
-    from rigrunner_panel.process.news import Curve
 
     Floats = NDArray[np.floating]
 
 WAITING_SWINGS = 4
 """Swings of one block are shown one after the other; older ones are left out."""
+
+_ALIGN = 4
+
+
+def frame(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.floating[Any]]]) -> bytes:
+    """Return curves as a binary frame: the length of a JSON header, the header, and float32 arrays.
+
+    All are little-endian; each array is of shape (n,).
+    """
+    listed = [[name, len(values)] for name, values in arrays.items()]
+    text = json.dumps({**header, "arrays": listed}, allow_nan=False).encode()
+    text += b" " * (-len(text) % _ALIGN)
+    parts = [np.ascontiguousarray(values, "<f4").tobytes() for values in arrays.values()]
+    return struct.pack("<I", len(text)) + text + b"".join(parts)
 
 
 class Curves:
@@ -56,19 +73,20 @@ class Curves:
         with self._lock:
             self._corrections = (recording, np.interp(phases, places, closed))
 
-    def take(self, curve: Curve, start_s: float) -> None:
+    def take(self, event: Samples, start_s: float) -> None:
         """Take a block, whose first sample was taken at `start_s` seconds of the run."""
-        torque = _channel(curve, "torque")
-        if not curve.channels:
+        block = event.block
+        torque = _channel(event, "torque")
+        if not block.channels:
             return
-        name, shown = next(iter(curve.channels.items()))
+        name, first_channel = next(iter(block.channels.items()))
         with self._lock:
             self._channel = "" if torque is not None else name
-            values = shown if torque is None else torque
-            first = self._trend.take(start_s, curve.rate_hz, values)
+            values = np.asarray(first_channel, np.float32) if torque is None else torque
+            first = self._trend.take(start_s, block.rate_hz, values)
             self._touched = first if self._touched is None else min(first, self._touched)
             if torque is not None:
-                self._cut(curve, torque)
+                self._cut(event, torque)
 
     def whole(self) -> list[bytes]:
         """Return what a screen that has nothing yet is sent."""
@@ -96,16 +114,17 @@ class Curves:
             header["channel"] = self._channel
         return frame(header, {"min_nm": low, "max_nm": high})
 
-    def _cut(self, curve: Curve, torque: NDArray[np.float32]) -> None:
-        if self._key is None or self._key[0] != curve.recording:
+    def _cut(self, event: Samples, torque: NDArray[np.float32]) -> None:
+        block = event.block
+        if self._key is None or self._key[0] != event.recording:
             return
-        if self._cutter is None or curve.first_sample != self._next_sample:
-            self._cutter = SwingCutter(curve.rate_hz, self._key[1])
-        self._next_sample = curve.first_sample + len(torque)
-        for swing in self._cutter.take(torque, _channel(curve, "angle")):
+        if self._cutter is None or block.first_sample != self._next_sample:
+            self._cutter = SwingCutter(block.rate_hz, self._key[1])
+        self._next_sample = block.first_sample + len(torque)
+        for swing in self._cutter.take(torque, _channel(event, "angle")):
             self.frequency_hz = swing.frequency_hz
-            since_s = (self._next_sample - swing.end_s * curve.rate_hz) / curve.rate_hz
-            self._latest = self._swing_frame(curve.recording, swing, curve.monotonic_s - since_s)
+            since_s = (self._next_sample - swing.end_s * block.rate_hz) / block.rate_hz
+            self._latest = self._swing_frame(event.recording, swing, event.monotonic_s - since_s)
             self._swings.append(self._latest)
 
     def _swing_frame(self, recording: str, swing: Swing, ended_s: float) -> bytes:
@@ -124,7 +143,8 @@ class Curves:
         return frame(header, arrays)
 
 
-def _channel(curve: Curve, name: str) -> NDArray[np.float32] | None:
+def _channel(event: Samples, name: str) -> NDArray[np.float32] | None:
     """Return the channel of that name, of whatever role."""
-    found = (values for full, values in curve.channels.items() if full.endswith(f".{name}"))
-    return next(found, None)
+    found = (each for full, each in event.block.channels.items() if full.endswith(f".{name}"))
+    shown = next(found, None)
+    return None if shown is None else np.asarray(shown, np.float32)

@@ -1,11 +1,12 @@
-"""How what the run tells changes the state: the panel's whole knowledge of a run is made here."""
+"""How the events of a run change the state: all that a screen shows of a job is made here."""
 
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
+
+from msgspec import structs
 
 from rigrunner.api.events import (
     Event,
@@ -13,21 +14,19 @@ from rigrunner.api.events import (
     MadeSafe,
     RunEnded,
     RunStarted,
+    Samples,
     Scanned,
     StepEnded,
     StepStarted,
 )
 from rigrunner.clock import utc_text
-from rigrunner_panel.live.asked import LIVE
 from rigrunner_panel.live.curves import Curves
-from rigrunner_panel.live.of_news import failed_item, failed_run, pause_view, prompt_view
-from rigrunner_panel.live.rigs import alarms_of_rigs
-from rigrunner_panel.process import news
-from rigrunner_panel.view.journal import JournalView
+from rigrunner_panel.process.messages import LIVE, Ended, Failed, Found, Show, Values
+from rigrunner_panel.view.alarms import Alarms
 from rigrunner_panel.view.of_result import with_live
 from rigrunner_panel.view.reading import readings_after, readings_at, readings_safe
 from rigrunner_panel.view.sections import (
-    AnalysingView,
+    Finished,
     JobView,
     Preflight,
     PreflightItem,
@@ -38,14 +37,14 @@ from rigrunner_panel.view.track import Track
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from typing import Any
 
-    from rigrunner_panel.live.asked import Analysed
-    from rigrunner_panel.live.of_news import Links
+    from rigrunner_panel.process.messages import Analysed
     from rigrunner_panel.view.board import Board
     from rigrunner_panel.view.sections import (
         AlarmView,
         ChannelView,
-        Finished,
+        FileLink,
         LiveView,
         Phase,
         PointView,
@@ -67,22 +66,30 @@ CHANNELS_S = 0.1
 """How often the latest samples are shown among the channels, while something is recorded."""
 
 
+class Links(Protocol):
+    """Knows under which addresses a screen can get files."""
+
+    def picture(self, path: str) -> str:
+        """Return the address of a procedure's picture."""
+        ...
+
+    def of_run(self, run: str) -> tuple[FileLink, ...]:
+        """Return the files of a run with their addresses."""
+        ...
+
+
 class Story:
     """One job, from its start to its end, told to the board. Called by one thread at a time."""
 
     def __init__(self, board: Board, job: JobView, links: Links) -> None:
         self.job = job
         self.curves = Curves()
-        self.no_load = ""
         self.recording = ""
-        self._begun: StepStarted | None = None
-        self.prompt: news.Asked | None = None
-        self.paused = False
         self.is_over = False
+        self._begun: StepStarted | None = None
         self._board = board
         self._links = links
-        self._journal = JournalView()
-        self._rigs = alarms_of_rigs()
+        self._alarms = Alarms()
         self._track: Track | None = None
         self._started_s = 0.0
         self._recorded: tuple[PointView, ...] = ()
@@ -90,9 +97,10 @@ class Story:
         self._channels_due_s = 0.0
         cleared = dict.fromkeys(("plan", "progress", "prompt", "pause", "live", "analysing"))
         cleared |= dict.fromkeys(("finished", "manual"))
+        board.forget_events()
         # what an earlier job found of the rig may no longer be so
-        board.put(channels=())
-        board.put(job=job, asked="", alarms=self._rigs, log=(), readings=Readings(), **cleared)
+        board.put(channels=(), readings=Readings(), **cleared)
+        board.put(job=job, asked="", alarms=self._alarms.all)
         if job.kind == "preflight":
             self._preflight(())
         self._tell_phase()
@@ -102,51 +110,45 @@ class Story:
         self._board.put(asked=what)
         self._tell_phase()
 
-    def take(self, message: object) -> None:  # noqa: C901, PLR0912  (a line for each kind)
+    def take(self, message: object) -> None:
         """Take a message of the process that does the job."""
         match message:
-            case news.Curve():
-                self._take_curve(message)
-            case news.Happened(event=event):
-                self._take_event(event)
-            case news.ChannelValues(values=values, time_s=time_s):
+            case Samples():
+                self._take_samples(message)
+            case Event():
+                self._take_event(message)
+            case Show(sections=sections):
+                self._show(dict(sections))
+            case Values(values=values, time_s=time_s):
                 self._show_channels(values, time_s)
-            case news.Planned(plan=plan, no_load=no_load, title=title, channels=channels):
-                self._board.put(channels=channels)
-                self._track = Track(plan)
-                self.no_load = no_load
-                self.job = self.job.model_copy(update={"title": title, "no_load": no_load})
-                self._board.put(plan=plan, job=self.job, progress=self._progress())
-            case news.Asked():
-                self.prompt = message
-                self._board.put(prompt=prompt_view(message, self._links))
-            case news.Answered():
-                self.prompt = None
-                self._board.put(prompt=None)
-            case news.PausedNow(paused=paused):
-                self.paused = True
-                if self._track is not None:
-                    self._track.break_off()
-                self._board.put(pause=pause_view(paused), asked="", progress=self._progress())
-            case news.WentOn():
-                self.paused = False
-                self._board.put(pause=None, asked="")
-            case news.ManualNow(view=view, frequency_hz=frequency_hz):
-                self.curves.begin(view.recording or LIVE, frequency_hz)
-                self._board.put(manual=view)
-            case news.Checked(item=item):
-                self._preflight((*self._items(), item))
-            case news.Analysing(what=what, done=done, of=of):
-                self._board.put(analysing=AnalysingView(what=what, done=done, of=of))
-            case news.LiveNow(found=found):
-                self._board.put(live=with_live(self._board.get("live"), found))
-            case news.Ended(finished=finished, live=live):
+            case Found(findings=findings):
+                self._board.put(live=with_live(self._board.get("live"), findings))
+            case Ended(finished=finished, live=live):
                 self._end(finished)
                 if live is not None:
                     self._board.put(live=live)
-            case news.Failed():
+            case Failed():
                 self._fail(message)
         self._tell_phase()
+
+    def _show(self, sections: dict[str, Any]) -> None:
+        """Put sections that the process made, and what follows from them."""
+        for name, view in sections.items():
+            match name:
+                case "job":
+                    self.job = view
+                case "plan":
+                    self._track = Track(view)
+                case "prompt" if view is not None and view.picture:
+                    address = self._links.picture(view.picture)
+                    sections["prompt"] = view.model_copy(update={"picture": address})
+                case "pause":
+                    self._board.put(asked="")
+                    if view is not None and self._track is not None:
+                        self._track.break_off()
+                case "manual":
+                    self.curves.begin(view.recording or LIVE, view.frequency_hz)
+        self._board.put(**sections, progress=self._progress())
 
     def tick(self) -> None:
         """Let time pass on the screen where the rig tells nothing."""
@@ -155,9 +157,9 @@ class Story:
 
     def left(self, rigs: tuple[AlarmView, ...]) -> None:
         """Show which rigs of this machine were left energised."""
-        if rigs != self._rigs:
-            self._rigs = rigs
-            self._board.put(alarms=(*rigs, *self._journal.alarms))
+        if rigs != self._alarms.rigs:
+            self._alarms.rigs = rigs
+            self._board.put(alarms=self._alarms.all)
 
     def analysed(self, found: Analysed) -> None:
         """Show the analysis so far, unless the run's own is there already."""
@@ -180,28 +182,28 @@ class Story:
         """Take note that the process is gone without a word of its end."""
         if not self.is_over:
             how = f"with code {code}" if code is not None else "without a word"
-            self.take(news.Failed(f"the process of the run ended {how}", self._after_loss()))
+            self.take(Failed(f"the process of the run ended {how}", self._after_loss()))
 
     def _after_loss(self) -> str:
         """Return what to do now that the process is gone: only a run that began can be resumed."""
         return AFTER_LOSS if self._has_begun else AFTER_EARLY_LOSS
 
-    def _take_curve(self, curve: news.Curve) -> None:
-        curve = curve if curve.recording else replace(curve, recording=UNKEPT)
-        samples = len(next(iter(curve.channels.values()), ()))
-        start_s = curve.monotonic_s - self._started_s - samples / curve.rate_hz
-        self.curves.take(curve, max(start_s, 0.0))
+    def _take_samples(self, event: Samples) -> None:
+        event = event if event.recording else structs.replace(event, recording=UNKEPT)
+        block = event.block
+        start_s = event.monotonic_s - self._started_s - block.samples / block.rate_hz
+        self.curves.take(event, max(start_s, 0.0))
         now_s = time.time()
-        if now_s >= self._channels_due_s and samples:
+        if now_s >= self._channels_due_s and block.samples:
             self._channels_due_s = now_s + CHANNELS_S
-            latest = {name: float(each[-1]) for name, each in curve.channels.items()}
+            latest = {name: float(each[-1]) for name, each in block.channels.items()}
             self._show_channels(latest, now_s)
         readings = self._board.get("readings")
         if self.curves.frequency_hz is not None:
             known = {"frequency_hz": self.curves.frequency_hz, "frequency_utc": ""}
             self._board.put(readings=readings.model_copy(update=known))
         if self._track is not None:
-            self._track.recorded((curve.first_sample + samples) / curve.rate_hz)
+            self._track.recorded((block.first_sample + block.samples) / block.rate_hz)
             self._board.put(progress=self._progress())
 
     def _show_channels(self, values: Mapping[str, float], time_s: float) -> None:
@@ -241,9 +243,9 @@ class Story:
                 self._track.skip()
             case Intervention(action="abort") if not self._board.get("asked"):
                 self._board.put(asked="abort")
-        self._journal.take(event)
-        alarms, log = (*self._rigs, *self._journal.alarms), self._journal.log
-        self._board.put(alarms=alarms, log=log, progress=self._progress())
+        self._alarms.take(event)
+        self._board.tell(event)
+        self._board.put(alarms=self._alarms.all, progress=self._progress())
 
     def _begin(self, event: StepStarted) -> None:
         self.recording, self._begun = event.recording, event
@@ -275,36 +277,40 @@ class Story:
             return None
         return self._track.view(time.monotonic() if self.job.realtime else None)
 
-    def _items(self) -> tuple[PreflightItem, ...]:
-        preflight = self._board.get("preflight")
-        return preflight.items if preflight is not None else ()
-
     def _preflight(self, items: tuple[PreflightItem, ...], *, done: bool = False) -> None:
-        view = Preflight(
-            procedure=self.job.procedure,
-            station=self.job.station,
-            done=done,
-            may_start=done and all(each.state != "fail" for each in items),
-            checked_utc=self.job.started_utc,
-            items=items,
-        )
-        self._board.put(preflight=view)
+        self._board.put(preflight=Preflight.of(self.job, items, done=done))
 
     def _end(self, finished: Finished | None) -> None:
         self.is_over = True
         self._board.put(analysing=None, asked="", prompt=None, pause=None)
         if self.job.kind == "preflight":
-            self._preflight(self._items(), done=True)
+            self._preflight(self._board.get("preflight").items, done=True)
         else:
             if finished is not None and finished.run:
                 files = self._links.of_run(finished.run)
                 finished = finished.model_copy(update={"files": files})
             self._board.put(finished=finished)
 
-    def _fail(self, failed: news.Failed) -> None:
+    def _fail(self, failed: Failed) -> None:
+        """Show a job that could not be begun, or that a bug ended."""
+        problems = tuple(str(each) for each in failed.problems)
         if self.job.kind == "preflight":
-            self._preflight((*self._items(), failed_item(failed)))
-        self._end(failed_run(failed, self.job.run))
+            text = "; ".join(problems) or failed.message
+            item = PreflightItem(
+                kind="procedure", name="files", state="fail", text=text, fix=failed.hint
+            )
+            self._preflight((*self._board.get("preflight").items, item))
+        finished = Finished(
+            run=self.job.run,
+            folder="",
+            outcome="aborted" if failed.code == "aborted" else "error",
+            reason=failed.message,
+            verdict="",
+            error=failed.trace or failed.message,
+            hint=failed.hint,
+            problems=problems,
+        )
+        self._end(finished)
 
     def _tell_phase(self) -> None:
         self._board.put(phase=self._phase())
@@ -319,9 +325,9 @@ class Story:
         asked = self._board.get("asked")
         if asked in ("abort", "stop"):
             return "ending"
-        if self.paused:
+        if self._board.get("pause") is not None:
             return "paused"
-        if self.prompt is not None:
+        if self._board.get("prompt") is not None:
             return "asking"
         if asked in ("pause", "repeat", "skip"):
             return "pausing"

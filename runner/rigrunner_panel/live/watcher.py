@@ -5,10 +5,9 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING
 
-from rigrunner.api.events import RunStarted, StepEnded
-from rigrunner_panel.live.asked import LIVE, Analyse, Analysed
+from rigrunner.api.events import RunStarted, Samples, StepEnded
 from rigrunner_panel.process.launch import Process
-from rigrunner_panel.process.news import Curve, Ended, Failed, Happened, LiveRecording
+from rigrunner_panel.process.messages import LIVE, Analyse, Analysed, Ended, Failed, Watched
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
@@ -32,7 +31,7 @@ class Watcher:
         self._runs = runs
         self._station = station
         self._process = Process(ANALYST)
-        self._news = threading.Event()
+        self._fresh = threading.Event()
         self._closed = threading.Event()
         self._folder: Path | None = None
         self._watched: Recording | None = None
@@ -45,34 +44,34 @@ class Watcher:
     def notice(self, message: object) -> None:
         """Take note of what may make another analysis worth it."""
         match message:
-            case Happened(event=RunStarted(run_id=name)):
+            case RunStarted(run_id=name):
                 self._folder = self._runs / name
-            case LiveRecording():
+            case Watched():
                 self._watched = message.recording
-                self._news.set()
-            case Happened(event=StepEnded() as ended) if _finds_something(ended):
+                self._fresh.set()
+            case StepEnded() if _finds_something(message):
                 self._watched = None
-                self._news.set()
-            case Curve(recording=name) if name not in {"", LIVE}:
-                self._news.set()
+                self._fresh.set()
+            case Samples(recording=name) if name not in {"", LIVE}:
+                self._fresh.set()
             case Ended() | Failed():
                 self.close()
 
     def close(self) -> None:
         """Ask nothing more."""
         self._closed.set()
-        self._news.set()
+        self._fresh.set()
 
     def _work(self, story: Story, lock: AbstractContextManager[object]) -> None:
-        while self._news.wait() and not self._closed.is_set():
-            self._news.clear()
+        while self._fresh.wait() and not self._closed.is_set():
+            self._fresh.clear()
             if self._folder is not None:
                 self._ask(self._folder, story, lock)
             self._closed.wait(LEAST_PAUSE_S)
         self._process.close()
 
     def _ask(self, folder: Path, story: Story, lock: AbstractContextManager[object]) -> None:
-        no_load = self._runs / story.no_load if story.no_load else None
+        no_load = self._runs / story.job.no_load if story.job.no_load else None
         watched, self._watched = self._watched, None
         asked = Analyse(folder, self._station, no_load, story.recording, watched)
         found = self._process.ask(asked)

@@ -1,24 +1,222 @@
-"""What a job has to do with the panel."""
+"""How a job talks with the panel: commands come in, events and sections of the state go out."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+import threading
+from dataclasses import dataclass, replace
+from queue import Empty, SimpleQueue
+from time import monotonic
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+from msgspec import structs
+
+from rigrunner.api.events import Event, Samples, Scanned
+from rigrunner_panel.process.channel import ChannelClosedError
+from rigrunner_panel.process.messages import (
+    Abort,
+    Answer,
+    CloseManual,
+    Decide,
+    Pause,
+    PutOnRecord,
+    RecordPoint,
+    SetDrive,
+    Show,
+    Stop,
+)
 
 if TYPE_CHECKING:
-    from rigrunner_panel.process.inbox import Inbox
-    from rigrunner_panel.process.outbox import Outbox
+    from rigrunner.engine import Decision, Interference
+    from rigrunner_panel.process.channel import Channel
+    from rigrunner_panel.process.messages import ByHand
     from rigrunner_panel.process.switch import Switch
+
+LOOK_EVERY_S = 0.05
+MOST_BLOCKS = 50
+"""Blocks that wait for a panel that does not keep up; more are left out. The file has them all."""
+_FLUSH_S = 10.0
+_ROWS_EVERY_S = 0.05
+"""How often a screen is sent a point of a scan: there may be many thousands in a second."""
+GONE = "the panel is gone"
+_T = TypeVar("_T")
+
+
+class Commands:
+    """Sorts what people at the panel want; filled by one thread, looked into by the run."""
+
+    def __init__(self, channel: Channel, switch: Switch) -> None:
+        self._channel = channel
+        self._switch = switch
+        self._answers: SimpleQueue[Answer] = SimpleQueue()
+        self._decisions: SimpleQueue[Decision] = SimpleQueue()
+        self._records: SimpleQueue[Interference] = SimpleQueue()
+        self._by_hand: SimpleQueue[ByHand] = SimpleQueue()
+        self._pause_by = ""
+        self._then: Decision | None = None
+
+    def start(self) -> None:
+        """Begin to listen, in a thread that does not keep the process alive."""
+        threading.Thread(target=self._listen, name="panel", daemon=True).start()
+
+    @property
+    def pause_wanted(self) -> str:
+        """Who asks for a pause; empty while nobody does."""
+        return self._pause_by
+
+    def pause_granted(self) -> Decision | None:
+        """Take note that the run is paused; return what was decided together with the pause.
+
+        Older decisions are forgotten: a second click must not end the next pause.
+        """
+        then, self._then, self._pause_by = self._then, None, ""
+        while _next(self._decisions, wait=False) is not None:
+            continue
+        return then
+
+    def pause_ended(self) -> None:
+        """Take note that the run goes on: nobody asks for that pause any more."""
+        self._then, self._pause_by = None, ""
+
+    def answer(self, prompt: int) -> Answer | None:
+        """Wait a moment for the answer to a prompt; those to others are dropped."""
+        found = _next(self._answers)
+        return found if found is not None and found.prompt == prompt else None
+
+    def decision(self) -> Decision | None:
+        """Wait a moment for a decision."""
+        return _next(self._decisions)
+
+    def by_hand(self) -> ByHand | None:
+        """Return the next command of the manual page, if there is one."""
+        return _next(self._by_hand, wait=False)
+
+    def has_by_hand(self) -> bool:
+        """Say whether somebody waits for the manual page to do something."""
+        return not self._by_hand.empty()
+
+    def records(self) -> list[Interference]:
+        """Return what is to be put on record."""
+        found = []
+        while (one := _next(self._records, wait=False)) is not None:
+            found.append(one)
+        return found
+
+    def _listen(self) -> None:
+        try:
+            while True:
+                self._take(self._channel.receive())
+        except ChannelClosedError:
+            self._switch.abort("panel", GONE)
+
+    def _take(self, command: object) -> None:
+        match command:
+            case Stop(by=by, reason=reason):
+                self._switch.stop(by, reason)
+            case Abort(by=by, reason=reason):
+                self._switch.abort(by, reason)
+            case Pause(by=by, then=then):
+                self._then, self._pause_by = then, by
+            case Decide(decision=decision):
+                self._decisions.put(decision)
+            case Answer():
+                self._answers.put(command)
+            case PutOnRecord(what=what):
+                self._records.put(what)
+            case SetDrive() | RecordPoint() | CloseManual():
+                self._by_hand.put(command)
+
+
+def _next(queue: SimpleQueue[_T], *, wait: bool = True) -> _T | None:
+    try:
+        return queue.get(timeout=LOOK_EVERY_S) if wait else queue.get_nowait()
+    except Empty:
+        return None
+
+
+class Sender:
+    """Sends from a thread of its own, so that the run never waits; an event sink.
+
+    A panel that is gone is sent nothing any more.
+    """
+
+    def __init__(self, channel: Channel) -> None:
+        self._channel = channel
+        self._queue: SimpleQueue[object] = SimpleQueue()
+        self._blocks = 0
+        self._row: Scanned | None = None
+        self._rows_due_s = 0.0
+        self._thread = threading.Thread(target=self._work, name="to the panel", daemon=True)
+        self._thread.start()
+
+    def send(self, message: object) -> None:
+        """Send a message after those before it."""
+        self._queue.put(message)
+
+    def send_unless_behind(self, message: object) -> None:
+        """Send what is only of use now, unless the panel has not taken much that was before it."""
+        if self._queue.qsize() < MOST_BLOCKS:
+            self.send(message)
+
+    def __call__(self, event: Event) -> None:
+        """Send an event of the run; of samples and scans what a screen can show."""
+        if isinstance(event, Scanned):
+            self._scanned(event)
+            return
+        if self._row is not None:
+            self.send(self._row)
+            self._row = None
+        if not isinstance(event, Samples):
+            self.send(event)
+        elif self._blocks < MOST_BLOCKS:
+            self._blocks += 1
+            self.send(_halved(event))
+
+    def _scanned(self, row: Scanned) -> None:
+        """Send a point now and then, and the last one before whatever follows."""
+        now_s = monotonic()
+        self._row = row
+        if now_s >= self._rows_due_s:
+            self.send(row)
+            self._row, self._rows_due_s = None, now_s + _ROWS_EVERY_S
+
+    def close(self) -> None:
+        """Send what is left."""
+        self._queue.put(None)
+        self._thread.join(_FLUSH_S)
+
+    def _work(self) -> None:
+        is_heard = True
+        while (message := self._queue.get()) is not None:
+            if isinstance(message, Samples):
+                self._blocks -= 1
+            if is_heard:
+                is_heard = self._sent(message)
+
+    def _sent(self, message: object) -> bool:
+        try:
+            self._channel.send(message)
+        except ChannelClosedError:
+            return False
+        return True
+
+
+def _halved(event: Samples) -> Samples:
+    """Return the block in float32, which is enough for a screen."""
+    channels: dict[str, Any] = {
+        name: np.asarray(values, np.float32) for name, values in event.block.channels.items()
+    }
+    return structs.replace(event, block=replace(event.block, channels=channels))
 
 
 @dataclass(frozen=True)
 class Link:
     """Both directions, and the switch that ends the job."""
 
-    inbox: Inbox
-    outbox: Outbox
+    commands: Commands
+    sender: Sender
     switch: Switch
 
-    def send(self, message: object) -> None:
-        """Tell the panel something."""
-        self.outbox.send(message)
+    def show(self, **sections: Any) -> None:
+        """Change sections of the state."""
+        self.sender.send(Show(sections))

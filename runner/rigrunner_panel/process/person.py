@@ -11,7 +11,7 @@ from rigrunner.engine import Choice
 from rigrunner.engine.pausing import PauseWantedError
 from rigrunner.engine.session import stopped
 from rigrunner.procedure.answers import Expected
-from rigrunner_panel.process.news import Answered, Asked, PausedNow, WentOn
+from rigrunner_panel.view.sections import PauseView, PromptView
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -21,8 +21,7 @@ if TYPE_CHECKING:
     from rigrunner.engine import Decision, Interference, Paused
     from rigrunner.engine.answers import Ask, Confirm
     from rigrunner.rig import Rig
-    from rigrunner_panel.process.inbox import Inbox
-    from rigrunner_panel.process.switch import Switch
+    from rigrunner_panel.process.link import Link
     from rigrunner_panel.process.watched import WatchedChannels
 
 YES_NO = Expected(choices=("yes", "no"))
@@ -31,19 +30,10 @@ YES_NO = Expected(choices=("yes", "no"))
 class PanelAnswers:
     """Shows questions at the panel and waits for the answers; an AnswerSource."""
 
-    def __init__(
-        self,
-        send: Callable[[object], None],
-        inbox: Inbox,
-        switch: Switch,
-        operator: str,
-        watched: WatchedChannels | None = None,
-    ) -> None:
-        self._watched = watched
+    def __init__(self, link: Link, operator: str, watched: WatchedChannels | None = None) -> None:
         self.by = operator or "operator"
-        self._send = send
-        self._inbox = inbox
-        self._switch = switch
+        self._link = link
+        self._watched = watched
         self._numbers = itertools.count(1)
 
     def confirm(self, step: str, question: Confirm) -> bool:
@@ -62,17 +52,28 @@ class PanelAnswers:
         expected: Expected,
     ) -> str:
         number = next(self._numbers)
-        self._send(Asked(number, step, kind, question.text, question.picture, expected))
+        prompt = PromptView(
+            id=number,
+            step=step,
+            text=question.text,
+            kind=kind,
+            choices=expected.choices,
+            expected=expected.words,
+            unit=expected.unit,
+            picture=question.picture,
+            accepts=expected,
+        )
+        self._link.show(prompt=prompt)
         try:
-            while (answer := self._inbox.answer(number)) is None:
+            while (answer := self._link.commands.answer(number)) is None:
                 if self._watched is not None:
                     self._watched.look()
-                if self._switch.is_set():
-                    raise stopped(self._switch)
-                if by := self._inbox.pause_wanted:
+                if self._link.switch.is_set():
+                    raise stopped(self._link.switch)
+                if by := self._link.commands.pause_wanted:
                     raise PauseWantedError("a pause was asked for", by)
         finally:
-            self._send(Answered(number))
+            self._link.show(prompt=None)
         self.by = answer.by
         return answer.text
 
@@ -97,14 +98,8 @@ class PanelPerson:
 class PanelPauses:
     """Pauses that the panel asks for and ends; they also tell who took control."""
 
-    def __init__(
-        self,
-        send: Callable[[object], None],
-        inbox: Inbox,
-        watched: WatchedChannels | None = None,
-    ) -> None:
-        self._send = send
-        self._inbox = inbox
+    def __init__(self, link: Link, watched: WatchedChannels | None = None) -> None:
+        self._link = link
         self._watched = watched
 
     def show(self, rig: Rig) -> None:
@@ -114,20 +109,27 @@ class PanelPauses:
 
     def wanted(self) -> str:
         """Return who asks for a pause."""
-        return self._inbox.pause_wanted
+        return self._link.commands.pause_wanted
 
     def told(self) -> Iterable[Interference]:
         """Return what else people did."""
-        return self._inbox.records()
+        return self._link.commands.records()
 
     def decide(self, paused: Paused, watch: Callable[[], None]) -> Decision:
         """Show where the run is paused, and wait for a decision that may be taken."""
-        decision = self._inbox.pause_granted()
-        self._send(PausedNow(paused))
+        decision = self._link.commands.pause_granted()
+        view = PauseView(
+            step=paused.step,
+            point=paused.point,
+            reason=paused.reason,
+            moving=paused.moving,
+            choices=tuple(str(each) for each in paused.choices),
+        )
+        self._link.show(pause=view)
         while decision is None or decision.choice not in paused.choices:
             watch()
-            decision = self._inbox.decision()
+            decision = self._link.commands.decision()
         if decision.choice is not Choice.NOTE:
-            self._inbox.pause_ended()
-            self._send(WentOn())
+            self._link.commands.pause_ended()
+            self._link.show(pause=None)
         return decision

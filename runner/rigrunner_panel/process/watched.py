@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Readable
 from rigrunner.api.errors import RigrunnerError
-from rigrunner_panel.process.news import ChannelValues
+from rigrunner_panel.process.messages import Values
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -53,4 +53,4 @@ class WatchedChannels:
             ended_s = time.monotonic()
             self._due_s[role] = ended_s + max(EVERY_S, SHARE * (ended_s - began_s))
         if values:
-            self._send(ChannelValues(values, time.time()))
+            self._send(Values(values, time.time()))

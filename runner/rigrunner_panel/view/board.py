@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import json
 import threading
+from collections import deque
 from typing import TYPE_CHECKING, Any
 
+import msgspec
+from msgspec import structs
+
 from rigrunner import __version__
+from rigrunner.run.log import event_text
 from rigrunner_panel.view.queue import QueueView
 from rigrunner_panel.view.sections import Readings, State
 
@@ -15,7 +20,19 @@ if TYPE_CHECKING:
 
     from pydantic import BaseModel
 
-SECTIONS = tuple(name for name in State.model_fields if name not in ("seq", "version", "you"))
+    from rigrunner.api.events import Event
+
+SECTIONS = tuple(
+    name for name in State.model_fields if name not in ("seq", "latest", "version", "you")
+)
+
+VERSION = 1
+"""Of the messages that tell events."""
+MOST_EVENTS = 1000
+"""Events of a job that are kept for those who ask later; the run's file has all of them."""
+_encode = msgspec.json.Encoder(
+    enc_hook=lambda value: str(value) if isinstance(value, str) else dict(value)
+).encode
 
 
 class Board:
@@ -25,10 +42,12 @@ class Board:
         self._lock = threading.RLock()
         self._sections: dict[str, Any] = dict.fromkeys(SECTIONS)
         self._sections |= {"phase": "idle", "watchers": 0, "readings": Readings(), "asked": ""}
-        self._sections |= {"alarms": (), "log": (), "queue": QueueView(), "channels": ()}
+        self._sections |= {"alarms": (), "queue": QueueView(), "channels": ()}
         self._texts: dict[str, str] = {}
         self._changed: set[str] = set()
         self._seq = 0
+        self._events: deque[tuple[int, str]] = deque(maxlen=MOST_EVENTS)
+        self._latest = self._told = -1
         self.wake: Callable[[], None] = lambda: None
         """Called, in any thread, when something has changed."""
 
@@ -59,10 +78,40 @@ class Board:
             self._changed.clear()
             return f'{{"type":"delta","seq":{self._seq},"changes":{{{changes}}}}}'
 
+    def tell(self, event: Event) -> None:
+        """Take an event of the run, which every screen is told as it is."""
+        whole = structs.replace(event, truth={}) if getattr(event, "truth", None) else event
+        told = json.dumps(event_text(event))
+        body = _encode(whole).decode()
+        with self._lock:
+            self._latest += 1
+            text = f'{{"number":{self._latest},"text":{told},"event":{body}}}'
+            self._events.append((self._latest, text))
+        self.wake()
+
+    def forget_events(self) -> None:
+        """Forget the events of an earlier job; their numbers are not given again."""
+        with self._lock:
+            self._events.clear()
+
+    def events(self, after: int) -> str:
+        """Return the events behind that number as JSON, as far as they are kept."""
+        with self._lock:
+            items = ",".join(text for number, text in self._events if number > after)
+            return f'{{"version":{VERSION},"latest":{self._latest},"items":[{items}]}}'
+
+    def new_events(self) -> list[str]:
+        """Return messages of the events since the last time."""
+        with self._lock:
+            fresh = [text for number, text in self._events if number > self._told]
+            self._told = self._latest
+        return [f'{{"type":"event","version":{VERSION},{text[1:]}' for text in fresh]
+
     def state(self, you: str) -> str:
         """Return the whole state as JSON."""
         with self._lock:
-            head = f'"seq":{self._seq},"version":{json.dumps(__version__)},"you":{json.dumps(you)}'
+            numbers = f'"seq":{self._seq},"latest":{self._latest}'
+            head = f'{numbers},"version":{json.dumps(__version__)},"you":{json.dumps(you)}'
             parts = (f'"{name}":{self._text(name)}' for name in SECTIONS)
             return f"{{{head},{','.join(parts)}}}"
 

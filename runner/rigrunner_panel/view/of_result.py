@@ -55,7 +55,7 @@ def live_view(
         method=result.primary,
         problem=(primary.not_applicable if primary else "") or "",
         taken_s=taken_s,
-        verdict=str(_verdict_so_far(result) or ""),
+        verdict=str(_interim_verdict(result) or ""),
         headline=_value(result.headline),
         raw_headline=_value(result.raw_headline),
         points=tuple(points),
@@ -173,7 +173,7 @@ def correction(result: Result) -> tuple[str, Array] | None:
     return result.loaded[-1].recording, np.asarray(trace.raw_nm - trace.compensated_nm)
 
 
-def _verdict_so_far(result: Result) -> Verdict | None:
+def _interim_verdict(result: Result) -> Verdict | None:
     """Return the verdict on what was measured so far: all within limits is none yet."""
     missed = Verdict.FAIL if result.limits.missed else None
     return worst((missed, result.decision.verdict if result.decision else None))

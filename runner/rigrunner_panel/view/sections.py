@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Literal, Self
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field, SkipValidation
 
 from rigrunner.api.coordinates import usual_unit
 from rigrunner.api.figures import Figure
 from rigrunner.api.units import from_si
+from rigrunner.procedure.answers import Expected
 from rigrunner_panel.view.manual import ManualView
 from rigrunner_panel.view.queue import QueueView
 
@@ -85,6 +86,18 @@ class Preflight(Section):
     may_start: bool
     checked_utc: str
     items: tuple[PreflightItem, ...] = ()
+
+    @classmethod
+    def of(cls, job: JobView, items: tuple[PreflightItem, ...], *, done: bool = False) -> Self:
+        """Return what a preflight has found as yet."""
+        return cls(
+            procedure=job.procedure,
+            station=job.station,
+            done=done,
+            may_start=done and all(each.state != "fail" for each in items),
+            checked_utc=job.started_utc,
+            items=items,
+        )
 
 
 class StepView(Section):
@@ -182,6 +195,8 @@ class PromptView(Section):
     expected: str
     unit: str
     picture: str
+    accepts: SkipValidation[Expected] = Field(Expected(), exclude=True, repr=False)
+    """By which the panel itself looks at an answer; no screen is sent it."""
 
 
 class PauseView(Section):
@@ -202,15 +217,6 @@ class AlarmView(Section):
     source: str
     text: str
     active: bool
-
-
-class LogLine(Section):
-    """An event in words."""
-
-    seq: int
-    utc: str
-    kind: str
-    text: str
 
 
 class PointView(Section):
@@ -313,6 +319,8 @@ class State(Section):
     """The whole truth at one moment."""
 
     seq: int
+    latest: int
+    """The number of the latest event; -1 before the first."""
     version: str
     you: str
     phase: Phase
@@ -327,7 +335,6 @@ class State(Section):
     pause: PauseView | None
     asked: Literal["", "pause", "abort", "stop", "repeat", "skip"]
     alarms: tuple[AlarmView, ...]
-    log: tuple[LogLine, ...]
     live: LiveView | None
     analysing: AnalysingView | None
     finished: Finished | None

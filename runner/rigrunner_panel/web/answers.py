@@ -14,6 +14,22 @@ class Done(BaseModel):
     ok: bool = True
 
 
+class ToldEvent(BaseModel):
+    """An event of a run: its number at this panel, in words, and as the run's record has it."""
+
+    number: int
+    text: str
+    event: dict[str, object]
+
+
+class Events(BaseModel):
+    """Events of one job, oldest first; `latest` is the number of the latest one of all."""
+
+    version: int
+    latest: int
+    items: list[ToldEvent]
+
+
 class Started(BaseModel):
     """The run is started; where the rig was in use, its entry in the queue."""
 

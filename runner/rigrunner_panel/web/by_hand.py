@@ -8,7 +8,7 @@ from rigrunner.api.errors import RigrunnerError
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.api.units import unit
 from rigrunner_panel.errors import PanelError, not_found, wrong_state
-from rigrunner_panel.process.orders import CloseManual, RecordManually, SetManually
+from rigrunner_panel.process import messages
 from rigrunner_panel.web.answers import Done
 from rigrunner_panel.web.running import start_job
 
@@ -33,20 +33,20 @@ def set_drive(panel: Panel, asked: Asked) -> Done:
     if not drive.minimum <= value <= drive.maximum:
         limits = f"{drive.minimum:g} to {drive.maximum:g} {drive.unit}"
         raise PanelError(422, "invalid", f"{body.value} is out of range ({limits})")
-    panel.desk.wish(SetManually(drive.name, value, asked.by))
+    panel.desk.by_hand(messages.SetDrive(drive.name, value, asked.by))
     return Done()
 
 
 def record_point(panel: Panel, asked: Asked) -> Done:
     """Record a point where the rig is."""
     body: RecordPoint = asked.body
-    panel.desk.wish(RecordManually(body.cycles, asked.by))
+    panel.desk.by_hand(messages.RecordPoint(body.cycles, asked.by))
     return Done()
 
 
 def close_manual(panel: Panel, asked: Asked) -> Done:
     """Make the rig safe, and seal what was recorded."""
-    panel.desk.wish(CloseManual(asked.by))
+    panel.desk.by_hand(messages.CloseManual(asked.by))
     return Done()
 
 

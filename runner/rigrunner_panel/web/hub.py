@@ -129,6 +129,8 @@ class Hub:
             self._panel.desk.tick()
             if self._tick is None or self._tick.done():  # in a thread: it reads and writes files
                 self._tick = asyncio.ensure_future(asyncio.to_thread(queueing.tick, self._panel))
+        for event in self._panel.board.new_events():
+            self._tell(event)
         delta = self._panel.board.delta()
         if delta is not None:
             self._tell(delta)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
+import msgspec
 from pydantic.json_schema import models_json_schema
 
 from rigrunner import __version__
+from rigrunner.runfile.codec import KINDS
 from rigrunner_panel.errors import ErrorView
 from rigrunner_panel.web.operations import OPERATIONS
 
@@ -20,22 +22,27 @@ if TYPE_CHECKING:
     from rigrunner_panel.web.asked import Operation
 
 _REF = "#/components/schemas/{model}"
+_REF_NAME = "#/components/schemas/{name}"
 Json = dict[str, Any]
 
 
 def description() -> Json:
     """Return the description as JSON values."""
     refs, schemas = _schemas(OPERATIONS)
+    schemas |= _of_messages()
+    schemas["ToldEvent"]["properties"]["event"] = _ref("Event")
     paths: dict[str, Json] = {}
     for each in OPERATIONS:
         paths.setdefault(each.path, {})[each.method.lower()] = _operation(each, refs)
+    messages = {"description": "by WebSocket: each message", "content": _json(_ref("Message"))}
+    paths["/api/events"]["get"]["responses"]["101"] = messages
     return {
         "openapi": "3.1.0",
         "info": {
             "title": "Rigrunner panel",
             "version": __version__,
-            "description": "Runs test procedures. WebSocket /api/events tells what changes; "
-            "files of a run have their addresses in the run.",
+            "description": "Runs test procedures. A WebSocket at /api/events?client=ID tells what "
+            "changes; files of a run have their addresses in the run.",
         },
         "components": {
             "schemas": schemas,
@@ -54,6 +61,30 @@ def _schemas(operations: tuple[Operation, ...]) -> tuple[dict[type[BaseModel], J
     models += [(each.body, taken) for each in operations if each.body is not None]
     refs, found = models_json_schema(list(dict.fromkeys(models)), ref_template=_REF)
     return {model: refs[model, mode] for model, mode in models}, found["$defs"]
+
+
+def _of_messages() -> Json:
+    """Return the schemas of what a WebSocket sends as text; curves are binary frames."""
+    refs, events = msgspec.json.schema_components(list(KINDS.values()), ref_template=_REF_NAME)
+    text, number = {"type": "string"}, {"type": "integer"}
+    known = {
+        "state": {"state": _ref("State")},
+        "delta": {"seq": number, "changes": {"type": "object"}},
+        "event": {"version": number, "number": number, "text": text, "event": _ref("Event")},
+    }
+    messages = [
+        {
+            "type": "object",
+            "required": ["type", *fields],
+            "properties": {"type": {"const": kind}, **fields},
+        }
+        for kind, fields in known.items()
+    ]
+    return {**events, "Event": {"oneOf": list(refs)}, "Message": {"oneOf": messages}}
+
+
+def _ref(name: str) -> Json:
+    return {"$ref": _REF_NAME.format(name=name)}
 
 
 def _operation(each: Operation, refs: dict[type[BaseModel], Json]) -> Json:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 from rigrunner_panel.control import short_name
+from rigrunner_panel.errors import PanelError
 from rigrunner_panel.view.queue import QueueView
 from rigrunner_panel.view.sections import State
 from rigrunner_panel.web import answers, by_hand, choosing, looking, queueing, requests, running
@@ -52,6 +54,13 @@ def _steer(
 
 def _state(panel: Panel, asked: Asked) -> str:
     return panel.board.state(short_name(asked.client) if asked.client else "")
+
+
+def _events(panel: Panel, asked: Asked) -> str:
+    after = asked.query.get("after", "-1")
+    if not re.fullmatch(r"-1|[0-9]{1,15}", after):
+        raise PanelError(400, "bad_request", f"after: got '{after[:40]}', expected a whole number")
+    return panel.board.events(int(after))
 
 
 _CHOOSING = (
@@ -180,6 +189,13 @@ _LOOKING = (
 )  # fmt: skip
 OPERATIONS = (
     _get("state", "The whole state.", _state, State),
+    _get(
+        "events",
+        "The latest events of the present or last job, oldest first.",
+        _events,
+        answers.Events,
+        after="only those behind this number",
+    ),
     *_CHOOSING,
     *_RUNNING,
     *_QUEUE,

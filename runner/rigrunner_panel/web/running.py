@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import time
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from rigrunner.api.errors import UsageError
 from rigrunner.clock import utc_text
@@ -14,7 +14,7 @@ from rigrunner.procedure import load_procedure
 from rigrunner.procedure.answers import AnswerError
 from rigrunner.run.locate import find_run
 from rigrunner_panel.errors import PanelError, not_found, wrong_state
-from rigrunner_panel.process.orders import Job
+from rigrunner_panel.process.messages import Job
 from rigrunner_panel.view.sections import JobView, PreflightItem
 from rigrunner_panel.web.answers import Done, Stopped
 from rigrunner_panel.web.choosing import files
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from rigrunner_panel.process.orders import Kind
     from rigrunner_panel.view.sections import Preflight
     from rigrunner_panel.web.asked import Asked
     from rigrunner_panel.web.panel import Panel
@@ -81,13 +80,13 @@ def begin_preflight(panel: Panel, body: StartPreflight, by: str) -> None:
         started_utc=utc_text(panel.now()),
     )
     job = Job(
-        kind="preflight",
+        view=view,
         procedure=procedure,
         station=station,
         runs=panel.settings.runs,
         no_load=_run_name(panel, body.no_load),
     )
-    panel.desk.start(job, view, panel)
+    panel.desk.start(job, panel)
     panel.looked_at = Overridable(
         procedure=body.procedure, station=body.station, digest=digest, at_s=time.monotonic()
     )
@@ -103,7 +102,7 @@ def ready_preflight(panel: Panel, body: Pair) -> bool:
 
 def start_job(
     panel: Panel,
-    kind: Kind,
+    kind: Literal["run", "manual"],
     body: StartRun | OpenManual,
     by: str,
     inputs: Mapping[str, str] = NOTHING,
@@ -124,20 +123,17 @@ def start_job(
         started_utc=utc_text(panel.now()),
     )
     job = Job(
-        kind=kind,
+        view=view,
         procedure=procedure,
         station=station,
         runs=panel.settings.runs,
-        inputs=dict(inputs),
-        operator=operator,
         no_load=_run_name(panel, body.no_load),
-        realtime=body.realtime,
         items=overridden,
         by=body.override.by.strip() if body.override else "",
         reason=body.override.reason.strip() if body.override else "",
         entry=entry,
     )
-    panel.desk.start(job, view, panel)
+    panel.desk.start(job, panel)
 
 
 def answer(panel: Panel, asked: Asked) -> Done:

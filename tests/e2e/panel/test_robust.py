@@ -151,7 +151,7 @@ def test_a_red_preflight_is_passed_over_only_with_name_and_reason(screen, panel)
     page.get_by_label("Reason").fill("new one ordered")
     start.click()
     panel.wait_for("asking")
-    assert "new one ordered" in str(panel.get("state")["log"])
+    assert "new one ordered" in str(panel.get("events")["items"])
 
 
 @pytest.mark.thorough

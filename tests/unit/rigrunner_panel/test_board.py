@@ -44,7 +44,7 @@ def test_a_screen_that_applies_all_deltas_shows_the_whole_state(changes):
 
 def test_the_state_is_of_the_model_that_is_published():
     found = json.loads(Board().state("abc"))
-    assert set(found) == set(State.model_fields) == {*SECTIONS, "seq", "version", "you"}
+    assert set(found) == set(State.model_fields) == {*SECTIONS, "seq", "latest", "version", "you"}
     State.model_validate(found)
 
 

@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from e2e.helpers_panel import parse_frame
-from rigrunner_panel.live.curves import Curves
-from rigrunner_panel.live.frames import frame
+from rigrunner.api.data import Block
+from rigrunner.api.events import Samples
+from rigrunner_panel.live.curves import Curves, frame
 from rigrunner_panel.live.swing import PHASES, SwingCutter
 from rigrunner_panel.live.trend import COLUMNS, STEP_S, Trend
-from rigrunner_panel.process.news import Curve
 
 RATE_HZ = 2000.0
 
@@ -127,7 +127,11 @@ def test_a_frame_says_what_was_put_in_aligned_to_four_bytes(values, text):
 
 def curve(start, angle, torque, recording="001"):
     channels = {"tester.angle": angle, "tester.torque": torque}
-    return Curve(recording, RATE_HZ, start, 0.0, channels)
+    return samples(recording, Block(RATE_HZ, start, 0.0, channels))
+
+
+def samples(recording, block, monotonic_s=0.0):
+    return Samples(seq=0, monotonic_s=monotonic_s, utc="2026", recording=recording, block=block)
 
 
 def test_swings_of_one_block_are_shown_one_after_the_other_and_compensated_when_known():
@@ -172,7 +176,8 @@ def test_without_a_torque_the_first_channel_is_over_time_and_is_named():
     curves = Curves()
     air = np.linspace(290, 300, 200, dtype=np.float32)
     curves.begin("001", None)
-    curves.take(Curve("001", RATE_HZ, 0, 0.1, {"chamber.air": air, "meter.resistance": 2 * air}), 0)
+    block = Block(RATE_HZ, 0, 0.1, {"chamber.air": air, "meter.resistance": 2 * air})
+    curves.take(samples("001", block), 0)
     header, arrays = parse_frame(curves.next_trend())
     assert header["channel"] == "chamber.air"
     assert (arrays["min_nm"].min(), arrays["max_nm"].max()) == (290, 300)

@@ -17,8 +17,9 @@ from rigrunner.rig import Rig
 from rigrunner.run.locate import find_procedure, find_station
 from rigrunner.run.prepare import plan_run
 from rigrunner_panel.jobs.manual import Hand
-from rigrunner_panel.process.news import ManualNow
-from rigrunner_panel.process.orders import CloseManual, SetManually
+from rigrunner_panel.process.link import Link
+from rigrunner_panel.process.messages import CloseManual, SetDrive
+from rigrunner_panel.process.switch import Switch
 from unit.engine.helpers_pausing import Person
 
 
@@ -29,8 +30,8 @@ def done_by_hand(device, *wishes):
         find_procedure("starting_torque_1000n"), find_station("simulated"), load_registry(), clock
     )
     planned = replace(planned, plan=Plan(()), devices={"tester": device})
-    inbox = SimpleNamespace(wish=lambda: left.pop(0), has_wish=lambda: bool(left))
-    link = SimpleNamespace(inbox=inbox, outbox=lambda _: None, send=told.append)
+    commands = SimpleNamespace(by_hand=lambda: left.pop(0), has_by_hand=lambda: bool(left))
+    link = Link(commands, SimpleNamespace(send=told.append), Switch())
     hand = Hand(planned, record("by hand"), link)
     rig = Rig({"tester": device}, clock)
     rig.connect()
@@ -38,18 +39,18 @@ def done_by_hand(device, *wishes):
         hand.steps, rig, Bus([hand]), clock, threading.Event(), "R1", interlocks=(),
         pauses=Person([]),
     )  # fmt: skip
-    views = [each.view for each in told if isinstance(each, ManualNow)]
+    views = [each.sections["manual"] for each in told]
     return summary, [{each.name: each.set for each in view.drives} for view in views]
 
 
 def test_it_shows_where_a_drive_was_set():
-    summary, shown = done_by_hand(FakeTester(), SetManually("tester.frequency", 5.0, "me"))
+    summary, shown = done_by_hand(FakeTester(), SetDrive("tester.frequency", 5.0, "me"))
     assert summary.outcome is Outcome.COMPLETED
     assert [each["tester.frequency"] for each in shown] == [3.0, 5.0]
 
 
 def test_a_drive_that_moved_though_its_set_failed_is_shown_where_it_stands():
     device = FakeTester(read_back_offset=2.0)
-    summary, shown = done_by_hand(device, SetManually("tester.frequency", 20.0, "me"))
+    summary, shown = done_by_hand(device, SetDrive("tester.frequency", 20.0, "me"))
     assert summary.passed_over
     assert [each["tester.frequency"] for each in shown] == [5.0, 22.0]

@@ -8,6 +8,7 @@ import signal
 import threading
 import time
 from contextlib import suppress
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,11 +22,9 @@ from rigrunner.engine.pausing import PauseWantedError
 from rigrunner.steps.confirm import Confirm
 from rigrunner_panel.live.watcher import ANALYST
 from rigrunner_panel.process.channel import Channel, ChannelClosedError
-from rigrunner_panel.process.inbox import Inbox
 from rigrunner_panel.process.launch import Process
-from rigrunner_panel.process.news import Answered, Asked, Curve, PausedNow, WentOn
-from rigrunner_panel.process.orders import Abort, AskPause, Decide, GiveAnswer, PutOnRecord, Stop
-from rigrunner_panel.process.outbox import MOST_CURVES, Outbox
+from rigrunner_panel.process.link import MOST_BLOCKS, Commands, Link, Sender
+from rigrunner_panel.process.messages import Abort, Answer, Decide, Pause, PutOnRecord, Show, Stop
 from rigrunner_panel.process.person import PanelAnswers, PanelPauses
 from rigrunner_panel.process.switch import Switch
 
@@ -59,8 +58,8 @@ def ends():
 
 
 @pytest.fixture
-def inbox(ends):
-    found = Inbox(ends.run, Switch())
+def commands(ends):
+    found = Commands(ends.run, Switch())
     found.start()
     return found
 
@@ -74,7 +73,7 @@ def wait_for(condition):
 
 def test_messages_come_in_order_and_an_end_is_told(ends):
     for number in range(100):
-        ends.panel.send(GiveAnswer(number, "x" * number, BY))
+        ends.panel.send(Answer(number, "x" * number, BY))
     assert [ends.run.receive().prompt for _ in range(100)] == list(range(100))
     ends.panel.close()
     with pytest.raises(ChannelClosedError):
@@ -91,67 +90,74 @@ def test_a_torn_message_is_an_end(torn):
 
 def test_when_the_panel_is_gone_the_run_is_aborted(ends):
     switch = Switch()
-    Inbox(ends.run, switch).start()
+    Commands(ends.run, switch).start()
     ends.panel.close()
     wait_for(switch.is_set)
     assert "the panel is gone" in str(switch.reason())
 
 
-def confirm(inbox, sent, switch=None):
-    answers = PanelAnswers(sent.append, inbox, switch or Switch(), "Bob")
+def link_of(commands, sent, switch=None):
+    return Link(commands, SimpleNamespace(send=sent.append), switch or Switch())
+
+
+def confirm(commands, sent, switch=None):
+    answers = PanelAnswers(link_of(commands, sent, switch), "Bob")
     return answers.confirm("s", Confirm("Ready?", None)), answers.by
 
 
-def test_an_answer_is_waited_for_and_says_who_gave_it(ends, inbox):
+def test_an_answer_is_waited_for_and_says_who_gave_it(ends, commands):
     sent = []
-    ends.panel.send(GiveAnswer(99, "no", "an older prompt's"))
-    ends.panel.send(GiveAnswer(1, "yes", BY))
-    assert confirm(inbox, sent) == (True, BY)
+    ends.panel.send(Answer(99, "no", "an older prompt's"))
+    ends.panel.send(Answer(1, "yes", BY))
+    assert confirm(commands, sent) == (True, BY)
     asked, answered = sent
-    assert isinstance(asked, Asked)
-    assert (asked.number, asked.expected.choices) == (1, ("yes", "no"))
-    assert answered == Answered(1)
+    prompt = asked.sections["prompt"]
+    assert (prompt.id, prompt.choices) == (1, ("yes", "no"))
+    assert prompt.accepts.accept("YES") == "yes"
+    assert answered == Show({"prompt": None})
 
 
-def test_neither_a_stop_nor_a_pause_waits_for_an_answer(ends, inbox):
+def test_neither_a_stop_nor_a_pause_waits_for_an_answer(ends, commands):
     switch, sent = Switch(), []
     switch.abort(BY, WHY)
     with pytest.raises(AbortedError, match=WHY):
-        confirm(inbox, sent, switch)
-    ends.panel.send(AskPause(BY))
+        confirm(commands, sent, switch)
+    ends.panel.send(Pause(BY))
     with pytest.raises(PauseWantedError):
-        confirm(inbox, sent)
-    assert sent[-1] == Answered(1)  # the screen's question is gone, too
+        confirm(commands, sent)
+    assert sent[-1] == Show({"prompt": None})  # the screen's question is gone, too
 
 
 PAUSED = Paused("s", "p", "why", (), (Choice.RESUME, Choice.SKIP, Choice.ABORT))
 
 
-def test_a_second_click_does_not_end_the_next_pause(ends, inbox):
+def test_a_second_click_does_not_end_the_next_pause(ends, commands):
     sent, looked = [], []
-    pauses = PanelPauses(sent.append, inbox)
-    ends.panel.send(AskPause(BY))
+    pauses = PanelPauses(link_of(commands, sent))
+    ends.panel.send(Pause(BY))
     wait_for(pauses.wanted)
     ends.panel.send(Decide(Decision(Choice.RESUME, BY)))
     ends.panel.send(Decide(Decision(Choice.RESUME, BY)))
-    wait_for(lambda: inbox._decisions.qsize() == 2)
+    wait_for(lambda: commands._decisions.qsize() == 2)
     decided = threading.Timer(0.3, lambda: ends.panel.send(Decide(Decision(Choice.SKIP, BY, WHY))))
     decided.start()
     assert pauses.decide(PAUSED, lambda: looked.append(1)).choice is Choice.SKIP
-    assert sent == [PausedNow(PAUSED), WentOn()]
+    (paused, went_on) = (each.sections for each in sent)
+    assert paused["pause"].choices == ("resume", "skip", "abort")
+    assert went_on == {"pause": None}
     assert (pauses.wanted(), len(looked) > 1) == ("", True)
     decided.join()
 
 
-def test_a_decision_that_came_with_the_pause_is_taken_at_once_if_it_can_be(ends, inbox):
-    pauses = PanelPauses([].append, inbox)
-    ends.panel.send(AskPause(BY, Decision(Choice.SKIP, BY, WHY)))
+def test_a_decision_that_came_with_the_pause_is_taken_at_once_if_it_can_be(ends, commands):
+    pauses = PanelPauses(link_of(commands, []))
+    ends.panel.send(Pause(BY, Decision(Choice.SKIP, BY, WHY)))
     wait_for(pauses.wanted)
     assert pauses.decide(PAUSED, lambda: None) == Decision(Choice.SKIP, BY, WHY)
-    ends.panel.send(AskPause(BY, Decision(Choice.REPEAT, BY)))  # cannot be done here
+    ends.panel.send(Pause(BY, Decision(Choice.REPEAT, BY)))  # cannot be done here
     wait_for(pauses.wanted)
     ends.panel.send(PutOnRecord(Interference("take over", BY)))
-    wait_for(lambda: not inbox._records.empty())
+    wait_for(lambda: not commands._records.empty())
     assert list(pauses.told()) == [Interference("take over", BY)]
     later = threading.Timer(0.2, lambda: ends.panel.send(Decide(Decision(Choice.RESUME, BY))))
     later.start()
@@ -172,7 +178,7 @@ def installed():
 
 @pytest.mark.skipif(os.name == "nt", reason="a thread cannot be interrupted so there")
 def test_stop_breaks_off_whatever_the_main_thread_waits_for_once(ends, installed):
-    Inbox(ends.run, installed).start()
+    Commands(ends.run, installed).start()
     os.kill(os.getpid(), signal.SIGINT)  # of the terminal: not the panel's
     began_s = time.monotonic()
     threading.Timer(0.1, lambda: ends.panel.send(Stop(BY, WHY))).start()
@@ -229,7 +235,7 @@ def test_while_the_rig_is_made_safe_a_stop_interrupts_nothing():
 
 def test_an_abort_says_who_and_why_and_the_first_one_counts(ends):
     switch = Switch()
-    Inbox(ends.run, switch).start()
+    Commands(ends.run, switch).start()
     ends.panel.send(Abort(BY, WHY))
     ends.panel.send(Abort("Bob", "too"))
     wait_for(switch.is_set)
@@ -253,34 +259,34 @@ class StuckPipe:
 
 def test_a_panel_that_does_not_read_loses_curves_and_no_event_and_the_run_never_waits():
     pipe = StuckPipe()
-    outbox = Outbox(Channel(io.BytesIO(), pipe))
+    sender = Sender(Channel(io.BytesIO(), pipe))
     block = Block(1000.0, 0, 1.0, {"t.torque": np.zeros(1000)})
     began_s = time.monotonic()
     for number in range(1000):
-        outbox(Samples(seq=number, recording="r", block=block, **KNOWN))
-        outbox(Note(seq=number, step="s", text="t", **KNOWN))
+        sender(Samples(seq=number, recording="r", block=block, **KNOWN))
+        sender(Note(seq=number, step="s", text="t", **KNOWN))
     assert time.monotonic() - began_s < 10
     pipe.free.set()
-    outbox.close()
+    sender.close()
     sizes = [len(each) for each in pipe.sent]
-    assert sum(size > 4000 for size in sizes) <= MOST_CURVES + 1
+    assert sum(size > 4000 for size in sizes) <= MOST_BLOCKS + 1
     assert sum(size < 4000 for size in sizes) == 1000
 
 
 def test_of_a_quick_scan_a_panel_is_told_some_points_and_the_last(monkeypatch):
     now_s = iter(np.arange(0.0, 10.0, 0.001))
-    monkeypatch.setattr("rigrunner_panel.process.outbox.monotonic", lambda: next(now_s))
+    monkeypatch.setattr("rigrunner_panel.process.link.monotonic", lambda: next(now_s))
     pipe = io.BytesIO()
-    outbox = Outbox(Channel(io.BytesIO(), pipe))
+    sender = Sender(Channel(io.BytesIO(), pipe))
     for point in range(1000):
         row = {"step": "s", "point": point, "measurement": "m", "setpoints": {}, "values": {}}
-        outbox(Scanned(seq=point, **row, **KNOWN))
-    outbox(Note(seq=1000, step="s", text="t", **KNOWN))
-    outbox.close()
+        sender(Scanned(seq=point, **row, **KNOWN))
+    sender(Note(seq=1000, step="s", text="t", **KNOWN))
+    sender.close()
     told, channel = [], Channel(io.BytesIO(pipe.getvalue()), io.BytesIO())
     with suppress(ChannelClosedError):
         while True:
-            told.append(channel.receive().event.seq)
+            told.append(channel.receive().seq)
     assert (told[0], told[-2:]) == (0, [999, 1000])
     assert told == sorted(told)
     assert len(told) == pytest.approx(1000 * 0.001 / 0.05 + 2, abs=1)
@@ -288,15 +294,15 @@ def test_of_a_quick_scan_a_panel_is_told_some_points_and_the_last(monkeypatch):
 
 def test_a_curve_is_what_was_recorded_in_half_the_bytes():
     pipe = io.BytesIO()
-    outbox = Outbox(Channel(io.BytesIO(), pipe))
+    sender = Sender(Channel(io.BytesIO(), pipe))
     values = np.linspace(-1, 1, 50)
-    outbox(Samples(seq=1, recording="r", block=Block(1e3, 100, 1.0, {"t.a": values}), **KNOWN))
-    outbox.close()
+    sender(Samples(seq=1, recording="r", block=Block(1e3, 100, 1.0, {"t.a": values}), **KNOWN))
+    sender.close()
     curve = Channel(io.BytesIO(pipe.getvalue()), io.BytesIO()).receive()
-    assert isinstance(curve, Curve)
-    assert (curve.recording, curve.first_sample, curve.monotonic_s) == ("r", 100, 1.0)
-    assert curve.channels["t.a"].dtype == np.float32
-    assert curve.channels["t.a"] == pytest.approx(values, abs=1e-7)
+    assert isinstance(curve, Samples)
+    assert (curve.recording, curve.block.first_sample, curve.monotonic_s) == ("r", 100, 1.0)
+    assert curve.block.channels["t.a"].dtype == np.float32
+    assert curve.block.channels["t.a"] == pytest.approx(values, abs=1e-7)
 
 
 def test_a_file_in_the_present_folder_is_not_taken_for_a_module(tmp_path, monkeypatch):

@@ -14,7 +14,7 @@ import pytest
 
 import rigrunner_panel
 from helpers_lacking import lacking
-from rigrunner_panel.live.frames import frame
+from rigrunner_panel.live.curves import frame
 
 STATIC = Path(rigrunner_panel.__file__).parent / "static"
 MODULES = sorted(path.resolve() for path in (STATIC / "js").rglob("*.js"))

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import itertools
+import json
 from math import nan
 
 import numpy as np
 import pytest
 
+from rigrunner.api.data import Block
 from rigrunner.api.events import (
     Alarm,
     InterlockCleared,
@@ -17,24 +19,25 @@ from rigrunner.api.events import (
     Outcome,
     RunEnded,
     RunStarted,
+    Samples,
     Scanned,
     StepEnded,
     StepStarted,
 )
 from rigrunner.api.findings import Findings, MeasurementResult, ResultDefinition
 from rigrunner.api.quantity import Estimate
-from rigrunner.engine import Choice, Paused
-from rigrunner.procedure.answers import Expected
-from rigrunner_panel.live.asked import Analysed
 from rigrunner_panel.live.story import UNKEPT, Story
-from rigrunner_panel.process import news
+from rigrunner_panel.process.messages import Analysed, Ended, Failed, Found, Show
 from rigrunner_panel.view.board import Board
 from rigrunner_panel.view.sections import (
     Finished,
     JobView,
     LiveView,
+    PauseView,
     PlanView,
+    Preflight,
     PreflightItem,
+    PromptView,
     Readings,
     StepView,
 )
@@ -63,7 +66,12 @@ PLAN = PlanView(
 
 
 def event(kind, **fields):
-    return news.Happened(kind(seq=next(numbers), monotonic_s=0.0, utc="2026", **fields))
+    known = {"seq": next(numbers), "monotonic_s": 0.0, "utc": "2026"}
+    return kind(**{**known, **fields})
+
+
+def planned(plan):
+    return Show({"plan": plan})
 
 
 def begun(index, recording=""):
@@ -84,10 +92,17 @@ def board():
 def story(board):
     job = JobView(kind="run", procedure="p", station="s", realtime=False)
     story = Story(board, job, NoLinks())
-    story.take(news.Planned(PLAN, "nl", "Title"))
+    story.take(planned(PLAN))
     return story
 
 
+PAUSE = PauseView(
+    step="main[1]",
+    point="a",
+    reason="a pause was asked for",
+    moving=(),
+    choices=("resume", "abort"),
+)
 STARTED = {"run_id": "R1", "steps": 4, "estimated_s": 40.0}
 
 
@@ -98,22 +113,24 @@ def test_phases_follow_what_happens(board, story):
 
     assert board.get("phase") == "starting"
     assert after(event(RunStarted, **STARTED)) == "running"
-    asked = news.Asked(7, "setup[0]", "confirm", "Ready?", "x.png", Expected(("yes", "no")))
-    assert after(asked) == "asking"
+    prompt = PromptView(
+        id=7, step="setup[0]", kind="confirm", text="Ready?", choices=("yes", "no"),
+        expected="yes / no", unit="", picture="x.png",
+    )  # fmt: skip
+    assert after(Show({"prompt": prompt})) == "asking"
     assert board.get("prompt").picture == "/api/pictures/x.png"
     assert board.get("prompt").choices == ("yes", "no")
-    assert after(news.Answered(7)) == "running"
+    assert after(Show({"prompt": None})) == "running"
     assert board.get("prompt") is None
     story.asked("pause")
     assert board.get("phase") == "pausing"
-    paused = Paused("main[1]", "a", "a pause was asked for", (), (Choice.RESUME, Choice.ABORT))
-    assert after(news.PausedNow(paused)) == "paused"
+    assert after(Show({"pause": PAUSE})) == "paused"
     assert (board.get("asked"), board.get("pause").choices) == ("", ("resume", "abort"))
-    assert after(news.WentOn()) == "running"
+    assert after(Show({"pause": None})) == "running"
     assert after(event(Intervention, action="abort", by="interlock x")) == "ending"
     assert after(event(RunEnded, outcome=Outcome.ABORTED)) == "analysing"
     end = Finished(run="R1", folder="f", outcome="aborted", reason="", verdict="")
-    assert after(news.Ended(end)) == "finished"
+    assert after(Ended(end)) == "finished"
     assert board.get("finished") == end
 
 
@@ -139,7 +156,8 @@ def test_a_recording_of_which_statistics_alone_are_kept_is_shown_while_it_lasts(
              "tester.angle": np.cos(10 * np.pi * time_s).astype(np.float32)}  # fmt: skip
     story.take(event(RunStarted, **STARTED))
     story.take(begun(1))
-    story.take(news.Curve("", 1000.0, 0, 1.0, waves))
+    block = Block(1000.0, 0, 0.0, waves)
+    story.take(event(Samples, recording="", block=block, monotonic_s=1.0))
     assert board.get("progress").recording == UNKEPT
     assert board.get("readings").frequency_hz == pytest.approx(5.0, rel=0.01)
     assert story.curves.next_swing() is not None
@@ -150,11 +168,10 @@ def test_a_recording_of_which_statistics_alone_are_kept_is_shown_while_it_lasts(
 
 
 def test_a_step_that_a_pause_broke_off_is_to_come_and_not_failed(board, story):
-    paused = Paused("main[1]", "a", "a pause was asked for", (), (Choice.RESUME,))
     for message in (begun(0), ended(0), begun(1, "001"), ended(1, ok=False)):
         story.take(message)
     assert board.get("progress").states == "ox.."
-    story.take(news.PausedNow(paused))
+    story.take(Show({"pause": PAUSE}))
     assert board.get("progress").states == "o..."
     assert board.get("progress").left_s == 30.0
     story.take(begun(1, "001"))
@@ -207,11 +224,11 @@ def row(point, load):
 def test_a_scan_shows_each_point_and_how_far_it_is(board):
     scan = step(1, "").model_copy(update={"scan_points": 4, "action": "scan"})
     story = Story(board, JobView(kind="run", procedure="p", station="s"), NoLinks())
-    story.take(news.Planned(PlanView(estimated_s=20.0, steps=(step(0, ""), scan)), "", "Title"))
+    story.take(planned(PlanView(estimated_s=20.0, steps=(step(0, ""), scan))))
     units = {"t.frequency": "Hz"}
     story.take(ended(0, action="set", values={"t.frequency": 5.0}, units=units))
     story.take(scan_begun(1))
-    logged = board.get("log")
+    told = board.events(-1)
     for point, load in enumerate((10.0, 20.0, 40.0)):
         story.take(row(point, load))
     readings, progress = board.get("readings"), board.get("progress")
@@ -221,7 +238,7 @@ def test_a_scan_shows_each_point_and_how_far_it_is(board):
     assert readings.set_frequency_hz == 5.0
     assert (progress.scanned, progress.scan_points) == (3, 4)
     assert (progress.done_s, progress.left_s) == (10.0 + 7.5, 2.5)
-    assert board.get("log") == logged
+    assert board.events(-1) == told
     story.take(scan_begun(1))  # once more: from its first point
     assert board.get("progress").scanned == 0
     story.take(ended(1, action="scan"))
@@ -251,11 +268,30 @@ def test_an_interlock_is_active_until_it_clears_and_lists_stay_short(board, stor
     assert [one.active for one in board.get("alarms")] == [False]
     for number in range(300):
         story.take(event(Alarm, source="x", text=str(number)))
-    assert (len(board.get("alarms")), len(board.get("log"))) == (100, 100)
+    assert len(board.get("alarms")) == 100
     assert board.get("alarms")[-1].text == "299"
 
 
 LIVE = LiveView(recordings=1, final=False, method="m", problem="", taken_s=0.1)
+
+
+def test_events_are_told_as_they_are_and_no_event_of_an_earlier_job_stays(board, story):
+    story.take(event(RunStarted, **STARTED))
+    story.take(event(StepEnded, step="a", index=0, action="read", ok=True, truth={"x": 1.0},
+                     values={"t.load": nan}))  # fmt: skip
+    told = json.loads(board.events(-1))
+    assert [each["event"]["event"] for each in told["items"]] == ["RunStarted", "StepEnded"]
+    assert told["items"][0]["event"]["run_id"] == "R1"
+    assert told["items"][1]["event"]["values"] == {"t.load": None}
+    assert told["items"][1]["event"]["truth"] == {}
+    numbers = [each["number"] for each in told["items"]]
+    messages = [json.loads(each) for each in board.new_events()]
+    assert [each["number"] for each in messages] == numbers
+    assert {each["type"] for each in messages} == {"event"}
+    assert board.new_events() == []
+    assert json.loads(board.events(numbers[0]))["items"] == told["items"][1:]
+    Story(board, story.job, NoLinks())
+    assert json.loads(board.events(-1)) == {"version": 1, "latest": numbers[-1], "items": []}
 
 
 def test_the_run_s_own_result_is_the_last_that_is_shown(board, story):
@@ -264,7 +300,7 @@ def test_the_run_s_own_result_is_the_last_that_is_shown(board, story):
     assert board.get("live") == LIVE
     final = LIVE.model_copy(update={"final": True, "recordings": 4})
     end = Finished(run="R1", folder="f", outcome="completed", reason="", verdict="pass")
-    story.take(news.Ended(end, final))
+    story.take(Ended(end, final))
     story.analysed(Analysed(LIVE))  # an answer that came too late
     assert board.get("live") == final
 
@@ -281,7 +317,7 @@ def test_a_process_that_dies_without_a_word_is_told_with_what_to_do(board, story
 
 @pytest.mark.parametrize(("code", "outcome"), [("aborted", "aborted"), ("device", "error")])
 def test_a_job_that_never_began_says_why(board, story, code, outcome):
-    story.take(news.Failed("it is so", "do this", code))
+    story.take(Failed("it is so", "do this", code))
     found = board.get("finished")
     assert board.get("phase") == "finished"
     assert (found.outcome, found.reason, found.hint) == (outcome, "it is so", "do this")
@@ -292,12 +328,12 @@ def test_a_preflight_fills_and_lets_start_only_without_a_failure(board):
     story = Story(board, JobView(kind="preflight", procedure="p", station="s"), NoLinks())
     assert (board.get("phase"), board.get("preflight").done) == ("checking", False)
     good = PreflightItem(kind="disk", name="disk", state="warn", text="little")
-    story.take(news.Checked(good))
+    story.take(Show({"preflight": Preflight.of(story.job, (good,))}))
     assert board.get("preflight").items == (good,)
-    story.take(news.Ended())
+    story.take(Ended())
     assert (board.get("phase"), board.get("preflight").may_start) == ("idle", True)
     story = Story(board, JobView(kind="preflight", procedure="p", station="s"), NoLinks())
-    story.take(news.Failed("no such file", "look", "invalid"))
+    story.take(Failed("no such file", "look", "invalid"))
     found = board.get("preflight")
     assert (found.done, found.may_start, found.items[0].state) == (True, False, "fail")
     assert found.items[0].fix == "look"
@@ -306,6 +342,6 @@ def test_a_preflight_fills_and_lets_start_only_without_a_failure(board):
 def test_what_the_analyses_show_by_now_is_on_the_screen(board, story):
     of = ResultDefinition(name="voltage", text="output voltage", unit="V")
     now = MeasurementResult(of=of, estimate=Estimate(5.0, nan, nan, "V"), readings=300)
-    story.take(news.LiveNow(Findings(results=(now,))))
+    story.take(Found(Findings(results=(now,))))
     (row,) = board.get("live").results
     assert (row.name, row.value, row.U, row.readings) == ("voltage", 5.0, None, 300)

@@ -81,7 +81,7 @@ def live_analysis(stored: StoredRun, registry: Registry) -> LiveAnalysis | None:
     )
 
 
-def result_so_far(
+def interim_result(
     folder: Path,
     registry: Registry,
     no_load: StoredRun | None,
@@ -101,10 +101,10 @@ def result_so_far(
     finished = run_data(stored)
     if watched is not None:
         return analysis.result(replace(finished, recordings=(watched,)), other), analysis.acceptance
-    going_on = [each for each in stored.incomplete if each.name == recording][-1:]
-    if going_on:
+    unfinished = [each for each in stored.incomplete if each.name == recording][-1:]
+    if unfinished:
         try:
-            with_it = replace(finished, recordings=(*finished.recordings, *going_on))
+            with_it = replace(finished, recordings=(*finished.recordings, *unfinished))
             return analysis.result(with_it, other), analysis.acceptance
         except DataError:  # too short as yet
             pass

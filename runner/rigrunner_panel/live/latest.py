@@ -16,7 +16,7 @@ from rigrunner.analysis.torque.prepare import prepare_point
 from rigrunner.analysis.torque.sources import of_this_run
 from rigrunner.run.stored import run_data
 from rigrunner.runfile import read, read_without_samples, tail_of
-from rigrunner_panel.live.so_far import live_analysis
+from rigrunner_panel.live.interim import live_analysis
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from rigrunner.procedure import AnalysisSpec
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun, Tail
-    from rigrunner_panel.live.so_far import LiveAnalysis
+    from rigrunner_panel.live.interim import LiveAnalysis
 
 BEGINNING = 10_000
 """Samples of a finished recording that are looked at again with each window."""
@@ -35,7 +35,7 @@ MOST_BEHIND = 400_000_000
 """Bytes of samples that wait for an analysis that does not keep up; older ones are passed over."""
 
 
-class GoingOn:
+class LatestCycles:
     """Follows the recordings of one run, the latest at a time."""
 
     def __init__(self, folder: Path, registry: Registry, no_load: StoredRun | None) -> None:

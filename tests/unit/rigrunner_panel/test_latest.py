@@ -11,25 +11,25 @@ from rigrunner.registry import load_registry
 from rigrunner.run.locate import find_station, run_names
 from rigrunner.runfile import read
 from rigrunner_panel.live import analyst
-from rigrunner_panel.live.asked import Analyse
-from rigrunner_panel.live.going_on import GoingOn
+from rigrunner_panel.live.latest import LatestCycles
+from rigrunner_panel.process.messages import Analyse
 
 
 class Follower:
     """Follows a run from inside it, as the analyst's process does beside it."""
 
     def __init__(self, runs, no_load):
-        self.runs, self.no_load, self.going_on = runs, no_load, None
+        self.runs, self.no_load, self.unfinished = runs, no_load, None
         self.found, self._blocks = {}, 0
 
     def __call__(self, event):
-        if self.going_on is None:
+        if self.unfinished is None:
             folder = self.runs / run_names(self.runs)[-1]
-            self.going_on = GoingOn(folder, load_registry(), self.no_load)
+            self.unfinished = LatestCycles(folder, load_registry(), self.no_load)
         if isinstance(event, Samples):
             self._blocks += 1
             if self._blocks % 3 == 0:
-                self.found[event.recording] = self.going_on.latest()
+                self.found[event.recording] = self.unfinished.latest()
 
 
 class Asker:
@@ -53,7 +53,7 @@ class Asker:
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory):
     """Return a folder, its runs, and a no-load run in it."""
-    folder = tmp_path_factory.mktemp("going_on")
+    folder = tmp_path_factory.mktemp("unfinished")
     runs = folder / "runs"
     return folder, runs, run(quick_procedure(folder, "no_load_inertia_sweep"), runs).folder
 

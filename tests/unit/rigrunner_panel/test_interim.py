@@ -15,7 +15,7 @@ from rigrunner.registry import load_registry
 from rigrunner.run.locate import find_procedure, find_station, run_names
 from rigrunner.runfile import read
 from rigrunner_panel.history import History
-from rigrunner_panel.live.so_far import result_so_far
+from rigrunner_panel.live.interim import interim_result
 from rigrunner_panel.view.of_result import correction, live_view
 from rigrunner_panel.view.sections import LiveView
 
@@ -42,7 +42,7 @@ class Onlooker:
 
     def _found(self, recording):
         folder = self.runs / run_names(self.runs)[-1]
-        found = result_so_far(folder, self.registry, self.no_load, recording)
+        found = interim_result(folder, self.registry, self.no_load, recording)
         return None if found is None else found[0]
 
 
@@ -100,7 +100,7 @@ def test_a_watched_stretch_is_analysed_in_place_of_the_recordings(watched):
     onlooker, finished = watched
     folder = finished.folder
     stretch = read(folder).recordings[2]
-    found, _ = result_so_far(folder, onlooker.registry, onlooker.no_load, watched=stretch)
+    found, _ = interim_result(folder, onlooker.registry, onlooker.no_load, watched=stretch)
     expected = finished.result.compensations["template_inverse"].points[2]
     (point,) = live_view(found, final=False).points
     assert point.recording == stretch.name
@@ -128,7 +128,7 @@ def test_named_results_are_there_with_their_limits_while_the_run_goes_on(tmp_pat
     runs = tmp_path / "runs"
     done = call("run", procedure, "--station", station, "--unattended", "--runs", runs)
     assert done.code == 0, done.err
-    result, acceptance = result_so_far(runs / run_names(runs)[0], load_registry(), None)
+    result, acceptance = interim_result(runs / run_names(runs)[0], load_registry(), None)
     view = live_view(result, final=False, acceptance=acceptance)
     assert (view.points, view.verdict) == ((), "")
     voltages = [each for each in view.results if each.name == "voltage"]

@@ -1,0 +1,62 @@
+"""What is wrong, or was: a bounded list for the screen, and the rigs that were left energised."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING
+
+from rigrunner.api.events import Alarm, InterlockCleared, InterlockTripped
+from rigrunner.rig_state import read_markers
+from rigrunner_panel.view.sections import AlarmView
+
+if TYPE_CHECKING:
+    from rigrunner.api.events import Event
+
+MOST = 100
+
+
+def alarms_of_rigs() -> tuple[AlarmView, ...]:
+    """Return an alarm for each rig that was left energised and that no process holds now.
+
+    It is active until something has read back that the rig is safe.
+    """
+    return tuple(
+        AlarmView(
+            seq=-1,
+            utc=marker.owner.since if marker.owner else "",
+            source="rig",
+            text=marker.text,
+            active=not marker.safe_by,
+        )
+        for marker in read_markers()
+        if not marker.is_in_use
+    )
+
+
+class Alarms:
+    """The latest alarms of a job, and the rigs of this machine that were left energised."""
+
+    def __init__(self) -> None:
+        self.rigs = alarms_of_rigs()
+        self._of_run: deque[AlarmView] = deque(maxlen=MOST)
+
+    @property
+    def all(self) -> tuple[AlarmView, ...]:
+        """Rigs first, then the job's own, oldest first."""
+        return (*self.rigs, *self._of_run)
+
+    def take(self, event: Event) -> None:
+        """Take an event that may be an alarm, or the end of one."""
+        if isinstance(event, Alarm):
+            active = isinstance(event, InterlockTripped)
+            known = {"seq": event.seq, "utc": event.utc, "source": event.source}
+            self._of_run.append(AlarmView(**known, text=event.text, active=active))
+        elif isinstance(event, InterlockCleared):
+            self._clear(f"interlock {event.interlock}")
+
+    def _clear(self, source: str) -> None:
+        cleared = (
+            each.model_copy(update={"active": False}) if each.source == source else each
+            for each in self._of_run
+        )
+        self._of_run = deque(list(cleared), maxlen=MOST)
