@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from rigrunner_bearings.compensations.records import rigrunner_compensations
+from rigrunner_bearings.compensations.records import rigrunner_compensations, rigrunner_kinds
 from rigrunner_bearings.devices.records import rigrunner_devices
 from rigrunner_bearings.fits.records import rigrunner_fits
 
-__all__ = ["api_version", "rigrunner_compensations", "rigrunner_devices", "rigrunner_fits"]
+__all__ = [
+    "api_version",
+    "rigrunner_compensations",
+    "rigrunner_devices",
+    "rigrunner_fits",
+    "rigrunner_kinds",
+]
 
 api_version = 1

@@ -17,10 +17,8 @@ from rigrunner.api.hooks import AnalysisRecord
 from rigrunner.api.instruments import Instrument
 from rigrunner.api.member import NAME, Member
 from rigrunner.api.rig import RigDescription
-from rigrunner.api.settings import own_keys
 from rigrunner.api.units import QuantityError, unit
 from rigrunner.signal.coverage import expanded
-from rigrunner.study.tools import tools
 from rigrunner_testing.check import AnyCheck, Nonconformity, NotApplicable, check, demand
 
 if TYPE_CHECKING:
@@ -335,7 +333,7 @@ def _run(
         ended_utc=START.format(second=59),
         outcome="completed",
         inputs={},
-        rig=own_keys(RigDescription, tools().station.rig),
+        rig=RigDescription(),
         instruments={each.channel: each for each in instruments},
         zeros={},
         recordings=(),

@@ -9,6 +9,7 @@ from rigrunner.api.errors import PluginError
 from rigrunner.registry import load_registry, with_drop_ins
 from rigrunner_testing import (
     analyses,
+    brought,
     decision_rules,
     event_sinks,
     fits,
@@ -19,8 +20,6 @@ from rigrunner_testing import (
     steps,
     units,
 )
-from rigrunner_testing.compensation import CHECKS as COMPENSATION_CHECKS
-from rigrunner_testing.compensation import CompensationSubject
 from rigrunner_testing.device import CHECKS as DEVICE_CHECKS
 from rigrunner_testing.device import DeviceSubject
 from rigrunner_testing.formats import CHECKS as FORMAT_CHECKS
@@ -36,7 +35,6 @@ if TYPE_CHECKING:
 OF_KIND: dict[str, tuple[AnyCheck, ...]] = {
     "device": DEVICE_CHECKS,
     "fit": fits.CHECKS,
-    "compensation": COMPENSATION_CHECKS,
     "outlier_rule": outlier_rules.CHECKS,
     "decision_rule": decision_rules.CHECKS,
     "analysis": analyses.CHECKS,
@@ -47,13 +45,21 @@ OF_KIND: dict[str, tuple[AnyCheck, ...]] = {
     "event_sink": event_sinks.CHECKS,
     "step": steps.CHECKS,
     "unit": units.CHECKS,
+    "kind": brought.CHECKS,
 }
+"""Those of Rigrunner's own kinds: whoever brings a kind brings its checks."""
 
 
-def checks(kind: str) -> tuple[AnyCheck, ...]:
-    """Return all checks for plugins of that kind, 'device', 'fit', ..., in their order."""
+def checks(kind: str, registry: Registry | None = None) -> tuple[AnyCheck, ...]:
+    """Return all checks for plugins of that kind, 'device', 'fit', ..., in their order.
+
+    `registry` knows the kinds that plugins bring; left out, it is that of all installed plugins.
+    """
     made = () if kind == "step" else making.CHECKS  # it makes nothing, but a plan
-    return (*settings.CHECKS, *made, *OF_KIND.get(kind, ()))
+    if kind in OF_KIND:
+        return (*settings.CHECKS, *made, *OF_KIND[kind])
+    found = brought.conformance(registry or load_registry(), kind)
+    return (*settings.CHECKS, *made, *(found.CHECKS if found else ()))
 
 
 def subject(
@@ -79,11 +85,10 @@ def subject(
     _need_valid(known, kind, name, told)
     if kind == "device":
         return DeviceSubject(plugin, known, told, folder=folder or Path())
-    if kind == "compensation":
-        return CompensationSubject(plugin, known, told)
     if kind in {"report_format", "certificate_format", "study_format"}:
         return FormatSubject(plugin, known, told)
-    return Subject(plugin, known, told)
+    found = None if kind in OF_KIND else brought.conformance(known, kind)
+    return (found.SUBJECT if found else Subject)(plugin, known, told)
 
 
 def _need_valid(registry: Registry, kind: str, name: str, told: Mapping[str, Any]) -> None:

@@ -13,16 +13,6 @@ from rigrunner_testing.examination import useful_hint
 if TYPE_CHECKING:
     from rigrunner_testing.subjects import Subject
 
-_TAKES = {
-    "fit": ("points",),
-    "outlier_rule": ("values",),
-    "compensation": ("sweep",),
-    "decision_rule": ("limits", "estimate"),
-    "analysis": ("run",),
-    "event_sink": ("event",),
-}
-"""What a function of these kinds is called with."""
-
 
 @check(needs=(), fix="let the factory return what it makes of its settings, and raise nothing")
 def can_be_made(subject: Subject) -> None:
@@ -42,24 +32,25 @@ def can_be_made(subject: Subject) -> None:
             " constructor keeps what it is given",
         ) from error
 
-    problem = _not_usable(made, subject.kind)
+    problem = _not_usable(made, subject)
     if problem:
         raise Nonconformity(problem, fix=f"correct what {_named(factory)} gives")
 
 
-def _not_usable(made: Any, kind: str) -> str:
+def _not_usable(made: Any, subject: Subject) -> str:
     """Return why what was made cannot be called as it will be; '' if it can, or is a device."""
     what = getattr(made, "__name__", type(made).__name__)
-    if kind == "importer":
+    if subject.kind == "importer":
         read = getattr(made, "read", None)
         if not callable(read):
             return f"{what} has no method `read`"
         return call_problem(read, f"{what}.read", ("path", "columns", "group"))
-    if kind not in _TAKES:
+    takes = next((k.takes for k in subject.registry.kinds if k.name == subject.kind), ())
+    if not takes:
         return ""
     if not callable(made):
         return f"{what} cannot be called: it needs a method `__call__`"
-    return call_problem(made, what, _TAKES[kind])
+    return call_problem(made, what, takes)
 
 
 def _named(factory: Any) -> str:

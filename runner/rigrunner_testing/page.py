@@ -5,7 +5,9 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
+from rigrunner.registry import load_registry
 from rigrunner_testing import making, settings
+from rigrunner_testing.brought import conformance
 from rigrunner_testing.kinds import OF_KIND
 
 if TYPE_CHECKING:
@@ -35,8 +37,17 @@ def page() -> str:
 def _lines() -> Iterator[str]:
     yield HEAD
     yield from _section("Every plugin", (*settings.CHECKS, *making.CHECKS))
-    for kind, checks in OF_KIND.items():
+    for kind, checks in _of_kinds():
         yield from _section(f"Plugins of the kind {kind.replace('_', ' ')}", checks)
+
+
+def _of_kinds() -> Iterator[tuple[str, Iterable[AnyCheck]]]:
+    yield from OF_KIND.items()
+    registry = load_registry()
+    for each in registry.kinds:
+        found = conformance(registry, each.name)
+        if found is not None:
+            yield each.name, found.CHECKS
 
 
 def _section(title: str, checks: Iterable[AnyCheck]) -> Iterator[str]:

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api import CompensationRecord, Condition, MeasurandKind, Nature, hookimpl
+from rigrunner.api import Condition, KindRecord, MeasurandKind, Nature, hookimpl
+from rigrunner_bearings.api import CompensationRecord
 from rigrunner_bearings.compensations import requirements
 
 if TYPE_CHECKING:
@@ -32,6 +33,21 @@ OTHER_PHASE = (
     " does not include what comes of that"
 )
 BREAKAWAY = MeasurandKind(Nature.TOTAL, Condition.FROM_REST)
+
+
+@hookimpl
+def rigrunner_kinds() -> list[KindRecord]:
+    """Return the kind of plugins that this package brings."""
+    return [
+        KindRecord(
+            name="compensation",
+            help="A way to subtract the rig's no-load torque from the measured torque",
+            hook="rigrunner_compensations",
+            record=CompensationRecord,
+            takes=("sweep",),
+            conformance="rigrunner_bearings.conformance",
+        )
+    ]
 
 
 @hookimpl

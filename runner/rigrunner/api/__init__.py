@@ -13,10 +13,9 @@ from typing import Any
 
 _NAMES = {
     "hooks": (
-        "hookimpl AnalysisRecord CertificateFormatRecord CompensationRecord "
-        "DecisionRuleRecord DeviceRecord EventSinkRecord FitRecord ImporterExample "
-        "ImporterRecord NoSettings OutlierRuleRecord ReportFormatRecord StepRecord "
-        "StudyFormatRecord UnitRecord"
+        "hookimpl AnalysisRecord CertificateFormatRecord DecisionRuleRecord DeviceRecord "
+        "EventSinkRecord FitRecord ImporterExample ImporterRecord KindRecord NoSettings "
+        "OutlierRuleRecord ReportFormatRecord StepRecord StudyFormatRecord UnitRecord"
     ),
     "errors": (
         "DataError DeviceError DeviceLostError DeviceNotFoundError DeviceRejectedError "
@@ -65,7 +64,7 @@ __all__: list[str] = sorted(_MODULE_OF)  # noqa: PLE0605  (type checkers read th
 def __getattr__(name: str) -> Any:
     """Load the module of a name; raise AttributeError for any other name."""
     if name not in _MODULE_OF:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        return import_module(f"{__name__}.moved").moved(__name__, name)
     found = getattr(import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
     globals()[name] = found
     return found

@@ -7,7 +7,6 @@ is listed, and a procedure checked, without loading numpy.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import StrEnum
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -15,13 +14,14 @@ import pluggy
 
 from rigrunner.api.analysis.requirements import Requirements
 from rigrunner.api.errors import PluginError
+from rigrunner.api.moved import moved
 from rigrunner.api.settings import Settings
 from rigrunner.api.steps import StepSettings
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
-    from rigrunner.api.analysis import CompensationMethod, Fit, OutlierRule
+    from rigrunner.api.analysis import Fit, OutlierRule
     from rigrunner.api.devices import Device, DeviceContext
     from rigrunner.api.events import EventSink
     from rigrunner.api.findings import (
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     )
     from rigrunner.api.importing import Importer
     from rigrunner.api.letterhead import CertificateInput
-    from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.results import ReportInput
     from rigrunner.api.studies import StudyInput
     from rigrunner.api.unit_tables import Unit, UnitDefinition
@@ -176,35 +175,6 @@ class DecisionRuleRecord(PluginRecord):
     """Whether a value outside its limits can pass: a guard band outwards (JCGM 106, 8.3.3)."""
 
 
-class Influence(StrEnum):
-    """What a compensation's result does not depend on, unless its record says so."""
-
-    TIME_SHIFT = "when a recording begins"
-    SAMPLE_RATE = "the sampling rate"
-    TORQUE_OFFSET = "an offset of the torque in both runs"
-    ORDER = "the order of the recordings"
-
-
-@dataclass(frozen=True, kw_only=True)
-class CompensationRecord(PluginRecord):
-    """A way to subtract the rig's no-load torque: `factory(settings)`."""
-
-    factory: Callable[[Any], CompensationMethod]
-    """Makes the method, of the settings."""
-    yields: MeasurandKind | None = None
-    """Which torque comes out; without it no limit can be applied to the result.
-
-    A method that yields the total torque yields the no-load torque where there is no load.
-    """
-    moved_by: frozenset[Influence] = frozenset()
-    """Which influences move its result, by its principle."""
-    not_covered: str = ""
-    """Of a method with a known bias: why its interval need not hold the truth."""
-    requires: Callable[[Any], Requirements] = needs_nothing
-    """Gives, of the settings, what the method needs of a run: without it, the method would be not
-    applicable. Of the primary method it is checked before the rig moves."""
-
-
 def nothing(*_: Any) -> tuple[Any, ...]:
     """Return none, of any settings."""
     return ()
@@ -345,6 +315,29 @@ class UnitRecord(PluginRecord):
         return self.definition.unit
 
 
+@dataclass(frozen=True, kw_only=True)
+class KindRecord(PluginRecord):
+    """A kind of plugin: whoever brings plugins of it has a function of the name `hook`.
+
+    Its name is that of the kind, its help says what such a plugin is. The package that brings a
+    kind uses the plugins of it, and says what they must keep to.
+    """
+
+    hook: str
+    """What that function is called: 'rigrunner_' and a plural noun."""
+    record: type[PluginRecord]
+    """Of what it returns a list."""
+    takes: tuple[str, ...] = ()
+    """By which names that is called what a record's factory makes, if it is a function."""
+    conformance: str = ""
+    """The module, 'package.module', that has `CHECKS`, the checks of the conformance kit for such
+    plugins, and `SUBJECT`, the class of `rigrunner_testing` that they are given."""
+
+    def factory(self, settings: Any) -> type[PluginRecord]:  # noqa: ARG002  (there are none)
+        """Return the type of its records."""
+        return self.record
+
+
 class HookSpecs:
     """The hooks; each returns any number of records."""
 
@@ -366,11 +359,6 @@ class HookSpecs:
     @hookspec
     def rigrunner_fits(self) -> Iterable[FitRecord]:
         """Return the fits that this plugin brings."""
-        raise NotImplementedError
-
-    @hookspec
-    def rigrunner_compensations(self) -> Iterable[CompensationRecord]:
-        """Return the compensations that this plugin brings."""
         raise NotImplementedError
 
     @hookspec
@@ -409,9 +397,18 @@ class HookSpecs:
         raise NotImplementedError
 
     @hookspec
+    def rigrunner_kinds(self) -> Iterable[KindRecord]:
+        """Return the kinds of plugins that this plugin brings."""
+        raise NotImplementedError
+
+    @hookspec
     def rigrunner_units(self) -> Iterable[UnitRecord]:
         """Return the units of measurement that this plugin brings."""
         raise NotImplementedError
+
+
+def __getattr__(name: str) -> Any:
+    return moved(__name__, name)
 
 
 def _model_at(place: str) -> type[Settings]:

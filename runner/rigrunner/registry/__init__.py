@@ -1,12 +1,11 @@
 """From entry points and drop-in files to typed look-ups of plugins."""
 
 from rigrunner.registry.culprit import culprit, whereabouts
-from rigrunner.registry.loading import HOOK_OF_KIND, load_registry, with_drop_ins
+from rigrunner.registry.loading import load_registry, with_drop_ins
 from rigrunner.registry.lookup import DisabledPlugin, Plugin, Provider, Registry
 from rigrunner.registry.methods import call_problem, place_of
 
 __all__ = [
-    "HOOK_OF_KIND",
     "DisabledPlugin",
     "Plugin",
     "Provider",

@@ -11,7 +11,7 @@ import hashlib
 import importlib.util
 import os
 import sys
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 import pluggy
 
 from rigrunner.api.errors import PluginError, RigrunnerError
-from rigrunner.api.hooks import PROJECT, HookSpecs, UnitRecord
+from rigrunner.api.hooks import PROJECT, KindRecord, UnitRecord, hookspec
 from rigrunner.api.units import define
 from rigrunner.registry.culprit import DROP_IN, culprit
 from rigrunner.registry.installed import Installed, installed
@@ -30,26 +30,9 @@ from rigrunner.registry.records import check_hook_names, check_marked, checked_r
 from rigrunner.registry.versions import check_api_version, version_in
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Collection, Iterable, Iterator
     from importlib.metadata import EntryPoint
     from types import ModuleType
-
-HOOK_OF_KIND = {
-    "step": "rigrunner_steps",
-    "device": "rigrunner_devices",
-    "outlier_rule": "rigrunner_outlier_rules",
-    "fit": "rigrunner_fits",
-    "compensation": "rigrunner_compensations",
-    "decision_rule": "rigrunner_decision_rules",
-    "analysis": "rigrunner_analyses",
-    "report_format": "rigrunner_report_formats",
-    "certificate_format": "rigrunner_certificate_formats",
-    "study_format": "rigrunner_study_formats",
-    "importer": "rigrunner_importers",
-    "event_sink": "rigrunner_event_sinks",
-    "unit": "rigrunner_units",
-}
-
 
 _OWN = Installed("rigrunner", "rigrunner.steps.hooks", "")
 """What belongs to the language itself, by the same door."""
@@ -61,7 +44,8 @@ def load_registry(entries: Iterable[EntryPoint] | None = None) -> Registry:
     `entries` are the entry points to load; left out, those of every installed distribution.
     """
     found = installed() if entries is None else [Installed.of(entry) for entry in entries]
-    return _loaded(_source(each) for each in (_OWN, *sorted(found, key=lambda each: each.name)))
+    sources = [_source(each) for each in (_OWN, *sorted(found, key=lambda each: each.name))]
+    return _loaded(sources, Registry(()))
 
 
 def with_drop_ins(registry: Registry, folder: Path) -> Registry:
@@ -80,10 +64,11 @@ def with_drop_ins(registry: Registry, folder: Path) -> Registry:
             f"the plugin folder {folder} must not be read", hint="ask for the right to read it"
         )
     files = sorted(path for path in folder.glob("*.py") if not path.name.startswith("_"))
-    added = _loaded(
+    sources = [
         _Source(_drop_in_provider(path), _loader(path), partial(path.read_text, "utf-8"))
         for path in files
-    )
+    ]
+    added = _loaded(sources, registry)
     return Registry((*registry.plugins, *added.plugins), (*registry.disabled, *added.disabled))
 
 
@@ -98,17 +83,48 @@ class _Source:
     """What its entry point names; '' for a file of a lab's folder."""
 
 
-def _loaded(sources: Iterable[_Source]) -> Registry:
+def _loaded(sources: Iterable[_Source], known: Registry) -> Registry:
+    """Return what the sources bring: first their kinds of plugins, then plugins of all kinds."""
     plugins: list[Plugin] = []
     disabled: list[DisabledPlugin] = []
-    for source in sources:
+
+    @contextmanager
+    def disabled_if_broken(source: _Source) -> Iterator[None]:
         try:
-            plugins += _plugins(source.provider, _module(source))
+            yield
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # noqa: BLE001  (a stranger's may raise anything)
             disabled.append(_disabled(source, error))
+
+    modules = []
+    for source in sources:
+        with disabled_if_broken(source):
+            modules.append((source, _module(source)))
+    kinds = list(known.kinds)
+    for _, module in modules:
+        kinds += _brought_kinds(module, kinds)
+    for source, module in modules:
+        with disabled_if_broken(source):
+            plugins += _plugins(source.provider, module, kinds)
     return Registry(plugins, disabled)
+
+
+def _brought_kinds(module: object, known: Collection[KindRecord]) -> list[KindRecord]:
+    """Return the kinds that a module brings and nobody before it; none of a broken module.
+
+    What is wrong with one is said where its plugins are asked for.
+    """
+    taken = {name for each in known for name in (each.name, each.hook)}
+    (kind,) = (each for each in known if each.record is KindRecord)
+    with suppress(Exception, SystemExit):
+        return [
+            record
+            for each in _implementations(module, known)[kind.name]
+            for record in checked_records(kind, each.function(), known)
+            if isinstance(record, KindRecord) and taken.isdisjoint({record.name, record.hook})
+        ]
+    return []
 
 
 def _module(source: _Source) -> object:
@@ -169,15 +185,24 @@ def _is_ours(file: str) -> bool:
     return file.startswith("<frozen ") or any(map(Path(file).is_relative_to, ours))
 
 
-def _plugins(provider: Provider, module: object) -> list[Plugin]:
+def _implementations(
+    module: object, kinds: Collection[KindRecord]
+) -> dict[str, list[pluggy.HookImpl]]:
+    """Return the hooks of a module by the kind of plugins that they bring."""
     manager = pluggy.PluginManager(PROJECT)
-    manager.add_hookspecs(HookSpecs)
-    manager.register(module, provider.name)
-    check_hook_names(module, set(HOOK_OF_KIND.values()))
-    manager.check_pending()
-    found = {
-        kind: getattr(manager.hook, hook).get_hookimpls() for kind, hook in HOOK_OF_KIND.items()
-    }
+    manager.add_hookspecs(type("Hooks", (), {each.hook: _hook for each in kinds}))
+    manager.register(module)
+    return {each.name: getattr(manager.hook, each.hook).get_hookimpls() for each in kinds}
+
+
+@hookspec
+def _hook() -> None:
+    """Stand for the hook of any kind, which takes nothing: see `HookSpecs`."""
+
+
+def _plugins(provider: Provider, module: object, kinds: Collection[KindRecord]) -> list[Plugin]:
+    found = _implementations(module, kinds)
+    check_hook_names(module, {each.hook for each in kinds})
     check_marked(module, {each.function for every in found.values() for each in every})
     if not any(found.values()):
         raise PluginError(
@@ -185,12 +210,15 @@ def _plugins(provider: Provider, module: object) -> list[Plugin]:
             hint="are its hooks in another module? the entry point names the one that has them",
         )
     plugins = [
-        Plugin(kind, record, provider)
-        for kind, implementations in found.items()
-        for each in implementations
-        for record in checked_records(kind, HOOK_OF_KIND[kind], each.function())
+        Plugin(kind.name, record, provider)
+        for kind in kinds
+        for each in found[kind.name]
+        for record in checked_records(kind, each.function(), kinds)
     ]
     records = [each.record for each in plugins]
+    for each in records:
+        if isinstance(each, KindRecord) and each not in kinds:
+            raise PluginError(f"another plugin brings the kind '{each.name}' or {each.hook}")
     define((each.definition for each in records if isinstance(each, UnitRecord)), provider.name)
     return plugins
 

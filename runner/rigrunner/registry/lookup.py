@@ -16,13 +16,14 @@ from rigrunner.api.errors import PluginError, RigrunnerError
 from rigrunner.api.fit_choice import chosen_fits
 from rigrunner.api.hooks import (
     AnalysisRecord,
-    CompensationRecord,
     DeviceRecord,
-    FitRecord,
+    KindRecord,
     OutlierRuleRecord,
+    needs_nothing,
 )
 from rigrunner.api.settings import MadeOfOthers, Reached, Settings, SimulableSettings
 from rigrunner.registry.declared import declaration_problems
+from rigrunner.registry.records import OWN_KINDS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -102,6 +103,12 @@ class Registry:
         self._found: dict[tuple[str, str], list[Plugin]] = defaultdict(list)
         for plugin in self.plugins:
             self._found[plugin.kind, plugin.record.name].append(plugin)
+
+    @property
+    def kinds(self) -> tuple[KindRecord, ...]:
+        """All kinds of plugins: Rigrunner's own, then those that plugins bring."""
+        records = (plugin.record for plugin in self.plugins)
+        return (*OWN_KINDS, *(each for each in records if isinstance(each, KindRecord)))
 
     def names(self, kind: str) -> list[str]:
         """Return the names of all plugins of that kind, sorted."""
@@ -183,8 +190,10 @@ class Registry:
 
     def yields(self, compensation: str) -> MeasurandKind | None:
         """Return which torque a compensation yields; None where its plugin does not say."""
-        record = self.find("compensation", compensation).record
-        return record.yields if isinstance(record, CompensationRecord) else None
+        yields: MeasurandKind | None = getattr(
+            self.find("compensation", compensation).record, "yields", None
+        )
+        return yields
 
     def definitions(self, name: str, settings: Mapping[str, Any]) -> tuple[ResultDefinition, ...]:
         """Return the results that an analysis names, by its settings; raise PluginError."""
@@ -218,12 +227,8 @@ class Registry:
     def requires(self, kind: str, name: str, settings: Mapping[str, Any]) -> Requirements:
         """Return what a plugin of the analysis needs of a run; raise PluginError."""
         record, validated = self.find(kind, name).record, self.validated(kind, name, settings)
-        if not isinstance(
-            record, (AnalysisRecord, OutlierRuleRecord, FitRecord, CompensationRecord)
-        ):
-            return Requirements()
         with _named(self.find(kind, name)):
-            found = record.requires(validated)
+            found = getattr(record, "requires", needs_nothing)(validated)
             if not isinstance(found, Requirements):
                 what = f"the {kind.replace('_', ' ')} '{name}' requires {found!r:.60}"
                 raise PluginError(what, hint="return Requirements(channels=(...))")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api import hooks
 from rigrunner.api.errors import PluginError
+from rigrunner.api.hooks import KindRecord
 from rigrunner.api.settings import Settings
 from rigrunner.registry.declared import NAME
 from rigrunner.registry.methods import call_problem, parameters, place_of
@@ -18,22 +19,31 @@ if TYPE_CHECKING:
     from rigrunner.api.hooks import PluginRecord
 
 _PREFIX = "rigrunner_"
-RECORD_OF_KIND: dict[str, type[PluginRecord]] = {
-    "step": hooks.StepRecord,
-    "device": hooks.DeviceRecord,
-    "outlier_rule": hooks.OutlierRuleRecord,
-    "fit": hooks.FitRecord,
-    "compensation": hooks.CompensationRecord,
-    "decision_rule": hooks.DecisionRuleRecord,
-    "analysis": hooks.AnalysisRecord,
-    "report_format": hooks.ReportFormatRecord,
-    "certificate_format": hooks.CertificateFormatRecord,
-    "study_format": hooks.StudyFormatRecord,
-    "importer": hooks.ImporterRecord,
-    "event_sink": hooks.EventSinkRecord,
-    "unit": hooks.UnitRecord,
-}
 
+
+def _kind(name: str, record: type[PluginRecord], *takes: str, hook: str = "") -> KindRecord:
+    words = " ".join((record.__doc__ or "").split()).partition(".")[0].partition(":")[0]
+    return KindRecord(
+        name=name, help=words, hook=hook or f"{_PREFIX}{name}s", record=record, takes=takes
+    )
+
+
+OWN_KINDS = (
+    _kind("step", hooks.StepRecord),
+    _kind("device", hooks.DeviceRecord),
+    _kind("outlier_rule", hooks.OutlierRuleRecord, "values"),
+    _kind("fit", hooks.FitRecord, "points"),
+    _kind("decision_rule", hooks.DecisionRuleRecord, "limits", "estimate"),
+    _kind("analysis", hooks.AnalysisRecord, "run", hook="rigrunner_analyses"),
+    _kind("report_format", hooks.ReportFormatRecord),
+    _kind("certificate_format", hooks.CertificateFormatRecord),
+    _kind("study_format", hooks.StudyFormatRecord),
+    _kind("importer", hooks.ImporterRecord),
+    _kind("event_sink", hooks.EventSinkRecord, "event"),
+    _kind("unit", hooks.UnitRecord),
+    _kind("kind", hooks.KindRecord),
+)
+"""The kinds of plugins that Rigrunner itself uses, in the order in which a procedure does."""
 
 _GIVEN = {"device": ("context",), "step": ("planning",)}
 """What the factory of a kind is given beside its settings."""
@@ -61,9 +71,11 @@ def check_marked(module: object, implementations: Collection[Callable[..., objec
             )
 
 
-def checked_records(kind: str, hook: str, returned: object) -> Iterator[PluginRecord]:
-    """Yield the records that a hook returned; raise PluginError for anything else."""
-    needed = RECORD_OF_KIND[kind]
+def checked_records(
+    kind: KindRecord, returned: object, kinds: Collection[KindRecord]
+) -> Iterator[PluginRecord]:
+    """Yield the records that the hook of a kind returned; raise PluginError for anything else."""
+    needed, hook = kind.record, kind.hook
     if returned is None or isinstance(returned, (str, hooks.PluginRecord)):
         is_record = isinstance(returned, hooks.PluginRecord)
         got = f"one {type(returned).__name__}" if is_record else repr(returned)
@@ -76,13 +88,13 @@ def checked_records(kind: str, hook: str, returned: object) -> Iterator[PluginRe
             raise PluginError(f"{hook} returned {record!r}, which is not a plugin record")
         if not isinstance(record, needed):
             given = f"a {type(record).__name__}"
-            kinds = [each for each, known in RECORD_OF_KIND.items() if type(record) is known]
+            fitting = [each.name for each in kinds if type(record) is each.record]
             raise PluginError(
                 f"{hook} returned {given}, needed is a {needed.__name__}",
-                hint=f"return it from the hook for a {kinds[0]}" if kinds else "",
+                hint=f"return it from the hook for a {fitting[0]}" if fitting else "",
             )
         _check(record, hook)
-        _check_factory(kind, record, hook)
+        _check_factory(kind.name, record, hook)
         yield record
 
 
@@ -97,6 +109,15 @@ def _check(record: PluginRecord, hook: str) -> None:
         raise PluginError(f"{where}: its factory cannot be called")
     if type(record.revision) is not int or record.revision < 1:
         raise PluginError(f"{where}: its revision is {record.revision!r}, needed is 1, 2, ...")
+    if isinstance(record, KindRecord) and not (
+        isinstance(record.hook, str)
+        and isinstance(record.record, type)
+        and issubclass(record.record, hooks.PluginRecord)
+    ):
+        raise PluginError(
+            f"{where}: got the hook {record.hook!r} and the record {record.record!r}, expected the"
+            " name of a function and a subclass of PluginRecord"
+        )
     settings = record.settings
     if not isinstance(settings, str) and not (
         isinstance(settings, type) and issubclass(settings, Settings)

@@ -28,26 +28,11 @@ WIDTH = 96
 INDENT = " " * 8
 LOADED = "It can be loaded, and its hooks return what it brings."
 LABELS = {"pass": "pass", "fail": "FAIL", "not applicable": "n/a"}
-KINDS = (
-    "device",
-    "fit",
-    "compensation",
-    "outlier_rule",
-    "decision_rule",
-    "analysis",
-    "importer",
-    "report_format",
-    "certificate_format",
-    "study_format",
-    "event_sink",
-    "step",
-    "unit",
-)
 
 
 @click.command(name="check-plugin")
 @click.argument("name", shell_complete=plugin_names)
-@click.option("--kind", type=click.Choice(KINDS), help="Where plugins of several kinds have it.")
+@click.option("--kind", help="Such as device or fit, where plugins of several kinds have it.")
 @click.option(
     "--settings",
     "settings_file",
@@ -179,8 +164,9 @@ def _checked(subject: Subject, *, read_only: bool, yes: bool, quiet: bool) -> li
     """Do the checks, say what each found as it ends, and leave the device safe."""
     from rigrunner_testing import State, checks, examine
 
-    chosen = [each for each in checks(subject.kind) if not (read_only and each.moves)]
-    left_out = len(checks(subject.kind)) - len(chosen)
+    known = checks(subject.kind, subject.registry)
+    chosen = [each for each in known if not (read_only and each.moves)]
+    left_out = len(known) - len(chosen)
     subject = _careful(subject, chosen, read_only=read_only, yes=yes)
     if not quiet:
         result(f"{subject.kind.replace('_', ' ')} '{subject.name}' of {subject.plugin.provider}")

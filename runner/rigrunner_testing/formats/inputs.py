@@ -22,16 +22,17 @@ from rigrunner.clock import SimulatedClock, utc_text
 from rigrunner.documents.certifying.certify import read_source
 from rigrunner.engine import UnattendedAnswers
 from rigrunner.procedure import load_procedure
+from rigrunner.registry import load_registry
 from rigrunner.run.locate import find_procedure, find_station
 from rigrunner.run.prepare import plan_run
 from rigrunner.run.record import execute
-from rigrunner.study.tools import PROCEDURE, tools
 from rigrunner.tools.labfolder import TEMPLATE
-from rigrunner_testing.compensation.recordings import CLOSED_FORM, swings
 
 if TYPE_CHECKING:
     from rigrunner.api.data import RunData
+    from rigrunner.certificate.content import Source
 
+PROCEDURE, STATION = "no_load_breakaway", "simulated_bench"
 TAG = "<script>alert(7)</script>"
 MISCHIEF = f'{TAG}"><img src=x onerror=alert(7)>\'"&amp; 20 % ünit 轴承'
 """As the name of a specimen, of a person, and as a title."""
@@ -39,32 +40,24 @@ MISCHIEF = f'{TAG}"><img src=x onerror=alert(7)>\'"&amp; 20 % ünit 轴承'
 
 @lru_cache(maxsize=1)
 def report_inputs() -> tuple[ReportInput, ...]:
-    """Return a loaded run with its verdict, and the no-load run alone, which has none."""
-    runs = swings(CLOSED_FORM, 0)
+    """Return a run with its verdict, and the same run without limits, which has none."""
+    source = _source()
+    run, lookup = _named(source.result.run), load_registry()
     procedure = load_procedure(find_procedure(PROCEDURE)).model
-    loaded, no_load = _named(runs.loaded), _named(runs.no_load or runs.loaded)
-    asked = procedure.torque_analysis
-    alone = asked.model_copy(update={"no_load": None, "compensations": (), "primary_": ""})
-    decided = analyse(
-        loaded,
-        no_load,
-        asked,
-        acceptance=procedure.acceptance,
-        measurand=procedure.measurand,
-        lookup=tools().registry,
+    results = (
+        analyse(
+            run,
+            None,
+            procedure.torque_analysis,
+            acceptance=acceptance,
+            measurand=procedure.measurand,
+            lookup=lookup,
+        )
+        for acceptance in (procedure.acceptance, None)
     )
-    undecided = analyse(
-        no_load,
-        None,
-        alone,
-        acceptance=None,
-        measurand=procedure.measurand,
-        lookup=tools().registry,
-    )
-    events = ({"utc": runs.loaded.started_utc, "kind": "note", "text": MISCHIEF},)
+    events = ({"utc": run.started_utc, "kind": "note", "text": MISCHIEF},)
     return tuple(
-        ReportInput(found, document(found), {}, {"station": MISCHIEF}, events)
-        for found in (decided, undecided)
+        ReportInput(found, document(found), {}, {"station": MISCHIEF}, events) for found in results
     )
 
 
@@ -89,23 +82,10 @@ def certificate_inputs() -> tuple[CertificateInput, ...]:
         received=date(2020, 1, 1),
         deviations=(MISCHIEF,),
     )
-    registry, clock, answers = tools().registry, SimulatedClock(), UnattendedAnswers()
-    planned = plan_run(
-        find_procedure("no_load_breakaway"), find_station("simulated_bench"), registry, clock
-    )
-    with TemporaryDirectory() as folder:
-        finished = execute(
-            planned,
-            runs=Path(folder),
-            inputs={"specimen": MISCHIEF, "operator": MISCHIEF},
-            no_load=None,
-            answers=answers,
-            stop=threading.Event(),
-        )
-        source = read_source(finished.folder, registry)
+    source = _source()
     issue = Issue(
         number="X-0001",
-        issued_utc=utc_text(clock.utc()),
+        issued_utc=utc_text(SimulatedClock().utc()),
         authorisation=Authorisation(by=MISCHIEF, role="Head of laboratory"),
         restrictions=tuple(restrictions_of(source, requested=True)),
         software={},
@@ -113,3 +93,20 @@ def certificate_inputs() -> tuple[CertificateInput, ...]:
     known = {**source.stored.header.inputs, **source.result.run.people}
     certificate = make_certificate(source, complete(order, {}, known), letterhead, issue)
     return (CertificateInput(certificate, letterhead),)
+
+
+@lru_cache(maxsize=1)
+def _source() -> Source:
+    """Return a run of the simulated bench, read from its folder."""
+    registry, clock = load_registry(), SimulatedClock()
+    planned = plan_run(find_procedure(PROCEDURE), find_station(STATION), registry, clock)
+    with TemporaryDirectory() as folder:
+        finished = execute(
+            planned,
+            runs=Path(folder),
+            inputs={"specimen": MISCHIEF, "operator": MISCHIEF},
+            no_load=None,
+            answers=UnattendedAnswers(),
+            stop=threading.Event(),
+        )
+        return read_source(finished.folder, registry)

@@ -29,7 +29,6 @@ from rigrunner.api import (
     CompensatedPoint,
     Compensation,
     CompensationMethod,
-    CompensationRecord,
     Condition,
     Curve,
     DataError,
@@ -115,6 +114,7 @@ from rigrunner.signal.peaks import mean_peak, scatter_effect
 from rigrunner.signal.propagation import compensated_point
 from rigrunner.signal.sensor import difference_effects, gain
 from rigrunner.signal.swings import with_swings
+from rigrunner_bearings.api import CompensationRecord
 
 api_version = 1
 

@@ -10,12 +10,10 @@ import pytest
 from rigrunner_testing import State, checks, examine_one, subject
 from rigrunner_testing.settings import CHECKS as OF_EVERY_PLUGIN
 from unit.rigrunner_testing.helpers_zoo_analysis import (
-    COMPENSATIONS,
     DECISION_RULES,
     FITS,
     RULES,
     DecisionRule,
-    compensation_registry,
     decision_rule_registry,
     fit_registry,
     grubbs,
@@ -76,10 +74,6 @@ def test_there_is_a_broken_one_for_every_check(kind):
     assert set(OF_KIND[kind][0]) == set(own_checks(kind))
 
 
-def test_there_is_a_broken_compensation_for_every_check():
-    assert set(COMPENSATIONS) == set(own_checks("compensation"))
-
-
 def test_certificates_have_the_checks_of_reports():
     assert own_checks("certificate_format") == own_checks("report_format")
 
@@ -96,10 +90,3 @@ def test_what_is_broken_fails(kind, name):
 def test_what_keeps_to_everything_passes(kind, name):
     finding = found(kind, name, GOOD[kind]())
     assert finding.state is not State.FAIL, finding.text
-
-
-@pytest.mark.parametrize("name", COMPENSATIONS)
-def test_a_broken_compensation_fails(name):
-    finding = found("compensation", name, compensation_registry(**COMPENSATIONS[name]))
-    assert finding.state is State.FAIL
-    assert "Error: " not in finding.text

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from helpers_docs import ROOT
-from rigrunner.registry import HOOK_OF_KIND
+from rigrunner.registry import load_registry
 from rigrunner_testing import checks
 from rigrunner_testing.page import page
 
@@ -12,7 +12,7 @@ def test_the_page_of_checks_is_that_of_the_code():
 
 
 def test_there_are_checks_for_every_kind_of_plugin_each_with_its_demand_and_what_to_do():
-    for kind in HOOK_OF_KIND:
+    for kind in (each.name for each in load_registry().kinds):
         assert len(checks(kind)) > len(checks("no such kind")) > 0
         assert all(each.holds.endswith(".") and each.fix for each in checks(kind))
         names = [each.name for each in checks(kind)]

@@ -63,13 +63,14 @@ def _unknown(registry: Registry, name: str) -> UsageError:
 
 def _listing(registry: Registry) -> Iterator[str]:
     """Yield the plugins of each kind and provider, in the order in which a procedure uses kinds."""
-    from rigrunner.registry import HOOK_OF_KIND
-
-    order = list(HOOK_OF_KIND)
-    plugins = sorted(registry.plugins, key=lambda each: (order.index(each.kind), _provider(each)))
+    place = {kind.name: place for place, kind in enumerate(registry.kinds)}
+    plural = {kind.name: _words(kind.hook.partition("_")[2]) for kind in registry.kinds}
+    plugins = sorted(
+        registry.plugins, key=lambda each: (place.get(each.kind, len(place)), _provider(each))
+    )
     for (kind, provider), group in groupby(plugins, lambda each: (each.kind, _provider(each))):
         rows = [(f"  {plugin.record.name}", plugin.record.help) for plugin in group]
-        yield f"{_words(kind)}s of {provider}\n{pairs(rows)}"
+        yield f"{plural.get(kind, _words(kind))} of {provider}\n{pairs(rows)}"
 
 
 def _details(plugin: Plugin) -> str:

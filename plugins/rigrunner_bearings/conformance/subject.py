@@ -9,20 +9,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigrunner.analysis.analyse import analyse
-from rigrunner.api.errors import DataError
-from rigrunner.api.hooks import CompensationRecord
-from rigrunner.api.measurand import Condition
+from rigrunner.api import Condition, DataError
 from rigrunner.procedure import AnalysisSpec
 from rigrunner.registry import Registry, load_registry
 from rigrunner.signal.coverage import expanded
 from rigrunner.study.tools import tools
+from rigrunner_bearings.api import CompensationRecord
+from rigrunner_bearings.conformance.recordings import CLOSED_FORM, Runs, starts, swings
 from rigrunner_testing.check import Nonconformity, demand
-from rigrunner_testing.compensation.recordings import CLOSED_FORM, Runs, starts, swings
 from rigrunner_testing.subjects import Subject
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import Compensation
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array, Compensation
 
 
 @dataclass(frozen=True)

@@ -7,16 +7,14 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.torque.consistency import NAME as AGREEMENT
-from rigrunner.api.errors import DataError
-from rigrunner.api.measurand import Nature
+from rigrunner.api import DataError, Nature
+from rigrunner_bearings.conformance.recordings import each_recording
+from rigrunner_bearings.conformance.subject import refused
 from rigrunner_testing.check import Nonconformity, applies, check, demand
-from rigrunner_testing.compensation.recordings import each_recording
-from rigrunner_testing.compensation.subject import refused
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import CompensatedPoint
-    from rigrunner.api.data import Recording
-    from rigrunner_testing.compensation.subject import CompensationSubject
+    from rigrunner.api import CompensatedPoint, Recording
+    from rigrunner_bearings.conformance.subject import CompensationSubject
 
 ANGLE = "tester.angle"
 

@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.data import Recording, RunData
-from rigrunner.api.devices import DeviceContext
+from rigrunner.api import DeviceContext, Recording, RigDescription, RunData
 from rigrunner.api.instruments import torque_instruments
-from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import own_keys
 from rigrunner.clock import SimulatedClock, utc_text
 from rigrunner.run.locate import find_station
@@ -28,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any
 
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
 
 CLOSED_FORM, TIME_DOMAIN, ROTATION = "swing_tester_sim", "swing_tester_ode", "rotation_tester_sim"
 FREQUENCIES_HZ = (5.0, 10.0, 20.0, 28.0, 35.0)

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.hooks import Influence
+from rigrunner_bearings.api import Influence
+from rigrunner_bearings.conformance.recordings import each_recording
+from rigrunner_bearings.conformance.subject import expanded_nm, torques_nm
 from rigrunner_testing.check import applies, check, demand
-from rigrunner_testing.compensation.recordings import each_recording
-from rigrunner_testing.compensation.subject import expanded_nm, torques_nm
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array, Recording, RunData
-    from rigrunner_testing.compensation.recordings import Runs
-    from rigrunner_testing.compensation.subject import CompensationSubject
+    from rigrunner.api import Array, Recording, RunData
+    from rigrunner_bearings.conformance.recordings import Runs
+    from rigrunner_bearings.conformance.subject import CompensationSubject
 
 LATER_S = 0.0437
 OFFSET_NM = 0.3

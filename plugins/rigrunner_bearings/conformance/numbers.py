@@ -8,27 +8,25 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.analysis.torque.headline import compensated_mean
+from rigrunner.api import Condition, Nature
 from rigrunner.api.accuracy import Accuracy
-from rigrunner.api.measurand import Condition, Nature
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.uncertainty import combine
-from rigrunner_testing.check import applies, check, demand
-from rigrunner_testing.compensation.recordings import (
+from rigrunner_bearings.conformance.recordings import (
     CLOSED_FORM,
     TIME_DOMAIN,
     Runs,
     starts,
     swings,
 )
-from rigrunner_testing.compensation.subject import torques_nm
+from rigrunner_bearings.conformance.subject import torques_nm
+from rigrunner_testing.check import applies, check, demand
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from rigrunner.api.analysis import CompensatedPoint
-    from rigrunner.api.data import RunData
-    from rigrunner.api.instruments import Instrument
-    from rigrunner_testing.compensation.subject import CompensationSubject
+    from rigrunner.api import CompensatedPoint, Instrument, RunData
+    from rigrunner_bearings.conformance.subject import CompensationSubject
 
 CLOSED_FORM_RIGS, TIME_DOMAIN_RIGS = 5, 3
 ERRORS = (

@@ -1,0 +1,58 @@
+"""Kinds of plugins that a package brings: the checks of their plugins, and checks on the kinds."""
+
+from __future__ import annotations
+
+import re
+from importlib import import_module
+from typing import TYPE_CHECKING, Protocol, cast
+
+from rigrunner.api.hooks import KindRecord
+from rigrunner_testing.check import AnyCheck, Check, Nonconformity, applies, check, demand
+from rigrunner_testing.subjects import Subject
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.registry import Registry
+
+
+class Conformance(Protocol):
+    """A module with the checks of one kind."""
+
+    CHECKS: Sequence[AnyCheck]
+    SUBJECT: type[Subject]
+    """What the checks are given."""
+
+
+def conformance(registry: Registry, kind: str) -> Conformance | None:
+    """Return the module with the checks of a kind that a plugin brings; None where it has none."""
+    for each in registry.kinds:
+        if each.name == kind and each.conformance:
+            return cast("Conformance", import_module(each.conformance))
+    return None
+
+
+@check(needs=(), fix="call the hook 'rigrunner_' and a plural noun, and derive from PluginRecord")
+def hook_is_named_as_hooks_are(subject: Subject) -> None:
+    """Its hook begins with 'rigrunner_', so that a function of another name is found out."""
+    hook = subject.record_as(KindRecord).hook
+    demand(re.fullmatch(r"rigrunner_[a-z_]+s", hook), f"its hook is called '{hook}'")
+
+
+@check(fix="let `conformance` name a module with CHECKS, of `rigrunner_testing.check`, and SUBJECT")
+def brings_checks(subject: Subject) -> None:
+    """Whoever makes a plugin of the kind can check it: there are checks, each with its fix."""
+    record = subject.record_as(KindRecord)
+    applies(record.conformance, "its plugins have no checks of their own")
+    try:
+        found = cast("Conformance", import_module(record.conformance))
+        checks, kind = tuple(found.CHECKS), found.SUBJECT
+    except Exception as error:
+        raise Nonconformity(f"'{record.conformance}': {type(error).__name__}: {error}") from error
+    demand(checks, f"the CHECKS of '{record.conformance}' are empty")
+    wrong = [each for each in checks if not isinstance(each, Check) or not each.fix]
+    demand(not wrong, f"among its CHECKS are {wrong[:1]}, needed are checks, each with its fix")
+    demand(issubclass(kind, Subject), f"its SUBJECT is {kind!r}, which is no Subject")
+
+
+CHECKS: tuple[AnyCheck, ...] = (hook_is_named_as_hooks_are, brings_checks)

@@ -1,0 +1,121 @@
+"""Compensations that are each broken in one way, one for each check of the kit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from rigrunner.api.accuracy import Accuracy
+from rigrunner.api.analysis import CompensatedPoint, Compensation, Component, MotionSource
+from rigrunner.api.data import Estimate
+from rigrunner.api.measurand import Condition, MeasurandKind, Nature
+from rigrunner.registry import Plugin, Provider, Registry, load_registry
+from rigrunner_bearings.api import CompensationRecord
+
+SHIPPED = load_registry()
+STARTING = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
+
+
+def peaks(sweep):
+    return SHIPPED.make("compensation", "peak_same_frequency", {})(sweep)
+
+
+def moved(by):
+    """Return a method of which each torque is moved by `by(place, sweep)`."""
+
+    def method(sweep):
+        found = peaks(sweep)
+        points = [
+            replace(
+                point,
+                torque=replace(point.torque, value=point.torque.value + by(place, sweep)),
+                rig_nm=point.rig_nm - by(place, sweep),
+                model=None,
+            )
+            for place, point in enumerate(found.points)
+        ]
+        return replace(found, points=tuple(points))
+
+    return method
+
+
+class Moody:
+    calls = 0
+
+    def __call__(self, sweep):
+        self.calls += 1
+        return moved(lambda *_: 1e-6 * self.calls)(sweep)
+
+
+def parts_do_not_add_up(sweep):
+    found = peaks(sweep)
+    return replace(found, points=tuple(replace(p, rig_nm=p.rig_nm + 0.1) for p in found.points))
+
+
+def u_of_its_own(sweep):
+    found = peaks(sweep)
+    points = [replace(p, torque=replace(p.torque, u=2 * p.torque.u)) for p in found.points]
+    return replace(found, points=tuple(points))
+
+
+def knows_no_sensor(sweep):
+    fixed = Accuracy.model_validate({"gain": "0.3 %", "drift": "0.02 N·m"}).limits
+    accuracy = sweep.instrument.accuracy.model_copy(update=fixed)
+    known = sweep.instrument.model_copy(update={"accuracy_": accuracy})
+    return peaks(replace(sweep, instrument=known))
+
+
+def knows_no_errors_of_the_transducer(sweep):
+    kept = {name: each for name, each in sweep.instrument.accuracy_ if name in ("gain", "drift")}
+    known = sweep.instrument.model_copy(update={"accuracy_": Accuracy.model_validate(kept)})
+    return peaks(replace(sweep, instrument=known))
+
+
+def needs_no_reference(sweep):
+    return peaks(sweep) if sweep.no_load else peaks(replace(sweep, no_load=sweep.loaded))
+
+
+def surer_without_angle(sweep):
+    found = peaks(sweep)
+    if sweep.loaded[0].motion is not MotionSource.ENTERED:
+        return found
+    points = [replace(p, torque=replace(p.torque, u=1e-6), model=None) for p in found.points]
+    return replace(found, points=tuple(points))
+
+
+def takes_starts_for_swings(sweep):
+    part = Component("all", 0.1, 10.0, "normal", common=True)
+    point = CompensatedPoint(1.0, 1.0, 1.0, 0.0, Estimate(1.0, 0.1, 10.0), (part,))
+    return peaks(sweep) if sweep.no_load else Compensation("torque", (point,))
+
+
+COMPENSATIONS = {
+    "can_be_made": {"method": None},
+    "measurand_stated": {"yields": None},
+    "points_are_whole": {"method": parts_do_not_add_up},
+    "uncertainty_is_made_of_its_parts": {"method": u_of_its_own},
+    "sensor_is_in_the_budget": {"method": knows_no_sensor},
+    "transducer_errors_are_in_the_budget": {"method": knows_no_errors_of_the_transducer},
+    "same_recordings_same_numbers": {"method": Moody()},
+    "truth_is_within_its_interval": {"method": moved(lambda *_: 1.0)},
+    "truth_is_within_it_on_another_rig": {"method": moved(lambda *_: 1.0)},
+    "time_shift_does_not_matter": {
+        "method": moved(lambda _, s: sum(each.cycles for each in s.loaded))
+    },
+    "sample_rate_does_not_matter": {
+        "method": moved(lambda i, s: 1e-4 * s.loaded[i].sample_rate_hz)
+    },
+    "common_offset_falls_out": {"method": moved(lambda i, s: 0.5 * s.no_load[i].peak_nm.mean())},
+    "order_of_recordings_does_not_matter": {"method": moved(lambda place, _: 0.1 * place)},
+    "without_no_load_run_it_refuses": {"method": needs_no_reference},
+    "without_angle_it_refuses_or_doubts": {"method": surer_without_angle},
+    "other_motion_is_refused": {"method": takes_starts_for_swings},
+}
+"""By check: the method that fails it, or what is changed of its record."""
+
+
+def compensation_registry(method=peaks, yields=STARTING):
+    record = CompensationRecord(
+        name="method", help="A method.", factory=lambda _: method, yields=yields
+    )
+    kinds = [each for each in SHIPPED.plugins if each.kind == "kind"]
+    return Registry([Plugin("compensation", record, Provider("zoo", "1")), *kinds])
