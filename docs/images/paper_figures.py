@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api import TorqueDetails
 from rigrunner.api.figures import Axis, Figure, Mark, Picture, Series
 from rigrunner.plots import draw
 from rigrunner.registry import load_registry
@@ -83,8 +84,8 @@ def torque_over_a_swing(point: CompensatedPoint) -> bytes:
 
 def no_load_over_frequency(result: Result) -> bytes:
     """Return the no-load peaks of the simulated rig, Table 2, Eq. (1), and what both leave over."""
-    points = peak_points(result.no_load)
-    fit = next(each for each in result.fits if each.name == "polynomial")
+    points = peak_points(TorqueDetails.of(result).no_load)
+    fit = next(each for each in TorqueDetails.of(result).fits if each.name == "polynomial")
     curve = fit.curve
     if curve is None:
         raise SystemExit(f"the quadratic could not be fitted: {fit.problem}")
@@ -110,7 +111,7 @@ def no_load_over_frequency(result: Result) -> bytes:
 
 def loaded_over_frequency(result: Result, truth_nm: float) -> bytes:
     """Return raw peaks and what each method leaves of them, with the paper's numbers."""
-    points = peak_points(result.loaded)
+    points = peak_points(TorqueDetails.of(result).loaded)
     hertz, printed = TABLE_1
     raw = (
         Series.over(points.x, points.y, "raw peaks, simulated rig", "joined"),
@@ -131,7 +132,7 @@ def loaded_over_frequency(result: Result, truth_nm: float) -> bytes:
 
 
 def _method(result: Result, name: str) -> Series:
-    found = result.compensations[name].points
+    found = TorqueDetails.of(result).compensations[name].points
     frequency = [each.frequency_hz for each in found]
     return Series.over(frequency, [each.torque.value for each in found], name, "joined")
 
@@ -146,7 +147,7 @@ def figures(runs: Path) -> dict[str, bytes]:
     run = runs / names[-1]
     result = analyse_run(run, load_registry())
     truths = [each["starting_torque_nm"] for each in read_truth(run).values()]
-    points = result.compensations[result.primary].points
+    points = TorqueDetails.of(result).compensations[TorqueDetails.of(result).primary].points
     top = max(points, key=lambda each: each.frequency_hz)
     return {
         "paper-kinematics.svg": kinematics(result.run.rig.eccentric_ratio),

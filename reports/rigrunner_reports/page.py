@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.api.torque import TorqueDetails
 from rigrunner.signal.recording_figures import of_recording, of_table
 from rigrunner_reports.figures.cycles import cycle_values
 from rigrunner_reports.figures.fits import fitted_peaks
@@ -100,6 +101,7 @@ class Page:
 def make_page(report: ReportInput) -> Page:
     """Return the page of a report."""
     result, points = report.result, set_points(report)
+    torque = TorqueDetails.of(result)
     warnings = run.warnings(result)
     decision = None
     if result.decision is not None:
@@ -114,20 +116,20 @@ def make_page(report: ReportInput) -> Page:
         warnings=warnings,
         imported=run.imported(result),
         headline=head.headline(result, points),
-        raw=head.raw(result),
+        raw=head.raw(torque),
         overall=decided.overall(result, report.later_decisions),
         decision=decision,
         later_decisions=tuple(map(decided.LaterView, report.later_decisions)),
-        truth=head.truth(result, points),
-        meaning=meaning(result) if points else (),
-        table=frequency_table(result, points),
-        methods=methods(result, points),
-        paper=paper_on_this_run(result, points),
-        fits=fit_views(result.fits),
-        budget=budget(result, points),
-        validation=validation(result),
+        truth=head.truth(torque, points),
+        meaning=meaning(torque) if points else (),
+        table=frequency_table(torque, points),
+        methods=methods(torque, points),
+        paper=paper_on_this_run(torque, points),
+        fits=fit_views(torque.fits),
+        budget=budget(torque, points),
+        validation=validation(torque),
         checks=check_rows(result),
-        rejections=rejections(result),
+        rejections=rejections(torque),
         events=run.shown_events(report.events),
         notes=result.notes,
         instruments=instruments(result.run),
@@ -149,17 +151,18 @@ def _provenance(report: ReportInput) -> run.Facts:
 
 
 def _figures(result: Result, points: Sequence[SetPoint]) -> Figures:
+    torque = TorqueDetails.of(result)
     compensated = any(each.by_method for each in points)
-    swings = compensated_swings(points, result.primary) or recorded_swings(points)
-    fitted = any(fit.curve is not None for fit in result.fits)
+    swings = compensated_swings(points, torque.primary) or recorded_swings(points)
+    fitted = any(fit.curve is not None for fit in torque.fits)
     fastest = [each.swing for each in by_frequency(points) if each.swing][-1:]
     several = any(each.point.cycles > 1 for each in points)
     return Figures(
         over_frequency=over_frequency(result, points) if compensated else None,
         over_phase=over_phase(swings) if swings else None,
         loops=loops(swings) if swings else None,
-        fits=fitted_peaks(result.fits) if fitted else None,
-        cycles=cycle_values(named_runs(result)) if several else None,
+        fits=fitted_peaks(torque.fits) if fitted else None,
+        cycles=cycle_values(named_runs(torque)) if several else None,
         motion=motion(fastest[0], result.run.rig.eccentric_ratio) if fastest else None,
         results=_named(result),
         tables={
@@ -168,7 +171,7 @@ def _figures(result: Result, points: Sequence[SetPoint]) -> Figures:
             if (picture := of_table(rows)) is not None
         },
         recordings=()
-        if result.loaded
+        if torque.loaded
         else tuple(map(of_recording, result.run.recordings[:MOST_RECORDINGS])),
     )
 

@@ -23,6 +23,7 @@ from benchmarks.frame import Figure, Work, allocated_peak, at_least, at_most, ca
 from helpers_workflow import run
 from rigrunner.analysis.torque.draws import draw_pipeline
 from rigrunner.analysis.torque.load import with_known_load
+from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import Sweep
 from rigrunner.api.uncertainty import Input, MeasurementModel
 from rigrunner.clock import SimulatedClock
@@ -110,22 +111,24 @@ class Demo:
 
     @property
     def model(self) -> MeasurementModel:
-        return mean_model(self.result.compensations[self.result.primary].points)
+        torque = TorqueDetails.of(self.result)
+        return mean_model(torque.compensations[torque.primary].points)
 
     def analyse(self) -> None:
         analyse_stored(self.stored, load_registry(), self.stored.no_load)
 
     def draw(self, draws: int) -> None:
         registry, found = load_registry(), self.result
+        torque = TorqueDetails.of(found)
         text, name = self.stored.header.procedure_text, self.stored.header.procedure_id
         (instrument,) = found.run.instruments.values()
-        loads = [point.load_n for point in found.loaded]
+        loads = [point.load_n for point in torque.loaded]
         rig = with_known_load(found.run, instrument.channel, loads)
         method = parse_procedure(text, name).model.torque_analysis.primary_plugin
         draw_pipeline(
             registry.make("compensation", method.name, method.settings),
-            Sweep(found.loaded, found.no_load, rig, instrument, lambda _: None),
-            found.compensations[found.primary].points,
+            Sweep(torque.loaded, torque.no_load, rig, instrument, lambda _: None),
+            torque.compensations[torque.primary].points,
             zeroed=True,
             draws=draws,
             seed=1,

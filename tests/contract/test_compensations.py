@@ -15,6 +15,7 @@ import pytest
 from helpers_thorough import first
 from reference.helpers_motion import BY_ENTRY, run_by
 from rigrunner.analysis.analyse import analyse
+from rigrunner.api import TorqueDetails
 from rigrunner.api.data import Measurement
 from rigrunner.procedure import AnalysisSpec
 from rigrunner.signal.uncertainty import coverage_factor
@@ -54,7 +55,7 @@ def compensated(method, loaded, no_load):
         }
     )
     result = analyse(loaded, no_load, spec, acceptance=None, measurand=MEASURAND, lookup=registry())
-    return result.compensations[method]
+    return TorqueDetails.of(result).compensations[method]
 
 
 def changed(run, change, **fields):

@@ -13,6 +13,7 @@ from pypdf import PdfReader
 from helpers_certificate import issue, make_letterhead
 from helpers_cli import call
 from helpers_lacking import require_pdf
+from rigrunner.api import TorqueDetails
 from rigrunner.api.calibration import CalibratedRange
 from rigrunner.api.certificate import certificate_json, parse_certificate
 from rigrunner.api.errors import DataError, UsageError
@@ -438,7 +439,10 @@ def test_a_load_without_a_known_instrument_is_not_certified(source):
 
 def test_peaks_beyond_the_calibrated_range_are_not_certified(source):
     """Of peaks at 109 % of the range nothing is certified; a specimen says how far they went."""
-    greatest = max(float(point.peak_nm[point.peak_kept].max()) for point in source.result.loaded)
+    greatest = max(
+        float(point.peak_nm[point.peak_kept].max())
+        for point in TorqueDetails.of(source.result).loaded
+    )
     torque = source.result.run.instruments["tester.torque"]
     for share, refused in ((1.09, True), (0.99, False)):
         limit, far = greatest / share, parse_quantity("-100 N·m")

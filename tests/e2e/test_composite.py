@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from helpers_workflow import quick_procedure, run, station_file
+from rigrunner.api import TorqueDetails
 from rigrunner.api.errors import ExitCode, InvalidFileError
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
@@ -232,10 +233,10 @@ def test_clocks_that_are_not_well_known_give_no_result(tmp_path):
     assert recording.conditions["tester.angle_alignment_u"] == pytest.approx(0.01 / np.sqrt(6))
     assert recording.units["tester.angle_alignment_u"] == "s"
     assert recording.conditions["tester.angle_clock_rate"] == pytest.approx(0.0, abs=1e-6)
-    found = done.result.compensations["template_inverse"]
+    found = TorqueDetails.of(done.result).compensations["template_inverse"]
     assert "two clocks, aligned to 4.1 ms" in found.not_applicable
     assert done.result.headline is None
-    assert done.result.compensations["paper_peak"].points  # it needs no angle
+    assert TorqueDetails.of(done.result).compensations["paper_peak"].points  # it needs no angle
     assert done.exit_code == ExitCode.UNDECIDED
     page = (done.folder / "report.html").read_text(encoding="utf-8")
     assert "clock alignment" in page
@@ -246,7 +247,7 @@ def test_clocks_that_are_not_well_known_give_no_result(tmp_path):
 def test_clocks_that_are_well_known_give_the_result_of_one(tmp_path):
     done = two_clocks(tmp_path, "0.02 ms")
     assert done.error is None
-    found = done.result.compensations["template_inverse"]
+    found = TorqueDetails.of(done.result).compensations["template_inverse"]
     assert found.not_applicable == ""
     assert found.checks[-1].ok
     for point in found.points:

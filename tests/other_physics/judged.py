@@ -9,6 +9,7 @@ import numpy as np
 
 from other_physics.recorded import LOAD, recorded, recorded_known, without_scatter
 from rigrunner.analysis.torque.headline import compensated_mean
+from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import Consequence
 from rigrunner.api.errors import DataError
 from rigrunner.api.rig import SupportUnderLoad
@@ -86,7 +87,7 @@ def judged_by(pair: Pair, bench: RecordedBench) -> Judged:
         result = shared.analysed(bench, primary_alone(shared.spec))
     except DataError as error:
         return Judged(pair, refused=str(error))
-    (found,) = result.compensations.values()
+    (found,) = TorqueDetails.of(result).compensations.values()
     failed = [each for each in checks_of(result) if not each.ok]
     if not found.points:
         return Judged(pair, refused=str(found.not_applicable))
@@ -113,7 +114,7 @@ def _measured(pair: Pair, cache: Path | None) -> SupportUnderLoad:
     bench, shared = recorded_known(pair, cache), tools()
     rig = bench.loaded.rig.model_copy(update={"support_load_dependence": 0.0})
     bench = replace(bench, loaded=replace(bench.loaded, rig=rig))
-    found = shared.analysed(bench, shared.spec).compensations
+    found = TorqueDetails.of(shared.analysed(bench, shared.spec)).compensations
     mean, under_way = (
         compensated_mean(found[name].points) for name in (shared.spec.primary, RUNNING)
     )

@@ -16,6 +16,7 @@ from helpers_rigs import true_starting_torque_nm
 from reference.helpers_motion import BY_ENTRY, random_rig, run_by
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.document import document
+from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import Consequence
 from rigrunner.procedure import AnalysisSpec
 from rigrunner.signal.uncertainty import coverage_factor
@@ -61,7 +62,9 @@ def errors_and_expanded(motion):
     errors, expanded = [], []
     for model, seed in RIGS:
         rig = rig_of(model, seed)
-        for point in result(model, seed, motion).compensations["template_inverse"].points:
+        for point in (
+            TorqueDetails.of(result(model, seed, motion)).compensations["template_inverse"].points
+        ):
             truth = true_starting_torque_nm(rig, 1000.0, point.set_frequency_hz)
             errors.append(point.torque.value - truth)
             expanded.append(coverage_factor(point.torque.dof) * point.torque.u)
@@ -85,11 +88,13 @@ def test_by_index_they_are_worse_and_say_so():
 def test_by_entry_only_peak_methods_remain(model, seed):
     found = result(model, seed, BY_ENTRY)
     by_angle = result(model, seed, "velocity")
-    for name, each in found.compensations.items():
+    for name, each in TorqueDetails.of(found).compensations.items():
         assert bool(each.points) == (name in PEAKS)
     for name in PEAKS:
         torques, expected = (
-            np.array([point.torque.value for point in each.compensations[name].points])
+            np.array(
+                [point.torque.value for point in TorqueDetails.of(each).compensations[name].points]
+            )
             for each in (found, by_angle)
         )
         assert torques == pytest.approx(expected, abs=0.02)

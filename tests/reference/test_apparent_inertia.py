@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from helpers_rigs import IDEAL_SENSORS, run_data
+from rigrunner.api import TorqueDetails
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 from unit.analysis.helpers_analysis import analysed, no_load_spec
 
@@ -17,14 +18,17 @@ from unit.analysis.helpers_analysis import analysed, no_load_spec
 def test_ringing_of_the_drive_line_is_in_it(inertia_kgm2, natural_hz, low, high):
     rig = RigParameters(inertia_kgm2=inertia_kgm2, natural_hz=natural_hz, sensors=IDEAL_SENSORS)
     run = run_data(rig, 0, cycles=7)
-    fits = {fit.name: fit for fit in analysed(run, None, no_load_spec(outliers=None)).fits}
+    fits = {
+        fit.name: fit
+        for fit in TorqueDetails.of(analysed(run, None, no_load_spec(outliers=None))).fits
+    }
     apparent = fits["inertia_physical"].curve.coefficients[2]
     assert low < apparent / inertia_kgm2 - 1 < high
 
 
 def test_on_the_default_rig_it_is_an_eighth_too_large():
     """The standard uncertainty from the scatter about the curve does not cover this."""
-    curve = analysed(run_data(RigParameters(), 0, seed=1)).fits[1].curve
+    curve = TorqueDetails.of(analysed(run_data(RigParameters(), 0, seed=1))).fits[1].curve
     ratio = curve.coefficients[2] / RigParameters().inertia_kgm2
     assert ratio == pytest.approx(1.11, abs=0.03)
     assert np.sqrt(curve.covariance[2, 2]) < 0.03 * curve.coefficients[2]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from helpers_rigs import run_data, true_starting_torque_nm
+from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import Sweep
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner_bearings.compensations.paper_equation import TABLE_2_HZ, TABLE_2_NM
@@ -65,7 +66,7 @@ def test_its_error_on_a_rig_of_known_truth(seed):
     error = np.array(
         [
             point.torque.value - true_starting_torque_nm(rig, 1000, point.set_frequency_hz)
-            for point in result.compensations["paper_peak"].points
+            for point in TorqueDetails.of(result).compensations["paper_peak"].points
         ]
     )
     assert 0.13 < np.abs(error).max() < 0.23

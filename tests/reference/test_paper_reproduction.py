@@ -15,6 +15,7 @@ import pytest
 from helpers_workflow import run
 from reference.helpers_exact import exact_least_squares
 from rigrunner.analysis.document import document
+from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import Consequence
 from rigrunner.run.locate import find_procedure, find_station
 
@@ -43,19 +44,21 @@ def value(coefficients, hz):
 
 
 def torques(result, name):
-    return [point.torque.value for point in result.compensations[name].points]
+    return [point.torque.value for point in TorqueDetails.of(result).compensations[name].points]
 
 
 def test_both_tables_are_what_was_measured(result):
-    assert [point.frequency_hz.value for point in result.no_load] == HZ
-    assert [float(point.peak_nm[0]) for point in result.no_load] == [float(t) for t in NM]
-    assert {p.set_frequency_hz: float(p.peak_nm[0]) for p in result.loaded} == {
+    assert [point.frequency_hz.value for point in TorqueDetails.of(result).no_load] == HZ
+    assert [float(point.peak_nm[0]) for point in TorqueDetails.of(result).no_load] == [
+        float(t) for t in NM
+    ]
+    assert {p.set_frequency_hz: float(p.peak_nm[0]) for p in TorqueDetails.of(result).loaded} == {
         hz: float(t) for hz, t in LOADED.items()
     }
 
 
 def test_table_2_gives_equation_1_to_the_last_digits(result):
-    (curve,) = (fit.curve for fit in result.fits if fit.name == "polynomial")
+    (curve,) = (fit.curve for fit in TorqueDetails.of(result).fits if fit.name == "polynomial")
     assert curve.coefficients == pytest.approx([float(c) for c in EXACT], rel=1e-12)
     assert curve.coefficients.round(4).tolist() == [float(c) for c in PRINTED]
     left = [float(t - value(EXACT, hz)) for hz, t in zip(HZ, NM, strict=True)]
@@ -79,7 +82,7 @@ def test_the_difference_at_the_same_frequency_is_that_of_the_tables(result):
 
 
 def test_by_aicc_the_papers_basis_is_not_the_best(result):
-    (curve,) = (fit.curve for fit in result.fits if fit.name == "aicc")
+    (curve,) = (fit.curve for fit in TorqueDetails.of(result).fits if fit.name == "aicc")
     scores = {each.parameters: [] for each in curve.candidates}
     for each in curve.candidates:
         scores[each.parameters].append((each.score, each.chosen))
@@ -98,14 +101,14 @@ def test_an_impossible_torque_is_flagged_and_counted_not_hidden(result):
     assert not checks["positive torque"].ok
     assert checks["friction coefficient"].consequence is Consequence.NOTE
     assert result.headline.value == pytest.approx(np.mean(torques(result, "paper_peak")))
-    waveforms = result.compensations["template_inverse"]
+    waveforms = TorqueDetails.of(result).compensations["template_inverse"]
     assert waveforms.points == ()
     assert "angle" in waveforms.not_applicable
 
 
 def test_one_value_has_no_scatter_and_that_is_said(result):
     for name in ("paper_peak", "refitted"):
-        compensation = result.compensations[name]
+        compensation = TorqueDetails.of(result).compensations[name]
         assert any("scatter is not known" in note for note in compensation.notes)
         assert all(np.isnan(point.torque.u) for point in compensation.points)
         known = {part.name: part.u for part in compensation.points[1].components}

@@ -7,7 +7,7 @@ from math import inf, sqrt
 from typing import TYPE_CHECKING
 
 from rigrunner.api import Distribution, Effect, Estimate, Input
-from rigrunner.api.results import DRIFT_LINE, SUPPORT_LINE
+from rigrunner.api.torque import DRIFT_LINE, SUPPORT_LINE
 from rigrunner.signal.inputs import limited
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigrunner.analysis.analyse import analyse
-from rigrunner.api import Condition, DataError
+from rigrunner.api import Condition, DataError, TorqueDetails
 from rigrunner.procedure import AnalysisSpec
 from rigrunner.registry import Registry, load_registry
 from rigrunner.signal.coverage import expanded
@@ -90,7 +90,7 @@ class CompensationSubject(Subject):
             measurand=tools().measurand,
             lookup=self._lookup,
         )
-        return result.compensations[self.name]
+        return TorqueDetails.of(result).compensations[self.name]
 
     @cached_property
     def _lookup(self) -> Registry:

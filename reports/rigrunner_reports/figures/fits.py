@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.api import Curve, Points
-    from rigrunner.api.results import FittedTorque
+    from rigrunner.api.torque import FittedTorque
     from rigrunner.signal.thinning import Places
 
 SAMPLES = 120

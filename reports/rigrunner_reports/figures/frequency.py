@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.figures import Axis, Figure, Mark, Picture, Point, Series
+from rigrunner.api.torque import TorqueDetails
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.thinning import places_of_extremes
 from rigrunner_reports.numbers import fixed, stated
@@ -33,10 +34,11 @@ RIGHT = 1.045
 
 def over_frequency(result: Result, points: Sequence[SetPoint]) -> Picture:
     """Return the picture of raw and compensated torque, with truth and limits where there are."""
-    ordered = _shown(result, by_frequency(points))
-    names = [name for name, each in result.compensations.items() if each.points]
-    names.sort(key=lambda name: name != result.primary)
-    primary = names[:1] if result.primary in names else []
+    torque = TorqueDetails.of(result)
+    ordered = _shown(torque, by_frequency(points))
+    names = [name for name, each in torque.compensations.items() if each.points]
+    names.sort(key=lambda name: name != torque.primary)
+    primary = names[:1] if torque.primary in names else []
     raw = Series.over(_hertz(ordered), (p.raw_peak_nm for p in ordered), "raw peak", "joined")
     compensated = [_method(ordered, name) for name in primary]
     lowest = min(p.y for each in (raw, *compensated) for p in each.points)
@@ -66,20 +68,20 @@ def over_frequency(result: Result, points: Sequence[SetPoint]) -> Picture:
             limits,
         ),
     )
-    caption = _caption(result, ordered) + (THINNED if len(ordered) < len(points) else "")
-    return Picture(caption, _alt(result, ordered), panels, in_a_row=True)
+    caption = _caption(torque, ordered) + (THINNED if len(ordered) < len(points) else "")
+    return Picture(caption, _alt(torque, ordered), panels, in_a_row=True)
 
 
 def _hertz(points: Sequence[SetPoint]) -> list[float]:
     return [each.frequency_hz for each in points]
 
 
-def _shown(result: Result, points: Sequence[SetPoint]) -> list[SetPoint]:
+def _shown(torque: TorqueDetails, points: Sequence[SetPoint]) -> list[SetPoint]:
     """Return the set-points to draw: all, or of very many those where a torque is an extreme."""
     raw = np.array([each.raw_peak_nm for each in points])
     methods = [
         np.array([_torque_nm(each, name) for each in points])
-        for name, method in result.compensations.items()
+        for name, method in torque.compensations.items()
         if method.points
     ]
     return [points[place] for place in places_of_extremes(raw, *methods, most=MOST_POINTS)]
@@ -112,7 +114,7 @@ def _highest_hz(points: Sequence[SetPoint]) -> float:
     return max(each.frequency_hz for each in points)
 
 
-def _caption(result: Result, points: Sequence[SetPoint]) -> str:
+def _caption(torque: TorqueDetails, points: Sequence[SetPoint]) -> str:
     truth = (
         " The thin line is the simulated truth, which the analysis cannot see."
         if any(each.truth_nm is not None for each in points)
@@ -120,15 +122,15 @@ def _caption(result: Result, points: Sequence[SetPoint]) -> str:
     )
     return (
         "Torque over frequency. Left: the mean raw peak of a swing, and what is left of it by "
-        f"{result.primary or 'the primary method'}. Right: all methods on a larger scale, drawn "
+        f"{torque.primary or 'the primary method'}. Right: all methods on a larger scale, drawn "
         f"slightly apart. Bars are U (95 %).{truth}"
     )
 
 
-def _alt(result: Result, points: Sequence[SetPoint]) -> str:
+def _alt(torque: TorqueDetails, points: Sequence[SetPoint]) -> str:
     raw = ", ".join(f"{each.frequency_hz:.4g} Hz {fixed(each.raw_peak_nm, 3)}" for each in points)
     methods = [f"Raw peak in N·m: {raw}."]
-    for name, compensation in result.compensations.items():
+    for name, compensation in torque.compensations.items():
         if compensation.points:
             values = ", ".join(
                 f"{each.frequency_hz:.4g} Hz {stated(each.by_method[name].torque).interval}"

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.api import Component, Estimate
-    from rigrunner.api.results import Result
+    from rigrunner.api.torque import TorqueDetails
     from rigrunner_reports.view.points import SetPoint
 
 MILLI = 1e3
@@ -99,18 +99,18 @@ class _Column:
     estimate: Estimate
 
 
-def budget(result: Result, points: Sequence[SetPoint]) -> Budget | None:
+def budget(torque: TorqueDetails, points: Sequence[SetPoint]) -> Budget | None:
     """Return the primary method's budget, or None where it gave no points."""
-    shown = low_middle_high([each for each in points if result.primary in each.by_method])
+    shown = low_middle_high([each for each in points if torque.primary in each.by_method])
     if not shown:
         return None
-    columns = [_of(each, result.primary) for each in shown]
+    columns = [_of(each, torque.primary) for each in shown]
     whole = columns[-1]
-    if result.headline is not None and result.headline_components:
-        columns.append(_Column("Mean", result.headline_components, result.headline))
+    if torque.headline is not None and torque.headline_components:
+        columns.append(_Column("Mean", torque.headline_components, torque.headline))
     names = dict.fromkeys(part.name for column in columns for part in column.components)
     return Budget(
-        method=result.primary,
+        method=torque.primary,
         columns=tuple(column.name for column in columns),
         rows=tuple(_row(name, columns) for name in names),
         totals=tuple(_total(column.estimate) for column in columns),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import Consequence
 from rigrunner.api.checks import effect_words, is_skipped
+from rigrunner.api.torque import TorqueDetails
 from rigrunner_reports.section import Section
 
 if TYPE_CHECKING:
@@ -30,8 +31,9 @@ class CheckRow:
 
 def check_rows(result: Result) -> tuple[CheckRow, ...]:
     """Return all checks of the run and its methods: those that bind, then notes."""
+    torque = TorqueDetails.of(result)
     found = [("", check) for check in result.checks]
-    for name, compensation in result.compensations.items():
+    for name, compensation in torque.compensations.items():
         found += [(name, check) for check in compensation.checks]
     rows = (
         CheckRow(

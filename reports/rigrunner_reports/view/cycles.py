@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigrunner.api import PeakPoint, Rejection
-    from rigrunner.api.results import Result
+    from rigrunner.api.torque import TorqueDetails
 
     _Judged = tuple[str, PeakPoint, str, Rejection]
 
@@ -51,9 +51,9 @@ class RejectionTable:
     """Whether what is called a cycle is a start from rest."""
 
 
-def rejections(result: Result) -> RejectionTable:
+def rejections(torque: TorqueDetails) -> RejectionTable:
     """Return the table of rejected cycles."""
-    runs = named_runs(result)
+    runs = named_runs(torque)
     points = [point for _, run in runs for point in run]
     found = [each for name, run in runs for point in run for each in _judged(name, point)]
     shown = _clearest(found)
@@ -62,13 +62,13 @@ def rejections(result: Result) -> RejectionTable:
         left_out=len(found) - len(shown),
         cycles=sum(point.cycles for point in points),
         spikes=sum(point.spikes for point in points),
-        starts=are_starts(result),
+        starts=are_starts(torque),
     )
 
 
-def named_runs(result: Result) -> list[tuple[str, tuple[PeakPoint, ...]]]:
+def named_runs(torque: TorqueDetails) -> list[tuple[str, tuple[PeakPoint, ...]]]:
     """Return the points of this run and, if it has one, of its no-load run, with their names."""
-    runs = [("This run", result.loaded), ("No-load run", result.no_load)]
+    runs = [("This run", torque.loaded), ("No-load run", torque.no_load)]
     return [(name, points) for name, points in runs if points]
 
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api import Curve
     from rigrunner.api.analysis import Candidate
-    from rigrunner.api.results import FittedTorque
+    from rigrunner.api.torque import FittedTorque
 
 MILLI = 1e3
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.api import PeakPoint
-    from rigrunner.api.results import Result
+    from rigrunner.api.torque import TorqueDetails
     from rigrunner_reports.view.points import SetPoint
 
 MILLI = 1e3
@@ -65,39 +65,39 @@ class FrequencyTable:
     excluded: tuple[tuple[str, str], ...]
 
 
-def frequency_table(result: Result, points: Sequence[SetPoint]) -> FrequencyTable:
+def frequency_table(torque: TorqueDetails, points: Sequence[SetPoint]) -> FrequencyTable:
     """Return the table of a run, in the order of the recordings."""
-    methods = [name for name, each in result.compensations.items() if each.points]
-    digits = _common_digits(result, points)
+    methods = [name for name, each in torque.compensations.items() if each.points]
+    digits = _common_digits(torque, points)
     return FrequencyTable(
         methods=tuple(methods),
-        measurands=tuple((name, result.compensations[name].measurand) for name in methods),
-        primary=result.primary,
-        rows=tuple(_row(result, methods, each, digits) for each in points),
-        raw_peak=OF_STARTS if are_starts(result) else OF_CYCLES,
+        measurands=tuple((name, torque.compensations[name].measurand) for name in methods),
+        primary=torque.primary,
+        rows=tuple(_row(torque, methods, each, digits) for each in points),
+        raw_peak=OF_STARTS if are_starts(torque) else OF_CYCLES,
         simulated=any(each.truth_nm is not None for each in points),
         excluded=tuple(
             (name, each.not_applicable or "it gave no points")
-            for name, each in result.compensations.items()
+            for name, each in torque.compensations.items()
             if not each.points
         ),
     )
 
 
-def are_starts(result: Result) -> bool:
+def are_starts(torque: TorqueDetails) -> bool:
     """Return whether the run is of starts from rest, which stand where cycles stand elsewhere."""
-    return any(isinstance(point, StartPoint) for point in result.loaded)
+    return any(isinstance(point, StartPoint) for point in torque.loaded)
 
 
-def _row(result: Result, methods: Sequence[str], each: SetPoint, digits: int) -> Row:
-    primary = each.by_method.get(result.primary)
+def _row(torque: TorqueDetails, methods: Sequence[str], each: SetPoint, digits: int) -> Row:
+    primary = each.by_method.get(torque.primary)
     point = each.point
     return Row(
         set_hz=plain(point.set_frequency_hz),
         measured_hz=_measured(point),
         raw=fixed(each.raw_peak_nm, digits) if methods else _raw_peak(each),
         rig=fixed(primary.rig_nm, digits) if primary else MISSING,
-        cells=tuple(_cell(result, name, each) for name in methods),
+        cells=tuple(_cell(torque, name, each) for name in methods),
         truth=MISSING if each.truth_nm is None else fixed(each.truth_nm, MOST_PLACES),
         peaks=_kept(int(point.peak_kept.sum()), point.cycles),
         swings=_kept(int(kept_cycles(each.swing).sum()), point.cycles) if each.swing else MISSING,
@@ -110,11 +110,11 @@ def _measured(point: PeakPoint) -> str:
     return fixed(point.frequency_hz.value, _digits(point.frequency_hz))
 
 
-def _cell(result: Result, name: str, each: SetPoint) -> Cell:
+def _cell(torque: TorqueDetails, name: str, each: SetPoint) -> Cell:
     found = each.by_method.get(name)
     if found is None:
         return Cell(MISSING)
-    off = error(each, name, result.compensations[name])
+    off = error(each, name, torque.compensations[name])
     return Cell(stated(found.torque).interval, "" if off is None else with_sign(MILLI * off, 1))
 
 
@@ -123,9 +123,9 @@ def _raw_peak(each: SetPoint) -> str:
     return stated(Estimate(each.raw_peak_nm, each.raw_peak_u_nm, dof)).interval
 
 
-def _common_digits(result: Result, points: Sequence[SetPoint]) -> int:
+def _common_digits(torque: TorqueDetails, points: Sequence[SetPoint]) -> int:
     """Return how many decimals the primary method's uncertainty bears at every set-point."""
-    found = [each.by_method[result.primary] for each in points if result.primary in each.by_method]
+    found = [each.by_method[torque.primary] for each in points if torque.primary in each.by_method]
     return min((_digits(each.torque) for each in found), default=DEFAULT_PLACES)
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api.torque import TorqueDetails
 from rigrunner.signal.coverage import expanded
 from rigrunner_reports.numbers import fixed, plain, stated, with_sign
 from rigrunner_reports.section import Section
@@ -55,18 +56,19 @@ class Truth:
 
 def headline(result: Result, points: Sequence[SetPoint]) -> Headline:
     """Return the compensated torque; why there is none; or the range of a run's own peaks."""
-    if result.headline is not None:
-        shown = stated(result.headline)
+    torque = TorqueDetails.of(result)
+    if torque.headline is not None:
+        shown = stated(torque.headline)
         return Headline(
             label=result.measurand,
             symbol=result.symbol,
             value=shown.value,
             interval=f"± {shown.expanded}",
             unit=shown.unit,
-            detail=f"U for 95 %, k = {shown.factor}. {_span(points)}, by {result.primary}.",
+            detail=f"U for 95 %, k = {shown.factor}. {_span(points)}, by {torque.primary}.",
         )
-    if result.primary:
-        problem = result.notes[0] if result.notes else f"{result.primary} gave no result"
+    if torque.primary:
+        problem = result.notes[0] if result.notes else f"{torque.primary} gave no result"
         return Headline(result.measurand, result.symbol, "no result", "", "", "", problem)
     if points:
         return _peaks(result, points)
@@ -75,31 +77,31 @@ def headline(result: Result, points: Sequence[SetPoint]) -> Headline:
     return _counted(result) if result.limits.values else _recorded(result)
 
 
-def raw(result: Result) -> Raw | None:
+def raw(torque: TorqueDetails) -> Raw | None:
     """Return the raw torque, and how many times the compensated one it is."""
-    if result.raw_headline is None or not result.compensations:
+    if torque.raw_headline is None or not torque.compensations:
         return None
-    shown = stated(result.raw_headline)
-    value = result.headline.value if result.headline else 0.0
-    ratio = f"{result.raw_headline.value / value:.1f}" if value > 0 else ""
+    shown = stated(torque.raw_headline)
+    value = torque.headline.value if torque.headline else 0.0
+    ratio = f"{torque.raw_headline.value / value:.1f}" if value > 0 else ""
     return Raw(str(shown), shown.factor, ratio)
 
 
-def truth(result: Result, points: Sequence[SetPoint]) -> Truth | None:
+def truth(torque: TorqueDetails, points: Sequence[SetPoint]) -> Truth | None:
     """Return the mean truth over the set-points of the headline, and the headline's error."""
     true = [
         each.truth_nm
         for each in points
-        if each.truth_nm is not None and result.primary in each.by_method
+        if each.truth_nm is not None and torque.primary in each.by_method
     ]
-    if result.headline is None or len(true) < len(points):
+    if torque.headline is None or len(true) < len(points):
         return None
     mean = float(np.mean(true))
-    error = result.headline.value - mean
+    error = torque.headline.value - mean
     return Truth(
         value=f"{fixed(mean, 4)} N·m",
         error=f"{with_sign(MILLI * error, 1)} mN·m",
-        covered=abs(error) <= expanded(result.headline),
+        covered=abs(error) <= expanded(torque.headline),
     )
 
 

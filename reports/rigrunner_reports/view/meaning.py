@@ -8,7 +8,7 @@ from rigrunner.api.measurand import Validity
 from rigrunner_reports.numbers import fixed
 
 if TYPE_CHECKING:
-    from rigrunner.api.results import Result
+    from rigrunner.api.torque import TorqueDetails
 
 RIG_ITSELF = (
     "The torque that the rig itself puts on the sensor: the inertia of all behind it and the "
@@ -41,16 +41,16 @@ SENTENCES = {
 }
 
 
-def meaning(result: Result) -> tuple[str, ...]:
+def meaning(torque: TorqueDetails) -> tuple[str, ...]:
     """Return sentences; none of a measurand of which nothing is known here."""
-    if not result.compensations:
+    if not torque.compensations:
         return (RIG_ITSELF,)
-    if result.kind is None:
+    if torque.kind is None:
         return ()
-    allowance = _allowance(result)
-    return tuple(SENTENCES[each].format(allowance=allowance) for each in result.kind.validity)
+    allowance = _allowance(torque)
+    return tuple(SENTENCES[each].format(allowance=allowance) for each in torque.kind.validity)
 
 
-def _allowance(result: Result) -> str:
-    allowed = result.support_allowance
+def _allowance(torque: TorqueDetails) -> str:
+    allowed = torque.support_allowance
     return "" if allowed is None else f" of {fixed(allowed[0], 1)} {allowed[1]}"

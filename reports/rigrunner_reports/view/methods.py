@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from rigrunner.api import Compensation, Estimate
-    from rigrunner.api.results import Result
+    from rigrunner.api.torque import TorqueDetails
     from rigrunner_reports.view.points import SetPoint
 
 MILLI = 1e3
@@ -93,9 +93,9 @@ class Error:
         return abs(self.value) <= self.expanded
 
 
-def methods(result: Result, points: Sequence[SetPoint]) -> tuple[MethodView, ...]:
+def methods(torque: TorqueDetails, points: Sequence[SetPoint]) -> tuple[MethodView, ...]:
     """Return every method of the run, the primary one first."""
-    views = [_view(result, name, each, points) for name, each in result.compensations.items()]
+    views = [_view(torque, name, each, points) for name, each in torque.compensations.items()]
     return tuple(sorted(views, key=lambda view: not view.primary))
 
 
@@ -129,13 +129,13 @@ def errors(points: Sequence[SetPoint], name: str, compensation: Compensation) ->
 
 
 def _view(
-    result: Result, name: str, compensation: Compensation, points: Sequence[SetPoint]
+    torque: TorqueDetails, name: str, compensation: Compensation, points: Sequence[SetPoint]
 ) -> MethodView:
     found = torques(points, name)
     off = errors(points, name, compensation)
     return MethodView(
         name=name,
-        primary=name == result.primary,
+        primary=name == torque.primary,
         measurand=compensation.measurand,
         not_applicable="" if found else compensation.not_applicable or "it gave no points",
         notes=compensation.notes,

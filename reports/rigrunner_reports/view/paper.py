@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from rigrunner.api import PeakPoint
-    from rigrunner.api.results import Result
+    from rigrunner.api.torque import TorqueDetails
     from rigrunner_reports.view.methods import Error
     from rigrunner_reports.view.points import SetPoint
 
@@ -26,15 +26,15 @@ TURN_DEG = 360
 WORTH_SAYING = 1.5
 
 
-def paper_on_this_run(result: Result, points: Sequence[SetPoint]) -> tuple[str, ...]:
+def paper_on_this_run(torque: TorqueDetails, points: Sequence[SetPoint]) -> tuple[str, ...]:
     """Return the sentences; none where the method did not take part."""
     if not torques(points, METHOD):
         return ()
-    off = errors(points, METHOD, result.compensations[METHOD])
+    off = errors(points, METHOD, torque.compensations[METHOD])
     return (
         _range(points),
-        *_made_of(result, points),
-        *_beside_primary(result, points),
+        *_made_of(torque, points),
+        *_beside_primary(torque, points),
         *([_against_truth(off)] if off else []),
     )
 
@@ -50,9 +50,9 @@ def _range(points: Sequence[SetPoint]) -> str:
     )
 
 
-def _made_of(result: Result, points: Sequence[SetPoint]) -> Iterator[str]:
+def _made_of(torque: TorqueDetails, points: Sequence[SetPoint]) -> Iterator[str]:
     """Yield what the lowest and the highest value are made of, where a no-load point is there."""
-    no_load = {point.set_frequency_hz: point for point in result.no_load}
+    no_load = {point.set_frequency_hz: point for point in torque.no_load}
     measured = [each for each in points if METHOD in each.by_method]
     for pick in (min, max):
         each = pick(measured, key=_value)
@@ -92,14 +92,14 @@ def _peak_phase_deg(point: SwingPoint) -> float:
     return TURN_DEG * float(np.argmax(mean)) / len(mean)
 
 
-def _beside_primary(result: Result, points: Sequence[SetPoint]) -> Iterator[str]:
-    primary = torques(points, result.primary)
-    if not primary or result.primary == METHOD:
+def _beside_primary(torque: TorqueDetails, points: Sequence[SetPoint]) -> Iterator[str]:
+    primary = torques(points, torque.primary)
+    if not primary or torque.primary == METHOD:
         return
     own, paper = spread(primary), spread(torques(points, METHOD))
     ratio = paper / own if own > 0 else 0.0
     times = f", about {fixed(ratio, places(ratio))} times less" if ratio > WORTH_SAYING else ""
-    yield f"By {result.primary} the same recordings vary by {fixed(own, 3)} N·m{times}."
+    yield f"By {torque.primary} the same recordings vary by {fixed(own, 3)} N·m{times}."
 
 
 def _against_truth(found: Sequence[Error]) -> str:

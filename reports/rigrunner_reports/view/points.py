@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api import SwingPoint
+from rigrunner.api.torque import TorqueDetails
 from rigrunner.signal.peaks import mean_peak
 from rigrunner_reports.section import Section
 
@@ -55,21 +56,22 @@ class SetPoint:
 
 def set_points(report: ReportInput) -> tuple[SetPoint, ...]:
     """Return the set-points of the run as they were recorded."""
+    torque = TorqueDetails.of(report.result)
     result = report.result
-    primary = result.compensations.get(result.primary)
+    primary = torque.compensations.get(torque.primary)
     measured = result.measurand if primary is None else primary.measurand
     return tuple(
         SetPoint(
             point=point,
             by_method={
                 name: found
-                for name, each in result.compensations.items()
+                for name, each in torque.compensations.items()
                 if (found := _of_recording(point, each.points)) is not None
             },
             truth=report.truth.get(point.recording, {}),
             truth_nm=true_torque(report.truth.get(point.recording, {}), measured),
         )
-        for point in result.loaded
+        for point in torque.loaded
     )
 
 

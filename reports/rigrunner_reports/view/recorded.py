@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.api.torque import TorqueDetails
 from rigrunner_reports.section import Section
 from rigrunner_reports.view.limits import MeasuredTable, measured_table
 
@@ -29,8 +30,9 @@ class RecordedView:
 
 def recorded_view(report: ReportInput) -> RecordedView | None:
     """Return what no other section shows; None of a run whose torque is analysed."""
+    torque = TorqueDetails.of(report.result)
     tables = unlimited_tables(report.result)
-    count = 0 if report.result.loaded else len(report.result.run.recordings)
+    count = 0 if torque.loaded else len(report.result.run.recordings)
     if not (tables or count):
         return None
     return RecordedView(
@@ -42,7 +44,8 @@ def recorded_view(report: ReportInput) -> RecordedView | None:
 
 def unlimited_tables(result: Result) -> dict[str, list[Measurement]]:
     """Return the rows of each table of which no value has a limit; none beside analysed torque."""
-    if result.loaded:
+    torque = TorqueDetails.of(result)
+    if torque.loaded:
         return {}
     tables: dict[str, list[Measurement]] = {}
     for row in result.run.measurements:

@@ -10,7 +10,7 @@ from rigrunner_reports.numbers import fixed, plain, significant
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.api.results import Result
+    from rigrunner.api.torque import TorqueDetails
     from rigrunner.api.validation import Agreement, Validation
 
 MILLI = 1e3
@@ -39,9 +39,9 @@ class ValidationView:
     notes: tuple[str, ...]
 
 
-def validation(result: Result) -> ValidationView | None:
+def validation(torque: TorqueDetails) -> ValidationView | None:
     """Return the section, or None where the procedure asks for no validation."""
-    found = result.validation
+    found = torque.validation
     if found is None:
         return None
     return ValidationView(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.asked import settings_as_asked
@@ -50,50 +51,40 @@ def analyse(
     both is taken out. Raises DataError where a recording cannot be prepared at all.
     """
     known = Scrutiny(lookup)
-    torque = TorqueAnalysis(
-        run=chosen(run, spec.where),
-        no_load_run=no_load,
-        no_load_after=no_load_after,
-        spec=spec,
-        measurand=measurand,
-        lookup=known,
-        progress=progress,
-        prepare=prepare,
-    ).found()
-    findings = _joined(
-        (torque.findings, *findings_of(run, analyses, known, known=torque.findings.results))
-    )
+    torque = None
+    if not spec.asks_nothing:
+        torque = TorqueAnalysis(
+            run=chosen(run, spec.where),
+            no_load_run=no_load,
+            no_load_after=no_load_after,
+            spec=spec,
+            measurand=measurand,
+            lookup=known,
+            progress=progress,
+            prepare=prepare,
+        ).found()
+    first = Findings() if torque is None else torque.findings
+    findings = _joined((first, *findings_of(run, analyses, known, known=first.results)))
     decision = None
     if acceptance is not None:
         rule = AppliedRule.of(acceptance, known)
-        decision = decide(acceptance, rule, _evidence(spec, torque, findings))
-    means = torque.findings.means
+        decision = decide(acceptance, rule, _evidence(torque, findings))
     return Result(
         run=run,
         no_load_run=no_load,
         no_load_run_after=no_load_after,
         measurand="" if measurand is None else measurand.name,
         symbol="" if measurand is None else measurand.symbol,
-        loaded=torque.loaded,
-        no_load=torque.no_load,
-        fits=torque.fits,
-        compensations=torque.compensations,
-        primary=spec.primary,
-        kind=torque.kind,
-        headline=torque.headline,
-        headline_components=means[0].components if means else (),
-        raw_headline=torque.raw_headline,
         decision=decision,
-        validation=torque.validation,
-        name=spec.name,
         results=findings.results,
         means=findings.means,
+        details=findings.details,
         formulas=findings.formulas,
         tables=findings.tables,
         figures=findings.figures,
         sections=findings.sections,
-        checks=(*torque.checks, *findings.checks),
-        notes=((torque.problem,) if torque.problem else ()) + findings.notes,
+        checks=(*(torque.checks if torque else ()), *findings.checks),
+        notes=findings.notes,
         settings=settings_as_asked(spec, known, analyses),
         revisions=revisions_of(spec, acceptance, known, analyses),
     )
@@ -110,20 +101,25 @@ def _joined(found: Sequence[Findings]) -> Findings:
         tables=tuple(table for each in found for table in each.tables),
         figures=tuple(figure for each in found for figure in each.figures),
         sections=tuple(section for each in found for section in each.sections),
+        details=tuple(one for each in found for one in each.details),
     )
 
 
-def _evidence(spec: AnalysisSpec, torque: TorqueFound, findings: Findings) -> Evidence:
+def _evidence(torque: TorqueFound | None, findings: Findings) -> Evidence:
     others = forbidden(findings.checks)
-    return Evidence(
+    named = Evidence(
         results=findings.results,
         means=findings.means,
-        problems={
-            **{each.name: others for each in findings.results},
-            spec.name: torque.forbids,
-        },
-        torque=spec.name if spec.compensations else "",
-        method=spec.primary,
-        kind=torque.kind,
-        loads_n=tuple(point.load_n for point in torque.loaded),
+        problems={each.name: others for each in findings.results},
+    )
+    if torque is None:
+        return named
+    found = torque.details
+    return replace(
+        named,
+        problems={**named.problems, found.name: torque.forbids},
+        torque=found.name if found.compensations else "",
+        method=found.primary,
+        kind=found.kind,
+        loads_n=tuple(point.load_n for point in found.loaded),
     )

@@ -8,12 +8,9 @@ freedom are the text "infinite".
 from __future__ import annotations
 
 from dataclasses import asdict
-from math import nan
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document_budget import budget
-from rigrunner.analysis.document_fits import curve_of, fit
-from rigrunner.analysis.document_validation import validation
 from rigrunner.analysis.document_values import (
     coordinates_of,
     estimate,
@@ -22,10 +19,8 @@ from rigrunner.analysis.document_values import (
     quantity,
 )
 from rigrunner.analysis.verdict.document import decision, limits, verdict
-from rigrunner.api.analysis import SwingPoint
 from rigrunner.api.checks import effect_words
 from rigrunner.api.instruments import torque_instruments
-from rigrunner.signal.swings import kept_cycles
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -34,21 +29,27 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import (
         Bias,
         Check,
-        CompensatedPoint,
-        Compensation,
-        PeakPoint,
-        Rejection,
     )
-    from rigrunner.api.data import Array, RunData
+    from rigrunner.api.data import RunData
     from rigrunner.api.findings import MeasurementResult, ResultDefinition, Table
     from rigrunner.api.results import Result
 
 FORMAT = "rigrunner: result/1"
 TORQUE = "N·m"
+ALWAYS: Json = {
+    "headline": {"method": None, "compensated": None, "budget": [], "raw_peak": None},
+    "points": [],
+    "no_load_points": [],
+    "compensations": {},
+    "fits": [],
+    "validation": None,
+}
+"""What every document of this format has, also of a run whose analyses add none of it."""
 
 
 def document(result: Result) -> Json:
     """Return the result as plain dicts, lists, texts, numbers, bools and null."""
+    details = ALWAYS | {key: each for own in result.details for key, each in own.document().items()}
     named, after = [_named(each) for each in result.results], result.no_load_run_after
     return {
         "format": FORMAT,
@@ -58,7 +59,7 @@ def document(result: Result) -> Json:
         **({} if after is None else {"no_load_run_after": _run(after)}),
         "analysis": plain(result.settings),
         "revisions": dict(result.revisions),
-        "headline": _headline(result),
+        "headline": details.pop("headline"),
         **({"results": named} if named else {}),
         **({"tables": [_table(each) for each in result.tables]} if result.tables else {}),
         **{
@@ -69,13 +70,9 @@ def document(result: Result) -> Json:
         "verdict": verdict(result),
         "limits": limits(result.limits),
         "decision": None if result.decision is None else decision(result.decision),
-        "checks": _checks(result.checks),
+        "checks": checks_of(result.checks),
         "notes": list(result.notes),
-        "points": [_point(point) for point in result.loaded],
-        "no_load_points": [_point(point) for point in result.no_load],
-        "compensations": {name: _compensation(each) for name, each in result.compensations.items()},
-        "fits": [fit(each) for each in result.fits],
-        "validation": None if result.validation is None else validation(result.validation),
+        **details,
     }
 
 
@@ -134,17 +131,8 @@ def _run(run: RunData) -> Json:
     }
 
 
-def _headline(result: Result) -> Json:
-    return {
-        **({"name": result.name} if result.primary else {}),
-        "method": result.primary or None,
-        "compensated": estimate(result.headline),
-        "budget": budget(result.headline_components),
-        "raw_peak": estimate(result.raw_headline),
-    }
-
-
-def _checks(checks: Iterable[Check]) -> list[Json]:
+def checks_of(checks: Iterable[Check]) -> list[Json]:
+    """Return checks, each with its effect on the result in words."""
     return [
         {
             "name": each.name,
@@ -168,73 +156,4 @@ def _bias(bias: Bias) -> Json:
         "value": number(bias.value),
         "standard_uncertainty": number(bias.u),
         "unit": bias.unit,
-    }
-
-
-def _point(point: PeakPoint) -> Json:
-    kept = point.peak_nm[point.peak_kept]
-    return {
-        "recording": point.recording,
-        "set_frequency": quantity(point.set_frequency_hz, "Hz"),
-        "frequency": estimate(point.frequency_hz),
-        "load": quantity(point.load_n, "N"),
-        "motion": str(point.motion),
-        "cycles": point.cycles,
-        "spikes_replaced": point.spikes,
-        "raw_peak": {
-            "mean": quantity(float(kept.mean()), TORQUE),
-            "standard_deviation": quantity(_deviation(kept), TORQUE),
-            "per_cycle": {"values": plain(point.peak_nm), "unit": TORQUE},
-            "cycles_kept": int(point.peak_kept.sum()),
-            "rejected": _rejections(point.peak_rejections),
-        },
-        "waveform": _waveform(point) if isinstance(point, SwingPoint) else None,
-    }
-
-
-def _deviation(values: Array) -> float:
-    return float(values.std(ddof=1)) if len(values) > 1 else nan
-
-
-def _waveform(point: SwingPoint) -> Json:
-    return {
-        "sample_rate": quantity(point.sample_rate_hz, "Hz"),
-        "cycles_kept": int(kept_cycles(point).sum()),
-        "rejected": _rejections(point.waveform_rejections),
-    }
-
-
-def _rejections(rejections: Iterable[Rejection]) -> list[Json]:
-    return [
-        {
-            "cycle": each.index,
-            "value": quantity(each.value, TORQUE),
-            "rule": each.rule,
-            "statistic": number(each.statistic),
-            "critical": number(each.critical),
-        }
-        for each in rejections
-    ]
-
-
-def _compensation(compensation: Compensation) -> Json:
-    return {
-        "measurand": compensation.measurand,
-        "not_applicable": compensation.not_applicable or None,
-        "points": [_compensated(point) for point in compensation.points],
-        "parameters": {name: estimate(each) for name, each in compensation.parameters.items()},
-        "curve": None if compensation.curve is None else curve_of(compensation.curve),
-        "checks": _checks(compensation.checks),
-        "notes": list(compensation.notes),
-    }
-
-
-def _compensated(point: CompensatedPoint) -> Json:
-    return {
-        "set_frequency": quantity(point.set_frequency_hz, "Hz"),
-        "frequency": quantity(point.frequency_hz, "Hz"),
-        "raw": quantity(point.raw_nm, TORQUE),
-        "rig": quantity(point.rig_nm, TORQUE),
-        "torque": estimate(point.torque),
-        "budget": budget(point.components),
     }

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from rigrunner.analysis.document_values import Json
     from rigrunner.api.analysis import Curve
     from rigrunner.api.data import Points
-    from rigrunner.api.results import FittedTorque
+    from rigrunner.api.torque import FittedTorque
 
 
 def fit(fitted: FittedTorque) -> Json:

@@ -16,6 +16,7 @@ from rigrunner.api.analysis import (
     SwingPoint,
 )
 from rigrunner.api.data import Array, Block, Mask, Measurement, Points, Recording, RunData
+from rigrunner.api.details import AnalysisDetails
 from rigrunner.api.devices import (
     Approaching,
     ChannelInfo,
@@ -93,6 +94,7 @@ from rigrunner.api.settings import (
 from rigrunner.api.steps import Action, Doing, Found, Planning, StepSettings
 from rigrunner.api.streaming import StreamingDriver
 from rigrunner.api.studies import StudyInput
+from rigrunner.api.torque import TorqueDetails
 from rigrunner.api.uncertainty import Distribution, Effect, Input, MeasurementModel
 from rigrunner.api.unit_tables import UnitDefinition
 from rigrunner.api.units import QuantityError, unit
@@ -100,6 +102,7 @@ from rigrunner.api.verdict import Limits, Verdict, Zone
 
 __all__ = [
     "Action",
+    "AnalysisDetails",
     "AnalysisRecord",
     "Angle",
     "Answering",
@@ -207,6 +210,7 @@ __all__ = [
     "SwingPoint",
     "Temperature",
     "Torque",
+    "TorqueDetails",
     "UnitDefinition",
     "UnitRecord",
     "Verdict",

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import Check, Component
     from rigrunner.api.coordinates import CoordinateValue
     from rigrunner.api.data import Block, Estimate, Recording, RunData
+    from rigrunner.api.details import AnalysisDetails
     from rigrunner.api.figures import Figure, Picture
     from rigrunner.api.measurand import MeasurandKind
 
@@ -129,6 +130,8 @@ class Findings:
     """Likewise, drawn in the report."""
     sections: tuple[ReportSection, ...] = ()
     """Of the report, after the results; in `result.json` too."""
+    details: tuple[AnalysisDetails, ...] = ()
+    """What the analysis keeps besides, for pages and programs that know it."""
 
 
 class Analysis(Protocol):

@@ -222,6 +222,20 @@ class Instrument(Settings):
         both_ways = self.quantity == TORQUE and math.isinf(lowest)
         return (-highest if both_ways else lowest), highest
 
+    def beyond_range(self, lowest: float, highest: float, unit: str) -> str:
+        """Return how far values in an SI unit went beyond that range, in words; '' if they did not.
+
+        `unit` is shown.
+        """
+        bounds = self.calibrated_range
+        if bounds is None or bounds[0] <= lowest <= highest <= bounds[1]:
+            return ""
+        is_above = highest - bounds[1] >= bounds[0] - lowest
+        worst, bound = (highest, bounds[1]) if is_above else (lowest, bounds[0])
+        share = f" ({100 * worst / bound:.0f} %)" if bound else ""
+        holds = f"the calibration holds up to {bound:.4g} {unit}"
+        return f"{worst:.4g} {unit} was recorded, {holds}{share}"
+
     @property
     def _entered_range(self) -> tuple[float, float] | None:
         if self.range_ is not None:

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import nan, sqrt
-from typing import TYPE_CHECKING
+from itertools import chain
+from math import nan
+from typing import TYPE_CHECKING, TypeVar
+from warnings import warn
 
+from rigrunner.api.details import AnalysisDetails
 from rigrunner.api.events import CONCLUDED
 from rigrunner.api.readings import reading_text
 from rigrunner.api.verdict import worst
@@ -15,23 +18,13 @@ from rigrunner.api.verdict import worst
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from rigrunner.api.analysis import Check, Compensation, Component, Curve, PeakPoint
-    from rigrunner.api.data import Estimate, Measurement, Points, RunData
+    from rigrunner.api.analysis import Check, Compensation
+    from rigrunner.api.data import Estimate, Measurement, RunData
     from rigrunner.api.figures import Figure
     from rigrunner.api.findings import Formula, MeasurementResult, ReportSection, Table
-    from rigrunner.api.measurand import MeasurandKind
-    from rigrunner.api.validation import Validation
     from rigrunner.api.verdict import Decision, LaterDecision, LimitDecision, Verdict
 
-
-DRIFT_LINE = "drift of the support between the runs"
-"""The line of a budget for what the support's friction changes by in between. Its source may follow
-in parentheses."""
-SUPPORT_LINE = "support friction under load"
-"""The line of a budget for what the load may change the support's friction by.
-
-Its source may follow in parentheses.
-"""
+_Details = TypeVar("_Details", bound=AnalysisDetails)
 REPLAYED = "replayed"
 """The name in a run's provenance that says from which tape it is: no instrument was asked."""
 
@@ -104,17 +97,6 @@ def _judged(rows: Iterable[Measurement]) -> Iterator[JudgedValue]:
 
 
 @dataclass(frozen=True, eq=False)
-class FittedTorque:
-    """A fit of the no-load peaks over frequency, by its name in the procedure."""
-
-    name: str
-    points: Points
-    curve: Curve | None
-    problem: str = ""
-    """Why the fit could not be made."""
-
-
-@dataclass(frozen=True, eq=False)
 class Result:
     """The outcome of the one analysis that serves online, stored and batch."""
 
@@ -122,26 +104,12 @@ class Result:
     no_load_run: RunData | None
     measurand: str
     symbol: str
-    loaded: tuple[PeakPoint, ...]
-    """The points of this run; of a no-load run, its own."""
-    no_load: tuple[PeakPoint, ...]
-    fits: tuple[FittedTorque, ...]
-    compensations: Mapping[str, Compensation]
-    primary: str = ""
-    kind: MeasurandKind | None = None
-    """Which torque the primary method yields of what was recorded; None where it does not say."""
-    headline: Estimate | None = None
-    """The mean over the set-points by the primary method."""
-    headline_components: tuple[Component, ...] = ()
-    """Its budget: what the points have in common enters once, the rest averaged."""
-    raw_headline: Estimate | None = None
-    """The same mean of the raw torque."""
-    name: str = "torque"
-    """By which limits name the compensated torque."""
     results: tuple[MeasurementResult, ...] = ()
-    """All results by their names: the torque of each set-point, then what other analyses found."""
+    """All results by their names, in the order of the analyses."""
     means: tuple[MeasurementResult, ...] = ()
-    """The means that analyses give of their results by themselves: of the torque, the headline."""
+    """The means that analyses give of their results by themselves."""
+    details: tuple[AnalysisDetails, ...] = ()
+    """What analyses keep besides, each of its own class; most keep nothing."""
     formulas: tuple[Formula, ...] = ()
     tables: tuple[Table, ...] = ()
     figures: tuple[Figure, ...] = ()
@@ -149,8 +117,6 @@ class Result:
     sections: tuple[ReportSection, ...] = ()
     """Those that analyses give the report."""
     decision: Decision | None = None
-    validation: Validation | None = None
-    """The Monte Carlo check of the headline, where the procedure asks for one."""
     checks: tuple[Check, ...] = ()
     notes: tuple[str, ...] = ()
     settings: Mapping[str, object] = field(default_factory=dict)
@@ -160,28 +126,41 @@ class Result:
     no_load_run_after: RunData | None = None
     """The second no-load run, after this one, where there are two."""
 
+    def details_of(self, kind: type[_Details]) -> _Details | None:
+        """Return what an analysis keeps besides, by its class; None of one that was not made."""
+        return next((each for each in self.details if isinstance(each, kind)), None)
+
+    @property
+    def headline(self) -> Estimate | None:
+        """The mean that the first analysis gives of its results; None where none gives one."""
+        return self.means[0].estimate if self.means else None
+
+    @property
+    def compensations(self) -> Mapping[str, Compensation]:
+        """Those of `TorqueDetails`; for plugins made by 0.1.0."""
+        warn(
+            "ask for the torque's details: TorqueDetails.of(result).compensations",
+            DeprecationWarning,
+            stacklevel=2,
+        )
+        found = (getattr(each, "compensations", None) for each in self.details)
+        return next((each for each in found if each is not None), {})
+
     @cached_property
     def other_results(self) -> tuple[MeasurementResult, ...]:
-        """The results beside the torque, which pages show with its points."""
-        return tuple(each for each in self.results if each.name != self.name)
+        """The results but those that the pages of their analysis show themselves."""
+        shown = frozenset[str]().union(*(each.shown_results for each in self.details))
+        return tuple(each for each in self.results if each.name not in shown)
+
+    @property
+    def every_check(self) -> tuple[Check, ...]:
+        """All checks: those of the run, and of the methods whose results count."""
+        return (*self.checks, *chain.from_iterable(each.method_checks for each in self.details))
 
     @cached_property
     def limits(self) -> MeasuredLimits:
         """The limits on measured values, each with its decision."""
         return MeasuredLimits.of(self.run.measurements)
-
-    @property
-    def support_allowance(self) -> tuple[float, str] | None:
-        """The most by which the load may raise the support's friction, and '%' or 'mN·m'.
-
-        None where the budget has no line of it.
-        """
-        for each in self.headline_components:
-            if each.name.startswith(SUPPORT_LINE):
-                if each.unit == "1":
-                    return 100 * (each.value + sqrt(3) * each.input_u), "%"
-                return 1000 * (each.value + 2 * each.input_u), "mN·m"
-        return None
 
     @property
     def verdict(self) -> Verdict | None:

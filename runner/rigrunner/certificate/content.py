@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document_values import plain
@@ -24,22 +25,22 @@ from rigrunner.api.certificate import (
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Outcome
 from rigrunner.api.results import REPLAYED
-from rigrunner.certificate.deviations import checks_of, deviations_of, rejected_of
+from rigrunner.certificate.deviations import deviations_of
 from rigrunner.certificate.order import customer_of, external_of, item_of, opinions_of
 from rigrunner.certificate.results import (
+    certified_of,
     conformity_of,
     measured_of,
     models_of,
     named_of,
-    results_of,
 )
 from rigrunner.certificate.surroundings import conditions_of, instruments_of
-from rigrunner.certificate.validity import traceability_of, validity_of
+from rigrunner.certificate.validity import traceability_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
-    from rigrunner.api.certificate import DecisionRecord
+    from rigrunner.api.certificate import CertifiedDetails, DecisionRecord
     from rigrunner.api.letterhead import Letterhead
     from rigrunner.api.results import Result
     from rigrunner.certificate.order import Order
@@ -89,6 +90,7 @@ def make_certificate(
     """Return the certificate; raise DataError where the run allows none (see `certifiable`)."""
     certifiable(source)
     run, result = source.stored, source.result
+    brought = certified_of(result)
     runs = (result.run, result.no_load_run, result.no_load_run_after)
     instruments = tuple(instruments_of(*runs))
     conditions = tuple(conditions_of(result.run))
@@ -101,21 +103,21 @@ def make_certificate(
         laboratory=letterhead.laboratory,
         customer=customer_of(order),
         item=item_of(order),
-        method=_method(run, result),
+        method=_method(run, result, brought),
         performance=_performance(result, order),
         conditions=conditions,
         conditions_stated=order.conditions,
-        results=results_of(result),
+        results=next((each.results for each in brought if each.results), None),
         named=named_of(result),
         models=tuple(models_of(result)),
-        validity=tuple(validity_of(result)),
+        validity=tuple(chain.from_iterable(each.validity for each in brought)),
         traceability=traceability_of(result, instruments),
         conformity=conformity_of(result.decision, source.decided_again),
         measured=measured_of(result),
         opinions=opinions_of(order),
         external=external_of(order),
         deviations=tuple(deviations_of(run, result, order, instruments, conditions)),
-        rejected=tuple(rejected_of(result)),
+        rejected=tuple(chain.from_iterable(each.rejected for each in brought)),
         instruments=instruments,
         statements=letterhead.statements,
         authorisation=issue.authorisation,
@@ -149,7 +151,7 @@ def certifiable(source: Source) -> None:
             f"{source.stored.header.run_id} is not sealed: its program was interrupted",
             hint="repeat the run; a certificate needs a run.h5",
         )
-    results_of(source.result)
+    certified_of(source.result)
     named_of(source.result)
 
 
@@ -173,7 +175,7 @@ def restrictions_of(source: Source, *, requested: bool) -> Iterator[Restriction]
         yield Restriction(code="replayed", detail=tape)
     inconclusive = [
         each.name
-        for each in checks_of(source.result)
+        for each in source.result.every_check
         if each.consequence is Consequence.INCONCLUSIVE
     ]
     if inconclusive:
@@ -203,8 +205,8 @@ def _approval(run: StoredRun) -> Approval:
     )
 
 
-def _method(run: StoredRun, result: Result) -> Method:
-    header = run.header
+def _method(run: StoredRun, result: Result, brought: Sequence[CertifiedDetails]) -> Method:
+    header, stating = run.header, next((each for each in brought if each.method), None)
     settings = plain(result.settings)
     assert isinstance(settings, dict)  # noqa: S101  (of a mapping `plain` makes a dict)
     return Method(
@@ -216,8 +218,8 @@ def _method(run: StoredRun, result: Result) -> Method:
         approval=_approval(run),
         symbol=result.symbol,
         measurand=result.measurand,
-        compensation=result.primary,
-        quantity=result.compensations[result.primary].measurand if result.primary else "",
+        compensation=stating.method if stating else "",
+        quantity=stating.quantity if stating else "",
         analysis=settings,
     )
 

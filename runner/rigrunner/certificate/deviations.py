@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
-from rigrunner.api.analysis import SwingPoint
-from rigrunner.api.certificate import Deviation, RejectedCycle
+from rigrunner.api.certificate import Deviation
 from rigrunner.api.checks import effect_words
 from rigrunner.api.events import (
     Alarm,
@@ -15,13 +14,11 @@ from rigrunner.api.events import (
     Outcome,
     StepEnded,
 )
-from rigrunner.certificate.numerals import finite, printed
-from rigrunner.certificate.validity import beyond_calibration, load_channel, load_problem
+from rigrunner.certificate.validity import not_calibrated
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.api.analysis import Check, PeakPoint, Rejection
     from rigrunner.api.certificate import Condition, InstrumentEntry
     from rigrunner.api.events import Event
     from rigrunner.api.results import Result
@@ -31,7 +28,6 @@ if TYPE_CHECKING:
 OVERRIDE = "override"
 AMBIENT = {"temperature", "humidity"}
 """What is read of the surroundings."""
-_STATISTIC_DECIMALS = 3
 
 
 def deviations_of(
@@ -49,7 +45,7 @@ def deviations_of(
     yield from _of_instruments(run_id, result, instruments)
     if not (order.conditions or any(each.quantity in AMBIENT for each in conditions)):
         yield Deviation(kind="conditions", run_id=run_id, text="")
-    for check in checks_of(result):
+    for check in result.every_check:
         if not check.ok or check.consequence:
             words = (check.text, effect_words(check), check.advice)
             yield Deviation(
@@ -64,14 +60,6 @@ def deviations_of(
         yield Deviation(kind="stated", run_id=run_id, text=text)
 
 
-def rejected_of(result: Result) -> Iterator[RejectedCycle]:
-    """Yield every cycle that a rule for gross errors left out, of both runs."""
-    for run, points in ((result.run, result.loaded), (result.no_load_run, result.no_load)):
-        if run is not None:
-            for point in points:
-                yield from _rejected(run.run_id, point)
-
-
 def _of_instruments(
     run_id: str, result: Result, instruments: Sequence[InstrumentEntry]
 ) -> Iterator[Deviation]:
@@ -79,10 +67,7 @@ def _of_instruments(
         if entry.overdue:
             text = f"{entry.serial}: due {entry.due}"
             yield Deviation(kind="calibration", run_id=run_id, where=entry.channel, text=text)
-    for channel, text in beyond_calibration(result):
-        yield Deviation(kind="range", run_id=run_id, where=channel, text=text)
-    if text := load_problem(result):
-        yield Deviation(kind="load", run_id=run_id, where=load_channel(result), text=text)
+    yield from not_calibrated(result)
 
 
 def _of_run(run: StoredRun) -> Iterator[Deviation]:
@@ -133,36 +118,3 @@ def _recorded(run_id: str, events: Sequence[Event]) -> Iterator[Deviation]:
                 )
             case _:
                 pass
-
-
-def checks_of(result: Result) -> Iterator[Check]:
-    """Yield the checks of both runs and of the primary method."""
-    yield from result.checks
-    primary = result.compensations.get(result.primary)
-    if primary is not None:
-        yield from primary.checks
-
-
-def _rejected(run_id: str, point: PeakPoint) -> Iterator[RejectedCycle]:
-    for each in point.peak_rejections:
-        yield _cycle(run_id, point.recording, "peak", each)
-    if isinstance(point, SwingPoint):
-        for each in point.waveform_rejections:
-            yield _cycle(run_id, point.recording, "waveform", each)
-
-
-def _cycle(
-    run_id: str, recording: str, what: Literal["peak", "waveform"], each: Rejection
-) -> RejectedCycle:
-    return RejectedCycle(
-        run_id=run_id,
-        recording=recording,
-        cycle=each.index + 1,
-        what=what,
-        rule=each.rule,
-        value_nm=finite(each.value),
-        statistic=finite(each.statistic),
-        critical=finite(each.critical),
-        printed_statistic=printed(each.statistic, _STATISTIC_DECIMALS),
-        printed_critical=printed(each.critical, _STATISTIC_DECIMALS),
-    )

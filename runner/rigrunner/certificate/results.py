@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.analysis import StartPoint
 from rigrunner.api.certificate import (
     BudgetLine,
+    CertifiedDetails,
     Conformity,
     CoordinatePart,
     Equation,
@@ -15,18 +15,16 @@ from rigrunner.api.certificate import (
     MeasuredValue,
     MeasurementModel,
     NamedResult,
-    PointResult,
     Results,
 )
 from rigrunner.api.coordinates import written_text
 from rigrunner.api.errors import DataError
-from rigrunner.certificate.numerals import finite, percent, printed, stated
-from rigrunner.signal.peaks import mean_peak
+from rigrunner.signal.numerals import finite, percent, printed, stated
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Mapping
 
-    from rigrunner.api.analysis import CompensatedPoint, Component, PeakPoint
+    from rigrunner.api.analysis import Component
     from rigrunner.api.certificate import DecisionRecord
     from rigrunner.api.coordinates import CoordinateValue
     from rigrunner.api.results import JudgedValue, Result
@@ -80,23 +78,24 @@ def _measured_value(found: JudgedValue) -> MeasuredValue:
     )
 
 
-def results_of(result: Result) -> Results | None:
-    """Return the results of the primary method; raise DataError where it gave none.
-
-    None where no method was to give any: then named results, or measured values with limits, were
-    tested.
-    """
-    if not result.primary and (result.other_results or result.limits.values):
-        return None
-    if result.headline is None:
+def certified_of(result: Result) -> tuple[CertifiedDetails, ...]:
+    """Return what the analyses bring; raise DataError where there is nothing to certify."""
+    partners = [each for each in (result.no_load_run, result.no_load_run_after) if each is not None]
+    brought = (each.certified(result.run, partners) for each in result.details)
+    found = tuple(each for each in brought if each is not None)
+    has_results = any(each.results for each in found)
+    if not (has_results or result.other_results or result.limits.values):
         reason = result.notes[0] if result.notes else "its procedure names no primary method"
         raise DataError(f"{result.run.run_id} has no result to certify: {reason}")
-    points = result.compensations[result.primary].points
-    return Results(
-        headline=stated(result.headline, "the result"),
-        motion="start" if any(isinstance(each, StartPoint) for each in result.loaded) else "swing",
-        points=tuple(_point(each, result.loaded) for each in points),
-    )
+    return found
+
+
+def results_of(result: Result) -> Results | None:
+    """Return the results that an analysis states with their set-points; None where none does.
+
+    Then named results, or measured values with limits, were tested. Raises DataError.
+    """
+    return next((each.results for each in certified_of(result) if each.results), None)
 
 
 def named_of(result: Result) -> tuple[NamedResult, ...]:
@@ -204,28 +203,3 @@ def _statement(found: LimitDecision) -> LimitStatement:
         uncompensated="" if found.uncompensated is None else str(found.uncompensated),
         marginal=found.marginal,
     )
-
-
-def _point(found: CompensatedPoint, recorded: Sequence[PeakPoint]) -> PointResult:
-    point = _recorded(found, recorded)
-    torque = stated(found.torque, f"the result of {point.recording}")
-    raw_nm = mean_peak(point).value
-    peaks = int(point.peak_kept.sum())
-    used = peaks if found.cycles_used is None else found.cycles_used
-    return PointResult(
-        recording=point.recording,
-        set_frequency_hz=found.set_frequency_hz,
-        frequency_hz=found.frequency_hz,
-        load_n=point.load_n,
-        cycles=point.cycles,
-        cycles_rejected=point.cycles - used,
-        raw_nm=raw_nm,
-        printed_raw=printed(raw_nm, torque.decimals),
-        torque=torque,
-    )
-
-
-def _recorded(found: CompensatedPoint, recorded: Sequence[PeakPoint]) -> PeakPoint:
-    """Return the recording of a result: the same set-point, the nearest in frequency."""
-    same = [each for each in recorded if each.set_frequency_hz == found.set_frequency_hz]
-    return min(same, key=lambda each: abs(each.frequency_hz.value - found.frequency_hz))

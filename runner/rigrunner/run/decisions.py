@@ -16,6 +16,7 @@ from rigrunner import __version__
 from rigrunner.analysis.verdict.document import decision as decision_document
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.api.events import Outcome
+from rigrunner.api.torque import TorqueDetails
 from rigrunner.api.units import unit, with_article
 from rigrunner.api.verdict import LaterDecision, Verdict
 from rigrunner.clock import utc_text
@@ -171,7 +172,7 @@ def _refuse(
     kind = registry.yields(plugin)
     if kind is None:
         raise DataError(f"'{plugin}' does not say which torque it yields")
-    loads = [point.load_n for point in result.loaded]
+    loads = [point.load_n for point in TorqueDetails.of(result).loaded]
     for limit in acceptance.limits_of(spec.name):
         if limit.measurand is None:
             hint = "say it: 'measurand: {nature: ..., condition: ...}'"

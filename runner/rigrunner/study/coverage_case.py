@@ -12,6 +12,7 @@ from rigrunner.analysis.torque.headline import compensated_mean
 from rigrunner.api.data import Estimate
 from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import own_keys
+from rigrunner.api.torque import TorqueDetails
 from rigrunner.procedure.analysis_spec import CompensationRef
 from rigrunner.signal.coverage import excess_kurtosis, expanded
 from rigrunner.signal.uncertainty import combine
@@ -100,7 +101,7 @@ def _outcomes(rig: Rig, bench: Bench, *, sensor: bool) -> dict[str, Outcome]:
     truths = np.array(recorded.truths_nm) * LOAD_N / bench.load_n
     return {
         name: _outcome([_kept(each, sensor=sensor) for each in found.points], truths)
-        for name, found in result.compensations.items()
+        for name, found in TorqueDetails.of(result).compensations.items()
         if found.points
     }
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.analysis.torque.diagnosis import checked_by
 from rigrunner.api.errors import DataError
+from rigrunner.api.torque import TorqueDetails
 from rigrunner.study.breaks import BREAKS, REFUSED
 from rigrunner.study.case import Case
 from rigrunner.study.diagnostics_rigs import POPULATIONS, healthy
@@ -74,7 +75,7 @@ def _spec(spec: AnalysisSpec, fault: Break | None) -> AnalysisSpec:
 def _finding(case: Case, result: Result, truth_nm: float) -> Finding:
     checks = [(checked_by(check), check) for check in checks_of(result)]
     failed = {name for name, check in checks if not check.ok}
-    if any(each.not_applicable for each in result.compensations.values()):
+    if any(each.not_applicable for each in TorqueDetails.of(result).compensations.values()):
         failed.add(REFUSED)
     made = {name for name, check in checks if check.value is not None}
     error = None if result.headline is None else result.headline.value - truth_nm

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.analysis.torque.diagnosis import checked_by
 from rigrunner.api.errors import DataError, DeviceError
+from rigrunner.api.torque import TorqueDetails
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner.study.case import Case
 from rigrunner.study.coverage_case import limits
@@ -107,7 +108,8 @@ def _analysed(recorded: RecordedBench) -> Result:
 
 
 def _finding(case: Case, where: str, recorded: RecordedBench, result: Result) -> Finding:
-    primary = result.compensations[result.primary]
+    torque = TorqueDetails.of(result)
+    primary = torque.compensations[torque.primary]
     if primary.not_applicable or result.headline is None:
         return Finding(case, (ANALYSIS,), where)
     pairs = zip(primary.points, recorded.truths_nm, strict=True)

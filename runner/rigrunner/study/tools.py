@@ -7,6 +7,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.analyse import analyse
+from rigrunner.api.torque import TorqueDetails
 from rigrunner.procedure import load_procedure
 from rigrunner.registry import load_registry
 from rigrunner.run.locate import find_procedure, find_station
@@ -76,5 +77,5 @@ def primary_alone(spec: AnalysisSpec) -> AnalysisSpec:
 def checks_of(result: Result) -> Iterator[Check]:
     """Yield the checks of both runs and of all methods."""
     yield from result.checks
-    for each in result.compensations.values():
+    for each in TorqueDetails.of(result).compensations.values():
         yield from each.checks

@@ -19,7 +19,7 @@ from rigrunner.api.analysis import Component, Consequence
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
 from rigrunner.api.quantity import parse_quantity
-from rigrunner.api.results import SUPPORT_LINE
+from rigrunner.api.torque import SUPPORT_LINE, TorqueDetails
 from rigrunner.procedure import parse_procedure
 from rigrunner.run.stored import open_run
 from rigrunner.signal.coverage import expanded
@@ -114,10 +114,11 @@ def support_friction(path: Path, registry: Registry) -> SupportFriction:
     )
     if problem := forbidden(each for each in _checks(result) if each.decisive):
         raise DataError(f"{run.run_id}: {problem}", hint="correct it and make the run again")
+    analysed = TorqueDetails.of(result)
     start, support_line = _found(result)
     total, slip = between(start, _under_way(result))
     parts = (
-        *(part for part in result.headline_components if part is not support_line),
+        *(part for part in analysed.headline_components if part is not support_line),
         *_biases(result),
         *slip,
         Component(
@@ -138,7 +139,7 @@ def support_friction(path: Path, registry: Registry) -> SupportFriction:
         run_id=run.run_id,
         torque=torque,
         growth=growth,
-        load_n=max(point.load_n for point in result.loaded),
+        load_n=max(point.load_n for point in analysed.loaded),
         source=_source(run.run_id, run.inputs),
         budget=parts,
     )
@@ -146,10 +147,11 @@ def support_friction(path: Path, registry: Registry) -> SupportFriction:
 
 def _found(result: Result) -> tuple[float, Component]:
     """Return the mean torque of a run, and the line of its budget that is for the support."""
-    for each in result.headline_components:
-        if each.name.startswith(SUPPORT_LINE) and each.sensitivity and result.headline is not None:
-            return result.headline.value, each
-    why = next((each.not_applicable for each in result.compensations.values()), "")
+    torque = TorqueDetails.of(result)
+    for each in torque.headline_components:
+        if each.name.startswith(SUPPORT_LINE) and each.sensitivity and torque.headline is not None:
+            return torque.headline.value, each
+    why = next((each.not_applicable for each in torque.compensations.values()), "")
     raise DataError(
         f"{result.run.run_id} has no starting torque with a line '{SUPPORT_LINE}' in its budget"
         + (f": {why}" if why else ""),
@@ -159,7 +161,7 @@ def _found(result: Result) -> tuple[float, Component]:
 
 def _under_way(result: Result) -> float | None:
     """Return the mean of the running torque; None where the run has none."""
-    found = result.compensations.get(RUNNING)
+    found = TorqueDetails.of(result).compensations.get(RUNNING)
     return compensated_mean(found.points).value if found and found.points else None
 
 
@@ -189,7 +191,8 @@ def _biases(result: Result) -> Iterator[Component]:
 
 
 def _checks(result: Result) -> tuple[Check, ...]:
-    found = (each for name, each in result.compensations.items() if name != RUNNING)
+    methods = TorqueDetails.of(result).compensations
+    found = (each for name, each in methods.items() if name != RUNNING)
     return (*result.checks, *(check for each in found for check in each.checks))
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from rigrunner.analysis.torque.live import Windows
 from rigrunner.analysis.torque.prepare import prepare_point
 from rigrunner.analysis.torque.sources import of_this_run
+from rigrunner.api.torque import TorqueDetails
 from rigrunner.run.stored import run_data
 from rigrunner.runfile import read, read_without_samples, tail_of
 from rigrunner_panel.live.interim import live_analysis
@@ -101,7 +102,7 @@ class _Recording:
         for window in self._windows.take(block):
             run = replace(self._run, recordings=(*self._run.recordings, window))
             self.result = self._analysis.result(run, self._no_load)
-            self.cycles += self.result.loaded[-1].cycles
+            self.cycles += TorqueDetails.of(self.result).loaded[-1].cycles
 
 
 class _Prepared:

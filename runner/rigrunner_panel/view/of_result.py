@@ -10,6 +10,7 @@ import numpy as np
 
 from rigrunner.api.checks import effect_words
 from rigrunner.api.errors import DataError
+from rigrunner.api.torque import TorqueDetails
 from rigrunner.api.verdict import Verdict, worst
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.result_figures import over_coordinate
@@ -45,19 +46,19 @@ def live_view(
 ) -> LiveView:
     """Return the result of the recordings so far, or of all, with what it may be."""
     limited = [(each, _limits(each, acceptance)) for each in result.other_results]
-    primary = result.compensations.get(result.primary)
+    torque = TorqueDetails.of(result)
+    primary = torque.compensations.get(torque.primary)
     found = primary.points if primary else ()
-    points = [_point(each, found, index) for index, each in enumerate(result.loaded)]
-    checks = (*result.checks, *(primary.checks if primary else ()))
+    points = [_point(each, found, index) for index, each in enumerate(torque.loaded)]
     return LiveView(
-        recordings=len(result.loaded),
+        recordings=len(torque.loaded),
         final=final,
-        method=result.primary,
+        method=torque.primary,
         problem=(primary.not_applicable if primary else "") or "",
         taken_s=taken_s,
         verdict=str(_interim_verdict(result) or ""),
-        headline=_value(result.headline),
-        raw_headline=_value(result.raw_headline),
+        headline=_value(torque.headline),
+        raw_headline=_value(torque.raw_headline),
         points=tuple(points),
         checks=tuple(
             CheckView(
@@ -68,7 +69,7 @@ def live_view(
                 effect=effect_words(each),
                 consequence=str(each.consequence),
             )
-            for each in checks
+            for each in result.every_check
         ),
         results=tuple(_named_view(each, limits) for each, limits in limited[-MOST_RESULTS:]),
         figures=(*_figures(limited), *result.figures),
@@ -164,13 +165,14 @@ def correction(result: Result) -> tuple[str, Array] | None:
 
     None where its method has no swings.
     """
-    primary = result.compensations.get(result.primary)
-    if primary is None or not primary.points or len(primary.points) != len(result.loaded):
+    torque = TorqueDetails.of(result)
+    primary = torque.compensations.get(torque.primary)
+    if primary is None or not primary.points or len(primary.points) != len(torque.loaded):
         return None
     trace = primary.points[-1].trace
     if trace is None:
         return None
-    return result.loaded[-1].recording, np.asarray(trace.raw_nm - trace.compensated_nm)
+    return torque.loaded[-1].recording, np.asarray(trace.raw_nm - trace.compensated_nm)
 
 
 def _interim_verdict(result: Result) -> Verdict | None:
@@ -188,7 +190,7 @@ def finished_view(finished: FinishedRun) -> Finished:
         outcome=finished.outcome,
         reason=finished.reason,
         verdict=str((result and result.verdict) or ""),
-        headline=None if result is None else _value(result.headline),
+        headline=None if result is None else _value(TorqueDetails.of(result).headline),
         measurand="" if result is None else result.measurand,
         result="" if result is None else _named(result),
         error="" if error is None else finished.reason if finished.unsafe else str(error),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from rigrunner.analysis.document import document
+from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import Consequence
 from rigrunner.api.errors import DataError, PluginError
 from rigrunner.api.verdict import Verdict
@@ -48,27 +49,34 @@ def no_load():
 
 def test_headline_is_the_mean_of_the_primary(loaded, no_load):
     result = analysed(loaded, no_load)
-    assert result.primary == "paper_peak"
+    assert TorqueDetails.of(result).primary == "paper_peak"
     assert result.headline.value == pytest.approx(0.7, abs=2e-3)
     expected = np.mean([rig_part(f) + 0.7 for f in FREQUENCIES])
-    assert result.raw_headline.value == pytest.approx(expected, rel=1e-3)
-    assert [point.set_frequency_hz for point in result.loaded] == list(FREQUENCIES)
+    assert TorqueDetails.of(result).raw_headline.value == pytest.approx(expected, rel=1e-3)
+    assert [point.set_frequency_hz for point in TorqueDetails.of(result).loaded] == list(
+        FREQUENCIES
+    )
 
 
 def test_fits_are_of_the_no_load_peaks(loaded, no_load):
-    fits = {fit.name: fit for fit in analysed(loaded, no_load).fits}
+    fits = {fit.name: fit for fit in TorqueDetails.of(analysed(loaded, no_load)).fits}
     assert list(fits) == ["polynomial", "inertia_physical"]
     assert fits["polynomial"].curve.coefficients == pytest.approx([0.9, 0.02, 0.004], rel=5e-3)
 
 
 def test_without_the_no_load_run_there_is_nothing_to_fit(loaded):
-    assert [fit.curve for fit in analysed(loaded, None, spec()).fits] == [None, None]
+    assert [fit.curve for fit in TorqueDetails.of(analysed(loaded, None, spec())).fits] == [
+        None,
+        None,
+    ]
 
 
 def test_a_run_that_was_not_zeroed_carries_the_offset(no_load):
     sensors = {"tester.torque": instrument(offset="0.3 N·m")}
     zeroed, not_zeroed = (
-        analysed(sweep(0.7, 1000.0, instruments=sensors, **changes), no_load).raw_headline.u
+        TorqueDetails.of(
+            analysed(sweep(0.7, 1000.0, instruments=sensors, **changes), no_load)
+        ).raw_headline.u
         for changes in ({}, {"zeros": {}})
     )
     assert zeroed < 0.01
@@ -77,9 +85,11 @@ def test_a_run_that_was_not_zeroed_carries_the_offset(no_load):
 
 def test_a_no_load_run_is_fitted_and_nothing_is_decided(no_load):
     result = analysed(no_load)
-    assert result.fits[0].curve.coefficients == pytest.approx([0.9, 0.02, 0.004], rel=5e-3)
-    assert (result.headline, result.decision, result.primary) == (None, None, "")
-    assert result.raw_headline is not None
+    assert TorqueDetails.of(result).fits[0].curve.coefficients == pytest.approx(
+        [0.9, 0.02, 0.004], rel=5e-3
+    )
+    assert (result.headline, result.decision, TorqueDetails.of(result).primary) == (None, None, "")
+    assert TorqueDetails.of(result).raw_headline is not None
 
 
 def test_a_sweep_that_comes_back_to_a_frequency_hides_neither_of_its_points(no_load):
@@ -95,7 +105,7 @@ def test_a_sweep_that_comes_back_to_a_frequency_hides_neither_of_its_points(no_l
     assert positive.consequence is Consequence.INCONCLUSIVE
     assert friction.consequence is Consequence.NOTE
     assert positive.value == pytest.approx(-0.7, abs=5e-3)
-    raw = [point.peak_nm.mean() for point in result.loaded]
+    raw = [point.peak_nm.mean() for point in TorqueDetails.of(result).loaded]
     assert list(sweep_plot(result).raw_nm) == raw
     assert raw[1] - raw[0] == pytest.approx(1.4, abs=5e-3)
 
@@ -110,7 +120,7 @@ def test_limits_decide_on_the_compensated_torque(loaded, no_load):
 
 def test_a_method_that_cannot_be_used_says_so_and_the_primary_decides_nothing(loaded):
     result = analysed(loaded, None, spec(), acceptance())
-    paper = result.compensations["paper_peak"]
+    paper = TorqueDetails.of(result).compensations["paper_peak"]
     assert paper.points == ()
     assert "needs a no-load run" in paper.not_applicable
     assert result.headline is None
@@ -121,25 +131,25 @@ def test_a_method_that_cannot_be_used_says_so_and_the_primary_decides_nothing(lo
 
 def test_outside_the_range_of_the_fit_is_not_applicable(no_load):
     result = analysed(sweep(0.7, 1000.0, (2.0, 12.0)), no_load)
-    assert "not at 12" in result.compensations["paper_peak"].not_applicable
+    assert "not at 12" in TorqueDetails.of(result).compensations["paper_peak"].not_applicable
 
 
 def test_an_unregistered_sensor_leaves_the_method_not_applicable(no_load):
     unregistered = sweep(0.7, 1000.0, instruments={})
     result = analysed(unregistered, no_load)
-    assert "no tester.torque" in result.compensations["paper_peak"].not_applicable
-    assert result.raw_headline is None
+    assert "no tester.torque" in TorqueDetails.of(result).compensations["paper_peak"].not_applicable
+    assert TorqueDetails.of(result).raw_headline is None
 
 
 def test_without_a_named_fit_refit_is_not_applicable(loaded, no_load):
     result = analysed(loaded, no_load, spec(fits=[]))
-    assert "names no fit" in result.compensations["paper_peak"].not_applicable
+    assert "names no fit" in TorqueDetails.of(result).compensations["paper_peak"].not_applicable
 
 
 def test_a_fit_that_fails_says_why(loaded, no_load):
     result = analysed(loaded, no_load, spec(fits=[{"polynomial": {"degree": 4}}]))
-    assert result.fits[0].curve is None
-    assert "needs 6 different frequencies; there are 5" in result.fits[0].problem
+    assert TorqueDetails.of(result).fits[0].curve is None
+    assert "needs 6 different frequencies; there are 5" in TorqueDetails.of(result).fits[0].problem
 
 
 def test_negative_torque_is_flagged_and_inconclusive(no_load):
@@ -177,14 +187,17 @@ def test_without_an_outlier_rule_every_cycle_stays():
     peaks = rig_part(2.0) + SCATTER
     peaks[3] += 1.0
     run = run_of(recording(peaks, 2.0))
-    assert not analysed(run, None, no_load_spec()).loaded[0].peak_kept.all()
-    assert analysed(run, None, no_load_spec(outliers=None)).loaded[0].peak_kept.all()
+    assert not TorqueDetails.of(analysed(run, None, no_load_spec())).loaded[0].peak_kept.all()
+    assert (
+        TorqueDetails.of(analysed(run, None, no_load_spec(outliers=None))).loaded[0].peak_kept.all()
+    )
 
 
 def test_a_procedure_that_asks_nothing_computes_nothing():
     result = analysed(run_of(), None, no_load_spec(fits=[]))
-    assert (result.loaded, result.fits, result.checks) == ((), (), ())
-    assert result.raw_headline is None
+    torque = TorqueDetails.of(result)
+    assert (torque.loaded, torque.fits, result.checks) == ((), (), ())
+    assert torque.raw_headline is None
 
 
 def test_a_run_without_recordings_is_refused():
@@ -206,7 +219,7 @@ def test_drift_and_gain_reach_the_headline(no_load):
     """Gain acts on the difference; two independent drifts; linearity by full scale (GUM 4.3.7)."""
     sensor = instrument(gain="1 %", drift="0.02 N·m", nonlinearity="0.1 %")
     run = sweep(0.7, 1000.0, instruments={"tester.torque": sensor})
-    point = analysed(run, no_load).compensations["paper_peak"].points[2]
+    point = TorqueDetails.of(analysed(run, no_load)).compensations["paper_peak"].points[2]
     parts = {component.name: component.u for component in point.components}
     assert parts["sensor gain"] == pytest.approx(0.01 * point.torque.value / 3**0.5, rel=1e-4)
     assert parts["zero drift"] == pytest.approx(0.02 * (2 / 3) ** 0.5)

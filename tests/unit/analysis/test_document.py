@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from rigrunner.analysis.document import document
+from rigrunner.api import TorqueDetails
 from unit.analysis.helpers_analysis import acceptance, analysed, recording, run_of, spec
 
 SCATTER = np.array([0.01, -0.01, 0.0, 0.02, -0.02, 0.0, 0.01, -0.01, 0.005, -0.005])
@@ -37,7 +38,7 @@ def test_it_carries_the_result_in_full_precision(result, content):
     assert headline["standard_uncertainty"] == result.headline.u
     assert headline["unit"] == "N·m"
     point = content["compensations"]["paper_peak"]["points"][3]
-    expected = result.compensations["paper_peak"].points[3]
+    expected = TorqueDetails.of(result).compensations["paper_peak"].points[3]
     assert point["torque"]["value"] == expected.torque.value
     assert point["raw"]["value"] - point["rig"]["value"] == point["torque"]["value"]
     assert len(point["budget"]) == len(expected.components)

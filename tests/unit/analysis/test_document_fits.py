@@ -7,7 +7,7 @@ import pytest
 
 from rigrunner.analysis.document_fits import fit
 from rigrunner.api.data import Points
-from rigrunner.api.results import FittedTorque
+from rigrunner.api.torque import FittedTorque
 from rigrunner.registry import load_registry
 
 REGISTRY = load_registry()

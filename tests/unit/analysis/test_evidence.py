@@ -7,6 +7,7 @@ import pytest
 
 from rigrunner.analysis.torque.binding import bind
 from rigrunner.analysis.verdict.evidence import forbidden, without_scatter
+from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import Check, Compensation, Consequence
 from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import Acceptance
@@ -113,7 +114,9 @@ def test_a_limit_on_the_starting_torque_says_nothing_of_the_running_torque(no_lo
 
 def test_a_running_torque_below_zero_is_decisive(no_load):
     """Of a swapped pair of runs the peaks may be above zero, but the bearing gives energy back."""
-    points = analysed(sweep(0.7, 1000.0), no_load).compensations["paper_peak"].points
+    points = (
+        TorqueDetails.of(analysed(sweep(0.7, 1000.0), no_load)).compensations["paper_peak"].points
+    )
     found = positive(points, [-0.1] * len(points))
     _, judged = bind(Compensation("t", points), [found])
     assert forbidden(judged).startswith("The check 'torque above zero' failed: 2 Hz: -0.1")

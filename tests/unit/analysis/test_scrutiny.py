@@ -10,6 +10,7 @@ import pytest
 
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.scrutiny import Scrutiny
+from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import CompensatedPoint, Rejection
 from rigrunner.api.data import Points
 from rigrunner.api.errors import PluginError
@@ -97,9 +98,11 @@ def test_a_rule_rejects_values_that_are_there_once_each(rule, said):
 
 def test_a_rule_may_count_with_the_integers_of_numpy():
     result = _analysed("outlier_rule", _rejecting(np.int64(3), np.float64(0.5)))
-    found = result.loaded[0].peak_rejections
+    found = TorqueDetails.of(result).loaded[0].peak_rejections
     assert [type(each.index) for each in found] == [int]
-    assert [bool(kept) for kept in result.loaded[0].peak_kept] == [i != 3 for i in range(12)]
+    assert [bool(kept) for kept in TorqueDetails.of(result).loaded[0].peak_kept] == [
+        i != 3 for i in range(12)
+    ]
 
 
 def _in_place(values):
@@ -190,7 +193,7 @@ def test_what_is_in_order_is_not_put_into_words():
         ]
         return replace(found, points=tuple(silent))
 
-    assert _analysed("compensation", method).compensations["strange"].points
+    assert TorqueDetails.of(_analysed("compensation", method)).compensations["strange"].points
 
 
 def test_a_method_that_refuses_leaves_the_others():
@@ -198,8 +201,8 @@ def test_a_method_that_refuses_leaves_the_others():
         return replace(_shipped()(sweep), points=(), not_applicable="it is no day for it")
 
     result = _analysed("compensation", method)
-    assert not result.compensations["strange"].points
-    assert len(result.compensations["paper_peak"].points) == len(HERTZ)
+    assert not TorqueDetails.of(result).compensations["strange"].points
+    assert len(TorqueDetails.of(result).compensations["paper_peak"].points) == len(HERTZ)
 
 
 def _curve(**changes):

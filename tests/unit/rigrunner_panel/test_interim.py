@@ -9,6 +9,7 @@ import pytest
 from helpers_any_quantity import written
 from helpers_cli import call
 from helpers_workflow import quick_procedure, run
+from rigrunner.api import TorqueDetails
 from rigrunner.api.events import Samples, StepEnded, StepStarted
 from rigrunner.api.figures import Axis, Figure, Series
 from rigrunner.registry import load_registry
@@ -81,8 +82,8 @@ def test_each_recording_adds_a_point_that_stays_as_it_is(watched):
 def test_the_recording_that_goes_on_takes_part_with_its_whole_swings(watched):
     onlooker, finished = watched
     assert len(onlooker.within) == 5
-    for part, whole in zip(onlooker.within, finished.result.loaded, strict=True):
-        point = part.loaded[-1]
+    for part, whole in zip(onlooker.within, TorqueDetails.of(finished.result).loaded, strict=True):
+        point = TorqueDetails.of(part).loaded[-1]
         assert point.recording == whole.recording
         assert 3 <= point.cycles < whole.cycles
         assert point.peak_nm[0] == whole.peak_nm[0]
@@ -91,8 +92,8 @@ def test_the_recording_that_goes_on_takes_part_with_its_whole_swings(watched):
 def test_what_is_taken_from_the_swing_is_what_the_method_took(watched):
     onlooker, _ = watched
     name, taken = correction(onlooker.after[-1])
-    trace = onlooker.after[-1].compensations["template_inverse"].points[-1].trace
-    assert name == onlooker.after[-1].loaded[-1].recording
+    trace = TorqueDetails.of(onlooker.after[-1]).compensations["template_inverse"].points[-1].trace
+    assert name == TorqueDetails.of(onlooker.after[-1]).loaded[-1].recording
     assert trace.raw_nm - taken == pytest.approx(trace.compensated_nm)
 
 
@@ -101,7 +102,7 @@ def test_a_watched_stretch_is_analysed_in_place_of_the_recordings(watched):
     folder = finished.folder
     stretch = read(folder).recordings[2]
     found, _ = interim_result(folder, onlooker.registry, onlooker.no_load, watched=stretch)
-    expected = finished.result.compensations["template_inverse"].points[2]
+    expected = TorqueDetails.of(finished.result).compensations["template_inverse"].points[2]
     (point,) = live_view(found, final=False).points
     assert point.recording == stretch.name
     assert point.torque_nm == pytest.approx(expected.torque.value, abs=1e-3)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from helpers_workflow import FEW_FREQUENCIES, quick_procedure, run
+from rigrunner.api import TorqueDetails
 from rigrunner.api.events import Samples, StepEnded
 from rigrunner.registry import load_registry
 from rigrunner.run.locate import find_station, run_names
@@ -70,14 +71,20 @@ def loaded(lab, listener):
 def test_the_latest_cycles_give_the_value_of_the_recording_within_its_uncertainty(lab):
     follower = Follower(lab[1], read(lab[2]))
     finished = loaded(lab, follower)
-    assert list(follower.found) == [point.recording for point in finished.result.loaded]
-    whole = finished.result.compensations[finished.result.primary].points
+    assert list(follower.found) == [
+        point.recording for point in TorqueDetails.of(finished.result).loaded
+    ]
+    whole = (
+        TorqueDetails.of(finished.result)
+        .compensations[TorqueDetails.of(finished.result).primary]
+        .points
+    )
     for point, known, (result, cycles) in zip(
-        finished.result.loaded, whole, follower.found.values(), strict=True
+        TorqueDetails.of(finished.result).loaded, whole, follower.found.values(), strict=True
     ):
-        (latest,) = result.compensations[result.primary].points
-        assert result.loaded[-1].recording == point.recording
-        assert 8 <= result.loaded[-1].cycles <= cycles <= point.cycles
+        (latest,) = TorqueDetails.of(result).compensations[TorqueDetails.of(result).primary].points
+        assert TorqueDetails.of(result).loaded[-1].recording == point.recording
+        assert 8 <= TorqueDetails.of(result).loaded[-1].cycles <= cycles <= point.cycles
         assert cycles > point.cycles / 2
         assert abs(latest.torque.value - known.torque.value) < 2 * latest.torque.u
         assert latest.raw_nm == pytest.approx(known.raw_nm, abs=0.05)
@@ -93,9 +100,9 @@ def test_a_long_recording_is_followed_and_a_finished_one_is_whole(lab, monkeypat
     assert not [view.problem for _, view in views if view.problem]
     counts = [len(view.points) for _, view in views]
     assert counts == sorted(counts)
-    assert counts[-1] == len(finished.result.loaded)
+    assert counts[-1] == len(TorqueDetails.of(finished.result).loaded)
     last_of = {event.recording: view for event, view in views if isinstance(event, StepEnded)}
-    final = finished.result.loaded
+    final = TorqueDetails.of(finished.result).loaded
     last = last_of[final[-1].recording]
     assert [each.cycles for each in last.points] == [each.cycles for each in final]
     assert last.headline.value_nm == finished.result.headline.value
@@ -112,7 +119,13 @@ def test_when_too_much_is_recorded_each_recording_is_still_followed(lab, monkeyp
     last = asker.answers[-1][1].view
     assert last.problem == analyst.TOO_MUCH
     assert last.headline is None  # the mean of whole recordings alone
-    assert [each.recording for each in last.points] == [e.recording for e in finished.result.loaded]
-    whole = finished.result.compensations[finished.result.primary].points
+    assert [each.recording for each in last.points] == [
+        e.recording for e in TorqueDetails.of(finished.result).loaded
+    ]
+    whole = (
+        TorqueDetails.of(finished.result)
+        .compensations[TorqueDetails.of(finished.result).primary]
+        .points
+    )
     for shown, known in zip(last.points, whole, strict=True):
         assert shown.torque_nm == pytest.approx(known.torque.value, abs=0.03)

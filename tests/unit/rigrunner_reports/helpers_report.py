@@ -23,8 +23,9 @@ from rigrunner.api.analysis import (
 from rigrunner.api.data import Estimate, Points, RunData
 from rigrunner.api.instruments import Instrument
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
-from rigrunner.api.results import FittedTorque, ReportInput, Result
+from rigrunner.api.results import ReportInput, Result
 from rigrunner.api.rig import RigDescription
+from rigrunner.api.torque import FittedTorque, TorqueDetails
 from rigrunner.api.verdict import Decision, LimitDecision, Limits, Verdict
 from rigrunner.signal.kinematics import angular_acceleration, angular_velocity, swing_angle
 
@@ -296,6 +297,16 @@ def compensations(points):
     }
 
 
+torque_of = TorqueDetails.of
+
+
+def changed(result, **changes):
+    """Return a result with other fields, of its own or of its torque's details."""
+    of_torque = {name for name in TorqueDetails.__dataclass_fields__ if name in changes}
+    torque = replace(TorqueDetails.of(result), **{each: changes.pop(each) for each in of_torque})
+    return replace(result, details=(torque,), **changes)
+
+
 def loaded_result(**changes):
     """Return the result of a loaded run with its no-load run."""
     loaded = tuple(swing_point(f, 1000.0, outlier=7 if f == 8 else None) for f in FREQUENCIES)
@@ -309,15 +320,19 @@ def loaded_result(**changes):
         no_load_run=run_data("20260302T085000Z_SSPB-NLI", "SSPB-NLI", "No-load inertia sweep"),
         measurand="load-induced starting torque",
         symbol="Td",
-        loaded=loaded,
-        no_load=no_load,
-        fits=fits(no_load),
-        compensations=compensations(loaded),
-        primary="template_inverse",
-        kind=MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL),
-        headline=Estimate(0.7274, 0.0062, 900.0),
-        headline_components=(SUPPORT,),
-        raw_headline=Estimate(3.4567, 0.0123, inf),
+        details=(
+            TorqueDetails(
+                loaded=loaded,
+                no_load=no_load,
+                fits=fits(no_load),
+                compensations=compensations(loaded),
+                primary="template_inverse",
+                kind=MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL),
+                headline=Estimate(0.7274, 0.0062, 900.0),
+                headline_components=(SUPPORT,),
+                raw_headline=Estimate(3.4567, 0.0123, inf),
+            ),
+        ),
         decision=Decision(
             rule="guard_band_u: pass only if the value is inside by U",
             parts=(
@@ -344,7 +359,7 @@ def loaded_result(**changes):
             "primary": "template_inverse",
         },
     )
-    return replace(result, **changes)
+    return changed(result, **changes)
 
 
 def long_result(*, points, cycles, rejected):
@@ -390,14 +405,12 @@ def no_load_result(**changes):
         no_load_run=None,
         measurand="no-load torque of the rig",
         symbol="Tg",
-        loaded=points,
-        no_load=(),
-        fits=fits(points),
-        compensations={},
-        raw_headline=Estimate(2.7, 0.012, inf),
+        details=(
+            TorqueDetails(loaded=points, fits=fits(points), raw_headline=Estimate(2.7, 0.012, inf)),
+        ),
         checks=(Check("stroke", ok=True, text="the swing is that of the rig's eccentric"),),
     )
-    return replace(result, **changes)
+    return changed(result, **changes)
 
 
 def report_input(result=None, **changes):
@@ -408,7 +421,7 @@ def report_input(result=None, **changes):
             "starting_torque_nm": TRUTH_NM * point.load_n / 1000,
             "inertia_kgm2": J_KGM2,
         }
-        for point in result.loaded
+        for point in TorqueDetails.of(result).loaded
     }
     report = ReportInput(
         result=result,

@@ -55,8 +55,8 @@ def test_a_run_without_an_analysis_shows_recordings_tables_and_events():
         "soak", 10.0, "2026-03-02T09:15:00Z", {}, {"oven.temperature": np.arange(30.0)}, row.units
     )
     run = replace(run, measurements=(row, row), recordings=(recording,))
-    plain = replace(report.result, run=run, loaded=(), no_load=(), fits=(), compensations={})
-    report = replace(report, result=replace(plain, headline=None, primary="", checks=()))
+    plain = replace(report.result, run=run, details=(), checks=())
+    report = replace(report, result=plain)
     page = html(report).decode("utf-8")
     assert "Recording soak." in page
     assert "oven.temperature: 0 to 29 K" in page

@@ -8,7 +8,13 @@ from rigrunner.api.analysis import Candidate
 from rigrunner_reports.render import html
 from rigrunner_reports.view.fits import CandidateView, fit_views
 from unit.rigrunner_reports.helpers_html import read_html
-from unit.rigrunner_reports.helpers_report import PolynomialCurve, no_load_result, report_input
+from unit.rigrunner_reports.helpers_report import (
+    PolynomialCurve,
+    changed,
+    no_load_result,
+    report_input,
+    torque_of,
+)
 
 TRIED = (
     Candidate("T = c0 + c1·f + c2·f²", 3, -30.158, 0.050629, chosen=True),
@@ -26,12 +32,18 @@ class ChosenCurve(PolynomialCurve):
 @pytest.fixture(scope="module")
 def result():
     base = no_load_result()
-    curve = ChosenCurve(**vars(base.fits[0].curve))
-    return replace(base, fits=(replace(base.fits[0], name="aicc", curve=curve), base.fits[1]))
+    curve = ChosenCurve(**vars(torque_of(base).fits[0].curve))
+    return changed(
+        base,
+        fits=(
+            replace(torque_of(base).fits[0], name="aicc", curve=curve),
+            torque_of(base).fits[1],
+        ),
+    )
 
 
 def test_a_choice_is_shown_with_all_that_it_was_made_from(result):
-    chosen, other = fit_views(result.fits)
+    chosen, other = fit_views(torque_of(result).fits)
     assert chosen.criterion == "AICc"
     assert chosen.candidates[:2] == (
         CandidateView("T = c0 + c1·f + c2·f²", "50.6", "−30.2", chosen=True, problem=""),  # noqa: RUF001  (a minus sign)

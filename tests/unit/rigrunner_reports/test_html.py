@@ -16,10 +16,12 @@ from rigrunner_reports.render import css_string, html
 from unit.rigrunner_reports.helpers_html import read_html
 from unit.rigrunner_reports.helpers_report import (
     TRUTH_NM,
+    changed,
     deciding,
     loaded_result,
     no_load_result,
     report_input,
+    torque_of,
 )
 
 pytestmark = pytest.mark.figures
@@ -46,14 +48,14 @@ def no_load():
 
 def small(result):
     """Return the result with its first two set-points alone and no fits: quick to draw."""
-    return replace(
+    return changed(
         result,
-        loaded=result.loaded[:2],
-        no_load=result.no_load[:2],
+        loaded=torque_of(result).loaded[:2],
+        no_load=torque_of(result).no_load[:2],
         fits=(),
         compensations={
             name: replace(each, points=each.points[:2])
-            for name, each in result.compensations.items()
+            for name, each in torque_of(result).compensations.items()
         },
     )
 
@@ -183,17 +185,22 @@ def test_a_run_that_was_stopped_has_no_verdict():
 def test_without_a_result_the_reason_stands_in_its_place():
     base = small(loaded_result())
     primary = replace(
-        base.compensations["template_inverse"], points=(), not_applicable="no low_pass"
+        torque_of(base).compensations["template_inverse"],
+        points=(),
+        not_applicable="no low_pass",
     )
     decision = deciding(base.decision, verdict=Verdict.INCONCLUSIVE, probability=float("nan"))
     page = read_html(
         html(
             report_input(
-                replace(
+                changed(
                     base,
                     headline=None,
                     notes=("template_inverse is not applicable: no low_pass",),
-                    compensations={**base.compensations, "template_inverse": primary},
+                    compensations={
+                        **torque_of(base).compensations,
+                        "template_inverse": primary,
+                    },
                     decision=decision,
                 )
             )
@@ -207,8 +214,10 @@ def test_without_a_result_the_reason_stands_in_its_place():
 def test_checks_that_were_not_made_are_counted_apart_and_named():
     made = (skipped("coupling", "no frequency is stated"), Check("zero", ok=True, text="agrees"))
     base = small(loaded_result())
-    methods = {name: replace(each, checks=()) for name, each in base.compensations.items()}
-    page = read_html(html(report_input(replace(base, checks=made, compensations=methods))))
+    methods = {
+        name: replace(each, checks=()) for name, each in torque_of(base).compensations.items()
+    }
+    page = read_html(html(report_input(changed(base, checks=made, compensations=methods))))
     assert "The check passed; 1 could not be made: coupling." in page.words
     assert "– not made coupling not checked: no frequency is stated" in page.words
 
@@ -218,9 +227,11 @@ def test_a_check_says_its_effect_and_a_note_is_no_failure():
     budget = Check("play", ok=False, text="it plays", biases=biases, consequence=Consequence.BUDGET)
     note = Check("cycles", ok=True, text="8 of them", consequence=Consequence.NOTE)
     base = small(loaded_result())
-    methods = {name: replace(each, checks=()) for name, each in base.compensations.items()}
+    methods = {
+        name: replace(each, checks=()) for name, each in torque_of(base).compensations.items()
+    }
     page = read_html(
-        html(report_input(replace(base, checks=(note, budget), compensations=methods)))
+        html(report_input(changed(base, checks=(note, budget), compensations=methods)))
     )
     assert "1 of 2 checks need attention: play" in page.words
     assert (
@@ -232,14 +243,15 @@ def test_a_check_says_its_effect_and_a_note_is_no_failure():
 
 def test_a_run_of_one_point_without_fits_is_reported():
     base = small(loaded_result())
-    one = replace(
+    one = changed(
         base,
-        loaded=base.loaded[:1],
+        loaded=torque_of(base).loaded[:1],
         no_load=(),
         no_load_run=None,
         fits=(),
         compensations={
-            name: replace(each, points=each.points[:1]) for name, each in base.compensations.items()
+            name: replace(each, points=each.points[:1])
+            for name, each in torque_of(base).compensations.items()
         },
     )
     page = read_html(html(report_input(one)))

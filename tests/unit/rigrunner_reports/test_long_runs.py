@@ -15,7 +15,13 @@ from rigrunner_reports.page import make_page
 from rigrunner_reports.render import html
 from rigrunner_reports.view.cycles import MOST_ROWS, rejections
 from rigrunner_reports.view.run import shown_events
-from unit.rigrunner_reports.helpers_report import loaded_result, long_result, report_input
+from unit.rigrunner_reports.helpers_report import (
+    changed,
+    loaded_result,
+    long_result,
+    report_input,
+    torque_of,
+)
 
 pytestmark = pytest.mark.figures
 
@@ -89,10 +95,10 @@ def test_the_size_is_bounded_with_hundreds_of_set_points(many_set_points):
 
 
 def test_one_far_peak_of_hours_is_drawn(hours):
-    point = hours.loaded[3]
+    point = torque_of(hours).loaded[3]
     peaks = point.peak_nm.copy()
     peaks[np.flatnonzero(point.peak_kept)[1234]] += 50.0
-    heights = sorted(kept_marks((*hours.loaded[:3], replace(point, peak_nm=peaks))))
+    heights = sorted(kept_marks((*torque_of(hours).loaded[:3], replace(point, peak_nm=peaks))))
     assert heights[-1] > 40_000  # mN·m; all others lie far below
     assert heights[-2] < 10_000
 
@@ -104,7 +110,9 @@ def kept_marks(points):
 
 
 def test_the_caption_says_so_only_where_something_is_left_out(hours):
-    few, many = (cycles.cycle_values([("x", each.loaded)]) for each in (loaded_result(), hours))
+    few, many = (
+        cycles.cycle_values([("x", torque_of(each).loaded)]) for each in (loaded_result(), hours)
+    )
     assert [cycles.THINNED in each.caption for each in (few, many)] == [False, True]
     assert few.caption == many.caption.removesuffix(cycles.THINNED)
 
@@ -120,10 +128,10 @@ def test_of_many_set_points_pictures_draw_some_and_say_so(many_set_points):
 
 
 def test_the_clearest_rejections_are_listed_and_the_others_counted(hours):
-    table = rejections(hours)
+    table = rejections(torque_of(hours))
     every = [
         each.statistic / each.critical
-        for run in (hours.loaded, hours.no_load)
+        for run in (torque_of(hours).loaded, torque_of(hours).no_load)
         for point in run
         for each in (*point.peak_rejections, *point.waveform_rejections)
     ]
@@ -136,16 +144,16 @@ def test_the_clearest_rejections_are_listed_and_the_others_counted(hours):
 @pytest.mark.thorough
 def test_the_page_says_how_many_it_leaves_out(hours):
     text = html(report_input(hours, events=EVENTS)).decode()
-    assert f"{rejections(hours).left_out} more were rejected" in text
+    assert f"{rejections(torque_of(hours)).left_out} more were rejected" in text
     assert "200 more: 200 of kind &#39;alarm&#39;; run.log has all" in text
 
 
 def test_a_rule_without_a_critical_value_is_no_error():
     result = loaded_result()
-    point = next(each for each in result.loaded if each.peak_rejections)
+    point = next(each for each in torque_of(result).loaded if each.peak_rejections)
     rejection = replace(point.peak_rejections[0], critical=0.0)
     point = replace(point, peak_rejections=(rejection,))
-    assert rejections(replace(result, loaded=(point,))).rows[0].critical == "0"
+    assert rejections(torque_of(changed(result, loaded=(point,)))).rows[0].critical == "0"
 
 
 @pytest.mark.parametrize(("count", "shown"), [(3, 3), (300, 300), (301, 301), (500, 301)])

@@ -21,6 +21,7 @@ from unit.rigrunner_reports.helpers_report import (
     loaded_result,
     no_load_result,
     report_input,
+    torque_of,
 )
 
 
@@ -40,20 +41,23 @@ def series_of(panel):
 
 def test_raw_and_compensated_torque_stand_beside_each_other(result, points):
     left, right = over_frequency(result, points).panels
-    raw, compensated = series_of(left)["raw peak"], series_of(left)[result.primary]
+    raw, compensated = (
+        series_of(left)["raw peak"],
+        series_of(left)[torque_of(result).primary],
+    )
     # what the helper put in: 0.7262 - 0.003 at each frequency, far below the raw peaks
     assert [p.x for p in raw.points] == [p.x for p in compensated.points]
     assert compensated.points[0].y == pytest.approx(TRUTH_NM - 0.003, abs=0.004)
     assert all(p.U > 0 for p in compensated.points)
     assert raw.points[-1].y > 6
-    applicable = [name for name, each in result.compensations.items() if each.points]
+    applicable = [name for name, each in torque_of(result).compensations.items() if each.points]
     assert set(series_of(right)) == {*applicable, "simulated truth"}
-    assert right.series[0].name == result.primary  # so it looks as on the left
+    assert right.series[0].name == torque_of(result).primary  # so it looks as on the left
 
 
 def test_a_torque_below_zero_is_not_cut_off(result, points):
     def bottom(shift_nm):
-        moved = [shifted(each, shift_nm, result.primary) for each in points]
+        moved = [shifted(each, shift_nm, torque_of(result).primary) for each in points]
         return over_frequency(result, moved).panels[0].y.low
 
     assert bottom(0.0) == 0
@@ -130,21 +134,21 @@ def test_a_no_load_run_shows_its_own_swings():
 
 
 def test_fits_say_peaks_and_residuals(result):
-    alt = fitted_peaks(result.fits).alt
-    first = result.fits[0]
+    alt = fitted_peaks(torque_of(result).fits).alt
+    first = torque_of(result).fits[0]
     assert f"1 Hz {first.points.y[0]:.3f}" in alt
     assert alt.count("Residuals of") == 1
 
 
 def test_kept_cycles_are_counted(result):
-    alt = cycle_values([("This run", result.loaded)]).alt
+    alt = cycle_values([("This run", torque_of(result).loaded)]).alt
     assert "8 Hz 29 of 30" in alt
     assert "10 Hz 30 of 30" in alt
 
 
 def test_the_motion_has_the_peaks_of_the_paper(result):
     # Wang et al. at 35 Hz: 9.3578 rad/s and 2170.5367 rad/s2; drawn at 361 phases
-    point = result.loaded[-1]
+    point = torque_of(result).loaded[-1]
     at_35_hz = replace(point, frequency_hz=replace(point.frequency_hz, value=35.0))
     alt = motion(at_35_hz, RATIO).alt
     assert float(alt.split("rad/s): from ")[1].split(" to ")[1].split(". ")[0]) == pytest.approx(

@@ -6,7 +6,7 @@ from rigrunner.api.data import Estimate
 from rigrunner.api.validation import Agreement, EquationTrials, PipelineDraws, Validation
 from rigrunner_reports.render import html
 from rigrunner_reports.view.validation import validation
-from unit.rigrunner_reports.helpers_report import loaded_result, report_input
+from unit.rigrunner_reports.helpers_report import loaded_result, report_input, torque_of
 
 GUM = Estimate(0.7273, 0.00479)
 
@@ -40,11 +40,11 @@ def checked(half_nm=0.0087, *, stable=True, refused=0):
 
 
 def test_none_without_a_validation():
-    assert validation(loaded_result()) is None
+    assert validation(torque_of(loaded_result())) is None
 
 
 def test_one_row_for_the_mean_and_each_set_point():
-    mean, point = validation(loaded_result(validation=checked())).rows
+    mean, point = validation(torque_of(loaded_result(validation=checked()))).rows
     assert (mean.of, point.of) == ("mean", "35 Hz")
     assert mean.u == ("4.8", "4.8", "4.8")
     assert mean.intervals == (
@@ -67,10 +67,10 @@ def test_the_statement_says_which_interval_to_use_and_on_which_side_it_errs():
 
 
 def test_what_did_not_go_well_is_said():
-    notes = validation(loaded_result(validation=checked(stable=False, refused=3))).notes
+    notes = validation(torque_of(loaded_result(validation=checked(stable=False, refused=3)))).notes
     assert any("refused 3 draws" in note for note in notes)
     assert any("had not settled" in note for note in notes)
-    assert len(validation(loaded_result(validation=checked())).notes) == 3
+    assert len(validation(torque_of(loaded_result(validation=checked()))).notes) == 3
 
 
 def test_the_report_has_it_under_uncertainty():

@@ -31,10 +31,12 @@ from unit.rigrunner_reports.helpers_report import (
     PAPER_ERRORS,
     TEMPLATE_ERRORS,
     TRUTH_NM,
+    changed,
     deciding,
     loaded_result,
     no_load_result,
     report_input,
+    torque_of,
 )
 
 
@@ -53,7 +55,7 @@ def milli(errors):
 
 
 def test_the_table_has_each_methods_error_against_the_truth(result, points):
-    table = frequency_table(result, points)
+    table = frequency_table(torque_of(result), points)
     columns = {
         name: [row.cells[i].error for row in table.rows] for i, name in enumerate(table.methods)
     }
@@ -63,34 +65,34 @@ def test_the_table_has_each_methods_error_against_the_truth(result, points):
 
 
 def test_raw_peak_and_rigs_part_have_no_more_digits_than_the_result(result, points):
-    row = frequency_table(result, points).rows[0]
-    raw = result.loaded[0].peak_nm.mean()
+    row = frequency_table(torque_of(result), points).rows[0]
+    raw = torque_of(result).loaded[0].peak_nm.mean()
     assert row.raw == f"{raw:.3f}"
     assert row.rig == f"{raw - TRUTH_NM - TEMPLATE_ERRORS[0]:.3f}"
 
 
 def test_a_column_has_the_decimals_that_all_its_rows_bear(result):
     name = "template_inverse"
-    first, *others = result.compensations[name].points
+    first, *others = torque_of(result).compensations[name].points
     surer = replace(first, torque=replace(first.torque, u=0.001))
-    compensation = replace(result.compensations[name], points=(surer, *others))
-    changed = replace(result, compensations={name: compensation})
-    rows = frequency_table(changed, set_points(report_input(changed))).rows
+    compensation = replace(torque_of(result).compensations[name], points=(surer, *others))
+    other = changed(result, compensations={name: compensation})
+    rows = frequency_table(torque_of(other), set_points(report_input(other))).rows
     assert rows[0].cells[0].interval == "0.7232 ± 0.0020"
     assert {len(row.rig.split(".")[1]) for row in rows} == {3}
 
 
 def test_a_frequency_that_was_only_entered_is_not_shown_as_measured(result, points):
     entered = replace(points[0], point=replace(points[0].point, motion=MotionSource.ENTERED))
-    first, second = frequency_table(result, [entered, points[1]]).rows[:2]
+    first, second = frequency_table(torque_of(result), [entered, points[1]]).rows[:2]
     assert first.measured_hz == "\N{EM DASH}"
     assert second.measured_hz != "\N{EM DASH}"
 
 
 def test_rejected_cycles_are_counted_and_listed(result, points):
-    row = next(row for row in frequency_table(result, points).rows if row.set_hz == "8")
+    row = next(row for row in frequency_table(torque_of(result), points).rows if row.set_hz == "8")
     assert (row.peaks, row.swings) == ("29 / 1", "29 / 1")
-    table = rejections(result)
+    table = rejections(torque_of(result))
     assert [(each.frequency, each.cycle, each.judged_by) for each in table.rows] == [
         ("8", "7", "raw peak"),
         ("8", "7", "shape of the swing"),
@@ -101,19 +103,19 @@ def test_rejected_cycles_are_counted_and_listed(result, points):
 
 def test_a_repeated_set_point_finds_its_own_result(result):
     twin = replace(
-        result.loaded[0],
+        torque_of(result).loaded[0],
         recording="again",
-        frequency_hz=replace(result.loaded[0].frequency_hz, value=1.2),
+        frequency_hz=replace(torque_of(result).loaded[0].frequency_hz, value=1.2),
     )
     name = "template_inverse"
-    compensation = result.compensations[name]
+    compensation = torque_of(result).compensations[name]
     second = replace(compensation.points[0], frequency_hz=1.2)
-    changed = replace(
+    other = changed(
         result,
-        loaded=(twin, *result.loaded),
+        loaded=(twin, *torque_of(result).loaded),
         compensations={name: replace(compensation, points=(*compensation.points, second))},
     )
-    first, other, *_ = set_points(report_input(changed))
+    first, other, *_ = set_points(report_input(other))
     assert first.by_method[name] is second
     assert other.by_method[name] is compensation.points[0]
 
@@ -132,7 +134,7 @@ def test_a_parameter_finds_its_truth_if_all_points_agree(points):
 
 
 def test_methods_are_judged_by_spread_error_and_coverage(result, points):
-    views = {view.name: view for view in methods(result, points)}
+    views = {view.name: view for view in methods(torque_of(result), points)}
     paper, template = views["paper_peak"], views["template_inverse"]
     assert next(iter(views)) == "template_inverse"
     assert paper.evenness.spread == f"{1000 * (0.165 + 0.163):.0f}"
@@ -144,7 +146,7 @@ def test_methods_are_judged_by_spread_error_and_coverage(result, points):
 
 
 def test_the_shares_of_the_budget_make_a_whole(result, points):
-    found = budget(result, points)
+    found = budget(torque_of(result), points)
     assert found.columns[:3] == ("1 Hz", "18 Hz", "35 Hz")
     for column in range(3):
         assert sum(row.parts[column].percent for row in found.rows) == pytest.approx(100, abs=0.3)
@@ -183,14 +185,16 @@ def test_a_load_that_was_not_kept_is_shown_as_a_range(result, points):
 
 
 def test_the_error_of_the_headline_is_that_of_its_mean(result, points):
-    assert head.truth(result, points) == head.Truth("0.7262 N·m", "+1.2 mN·m", covered=True)
-    assert head.truth(result, set_points(report_input(result, truth={}))) is None
+    assert head.truth(torque_of(result), points) == head.Truth(
+        "0.7262 N·m", "+1.2 mN·m", covered=True
+    )
+    assert head.truth(torque_of(result), set_points(report_input(result, truth={}))) is None
 
 
 def test_a_partial_truth_gives_no_error_of_the_mean(result):
     truth = report_input(result).truth
     partial = {name: each for name, each in truth.items() if name != "35 Hz"}
-    assert head.truth(result, set_points(report_input(result, truth=partial))) is None
+    assert head.truth(torque_of(result), set_points(report_input(result, truth=partial))) is None
 
 
 @pytest.mark.parametrize(
@@ -219,15 +223,16 @@ def test_a_no_load_run_shows_the_range_of_its_peaks():
     result = no_load_result()
     shown = head.headline(result, set_points(report_input(result)))
     low, high = (
-        point.peak_nm[point.peak_kept].mean() for point in (result.loaded[0], result.loaded[-1])
+        point.peak_nm[point.peak_kept].mean()
+        for point in (torque_of(result).loaded[0], torque_of(result).loaded[-1])
     )
     assert shown.value == f"{low:.3f} to {high:.3f}"
-    assert head.raw(result) is None
+    assert head.raw(torque_of(result)) is None
 
 
 def test_fits_have_coefficients_with_uncertainty_or_a_reason(result):
-    good, bad = fit_views(result.fits)
-    curve = result.fits[0].curve
+    good, bad = fit_views(torque_of(result).fits)
+    curve = torque_of(result).fits[0].curve
     u = np.sqrt(curve.covariance[0, 0])
     assert good.coefficients[0][0] == "c0"
     assert f"{curve.coefficients[0]:.3f} ± {u:.3f} N·m" == good.coefficients[0][1]
@@ -381,17 +386,17 @@ def test_an_imported_run_says_who_made_it(result):
 
 def test_caveats_and_truth_follow_what_was_measured_whatever_its_title(result):
     german = replace(result, measurand="lastabhängiges Anlaufmoment")
-    assert meaning(german) == meaning(result)
-    assert len(meaning(german)) == 5
-    assert "1.0 %" in " ".join(meaning(german))
+    assert meaning(torque_of(german)) == meaning(torque_of(result))
+    assert len(meaning(torque_of(german))) == 5
+    assert "1.0 %" in " ".join(meaning(torque_of(german)))
     assert [each.truth_nm for each in set_points(report_input(german))] == [
         each.truth_nm for each in set_points(report_input(result))
     ]
 
 
 def test_a_title_alone_brings_no_caveat(result):
-    named = replace(result, measurand="starting torque", kind=None)
-    assert meaning(named) == ()
+    named = changed(result, measurand="starting torque", kind=None)
+    assert meaning(torque_of(named)) == ()
 
 
 @pytest.mark.parametrize(
@@ -406,6 +411,6 @@ def test_a_title_alone_brings_no_caveat(result):
     ],
 )
 def test_each_kind_of_measurand_has_the_caveats_that_hold_for_it(result, kind, said, not_said):
-    told = " ".join(meaning(replace(result, kind=kind)))
+    told = " ".join(meaning(torque_of(changed(result, kind=kind))))
     assert all(words in told for words in said)
     assert not_said not in told

@@ -2,6 +2,7 @@ import pytest
 
 from helpers_cli import call
 from helpers_workflow import quick_procedure, run, station_file
+from rigrunner.api import TorqueDetails
 from rigrunner.api.errors import ExitCode, InvalidFileError
 from rigrunner.runfile import read
 
@@ -35,7 +36,7 @@ def test_a_plugin_from_the_stations_folder_takes_part_and_is_on_record(tmp_path)
     )
     finished = run(procedure, tmp_path / "runs", station=station)
     assert finished.error is None
-    assert all(not point.peak_kept[0] for point in finished.result.loaded)
+    assert all(not point.peak_kept[0] for point in TorqueDetails.of(finished.result).loaded)
     assert "rule.py sha256:" in read(finished.folder).header.provenance["plugin providers"]
     assert_analysed_again_with_the_station_alone(finished.folder, station, tmp_path / "again.html")
 

@@ -7,6 +7,7 @@ from collections import Counter
 import pytest
 
 from helpers_long import short_blocks
+from rigrunner.api import TorqueDetails
 from rigrunner.documents.certifying.derived_again import refuse_other_numbers
 from rigrunner.registry import load_registry
 from rigrunner.run.stored import analyse_run
@@ -44,7 +45,9 @@ def test_block_by_block_a_run_has_the_numbers_that_it_has_in_memory(finished, mo
     assert [(each.name, each.ok, each.text) for each in found.checks] == [
         (each.name, each.ok, each.text) for each in whole.checks
     ]
-    for mine, other in zip(found.loaded, whole.loaded, strict=True):
+    for mine, other in zip(
+        *(TorqueDetails.of(each).loaded for each in (found, whole)), strict=True
+    ):
         assert mine.peak_nm.tolist() == other.peak_nm.tolist()
         assert mine.spikes == other.spikes
         assert mine.frequency_hz.value == pytest.approx(other.frequency_hz.value, rel=1e-12)

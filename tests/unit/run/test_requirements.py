@@ -18,6 +18,7 @@ from helpers_workflow import (
     run,
     station_file,
 )
+from rigrunner.api import TorqueDetails
 from rigrunner.api.errors import DataError, ExitCode, InvalidFileError
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
@@ -239,5 +240,5 @@ def test_what_is_accepted_is_never_refused_by_the_analysis(seed, tmp_path):
         assert finished.error is None, finished.error
         assert finished.exit_code not in {ExitCode.DATA, ExitCode.BUG}
         assert finished.report is not None
-        if finished.result.primary:
+        if TorqueDetails.of(finished.result).primary:
             assert finished.result.headline is not None, finished.result.notes

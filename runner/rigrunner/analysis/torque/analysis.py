@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from rigrunner.analysis.torque.binding import bind
 from rigrunner.analysis.torque.bracketing import Bracket, Recorded, bracket
 from rigrunner.analysis.torque.channels import torque_channel
+from rigrunner.analysis.torque.details import DocumentedTorque
 from rigrunner.analysis.torque.diagnosis import Diagnosed, diagnose
 from rigrunner.analysis.torque.fitting import first_fit, fitted
 from rigrunner.analysis.torque.headline import budget_of_mean, compensated_mean, raw_peak_mean
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array, Estimate, Recording, RunData
     from rigrunner.api.instruments import Instrument
     from rigrunner.api.measurand import MeasurandKind
-    from rigrunner.api.results import FittedTorque
+    from rigrunner.api.torque import TorqueDetails
     from rigrunner.api.validation import Validation
     from rigrunner.procedure import AnalysisSpec, Measurand, PluginRef
 
@@ -50,21 +51,13 @@ class Prepare(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class TorqueFound:
-    """What the analysis of the torque found; its fields are those of `Result`."""
+    """What the analysis of the torque found."""
 
-    loaded: tuple[PeakPoint, ...]
-    no_load: tuple[PeakPoint, ...]
-    fits: tuple[FittedTorque, ...]
-    compensations: Mapping[str, Compensation]
-    kind: MeasurandKind | None
-    headline: Estimate | None
-    raw_headline: Estimate | None
-    validation: Validation | None
-    checks: tuple[Check, ...]
+    details: TorqueDetails
     findings: Findings
     """The torque as results by its name."""
-    problem: str
-    """Why there is no headline though one was asked for; '' where there is one."""
+    checks: tuple[Check, ...]
+    """Each with its consequence."""
     forbids: str
     """Why nothing can be decided on it, as a sentence; '' where it can."""
 
@@ -113,18 +106,25 @@ class TorqueAnalysis:
         why = forbidden((*checks, *primary.checks))
         if problem:
             why = f"There is no result to decide on: {problem}"
-        return TorqueFound(
+        found = self._torque(loaded, primary, headline, raw)
+        details = DocumentedTorque(
+            name=self.spec.name,
             loaded=loaded,
             no_load=no_load,
             fits=fitted(self.spec, self.lookup, no_load if self.spec.compensations else loaded),
             compensations=compensations,
+            primary=self.spec.primary,
             kind=self._kind(),
             headline=headline,
+            headline_components=found.means[0].components if found.means else (),
             raw_headline=raw,
             validation=self._validation(loaded, no_load, compensations, headline),
-            checks=checks,
-            findings=self._torque(loaded, primary, headline, raw),
             problem=problem,
+        )
+        return TorqueFound(
+            details=details,
+            findings=replace(found, notes=(problem,) if problem else (), details=(details,)),
+            checks=checks,
             forbids=why or without_scatter(loaded, no_load, primary),
         )
 

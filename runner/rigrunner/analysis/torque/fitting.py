@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
-from rigrunner.api.results import FittedTorque
+from rigrunner.api.torque import FittedTorque
 from rigrunner.signal.peaks import peak_points
 
 if TYPE_CHECKING:

@@ -10,6 +10,7 @@ from rigrunner.api.certificate.conformity import (
     DecisionRecord,
     LimitStatement,
 )
+from rigrunner.api.certificate.details import CertifiedDetails
 from rigrunner.api.certificate.document import (
     Certificate,
     certificate_json,
@@ -70,6 +71,7 @@ __all__ = [
     "Authorisation",
     "BudgetLine",
     "Certificate",
+    "CertifiedDetails",
     "Change",
     "Condition",
     "Conformity",

@@ -20,7 +20,7 @@ from rigrunner.certificate.content import (
 from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.certificate.numbers import SPECIMEN, Numbers
 from rigrunner.certificate.order import complete
-from rigrunner.certificate.validity import beyond_calibration, load_channel, load_problem
+from rigrunner.certificate.validity import not_calibrated
 from rigrunner.clock import utc_text
 from rigrunner.documents.certifying.derived_again import refuse_other_numbers
 from rigrunner.documents.certifying.office import Issued, Office
@@ -199,17 +199,18 @@ def _further_copy(
 def _refuse_beyond_calibration(source: Source) -> None:
     """Refuse a certificate on values for which no calibration holds."""
     run_id = source.stored.header.run_id
-    for channel, text in beyond_calibration(source.result):
+    for found in not_calibrated(source.result):
+        if found.kind != "range":
+            raise UsageError(
+                f"{run_id} cannot be certified: {found.where}: {found.text}",
+                hint="enter the instrument with its certificate and accuracy in the station's"
+                " register, and repeat the run",
+            )
+        beyond = f"{found.where} went beyond its calibrated range: {found.text}"
         raise UsageError(
-            f"{run_id} cannot be certified: {channel} went beyond its calibrated range: {text}",
+            f"{run_id} cannot be certified: {beyond}",
             hint="have it calibrated up to there, or repeat the run within the range;"
             " --not-for-certification makes a specimen that says so",
-        )
-    if problem := load_problem(source.result):
-        raise UsageError(
-            f"{run_id} cannot be certified: {load_channel(source.result)}: {problem}",
-            hint="enter the force instrument with its certificate and accuracy in the station's"
-            " register, and repeat the run",
         )
 
 

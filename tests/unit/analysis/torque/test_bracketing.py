@@ -10,6 +10,7 @@ import pytest
 
 from helpers_rigs import run_data, true_starting_torque_nm
 from rigrunner.analysis.analyse import analyse
+from rigrunner.api import TorqueDetails
 from rigrunner.api.errors import DataError
 from rigrunner.procedure import AnalysisSpec
 from rigrunner.registry import load_registry
@@ -62,9 +63,8 @@ def found(run, **no_load):
             "compensations": ["template_inverse"],
         }
     )
-    return analyse(
-        run, None, spec, acceptance=None, measurand=MEASURAND, lookup=load_registry()
-    ).compensations["template_inverse"]
+    result = analyse(run, None, spec, acceptance=None, measurand=MEASURAND, lookup=load_registry())
+    return TorqueDetails.of(result).compensations["template_inverse"]
 
 
 def found_of_three(friction, **no_load):
@@ -160,7 +160,7 @@ def test_a_drift_over_a_channel_needs_points_of_the_run_itself():
 @pytest.mark.thorough
 def test_runs_before_and_after_are_as_good_as_points_of_the_run_itself(drifting):
     result = found_of_three(STEADY)
-    apart = result.compensations["template_inverse"]
+    apart = TorqueDetails.of(result).compensations["template_inverse"]
     np.testing.assert_allclose(errors_nm(apart), errors_nm(drifting), atol=1e-6)
     both = ([line(point).u for point in each.points] for each in (apart, drifting))
     np.testing.assert_allclose(*both, rtol=1e-3)

@@ -9,6 +9,7 @@ import pytest
 from pydantic import ValidationError
 
 from rigrunner.analysis.torque.reading import torque_reading
+from rigrunner.api import TorqueDetails
 from rigrunner.api.data import Recording
 from rigrunner.api.instruments import Instrument
 from unit.analysis.helpers_analysis import analysed, no_load_spec, recording, run_of
@@ -94,7 +95,7 @@ def test_the_result_is_of_corrected_peaks():
     recordings = (recording(np.full(10, p), f, load_n=0.0) for f, p in peaks.items())
     low_pass = {"type": "butterworth", "order": 2, "corner": "1 kHz"}
     made = run_of(*recordings, instruments={CHANNEL: instrument(low_pass=low_pass)})
-    points = analysed(made, None, no_load_spec()).loaded
+    points = TorqueDetails.of(analysed(made, None, no_load_spec())).loaded
     assert [p.peak_nm.mean() for p in points] == pytest.approx([2.0, 6.0], rel=1e-3)
 
 

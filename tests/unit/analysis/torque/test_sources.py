@@ -7,6 +7,7 @@ import pytest
 
 from rigrunner.analysis.document import document
 from rigrunner.analysis.torque.sources import of_this_run, sources
+from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import MotionSource
 from rigrunner.api.data import Measurement
 from rigrunner.api.errors import DataError
@@ -67,27 +68,27 @@ def test_recordings_are_divided_as_well():
     peaks = np.linspace(1.9, 2.1, 8)
     loaded, bare = recording(peaks + 0.7, 10.0), recording(peaks, 10.0, load_n=0.0)
     result = analysed(run_of(bare, loaded), analysis_spec=THIS_RUN)
-    assert [len(result.loaded), len(result.no_load)] == [1, 1]
+    assert [len(TorqueDetails.of(result).loaded), len(TorqueDetails.of(result).no_load)] == [1, 1]
     assert result.headline.value == pytest.approx(0.7, rel=1e-3)
 
 
 def test_a_single_value_is_a_point_without_scatter():
     result = analysed(tables(zeros={"tester.torque": 0.1}), analysis_spec=THIS_RUN)
-    point = result.loaded[1]
+    point = TorqueDetails.of(result).loaded[1]
     assert point.recording == "table 6"
     assert (point.cycles, point.motion) == (1, MotionSource.ENTERED)
     assert point.peak_nm == pytest.approx([no_load_nm(10.0) + 0.7 - 0.1])
     assert np.isnan(mean_peak(point).u)
     assert np.isnan(result.headline.u)
-    assert peak_points(result.loaded).u_y is None
+    assert peak_points(TorqueDetails.of(result).loaded).u_y is None
 
 
 def test_the_difference_of_tables():
     result = analysed(tables(), analysis_spec=THIS_RUN)
-    found = result.compensations["peak_same_frequency"]
+    found = TorqueDetails.of(result).compensations["peak_same_frequency"]
     assert [point.torque.value for point in found.points] == pytest.approx([0.7] * 4)
     assert any("scatter is not known" in note for note in found.notes)
-    assert "angle channel" in result.compensations["energy"].not_applicable
+    assert "angle channel" in TorqueDetails.of(result).compensations["energy"].not_applicable
     assert all(check.ok for check in result.checks)
     (note,) = [check.text for check in result.checks if check.consequence]
     assert "no angle channel: single values at entered frequencies" in note
@@ -134,7 +135,7 @@ def test_an_analysis_is_of_what_it_says():
     run = replace(run_of(), measurements=(*final, worn))
     spec = THIS_RUN.model_copy(update={"where": {"phase": "final"}})
     result = analysed(run, analysis_spec=spec)
-    assert [point.torque.value for point in result.compensations[spec.primary].points] == (
-        pytest.approx([0.7] * 4)
-    )
+    assert [
+        point.torque.value for point in TorqueDetails.of(result).compensations[spec.primary].points
+    ] == (pytest.approx([0.7] * 4))
     assert result.run is run

@@ -6,6 +6,7 @@ from math import sqrt
 import numpy as np
 import pytest
 
+from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import StartPoint
 from rigrunner.api.data import Recording
 from rigrunner.api.errors import DataError
@@ -60,7 +61,7 @@ def result_of(recordings, limit=None, zeros=0.0, sensor=None, **changes):
 
 def test_each_recording_gives_one_torque():
     result = result_of(starts(zero_nm=0.02), zeros=0.02)
-    (point,) = result.loaded
+    (point,) = TorqueDetails.of(result).loaded
     assert isinstance(point, StartPoint)
     assert point.peak_nm == pytest.approx(PEAKS)
     assert point.frequency_hz.value == pytest.approx(SPEED_HZ, rel=1e-9)
@@ -79,7 +80,10 @@ def test_the_mean_less_half_the_fixture_with_its_whole_budget():
         sqrt(scatter**2 + sum(width**2 / 3 for width in widths)), rel=1e-5
     )
     assert result.headline.dof == pytest.approx(5 * (result.headline.u / scatter) ** 4)
-    assert result.compensations["breakaway_peak"].measurand == "breakaway torque from rest"
+    assert (
+        TorqueDetails.of(result).compensations["breakaway_peak"].measurand
+        == "breakaway torque from rest"
+    )
     assert result.settings["starts"] == {"window": pytest.approx(np.pi / 36), "smoothing": 0.005}
 
 
@@ -97,7 +101,9 @@ def test_it_is_decided_against_limits(limit, verdict):
 
 def test_a_start_that_disagrees_is_left_out_and_listed():
     peaks = [*PEAKS, 0.301, 0.299, 0.45]
-    (point,) = result_of(starts(peaks), outliers={"grubbs": {"alpha": 0.05}}).loaded
+    (point,) = TorqueDetails.of(
+        result_of(starts(peaks), outliers={"grubbs": {"alpha": 0.05}})
+    ).loaded
     assert [each.index for each in point.peak_rejections] == [8]
     assert point.peak_kept.tolist() == [True] * 8 + [False]
 
@@ -105,7 +111,8 @@ def test_a_start_that_disagrees_is_left_out_and_listed():
 def test_spikes_are_taken_out_first():
     spiky = starts(spike_nm=5.0)
     (dull,), (clean,) = (
-        result_of(spiky, **how).loaded for how in ({}, {"despike": {"hampel": {"window": 11}}})
+        TorqueDetails.of(result_of(spiky, **how)).loaded
+        for how in ({}, {"despike": {"hampel": {"window": 11}}})
     )
     assert clean.peak_nm == pytest.approx(PEAKS)
     assert clean.spikes == len(PEAKS)
@@ -114,7 +121,7 @@ def test_spikes_are_taken_out_first():
 
 def test_starts_at_two_speeds_are_two_points():
     fast = starts([0.4, 0.41, 0.42], speed_hz=2 * SPEED_HZ)
-    points = result_of(starts() + fast).loaded
+    points = TorqueDetails.of(result_of(starts() + fast)).loaded
     assert [point.set_frequency_hz for point in points] == [SPEED_HZ, 2 * SPEED_HZ]
     assert [len(point.peak_nm) for point in points] == [6, 3]
 
@@ -141,5 +148,8 @@ def test_swings_are_no_starts():
         None,
         AnalysisSpec.model_validate({"compensations": ["breakaway_peak"]}),
     )
-    assert "reversals is another torque" in result.compensations["breakaway_peak"].not_applicable
+    assert (
+        "reversals is another torque"
+        in TorqueDetails.of(result).compensations["breakaway_peak"].not_applicable
+    )
     assert result.measurand == MEASURAND.name

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from rigrunner.api import TorqueDetails
 from rigrunner.api.gauge import NamedStudy
 from unit.analysis.helpers_analysis import analysed, recording, run_of
 
@@ -39,8 +40,8 @@ def result(study):
 def test_it_is_in_every_point_and_once_in_the_mean():
     plain, named = result(None), result(STUDY)
     for before, after in zip(
-        plain.compensations["paper_peak"].points,
-        named.compensations["paper_peak"].points,
+        TorqueDetails.of(plain).compensations["paper_peak"].points,
+        TorqueDetails.of(named).compensations["paper_peak"].points,
         strict=True,
     ):
         lines = {each.name: each for each in after.components if each.name in LINES}

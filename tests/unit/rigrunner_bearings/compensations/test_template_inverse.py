@@ -8,8 +8,8 @@ from helpers_thorough import first
 from rigrunner.analysis.torque.headline import compensated_mean
 from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import Instrument
-from rigrunner.api.results import DRIFT_LINE, SUPPORT_LINE
 from rigrunner.api.rig import SupportUnderLoad
+from rigrunner.api.torque import DRIFT_LINE, SUPPORT_LINE
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.propagation import sensitivities
 from rigrunner.signal.uncertainty import combine

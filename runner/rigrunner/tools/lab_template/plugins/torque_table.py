@@ -8,7 +8,7 @@ import csv
 import io
 from collections.abc import Callable
 
-from rigrunner.api import NoSettings, ReportFormatRecord, ReportInput, hookimpl
+from rigrunner.api import NoSettings, ReportFormatRecord, ReportInput, TorqueDetails, hookimpl
 
 api_version = 1
 HEADER = ("method", "frequency in Hz", "raw in N·m", "torque in N·m", "standard uncertainty in N·m")
@@ -19,7 +19,7 @@ def write(report: ReportInput) -> bytes:
     text = io.StringIO()
     rows = csv.writer(text)
     rows.writerow(HEADER)
-    for method, found in report.result.compensations.items():
+    for method, found in TorqueDetails.of(report.result).compensations.items():
         for point in found.points:
             torque = point.torque
             rows.writerow([method, point.frequency_hz, point.raw_nm, torque.value, torque.u])

@@ -1,0 +1,42 @@
+"""What an analysis keeps of its own beside its results."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rigrunner.api.analysis import Check
+    from rigrunner.api.certificate import CertifiedDetails
+    from rigrunner.api.data import RunData
+
+
+class AnalysisDetails:
+    """The record of one analysis: base class of what it gives in `Findings.details`.
+
+    Reports and notebooks that know the analysis find it by its class: `result.details_of(...)`.
+    Everything here may be left as it is.
+    """
+
+    @property
+    def shown_results(self) -> frozenset[str]:
+        """The names of those results that the pages of this analysis show themselves."""
+        return frozenset()
+
+    @property
+    def method_checks(self) -> tuple[Check, ...]:
+        """The checks of the method whose result counts; others stand in `Findings.checks`."""
+        return ()
+
+    def document(self) -> Mapping[str, object]:
+        """Return what it adds to `result.json`, by its keys there; plain values."""
+        return {}
+
+    def certified(self, run: RunData, partners: Sequence[RunData]) -> CertifiedDetails | None:
+        """Return what it adds to a certificate of a run, measured with `partners`; None: nothing.
+
+        Raises DataError where it gave no result that a certificate could state.
+        """
+        del run, partners
+        return None

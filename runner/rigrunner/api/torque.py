@@ -1,0 +1,94 @@
+"""What the analysis of torque keeps beside its results."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import sqrt
+from typing import TYPE_CHECKING
+
+from rigrunner.api.details import AnalysisDetails
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.analysis import Check, Compensation, Component, Curve, PeakPoint
+    from rigrunner.api.data import Estimate, Points
+    from rigrunner.api.measurand import MeasurandKind
+    from rigrunner.api.results import Result
+    from rigrunner.api.validation import Validation
+
+DRIFT_LINE = "drift of the support between the runs"
+"""The line of a budget for what the support's friction changes by in between. Its source may follow
+in parentheses."""
+SUPPORT_LINE = "support friction under load"
+"""The line of a budget for what the load may change the support's friction by.
+
+Its source may follow in parentheses.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class FittedTorque:
+    """A fit of the no-load peaks over frequency, by its name in the procedure."""
+
+    name: str
+    points: Points
+    curve: Curve | None
+    problem: str = ""
+    """Why the fit could not be made."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class TorqueDetails(AnalysisDetails):
+    """The recordings as they were prepared, and each method with what it gave."""
+
+    name: str = "torque"
+    """By which limits name the compensated torque."""
+    loaded: tuple[PeakPoint, ...] = ()
+    """The points of this run; of a no-load run, its own."""
+    no_load: tuple[PeakPoint, ...] = ()
+    fits: tuple[FittedTorque, ...] = ()
+    compensations: Mapping[str, Compensation] = field(default_factory=dict)
+    primary: str = ""
+    """The compensation that the headline and the verdict use; '' for none."""
+    kind: MeasurandKind | None = None
+    """Which torque the primary method yields of what was recorded; None where it does not say."""
+    headline: Estimate | None = None
+    """The mean over the set-points by the primary method."""
+    headline_components: tuple[Component, ...] = ()
+    """Its budget: what the points have in common enters once, the rest averaged."""
+    raw_headline: Estimate | None = None
+    """The same mean of the raw torque."""
+    validation: Validation | None = None
+    """The Monte Carlo check of the headline, where the procedure asks for one."""
+    problem: str = ""
+    """Why there is no headline though one was asked for; '' where there is one."""
+
+    @classmethod
+    def of(cls, result: Result) -> TorqueDetails:
+        """Return those of a result; empty ones where no torque was analysed."""
+        return result.details_of(cls) or cls()
+
+    @property
+    def shown_results(self) -> frozenset[str]:
+        """The torque at its set-points."""
+        return frozenset({self.name})
+
+    @property
+    def method_checks(self) -> tuple[Check, ...]:
+        """Those of the primary method."""
+        found = self.compensations.get(self.primary)
+        return found.checks if found else ()
+
+    @property
+    def support_allowance(self) -> tuple[float, str] | None:
+        """The most by which the load may raise the support's friction, and '%' or 'mN·m'.
+
+        None where the budget has no line of it.
+        """
+        for each in self.headline_components:
+            if each.name.startswith(SUPPORT_LINE):
+                if each.unit == "1":
+                    return 100 * (each.value + sqrt(3) * each.input_u), "%"
+                return 1000 * (each.value + 2 * each.input_u), "mN·m"
+        return None

@@ -1,0 +1,100 @@
+"""What an analysis keeps besides its results, as documents take it from any analysis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import pytest
+
+from rigrunner.analysis.document import document
+from rigrunner.api import AnalysisDetails, TorqueDetails
+from rigrunner.api.certificate import CertifiedDetails, Deviation
+from rigrunner.api.data import Measurement
+from rigrunner.api.errors import DataError
+from rigrunner.api.limits import ValueLimit
+from rigrunner.api.results import Result
+from rigrunner.certificate.results import certified_of
+from rigrunner.certificate.validity import not_calibrated
+from unit.analysis.helpers_analysis import analysed, no_load_spec, recording, run_of
+
+ALWAYS = {"headline", "points", "no_load_points", "compensations", "fits", "validation"}
+"""What a `result.json` of version 0.1.0 has, whatever was analysed."""
+
+
+@dataclass(frozen=True)
+class Wear(AnalysisDetails):
+    """A stranger's record."""
+
+    depth_um: float = 12.5
+
+    @property
+    def shown_results(self):
+        return frozenset({"wear"})
+
+    def document(self):
+        return {"wear_track": {"value": self.depth_um, "unit": "µm"}}
+
+    def certified(self, run, partners):
+        assert partners == []
+        text = "profile measured in air"
+        return CertifiedDetails(
+            channels=frozenset({"stylus.height"}),
+            deviations=(Deviation(kind="remark", run_id=run.run_id, text=text),),
+        )
+
+
+def result(*details):
+    return Result(run=run_of(), no_load_run=None, measurand="", symbol="", details=details)
+
+
+def limited(*details):
+    """Return a result with a measured value that has a limit: there is something to certify."""
+    row = Measurement(
+        name="readings",
+        utc="2026-03-02T09:15:00Z",
+        setpoints={},
+        values={"oven.temperature": 300.0},
+        units={"oven.temperature": "K"},
+        limits=(ValueLimit("oven.temperature", 290.0, 310.0, "K"),),
+    )
+    made = result(*details)
+    return replace(made, run=replace(made.run, measurements=(row,)))
+
+
+def test_a_stranger_s_record_is_found_by_its_class_and_stands_in_the_documents():
+    made = result(Wear(), TorqueDetails())
+    assert made.details_of(Wear).depth_um == 12.5
+    assert made.details_of(TorqueDetails) is made.details[1]
+    told = document(result(Wear()))
+    assert told["wear_track"] == {"value": 12.5, "unit": "µm"}
+    assert told.keys() >= ALWAYS
+
+
+def test_a_run_without_torque_has_no_record_of_it_and_keeps_the_keys_of_its_document():
+    made = analysed(run_of(), None, no_load_spec(fits=[], despike=None, outliers=None))
+    assert made.details == ()
+    told = document(made)
+    assert told["headline"] == {
+        "method": None,
+        "compensated": None,
+        "budget": [],
+        "raw_peak": None,
+    }
+    assert told["points"] == told["no_load_points"] == told["fits"] == []
+    assert (told["compensations"], told["validation"]) == ({}, None)
+
+
+def test_a_certificate_takes_what_each_analysis_brings():
+    with pytest.raises(DataError, match="its procedure names no primary method"):
+        certified_of(result(Wear()))
+    assert [each.text for each in not_calibrated(limited(Wear()))] == ["profile measured in air"]
+    run = run_of(recording([1.0] * 10, load_n=1000.0))
+    (torque,) = analysed(run, None, no_load_spec()).details
+    assert torque.certified(run, ()).channels == {"tester.torque", "tester.load"}
+
+
+def test_plugins_made_by_the_first_version_still_find_the_compensations():
+    with pytest.warns(DeprecationWarning, match=r"TorqueDetails\.of\(result\)"):
+        assert result(Wear(), TorqueDetails(compensations={"a": None})).compensations == {"a": None}
+    with pytest.warns(DeprecationWarning, match=r"TorqueDetails\.of\(result\)"):
+        assert result(Wear()).compensations == {}
