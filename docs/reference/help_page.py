@@ -18,10 +18,13 @@ from rigrunner.cli.main import rigrunner
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-HEAD = """# What each command says of itself
+HEAD = """# Commands
 
-Made by `docs/reference/help_page.py` from the commands: what `--help` shows, of all of them.
-The page of [commands](cli.md) describes what they do.
+What `--help` prints, for each command. Made by `docs/reference/help_page.py`.
+
+Results go to stdout; progress and messages go to stderr. `NO_COLOR` is respected.
+[Exit codes](exit-codes.md) tell how a command ended. A PROCEDURE or STATION is a file or a shipped
+name. A RUN is a run folder, its `run.h5`, or the beginning of its name.
 """
 
 
@@ -54,9 +57,8 @@ def page() -> str:
 
 
 def _argument(argument: click.Argument) -> str:
-    name = (argument.metavar or (argument.name or "").upper()) + (
-        "..." if argument.nargs < 0 else ""
-    )
+    name = (argument.metavar or (argument.name or "").upper()).strip("[].")
+    name += "..." if argument.nargs < 0 else ""
     return name if argument.required else f"[{name}]"
 
 

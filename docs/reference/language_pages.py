@@ -29,9 +29,9 @@ A key that is not *needed* may be left out. A quantity is a text with a unit, su
 a file has parameters, `$name` may stand wherever a value may.
 """
 MORE = {
-    "procedure": "How a procedure is written is told [elsewhere](procedure-language.md).",
-    "station": "How a station is written is told [elsewhere](procedure-language.md#the-station).",
-    "import": "How a mapping is written is told [elsewhere](import-mapping.md).",
+    "procedure": "[The language](procedure-language.md) explains them.",
+    "station": "[The station](procedure-language.md#the-station) explains them.",
+    "import": "[The mapping](import-mapping.md) explains them.",
 }
 LONG = ("rigrunner_plugins__devices__", "settings__", "text__patterns__")
 SIMPLE = {

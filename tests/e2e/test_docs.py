@@ -23,8 +23,6 @@ from helpers_figures import drawn
 from helpers_lacking import require_pdf
 from rigrunner.api.errors import ExitCode
 from rigrunner.api.hooks import HookSpecs
-from rigrunner.cli.lazy import LazyGroup
-from rigrunner.cli.main import rigrunner
 from rigrunner.procedure.steps import installed_kinds
 from rigrunner.runfile import read
 
@@ -338,16 +336,6 @@ def test_every_hook_is_on_its_page():
     text = (ROOT / "docs/reference/hooks.md").read_text(encoding="utf-8")
     rows = set(re.findall(r"^\| `(rigrunner_\w+)` \|", text, re.MULTILINE))
     assert rows == {name for name in vars(HookSpecs) if name.startswith("rigrunner_")}
-
-
-def test_every_command_is_on_its_page():
-    text = (ROOT / "docs/reference/cli.md").read_text(encoding="utf-8")
-    assert re.findall(r"^## `rigrunner ([\w-]+)", text, re.MULTILINE) == list(rigrunner.summaries)
-    for name in rigrunner.summaries:
-        command = rigrunner.get_command(None, name)
-        if isinstance(command, LazyGroup):
-            parts = re.findall(rf"^### `rigrunner {name} (\w+)", text, re.MULTILINE)
-            assert parts == list(command.summaries)
 
 
 def test_every_path_of_the_run_file_page_is_in_a_run_file(demo):

@@ -23,7 +23,7 @@ from rigrunner.run.record import execute
 from rigrunner.runfile import read
 from rigrunner_plugins.devices.fault.settings import NATURES
 
-PAGE = Path(__file__).parents[2] / "docs/reference/faults.md"
+PAGE = Path(__file__).parents[2] / "docs/evidence/faults.md"
 EXTENTS = {
     "clipped": "0.5 N·m", "spikes": "3 N·m", "drift": "1 N·m", "noise": "0.1 N·m",
     "sensitivity": "2 %", "wrong frequency": "2 %",

@@ -14,6 +14,7 @@ from rigrunner.cli.main import rigrunner
 REFERENCE = ROOT / "docs/reference"
 language = runpy.run_path(str(REFERENCE / "language_pages.py"))
 helps = runpy.run_path(str(REFERENCE / "help_page.py"))
+requests = runpy.run_path(str(REFERENCE / "requests_page.py"))
 
 
 def test_the_pages_of_keys_are_those_of_the_schemas():
@@ -25,6 +26,13 @@ def test_the_pages_of_keys_are_those_of_the_schemas():
 def test_the_page_of_helps_is_that_of_the_commands():
     again = "python docs/reference/help_page.py docs/reference"
     assert (REFERENCE / "help.md").read_text(encoding="utf-8") == helps["page"](), again
+
+
+def test_the_page_of_requests_is_that_of_the_panel():
+    again = "python docs/reference/requests_page.py docs/reference"
+    assert (REFERENCE / "panel-requests.md").read_text(encoding="utf-8") == requests["page"](), (
+        again
+    )
 
 
 @pytest.mark.parametrize("name", language["LANGUAGES"])

@@ -70,11 +70,11 @@ _CHOOSING = (
     ),
     _get("stations", "Stations, last used first.", choosing.stations, answers.Stations, **_SEARCH),
     _post(
-        "plan", "What a run would do; nothing is connected.", choosing.plan, requests.Pair,
+        "plan", "Preview a run; nothing is connected.", choosing.plan, requests.Pair,
         answers.PlanAnswer,
     ),
     _post(
-        "check-input", "Whether an answer to an input would be taken.", choosing.check_input,
+        "check-input", "Check an answer to an input.", choosing.check_input,
         requests.CheckInput, answers.InputAnswer,
     ),
 )  # fmt: skip
@@ -82,7 +82,7 @@ _RUNNING = (
     _post("control", "Take control.", running.take_control, requests.TakeControl, answers.Done),
     _steer("control/release", "Give control up.", running.release_control, requests.Nothing),
     _steer(
-        "preflight", "Connect to the rig and look at all that a run needs.",
+        "preflight", "Connect to the rig and check what a run needs.",
         running.start_preflight, requests.StartPreflight, status=_BEGUN,
     ),
     _steer(
@@ -91,22 +91,22 @@ _RUNNING = (
     ),
     _steer("run/answer", "Answer the prompt that is up.", running.answer, requests.GiveAnswer),
     _steer("run/pause", "Pause at the next safe point.", running.pause, requests.Nothing),
-    _steer("run/resume", "Go on after a pause.", running.resume, requests.Nothing),
+    _steer("run/resume", "Resume after a pause.", running.resume, requests.Nothing),
     _steer(
-        "run/override", "Go on in spite of an interlock that may be overridden.",
+        "run/override", "Resume despite an interlock that may be overridden.",
         running.override, requests.BecauseOf,
     ),
     _steer(
-        "run/repeat", "Do the set-point again; while running it is paused first.",
+        "run/repeat", "Repeat the set-point; a running run is paused first.",
         running.repeat, requests.Why,
     ),
     _steer(
-        "run/skip", "Leave out the rest of the set-point; while running it is paused first.",
+        "run/skip", "Skip the rest of the set-point; a running run is paused first.",
         running.skip, requests.BecauseOf,
     ),
-    _steer("run/note", "Put a remark on record, while paused.", running.note, requests.Remark),
+    _steer("run/note", "Add a note while paused.", running.note, requests.Remark),
     _steer(
-        "run/abort", "End the run in order: teardown, then the rig is made safe.",
+        "run/abort", "Abort the run: teardown, then the rig is made safe.",
         running.abort, requests.Why,
     ),
     Operation(
@@ -147,13 +147,13 @@ _QUEUE = (
         requests.OneEntry, status=_BEGUN,
     ),
     _steer(
-        "queue/automatic", "Let runs of the queue start by themselves, or not any more.",
+        "queue/automatic", "Switch the automatic start of queued runs on or off.",
         queueing.automatic, requests.SetAutomatic,
     ),
 )  # fmt: skip
 _BY_HAND = (
     _steer(
-        "manual/open", "Let a person have the rig, after a preflight as for a run.",
+        "manual/open", "Open the manual mode, after a preflight as for a run.",
         by_hand.open_manual, requests.OpenManual, status=_BEGUN,
     ),
     _steer("manual/set", "Set a drive within its limits.", by_hand.set_drive, requests.SetDrive),
@@ -183,7 +183,7 @@ _LOOKING = (
         requests.AskCertificate, answers.IssuedAnswer,
     ),
     _get(
-        "compare", "What is different between two runs.", looking.compare,
+        "compare", "Differences between two runs.", looking.compare,
         answers.ComparisonAnswer, before="a run", after="another run",
     ),
 )  # fmt: skip
