@@ -143,3 +143,29 @@ def test_a_command_is_in_a_block_so_that_it_is_found():
     fenced = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
     for page in pages():
         assert not beyond.search(fenced.sub("", page.read_text(encoding="utf-8"))), page
+
+
+@pytest.mark.parametrize("page", sorted(ROOT.glob("docs/how-to/*.md")), ids=lambda page: page.stem)
+def test_a_how_to_begins_with_what_it_achieves_and_ends_with_what_one_sees(page):
+    text = page.read_text(encoding="utf-8")
+    assert re.match(r"# .+\n\nYou \w+", text)
+    title, _, seen = text.rpartition("\n## ")[2].partition("\n\n")
+    assert title == "What you see"
+    assert seen.strip()
+
+
+GENERATED = re.compile(r"(?:Made|made) by `(?:docs/reference/|python -m)")
+BELOW = "<!-- below: made by"
+
+
+def test_the_site_has_at_most_45000_words_that_people_wrote():
+    """As `wc -w` counts them, with code blocks; what is generated is apart."""
+    off_the_site = {"decisions", "evidence"}
+    written = {
+        page: len(text.partition(BELOW)[0].split())
+        for page in ROOT.glob("docs/**/*.md")
+        for text in [page.read_text(encoding="utf-8")]
+        if not off_the_site & set(page.parts) and not GENERATED.search(text[:600])
+    }
+    assert len(written) > 60
+    assert sum(written.values()) <= 45_000

@@ -49,7 +49,8 @@ def texts():
 
 @pytest.mark.parametrize("phrase", REPLACED)
 def test_no_text_has_a_phrase_that_was_replaced(phrase):
-    wanted = re.compile(rf"(?<!\w){re.escape(phrase)}(?!\w)", re.IGNORECASE)
+    words = re.sub(r"(?<=\w)\\ (?=\w)", r"\\s+", re.escape(phrase))  # a line may end there
+    wanted = re.compile(rf"(?<!\w){words}(?!\w)", re.IGNORECASE)
     found = [
         f"{path.relative_to(ROOT)}:{text[: match.start()].count(chr(10)) + 1}"
         for path in texts()

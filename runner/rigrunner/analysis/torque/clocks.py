@@ -22,7 +22,7 @@ ALIGNMENT_U = "_alignment_u"
 SHARE = 0.05
 """Of the torque: what a misalignment of one standard uncertainty may move it by. Up to there the
 effect grows with the misalignment; beyond, the maximum is looked for at the wrong place, and no
-uncertainty that is found by a small shift stands for it (docs/explanation/clocks.md)."""
+uncertainty that is found by a small shift stands for it (docs/evidence/clocks.md)."""
 
 _NOTHING_NM = 1e-12
 CLOCKS = Limit(
