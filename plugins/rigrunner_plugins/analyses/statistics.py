@@ -54,7 +54,8 @@ def mean_scatter(series: Series) -> Scatter | None:
         return None
     if series.in_a_row:
         return mean_error(series.values)
-    return float(series.values.std(ddof=1)) / sqrt(n), n - 1.0
+    from_first = series.values - series.values[0]  # equal values have exactly none
+    return float(from_first.std(ddof=1)) / sqrt(n), n - 1.0
 
 
 def _independent(series: Series) -> float:

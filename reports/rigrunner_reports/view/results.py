@@ -72,6 +72,8 @@ class TableView:
     title: str
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
+    of_texts: tuple[bool, ...]
+    """Of each column, whether all that it holds is text."""
 
 
 @dataclass(frozen=True)
@@ -140,6 +142,10 @@ def table_view(table: Table) -> TableView:
         title=table.title,
         columns=table.columns,
         rows=tuple(tuple(map(_cell, row)) for row in table.rows),
+        of_texts=tuple(
+            all(isinstance(row[place], str) for row in table.rows)
+            for place in range(len(table.columns))
+        ),
     )
 
 

@@ -104,7 +104,9 @@ def _read(dimension: str | None, value: object) -> Quantity:
     such_as = f"10 {units_of(dimension)[0]}" if dimension else "10 Hz"
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         hint = (
-            f"write it as {_with_units(value, dimension)}" if dimension else f"such as '{such_as}'"
+            f"write it as {_with_units(value, dimension)}"
+            if dimension
+            else f"such as '{such_as}'; a number without a unit is written '{value} 1'"
         )
         raise QuantityError(f"{value} is not a number with a unit", hint=hint)
     what = "nothing" if value is None else _KINDS.get(type(value), f"a {type(value).__name__}")

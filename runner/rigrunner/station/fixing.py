@@ -70,6 +70,8 @@ def _fixed(data: Any, field: str) -> bool:
     """Put something else in the place of a wrong part; say whether there is something."""
     entry = _ENTRY.match(field)
     if entry:
+        if entry["key"] == "measures":
+            return False  # what else it must have depends on the quantity
         return _fixed_instrument(data["instruments"], int(entry["at"]), entry["key"])
     part = _PART.match(field)
     if part is None:

@@ -130,7 +130,7 @@ def test_over_all_points_the_worst_by_the_rule_is_named():
     )
     assert found.reason.startswith(
         "Worst deviation at chamber.temperature = 100 °C:"
-        " Margin to the limit -0.8 K to 0.8 K: 0.3 K"
+        " Margin to the limit -0.8 K to 0.8 K: 0.30 K, less than U = 0.39 K;"
     )
 
 

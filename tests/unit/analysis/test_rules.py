@@ -201,6 +201,21 @@ def test_the_reason_is_one_sentence_with_the_numbers(value, name, words):
 
 
 @pytest.mark.parametrize(
+    ("value", "u", "words"),
+    [
+        (0.57840353, 0.004311, "Margin to the limit ≤ 0.65 A/W: 0.0716 A/W (U = 0.0084 A/W)."),
+        (0.57840353, 4.311e-6, ": 0.0715965 A/W (U = 0.0000084 A/W)."),
+        (-120.0, 40.0, ": 121 A/W (U = 78 A/W)."),
+        (-1200.0, 400.0, ": 1200 A/W (U = 780 A/W)."),
+    ],
+)
+def test_the_reason_has_two_digits_of_the_uncertainty(value, u, words):
+    limits = Limits.between(None, 0.65, "A/W")
+    _, reason = rule("guard_band_u").verdict(limits, Estimate(value, u, unit="A/W"))
+    assert reason.endswith(words)
+
+
+@pytest.mark.parametrize(
     ("value", "name", "marginal"),
     [
         (0.9399, "simple", False),

@@ -92,6 +92,12 @@ def test_mean_of_independent_rows_has_s_over_root_n_and_the_instrument() -> None
     assert [each.unit for each in found.components] == ["mV", "V"]
 
 
+def test_equal_readings_have_no_scatter_at_all() -> None:
+    rows = [row(at, 2.0, meter__voltage=5.732e-6) for at in range(3)]  # their mean is rounded
+    found = only(run_of(*rows, instruments=[meter()]))
+    assert found.components[0].u == 0.0
+
+
 def test_a_single_reading_has_the_instrument_alone_and_says_so() -> None:
     findings = analysed(run_of(ROWS[0], instruments=[meter()]))
     assert findings.results[0].estimate.u == pytest.approx(0.03 / sqrt(3))

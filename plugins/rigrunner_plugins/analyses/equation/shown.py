@@ -14,6 +14,7 @@ from rigrunner.api.units import from_si
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.monte_carlo.intervals import numerical_tolerance
 from rigrunner.signal.propagation import sensitivities
+from rigrunner.signal.rounding import places
 from rigrunner_plugins.analyses.equation.kinds import written
 from rigrunner_plugins.analyses.equation.model import Tree
 
@@ -115,7 +116,7 @@ def _inputs(
     for each in first.model.inputs:
         value, symbol = _on_its_scale(settings, each.name, each.value, each.unit)
         dof: float | str = each.dof if np.isfinite(each.dof) else "∞"
-        rows.append((each.name, value, each.u, dof, str(each.distribution), symbol))
+        rows.append((each.name, value, float(f"{each.u:.3g}"), dof, str(each.distribution), symbol))
     for name, told in settings.inputs.items():
         if name in fixed:
             value, symbol = _on_its_scale(settings, name, fixed[name], units[told.of])
@@ -147,5 +148,10 @@ def _compared(found: Evaluated) -> tuple[float | str, ...] | None:
     low, high = estimate.value - reach, estimate.value + reach
     off = max(abs(low - trial.low), abs(high - trial.high))
     agrees = off <= numerical_tolerance(estimate.u, DIGITS)
-    return (found.result.place, estimate.value, estimate.u, low, high, trial.mean, trial.u,
-            trial.low, trial.high, "yes" if agrees else "no")  # fmt: skip
+    shown = (estimate.value, estimate.u, low, high, trial.mean, trial.u, trial.low, trial.high)
+    decimals = places(estimate.u, 3)
+    return (
+        found.result.place,
+        *(round(each, decimals) for each in shown),
+        "yes" if agrees else "no",
+    )

@@ -6,15 +6,17 @@ JCGM 106, 8, and ILAC-G8:09/2019, 4.2.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from math import nan
 from typing import TYPE_CHECKING
 
 from rigrunner.api.units import unit
 from rigrunner.api.verdict import Verdict
-from rigrunner.signal.coverage import probability_within
+from rigrunner.signal.coverage import expanded, probability_within
+from rigrunner.signal.rounding import places
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from rigrunner.analysis.lookup import Lookup
     from rigrunner.api.data import Estimate
@@ -67,16 +69,17 @@ class AppliedRule:
         """
         zones = self.zones(limits, estimate)
         margin = limits.margin(estimate.value)
-        place = _place(limits, margin)
+        shown = partial(_shown, unit=limits.unit, decimals=places(expanded(estimate)))
+        place = _place(limits, shown(abs(margin)), inside=margin >= 0)
         reached = _reached(zones, margin)
         if reached == len(zones) and margin >= 0 and not _reachable(zones, limits):
-            width = _width(zones[-1], limits.unit)
+            width = _width(zones[-1], shown)
             why = f"the limits are too close for {width}, so no result can pass"
             return Verdict.INCONCLUSIVE, f"{place}; {why}."
         found = zones[reached].verdict if reached < len(zones) else Verdict.FAIL
         unproven = found is Verdict.FAIL and margin >= 0
         why = "; conformity is not demonstrated" if unproven else ""
-        return found, f"{place}{_against(zones, reached, margin, limits.unit)}{why}."
+        return found, f"{place}{_against(zones, reached, margin, shown)}{why}."
 
     def is_marginal(self, limits: Limits, estimate: Estimate) -> bool:
         """Return whether a value that differs by the marginal band or less had another verdict."""
@@ -108,17 +111,18 @@ class AppliedRule:
         return max(_conforming(limits, estimate, edge) for edge in limits.edges(begins))
 
 
-def _place(limits: Limits, margin: float) -> str:
+def _place(limits: Limits, away: str, *, inside: bool) -> str:
     """Return how far a value is from its limit; `proof.older_texts` knows the older words."""
-    away = _shown(abs(margin), limits.unit)
-    if margin >= 0:
+    if inside:
         return f"Margin to the limit {limits}: {away}"
     return f"Outside the limit {limits} by {away}"
 
 
-def _shown(value: float, unit: str) -> str:
-    """Return a value with its unit: of a torque to 0.1 mN·m, of anything else to six digits."""
-    return f"{value:.4f} {unit}" if unit == TORQUE else f"{value:.6g} {unit}"
+def _shown(value: float, unit: str, decimals: int) -> str:
+    """Return a value with its unit: a torque to 0.1 mN·m, anything else to two digits of U."""
+    if unit == TORQUE:
+        return f"{value:.4f} {unit}"
+    return f"{round(value, decimals):.{max(decimals, 0)}f} {unit}"
 
 
 def _reached(zones: Sequence[Zone], margin: float) -> int:
@@ -130,21 +134,21 @@ def _reachable(zones: Sequence[Zone], limits: Limits) -> bool:
     return limits.can_be_within(zones[-1].margin)
 
 
-def _against(zones: Sequence[Zone], reached: int, margin: float, unit: str) -> str:
+def _against(
+    zones: Sequence[Zone], reached: int, margin: float, shown: Callable[[float], str]
+) -> str:
     """Return how the distance from the limit compares with the widths of the zones."""
     if margin >= 0:
         if reached:
-            return f", less than {_width(zones[reached - 1], unit)}"
-        return f" ({_width(zones[0], unit)})" if zones[0].margin > 0 else ""
+            return f", less than {_width(zones[reached - 1], shown)}"
+        return f" ({_width(zones[0], shown)})" if zones[0].margin > 0 else ""
     if reached < len(zones):
-        return f", no more than {_width(zones[reached], unit)}"
-    return f", more than {_width(zones[-1], unit)}" if zones[-1].margin < 0 else ""
+        return f", no more than {_width(zones[reached], shown)}"
+    return f", more than {_width(zones[-1], shown)}" if zones[-1].margin < 0 else ""
 
 
-def _width(zone: Zone, unit: str) -> str:
-    width = abs(zone.margin)
-    shown = _shown(width, unit) if unit == TORQUE else f"{width:.3g} {unit}"
-    return f"{zone.width} = {shown}"
+def _width(zone: Zone, shown: Callable[[float], str]) -> str:
+    return f"{zone.width} = {shown(abs(zone.margin))}"
 
 
 def _conforming(limits: Limits, estimate: Estimate, value: float) -> float:
