@@ -27,8 +27,8 @@ from helpers_workflow import run
 from rigrunner.clock import SimulatedClock
 from rigrunner.jobs import InProcess, Processes, journal
 from rigrunner.run.locate import find_procedure
-from rigrunner.study.coverage import run_coverage
-from rigrunner.study.going import Going
+from rigrunner_bearings.study.coverage import run_coverage
+from rigrunner_bearings.study.going import Going
 from unit.jobs.helpers_jobs import Squares
 from unit.rigrunner_fleet.reanalysis.helpers_reanalysis import reanalysed
 

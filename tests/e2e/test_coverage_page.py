@@ -8,21 +8,21 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from rigrunner.study import coverage_rigs as rigs
-from rigrunner.study.coverage_case import limits
-from rigrunner.study.coverage_plots import FIGURES
-from rigrunner.study.coverage_rigs import FREQUENCIES_HZ, torque_instrument
-from rigrunner.study.coverage_table import ROW_HEADER, held_text
-from rigrunner.study.populations import PAUSE_S
-from rigrunner.study.share import Share
-from rigrunner.study.tools import tools
+from rigrunner_bearings.study import coverage_rigs as rigs
+from rigrunner_bearings.study.coverage_case import limits
+from rigrunner_bearings.study.coverage_plots import FIGURES
+from rigrunner_bearings.study.coverage_rigs import FREQUENCIES_HZ, torque_instrument
+from rigrunner_bearings.study.coverage_table import ROW_HEADER, held_text
+from rigrunner_bearings.study.populations import PAUSE_S
+from rigrunner_bearings.study.share import Share
+from rigrunner_bearings.study.tools import tools
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigrunner.api.instruments import Instrument
-    from rigrunner.study.bench import Range
-    from rigrunner.study.coverage_rigs import Limits
+    from rigrunner_bearings.study.bench import Range
+    from rigrunner_bearings.study.coverage_rigs import Limits
 
 HEADER = ("rigs of", "quantity", "from", "to", "unit")
 BOTH = "both"

@@ -10,17 +10,17 @@ import pytest
 from rigrunner.analysis.torque import consistency
 from rigrunner.analysis.torque.checks import LIMITS
 from rigrunner.analysis.torque.one_setup import LIMITS as SETUP_LIMITS
-from rigrunner.study.breaks import BREAKS, REFUSED
-from rigrunner.study.diagnostics_rigs import CYCLES, FREQUENCIES_HZ, POPULATIONS
-from rigrunner.study.diagnostics_table import (
+from rigrunner_bearings.compensations.checks import BUILD_UP
+from rigrunner_bearings.compensations.checks import LIMITS as METHOD_LIMITS
+from rigrunner_bearings.study.breaks import BREAKS, REFUSED
+from rigrunner_bearings.study.diagnostics_rigs import CYCLES, FREQUENCIES_HZ, POPULATIONS
+from rigrunner_bearings.study.diagnostics_table import (
     ALARM_HEADER,
     BREAK_HEADER,
     NOTHING,
     share_text,
 )
-from rigrunner.study.share import Share
-from rigrunner_bearings.compensations.checks import BUILD_UP
-from rigrunner_bearings.compensations.checks import LIMITS as METHOD_LIMITS
+from rigrunner_bearings.study.share import Share
 
 AGREEMENT = (consistency.NAME, "at most the Birge ratio of 1 % chance")
 CHECKS = (

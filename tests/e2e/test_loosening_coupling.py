@@ -12,9 +12,9 @@ from e2e.helpers_trends import index_all, on_day
 from helpers_cli import call
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.document import document
-from rigrunner.study.bench import Bench, Value
-from rigrunner.study.recording import RecordedBench, record_bench
-from rigrunner.study.tools import primary_alone, tools
+from rigrunner_bearings.study.bench import Bench, Value
+from rigrunner_bearings.study.recording import RecordedBench, record_bench
+from rigrunner_bearings.study.tools import primary_alone, tools
 from unit.rigrunner_fleet.archive.helpers_archive import store_run
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from helpers_cli import call
 from helpers_workflow import START, quick_procedure, run, station_file
 from rigrunner.clock import SimulatedClock
 from rigrunner.runfile import read
-from rigrunner.tools.support_friction import KNOWN_FRICTION
+from rigrunner_bearings.known_bearing import KNOWN_FRICTION
 
 GROWTH = 0.018
 """Of the simulated support's friction of 0.7597 N·m, at 1000 N."""

@@ -14,15 +14,15 @@ from rigrunner.api.analysis import Consequence
 from rigrunner.api.errors import DataError
 from rigrunner.api.rig import SupportUnderLoad
 from rigrunner.signal.coverage import expanded
-from rigrunner.study.tools import checks_of, primary_alone, tools
-from rigrunner.tools.support_friction import MOST, RUNNING, between
+from rigrunner_bearings.known_bearing import MOST, RUNNING, between
+from rigrunner_bearings.study.tools import checks_of, primary_alone, tools
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from other_physics.rigs import Pair
     from rigrunner.api.data import RunData
-    from rigrunner.study.recording import RecordedBench
+    from rigrunner_bearings.study.recording import RecordedBench
 
 
 KNOWN_LIMIT_NM = 0.002

@@ -22,8 +22,8 @@ from rigrunner.api.instruments import torque_instruments
 from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import own_keys
 from rigrunner.clock import utc_text
-from rigrunner.study.recording import RecordedBench
-from rigrunner.study.tools import tools
+from rigrunner_bearings.study.recording import RecordedBench
+from rigrunner_bearings.study.tools import tools
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

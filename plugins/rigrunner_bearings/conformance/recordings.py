@@ -16,11 +16,11 @@ from rigrunner.api.settings import own_keys
 from rigrunner.clock import SimulatedClock, utc_text
 from rigrunner.run.locate import find_station
 from rigrunner.station import load_station
-from rigrunner.study.bench import LOAD_N, Value
-from rigrunner.study.coverage_case import limits
-from rigrunner.study.coverage_rigs import draw
-from rigrunner.study.recording import record_bench
-from rigrunner.study.tools import tools
+from rigrunner_bearings.study.bench import LOAD_N, Value
+from rigrunner_bearings.study.coverage_case import limits
+from rigrunner_bearings.study.coverage_rigs import draw
+from rigrunner_bearings.study.recording import record_bench
+from rigrunner_bearings.study.tools import tools
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -13,9 +13,9 @@ from rigrunner.api import Condition, DataError, TorqueDetails
 from rigrunner.procedure import AnalysisSpec
 from rigrunner.registry import Registry, load_registry
 from rigrunner.signal.coverage import expanded
-from rigrunner.study.tools import tools
 from rigrunner_bearings.api import CompensationRecord
 from rigrunner_bearings.conformance.recordings import CLOSED_FORM, Runs, starts, swings
+from rigrunner_bearings.study.tools import tools
 from rigrunner_testing.check import Nonconformity, demand
 from rigrunner_testing.subjects import Subject
 

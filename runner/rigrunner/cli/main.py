@@ -29,7 +29,6 @@ COMMANDS = {
         "resume": "Resume an interrupted run.",
         "recover": "Close an interrupted run as it is, or salvage a damaged one.",
         "queue": "Queue specimens and run them one after the other.",
-        "demo": "Run both procedures on the simulated rig and write the report.",
     },
     "Prepare": {
         "check": "Check a procedure, and how it fits a station, without a rig.",
@@ -49,7 +48,6 @@ COMMANDS = {
         "diff": "List the differences between two procedures or two runs.",
         "import": "Import recordings made by another program.",
         "fit": "Fit a curve to columns of a CSV file.",
-        "support-friction": "State what the load adds to the friction of a rig's support.",
         "register": "Make entries of the register of instruments.",
         "pack": "Pack a sealed run into one file, with the digest of every part.",
         "unpack": "Unpack a packed run into the folder of runs.",
@@ -66,7 +64,6 @@ COMMANDS = {
         "new": "Create a plugin that works at once.",
         "plugins": "List the plugins and their settings.",
         "schema": "Print the JSON Schema of procedures, stations and other files.",
-        "study": "Validate uncertainty coverage and fault detection by simulation.",
         "completion": "Print a script for shell completion.",
     },
 }

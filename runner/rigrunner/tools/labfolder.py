@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from rigrunner.registry import with_drop_ins
 from rigrunner.run.locate import find_procedure
-from rigrunner.tools.demo import PROCEDURES
 from rigrunner.tools.new_files import write_new_files
 from rigrunner.tools.schemas.files import language_schema
 
@@ -20,6 +19,8 @@ if TYPE_CHECKING:
 
 TEMPLATE = Path(__file__).parent / "lab_template"
 STATION = "station.yaml"
+PROCEDURES = ("no_load_inertia_sweep", "starting_torque_1000n")
+"""Those that ship and a new folder has, in the order to run them."""
 _UNDER_ANOTHER_NAME = {"gitignore": ".gitignore", "gitattributes": ".gitattributes"}
 """Files that would have an effect where the template lies."""
 _SCHEMAS: dict[str, Language] = {

@@ -1,0 +1,68 @@
+"""`rigrunner study coverage`: how wrong results are, and how often their interval is right."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.cli.output import message, result, result_json
+from rigrunner.cli.table import table
+from rigrunner_bearings.commands.study.options import going, study_options
+
+if TYPE_CHECKING:
+    from rigrunner_bearings.study.coverage import Study
+
+
+@click.command(name="coverage")
+@click.option(
+    "--rigs",
+    type=click.IntRange(min=1),
+    default=250,
+    show_default=True,
+    help="Rigs of each simulator.",
+)
+@click.option(
+    "--figures",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="DIR",
+    help="Write the figures there, as SVG.",
+)
+@study_options
+def command(
+    *,
+    rigs: int,
+    figures: Path | None,
+    jobs: int | None,
+    dask: str | None,
+    keep: Path | None,
+    seed: int,
+    as_markdown: bool,
+    as_json: bool,
+) -> None:
+    """Measure errors, and how often the stated 95 % interval holds the truth.
+
+    Random simulated rigs with errors from the distributions that the budget states. The same seed
+    gives the same rigs and the same tables.
+    """
+    from rigrunner_bearings.study.coverage import run_coverage
+    from rigrunner_bearings.study.coverage_plots import draw_figures
+    from rigrunner_bearings.study.coverage_table import markdown, study_document
+
+    with going("coverage", jobs, dask, keep) as cases:
+        study = run_coverage(rigs=rigs, seed=seed, going=cases)
+    if figures is not None:
+        for path in draw_figures(study, figures):
+            message(f"wrote {path}")
+    if as_json:
+        result_json(study_document(study))
+    else:
+        result(markdown(study) if as_markdown else _text(study))
+
+
+def _text(study: Study) -> str:
+    from rigrunner_bearings.study.coverage_table import summary, tables
+
+    found = (f"{each.title}\n{table(each.header, each.rows, each.sides)}" for each in tables(study))
+    return "\n\n".join([summary(study), *found])

@@ -1,0 +1,77 @@
+"""`rigrunner study faults`: how many wrong results pass in silence, with faults put in."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.cli.output import result, result_json
+from rigrunner.cli.table import table
+from rigrunner_bearings.commands.study.options import going, study_options
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner_bearings.study.faults import Study
+
+
+@click.command(name="faults")
+@click.option(
+    "--cases",
+    type=click.IntRange(min=1),
+    default=300,
+    show_default=True,
+    help="Recordings with a fault; half as many clean ones are done beside.",
+)
+@study_options
+def command(
+    *,
+    cases: int,
+    jobs: int | None,
+    dask: str | None,
+    keep: Path | None,
+    seed: int,
+    as_markdown: bool,
+    as_json: bool,
+) -> None:
+    """Measure how many results are wrong by more than they state, and nothing says so.
+
+    Faults are put into the recordings of random simulated rigs, which the engine and the analysis
+    then take as any others. The same seed gives the same cases and the same tables.
+    """
+    from rigrunner_bearings.study.fault_table import markdown, study_document
+    from rigrunner_bearings.study.faults import run_faults
+
+    with going("faults", jobs, dask, keep) as recordings:
+        study = run_faults(cases_wanted=cases, seed=seed, going=recordings)
+    if as_json:
+        result_json(study_document(study))
+    else:
+        result(markdown(study) if as_markdown else _text(study))
+
+
+def _text(study: Study) -> str:
+    from rigrunner_bearings.study.fault_table import (
+        HEADER,
+        SIDES,
+        SILENT_HEADER,
+        SILENT_SIDES,
+        UNSEEN_HEADER,
+        UNSEEN_SIDES,
+        fault_rows,
+        listing,
+        silent_rows,
+        summary,
+        unseen_rows,
+    )
+
+    return "\n\n".join(
+        [
+            table(list(HEADER), fault_rows(study), SIDES),
+            table(list(SILENT_HEADER), silent_rows(study), SILENT_SIDES),
+            table(list(UNSEEN_HEADER), unseen_rows(study), UNSEEN_SIDES),
+            summary(study),
+            *listing(study),
+        ]
+    )

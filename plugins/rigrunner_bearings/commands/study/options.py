@@ -1,0 +1,49 @@
+"""What the studies share on the command line: seed, tables, and how they go on."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rigrunner.cli.batch import shown_count, worker_options, workers_for
+from rigrunner.cli.options import json_option
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from rigrunner_bearings.study.going import Going
+
+_seed = click.option(
+    "--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Names the rigs."
+)
+_keep = click.option(
+    "--keep",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="Keep what is done here until all is; a study that was interrupted goes on from it.",
+)
+_markdown = click.option(
+    "--markdown", "as_markdown", is_flag=True, help="Print Markdown, as in the documentation."
+)
+
+
+def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options that every study has."""
+    return worker_options(_keep(_seed(_markdown(json_option(command)))))
+
+
+@contextmanager
+def going(study: str, jobs: int | None, dask: str | None, keep: Path | None) -> Iterator[Going]:
+    """Give what goes through a study's cases; what it kept is removed once the tables are there."""
+    from rigrunner.cli.stopping import batch_stop_on_signals
+    from rigrunner.jobs import discard
+    from rigrunner_bearings.study.going import Going
+
+    kept = keep or Path(f"rigrunner-study-{study}.part")
+    workers = workers_for(jobs, dask)
+    with batch_stop_on_signals() as stop, shown_count("rigs") as progress:
+        yield Going(workers, stop, progress, kept)
+    discard(kept)

@@ -1,0 +1,183 @@
+"""A study of coverage as tables of text and as a document."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from rigrunner_bearings.study.coverage_case import METHODS
+from rigrunner_bearings.study.markdown import piped
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from rigrunner_bearings.study.coverage import Row, Spread, Stratum, Study
+    from rigrunner_bearings.study.share import Clustered, Share
+
+WITH, WITHOUT = "with sensor term", "without sensor term"
+ROW_HEADER = (
+    "method", "rigs of", "sensor", "bias", "RMSE", "P95", "P99", "max", "error/u",
+    "points held", "runs held",
+)  # fmt: skip
+FREQUENCY_HEADER = ("method", "sensor", "f / Hz", "bias", "RMSE", "P99", "max", "held")
+MILLI = 1000.0
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table with its title; so many of its columns are words, the others numbers."""
+
+    title: str
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    words: int
+
+    @property
+    def sides(self) -> str:
+        """How each column is aligned, letter by letter of 'l' and 'r'."""
+        return "l" * self.words + "r" * (len(self.header) - self.words)
+
+
+def main_rows(study: Study) -> list[list[str]]:
+    """Return the rows of every method and simulator, in the order of ROW_HEADER; mN·m."""
+    return [_row(row) for row in study.rows]
+
+
+def law_rows(study: Study) -> list[list[str]]:
+    """Return the same of the primary method by the bearing's law of friction."""
+    return [_row(row) for row in study.laws]
+
+
+def frequency_rows(study: Study) -> list[list[str]]:
+    """Return one row per method and frequency, in the order of FREQUENCY_HEADER; mN·m."""
+    return [
+        [
+            each.method,
+            _sensor(each.sensor),
+            f"{each.frequency_hz:g}",
+            *_millis(each.error.bias, each.error.rms, each.error.p99, each.error.largest),
+            held_text(each.held),
+        ]
+        for each in study.frequencies
+    ]
+
+
+def stratum_rows(study: Study, method: str, *, sensor: bool) -> list[list[str]]:
+    """Return the coverage of one method, bands of resonance down and frequencies across."""
+    chosen = [s for s in study.strata if s.method == method and s.sensor is sensor]
+    bands = dict.fromkeys(each.band_hz for each in chosen)
+    return [
+        [band_text(band), *(held_text(s.held) for s in chosen if s.band_hz == band)]
+        for band in bands
+    ]
+
+
+def stratum_header(study: Study) -> list[str]:
+    """Return the header of these rows."""
+    frequencies = dict.fromkeys(each.frequency_hz for each in study.strata)
+    return ["fn / Hz", *(f"{each:g} Hz" for each in frequencies)]
+
+
+def tables(study: Study) -> Iterator[Table]:
+    """Yield every table."""
+    title = "Errors in mN·m, and how often the interval holds the truth"
+    yield Table(title, ROW_HEADER, main_rows(study), 3)
+    yield Table("By the bearing's law of friction", ROW_HEADER, law_rows(study), 3)
+    yield Table("By frequency", FREQUENCY_HEADER, frequency_rows(study), 2)
+    for method in METHODS:
+        for sensor in (True, False):
+            title = f"By resonance and frequency: {method}, {_sensor(sensor)}"
+            rows = stratum_rows(study, method, sensor=sensor)
+            yield Table(title, stratum_header(study), rows, 1)
+
+
+def markdown(study: Study) -> str:
+    """Return the tables as a page of documentation has them."""
+    texts = (f"### {each.title}\n\n{piped(each.header, each.rows)}" for each in tables(study))
+    return "\n\n".join([summary(study), *texts])
+
+
+def summary(study: Study) -> str:
+    """Return what was examined in a sentence."""
+    refused = f"; {study.refused} more were refused" if study.refused else ""
+    return f"{study.rigs} rigs, half of each simulator{refused}."
+
+
+def held_text(share: Share | Clustered) -> str:
+    """Return '95.1 % (93.0-97.0)'."""
+    low, high = share.interval
+    return f"{100 * share.rate:.1f} % ({100 * low:.1f}-{100 * high:.1f})"
+
+
+def band_text(band_hz: tuple[float, float]) -> str:
+    """Return '200-300'."""
+    return f"{band_hz[0]:g}-{band_hz[1]:g}"
+
+
+def _row(row: Row) -> list[str]:
+    error = row.error
+    return [
+        row.method,
+        f"{row.simulator} ({row.rigs})",
+        _sensor(row.sensor),
+        *_millis(error.bias, error.rms, error.p95, error.p99, error.largest),
+        f"{row.error_over_u:.2f}",
+        held_text(row.held),
+        held_text(row.mean_held),
+    ]
+
+
+def _sensor(with_it: bool) -> str:  # noqa: FBT001  (a field)
+    return WITH if with_it else WITHOUT
+
+
+def _millis(*values_nm: float) -> list[str]:
+    return [f"{MILLI * value:.1f}" for value in values_nm]
+
+
+def study_document(study: Study) -> dict[str, Any]:
+    """Return the study as JSON has it, in N·m."""
+    return {
+        "rigs": study.rigs,
+        "refused": study.refused,
+        "methods": [_row_document(row) for row in study.rows],
+        "laws": [_row_document(row) for row in study.laws],
+        "frequencies": _stratum_documents(study.frequencies),
+        "strata": _stratum_documents(study.strata),
+    }
+
+
+def _row_document(row: Row) -> dict[str, Any]:
+    return {
+        "method": row.method,
+        "rigs_of": row.simulator,
+        "sensor_term": row.sensor,
+        "rigs": row.rigs,
+        "error_nm": _spread(row.error),
+        "error_over_u": row.error_over_u,
+        "points_held": {
+            "rate": row.held.rate,
+            "of": row.held.of,
+            "effective": row.held.effective,
+            "interval_95": list(row.held.interval),
+        },
+        "runs_held": row.mean_held.document(),
+    }
+
+
+def _stratum_documents(strata: Iterable[Stratum]) -> list[dict[str, Any]]:
+    return [
+        {
+            "method": each.method,
+            "sensor_term": each.sensor,
+            "natural_hz": list(each.band_hz),
+            "frequency_hz": each.frequency_hz,
+            "held": each.held.document(),
+            "error_nm": _spread(each.error),
+        }
+        for each in strata
+    ]
+
+
+def _spread(spread: Spread) -> dict[str, float]:
+    return asdict(spread)

@@ -1,0 +1,204 @@
+"""Records both runs of a study's rig in memory, in simulated time.
+
+Through the device plugin, and as the engine accepts streams: what it refuses is refused here too.
+"""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigrunner.api import DeviceContext, Recording, RigDescription, RunData
+from rigrunner.api.instruments import torque_instruments
+from rigrunner.api.settings import own_keys
+from rigrunner.bus import Bus, Emitter
+from rigrunner.clock import SimulatedClock, utc_text
+from rigrunner.engine import UnattendedAnswers
+from rigrunner.engine.interlocks import Guard
+from rigrunner.engine.session import Session
+from rigrunner.engine.streams import checked_stream
+from rigrunner.rig import Rig
+from rigrunner_bearings.study.bench import LOAD_N, nested
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rigrunner.api import Array, Instrument
+    from rigrunner.registry import Registry
+    from rigrunner.station import Station
+    from rigrunner_bearings.study.bench import Bench, BenchSettings
+
+SETTLE_CYCLES = 5
+MARGIN_CYCLES = 1.0
+"""Recorded beyond the cycles that are wanted, as the first one begins anywhere."""
+
+ZERO_S = 1.0
+ROLE = "tester"
+ANGLE, TORQUE = "tester.angle", "tester.torque"
+UNITS = {ANGLE: "rad", TORQUE: "N·m", "tester.frequency": "Hz", "tester.load": "N"}
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedBench:
+    """Both runs, and what was true of the loaded one."""
+
+    no_load: RunData
+    loaded: RunData
+    truths_nm: tuple[float, ...]
+    """The load-induced starting torque at each set-point."""
+    no_load_after: RunData | None = None
+    """A second no-load run, after the loaded one."""
+
+    @property
+    def truth_nm(self) -> float:
+        """Its mean over the set-points."""
+        return float(np.mean(self.truths_nm))
+
+
+@dataclass(frozen=True)
+class Faults:
+    """What goes wrong in each of the two runs, as the plugin `fault` is told it."""
+
+    no_load: tuple[Mapping[str, Any], ...] = ()
+    loaded: tuple[Mapping[str, Any], ...] = ()
+    seed: int = 0
+
+
+NO_FAULTS = Faults()
+
+
+@dataclass(frozen=True, eq=False)
+class _Setup:
+    """A device that is connected, with its time and the run that it is recorded into."""
+
+    device: Any
+    clock: SimulatedClock
+    bench: Bench
+    station: Station
+    stop: threading.Event = field(default_factory=threading.Event)
+
+    @property
+    def session(self) -> Session:
+        """What the engine streams with; nobody listens, nobody stops it."""
+        rig = Rig({ROLE: self.device}, self.clock)
+        emit = Emitter(Bus((), ()), self.clock)
+        return Session(rig, emit, UnattendedAnswers(), self.stop, Guard((), rig, emit))
+
+
+def record_bench(
+    bench: Bench, registry: Registry, station: Station, faults: Faults = NO_FAULTS
+) -> RecordedBench:
+    """Do the no-load run, wait, and do the loaded run; one set-up, so that the zero drifts on.
+
+    Raises the DeviceError with which the engine refuses a recording.
+    """
+    clock = SimulatedClock()
+    device = _device(bench, bench.no_load, faults.no_load, faults.seed, registry, clock)
+    first = _Setup(device, clock, bench, station)
+    second = first
+    if bench.loaded != bench.no_load or faults.loaded != faults.no_load:
+        device = _device(bench, bench.loaded, faults.loaded, faults.seed, registry, clock)
+        second = replace(first, device=device)
+    no_load, _ = _run(first, "no-load", bench.no_load_n, 0.0)
+    clock.sleep(bench.pause_s)
+    loaded, truths = _run(second, "loaded", bench.load_n, LOAD_N)
+    return RecordedBench(no_load, _shifted(loaded, bench), truths)
+
+
+def _device(  # noqa: PLR0917  (what a device is made of)
+    bench: Bench,
+    settings: BenchSettings,
+    faults: Sequence[Mapping[str, Any]],
+    seed: int,
+    registry: Registry,
+    clock: SimulatedClock,
+) -> Any:
+    context = DeviceContext(ROLE, clock, Path())
+    told = nested(settings, bench.seed)
+    device = registry.make_device(bench.simulator, told, context)
+    if faults:
+        wrapped = {"plugin": bench.simulator, "settings": told, "seed": seed, "faults": [*faults]}
+        device = registry.make_device("fault", wrapped, context)
+    device.connect(1.0)
+    return device
+
+
+def _run(
+    setup: _Setup, name: str, actual_n: float, said_n: float
+) -> tuple[RunData, tuple[float, ...]]:
+    """Return one run under that load, said to be another, and the truth of each set-point."""
+    started = utc_text(setup.clock.utc())
+    zero = float(np.mean(_streamed(setup, ZERO_S)[TORQUE]))
+    setup.device.set("load", actual_n)
+    pairs = [_recording(setup, frequency, said_n) for frequency in setup.bench.frequencies_hz]
+    setup.device.make_safe()
+    run = RunData(
+        run_id=f"{name}-{setup.bench.seed}",
+        procedure_id=name,
+        procedure_revision="",
+        procedure_title=name,
+        station_id=setup.station.id,
+        started_utc=started,
+        ended_utc=utc_text(setup.clock.utc()),
+        outcome="completed",
+        inputs={},
+        rig=_rig(setup),
+        instruments={TORQUE: _instrument(setup)},
+        zeros={TORQUE: zero},
+        recordings=tuple(recording for recording, _ in pairs),
+    )
+    return run, tuple(truth for _, truth in pairs)
+
+
+def _recording(setup: _Setup, frequency_hz: float, load_n: float) -> tuple[Recording, float]:
+    setup.device.set("frequency", frequency_hz)
+    setup.clock.sleep(SETTLE_CYCLES / frequency_hz)
+    channels = _streamed(setup, (setup.bench.cycles + MARGIN_CYCLES) / frequency_hz)
+    recording = Recording(
+        name=f"{frequency_hz:g} Hz",
+        rate_hz=setup.device.sample_rate_hz,
+        started_utc=utc_text(setup.clock.utc()),
+        setpoints={"tester.frequency": frequency_hz, "tester.load": load_n},
+        channels=channels,
+        units=UNITS,
+        conditions={"tester.load": load_n},
+    )
+    return recording, setup.device.truth()["starting_torque_nm"]
+
+
+def _streamed(setup: _Setup, duration_s: float) -> dict[str, Array]:
+    blocks = list(checked_stream(setup.session, ROLE, ("angle", "torque"), duration_s))
+    return {
+        name: np.concatenate([block.channels[name] for block in blocks]) for name in (ANGLE, TORQUE)
+    }
+
+
+def _shifted(run: RunData, bench: Bench) -> RunData:
+    """Return the loaded run with its zero moved, and with what else comes with its load."""
+    recordings = tuple(
+        replace(each, channels={**each.channels, TORQUE: _with_load(each, bench)})
+        for each in run.recordings
+    )
+    zeros = {TORQUE: run.zeros[TORQUE] + bench.zero_shift_nm}
+    return replace(run, recordings=recordings, zeros=zeros)
+
+
+def _with_load(recording: Recording, bench: Bench) -> Array:
+    angle = np.asarray(recording.channels[ANGLE])
+    spring = bench.spring_nm * angle / np.abs(angle).max()
+    shift = bench.zero_shift_nm + bench.one_sided_nm
+    return np.asarray(np.asarray(recording.channels[TORQUE]) + shift + spring)
+
+
+def _rig(setup: _Setup) -> RigDescription:
+    known = {"natural_frequency": setup.bench.reference_hz}
+    return own_keys(RigDescription, setup.station.rig).model_copy(update=known)
+
+
+def _instrument(setup: _Setup) -> Instrument:
+    (instrument,) = torque_instruments(setup.station.instruments).values()
+    return instrument

@@ -1,0 +1,100 @@
+"""The study of faults: what counts as silent, and that its cases are what their names say."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from rigrunner.api.devices import DeviceContext
+from rigrunner.clock import SimulatedClock
+from rigrunner.registry import load_registry
+from rigrunner_bearings.study.case import Case
+from rigrunner_bearings.study.fault_case import (
+    ANALYSIS,
+    CRASH,
+    RECORDING,
+    Finding,
+    cases,
+    examine,
+)
+from rigrunner_bearings.study.fault_kinds import FAULTS, UNSEEN
+from rigrunner_bearings.study.fault_table import fault_rows, markdown, study_document, summary
+from rigrunner_bearings.study.faults import tally
+from rigrunner_bearings.study.share import Share
+
+pytestmark = pytest.mark.figures
+
+SIM = "swing_tester_sim"
+
+
+def finding(fault, *answers, ratio=None, worst=None):
+    return Finding(Case(SIM, fault, 1, 0), answers, "somewhere", ratio, worst)
+
+
+def test_what_is_flagged_or_refused_is_not_silent_however_wrong():
+    study = tally(
+        [
+            finding("torque stuck", "spikes", ratio=9.0, worst=9.0),
+            finding("torque stuck", RECORDING),
+            finding("torque stuck", ANALYSIS),
+            finding("torque stuck", ratio=-0.4, worst=0.9),
+            finding("torque stuck", ratio=-1.4, worst=1.9),
+            finding("torque stuck", ratio=-2.4, worst=7.0),
+            finding("", ratio=0.1, worst=0.2),
+            finding("", "range", ratio=0.1, worst=0.2),
+            finding("torque sensitivity", ratio=5.0, worst=5.0),
+            finding("time back", CRASH),
+        ]
+    )
+    row, crashed = study.rows
+    assert (crashed.flagged_cases, crashed.silent.count) == (0, 0)
+    assert [each.case.fault for each in study.crashed] == ["time back"]
+    assert "time back 0 on swing_tester_sim, somewhere: crashed" in markdown(study)
+    assert (row.cases, row.recording_failed, row.refused, row.flagged_cases) == (6, 1, 1, 1)
+    assert (study.silent.within, study.silent.beyond, study.silent.far_beyond) == (1, 1, 1)
+    assert (study.silent.worst, study.silent.worst_point) == (2.4, 7.0)
+    assert study.silent.share_beyond == Share(1, 3)
+    assert [each.ratio for each in study.wrong] == [-2.4]
+    assert (study.clean.count, study.clean_flagged) == (1, 1)
+    assert study.unseen[0].silent.far_beyond == 1
+    assert "1 of these with an error above twice" in summary(study)
+    assert fault_rows(study)[0][2:6] == ["6", "1", "1", "1"]
+    assert "| torque stuck |" in markdown(study)
+    assert study_document(study)["silent"]["above_twice"] == 1
+
+
+def test_every_fault_is_drawn_as_often_as_the_others_on_both_simulators():
+    found = list(cases(2 * len(FAULTS), 1))
+    drawn = Counter(case.fault for case in found)
+    assert {drawn[fault.name] for fault in FAULTS} == {2}
+    assert drawn[""] == len(FAULTS)
+    assert len(set(found)) == len(found)
+    by_fault = {(case.fault, case.simulator) for case in found}
+    assert len(by_fault) == 2 * (len(FAULTS) + len(UNSEEN) + 1)
+
+
+@pytest.mark.parametrize("fault", [*FAULTS, *UNSEEN], ids=lambda fault: fault.name)
+def test_the_plugin_takes_every_fault_over_its_whole_range(fault, tmp_path):
+    registry, rng = load_registry(), np.random.default_rng(2)
+    context = DeviceContext("tester", SimulatedClock(), tmp_path)
+    for _ in range(20):
+        settings = {"plugin": SIM, "faults": [fault.draw(rng)]}
+        registry.make_device("fault", settings, context)
+
+
+@pytest.mark.parametrize(
+    "name", ["not a number", "blocks dropped", "block twice", "wrong order", "gap in time"]
+)
+def test_what_the_engine_sees_fails_the_recording(name):
+    assert examine(Case(SIM, name, 1, 0)).answers == (RECORDING,)
+
+
+@pytest.mark.thorough
+def test_the_same_case_gives_the_same_and_clean_rigs_are_measured_right():
+    case = Case(SIM, "torque clipped", 1, 3)
+    assert examine(case) == examine(case)
+    clean = examine(Case(SIM, "", 1, 0))
+    assert clean.answers == ()
+    assert abs(clean.ratio) < 1
