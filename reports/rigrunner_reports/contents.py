@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rigrunner_reports import view
 from rigrunner_reports.given import given_view
@@ -20,8 +20,11 @@ if TYPE_CHECKING:
 
 def contents(report: ReportInput, page: Page) -> Iterator[tuple[Section, object]]:
     """Yield each section of a report with what it shows; those that show nothing are left out."""
-    for section in sorted((*_sections(), *_given(report)), key=lambda each: each.place):
-        shown = section.view(report, page)
+    found: list[tuple[Section, Any]] = [(each, page) for each in (*_sections(), *_given(report))]
+    for sections, own in page.brought:
+        found += [(each, own) for each in sections.sections if not each.inside]
+    for section, of in sorted(found, key=lambda each: each[0].place):
+        shown = section.view(report, of)
         if shown:
             yield section, shown
 

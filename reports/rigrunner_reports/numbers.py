@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 MINUS = "\N{MINUS SIGN}"
 TIMES = "\N{MULTIPLICATION SIGN}"
 UNKNOWN = "unknown"
+MANY_DOF = 1e4
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 LOWEST, HIGHEST = -3, 5
 """Exclusive: between these powers of ten a number is written without one."""

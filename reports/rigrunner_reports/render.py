@@ -7,12 +7,13 @@ from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import ChoiceLoader, Environment, PackageLoader, PrefixLoader, StrictUndefined
 from markupsafe import Markup
 
 from rigrunner.plots import draw
 from rigrunner_reports.contents import contents
 from rigrunner_reports.page import make_page
+from rigrunner_reports.section import brought
 
 if TYPE_CHECKING:
     from rigrunner.api import ReportInput
@@ -56,10 +57,16 @@ def unbroken(markup: str) -> Markup:
     return Markup(_BESIDE_A_NUMBER.sub("\N{NO-BREAK SPACE}", markup))  # noqa: S704  (it was escaped)
 
 
+def _of_others() -> dict[str, PackageLoader]:
+    """Return the folders `templates` of the packages that bring sections, by their names."""
+    names = {section.package for each in brought() for section in each.sections}
+    return {name: PackageLoader(name) for name in names if name}
+
+
 @cache  # the templates are compiled once: that takes longer than filling them
 def _environment() -> Environment:
     environment = Environment(
-        loader=PackageLoader(PACKAGE),
+        loader=ChoiceLoader((PackageLoader(PACKAGE), PrefixLoader(_of_others()))),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

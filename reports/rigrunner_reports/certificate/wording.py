@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.findings import Formula
 from rigrunner_reports.mathematics import equation
-from rigrunner_reports.numbers import MINUS, fixed, plain, significant
-from rigrunner_reports.view.budget import MANY_DOF
+from rigrunner_reports.numbers import MANY_DOF, MINUS, fixed, plain, significant
 from rigrunner_reports.view.decision import SYMBOLS
 
 if TYPE_CHECKING:

@@ -10,7 +10,6 @@ import numpy as np
 from rigrunner.api.figures import Picture
 from rigrunner.signal.result_figures import over_coordinate as figures_over
 from rigrunner.signal.thinning import places_of_extremes
-from rigrunner_reports.figures.frequency import MOST_POINTS, THINNED
 from rigrunner_reports.numbers import stated
 
 if TYPE_CHECKING:
@@ -19,6 +18,14 @@ if TYPE_CHECKING:
     from rigrunner.api import MeasurementResult
     from rigrunner.api.figures import Figure, Series
     from rigrunner.api.verdict import LimitDecision
+
+
+MOST_POINTS = 100
+"""Of the set-points of a run, so many are drawn at most."""
+THINNED = (
+    " Of the many set-points, those of the least and the greatest values in equal stretches are "
+    "drawn; result.json has all."
+)
 
 
 def over_coordinate(

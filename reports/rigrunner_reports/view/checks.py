@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.analysis import Consequence
 from rigrunner.api.checks import effect_words, is_skipped
-from rigrunner.api.torque import TorqueDetails
 from rigrunner_reports.section import Section
 
 if TYPE_CHECKING:
+    from rigrunner.api import ReportInput
     from rigrunner.api.results import Result
 
 
@@ -31,10 +31,10 @@ class CheckRow:
 
 def check_rows(result: Result) -> tuple[CheckRow, ...]:
     """Return all checks of the run and its methods: those that bind, then notes."""
-    torque = TorqueDetails.of(result)
     found = [("", check) for check in result.checks]
-    for name, compensation in torque.compensations.items():
-        found += [(name, check) for check in compensation.checks]
+    for details in result.details:
+        for name, checks in details.checks_by_method.items():
+            found += [(name, check) for check in checks]
     rows = (
         CheckRow(
             source,
@@ -51,4 +51,8 @@ def check_rows(result: Result) -> tuple[CheckRow, ...]:
     return tuple(sorted(rows, key=lambda row: (row.ok, not row.is_note, row.was_made)))
 
 
-SECTIONS = (Section("checks", "Checks", 80, lambda _, page: page.table.rows or page.checks),)
+def _are_shown(report: ReportInput, page: Any) -> bool:
+    return bool(page.checks) or any(each.shows_recordings for each in report.result.details)
+
+
+SECTIONS = (Section("checks", "Checks", 80, _are_shown),)

@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api.torque import TorqueDetails
 from rigrunner_reports.section import Section
 from rigrunner_reports.view.limits import MeasuredTable, measured_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api import Measurement, ReportInput
+    from rigrunner.api import Measurement, Recording, ReportInput
     from rigrunner.api.results import Result
 
 MOST_RECORDINGS = 6
@@ -29,28 +28,34 @@ class RecordedView:
 
 
 def recorded_view(report: ReportInput) -> RecordedView | None:
-    """Return what no other section shows; None of a run whose torque is analysed."""
-    torque = TorqueDetails.of(report.result)
+    """Return what no other section shows; None where an analysis shows its recordings."""
     tables = unlimited_tables(report.result)
-    count = 0 if torque.loaded else len(report.result.run.recordings)
+    drawn = len(drawn_recordings(report.result))
+    count = len(report.result.run.recordings) if drawn else 0
     if not (tables or count):
         return None
     return RecordedView(
         tuple(measured_table(name, rows) for name, rows in tables.items()),
         count,
-        min(count, MOST_RECORDINGS),
+        drawn,
     )
 
 
 def unlimited_tables(result: Result) -> dict[str, list[Measurement]]:
-    """Return the rows of each table of which no value has a limit; none beside analysed torque."""
-    torque = TorqueDetails.of(result)
-    if torque.loaded:
+    """Return the rows of each table of which no value has a limit; none that an analysis shows."""
+    if any(each.shows_recordings for each in result.details):
         return {}
     tables: dict[str, list[Measurement]] = {}
     for row in result.run.measurements:
         tables.setdefault(row.name, []).append(row)
     return {name: rows for name, rows in tables.items() if not _are_limited(rows)}
+
+
+def drawn_recordings(result: Result) -> tuple[Recording, ...]:
+    """Return the recordings to draw; none where an analysis shows them."""
+    if any(each.shows_recordings for each in result.details):
+        return ()
+    return result.run.recordings[:MOST_RECORDINGS]
 
 
 SECTIONS = (Section("recorded", "Recorded", 15, lambda report, _: recorded_view(report)),)

@@ -25,8 +25,18 @@ class AnalysisDetails:
         return frozenset()
 
     @property
+    def shows_recordings(self) -> bool:
+        """Whether its pages show the recordings and tables themselves."""
+        return False
+
+    @property
+    def checks_by_method(self) -> Mapping[str, tuple[Check, ...]]:
+        """The checks of each method; those of the run itself stand in `Findings.checks`."""
+        return {}
+
+    @property
     def method_checks(self) -> tuple[Check, ...]:
-        """The checks of the method whose result counts; others stand in `Findings.checks`."""
+        """The checks of that method alone whose result counts."""
         return ()
 
     def document(self) -> Mapping[str, object]:

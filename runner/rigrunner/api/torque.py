@@ -75,10 +75,19 @@ class TorqueDetails(AnalysisDetails):
         return frozenset({self.name})
 
     @property
+    def shows_recordings(self) -> bool:
+        """Where there are points of them."""
+        return bool(self.loaded)
+
+    @property
+    def checks_by_method(self) -> Mapping[str, tuple[Check, ...]]:
+        """Those of each compensation."""
+        return {name: each.checks for name, each in self.compensations.items()}
+
+    @property
     def method_checks(self) -> tuple[Check, ...]:
         """Those of the primary method."""
-        found = self.compensations.get(self.primary)
-        return found.checks if found else ()
+        return self.checks_by_method.get(self.primary, ())
 
     @property
     def support_allowance(self) -> tuple[float, str] | None:

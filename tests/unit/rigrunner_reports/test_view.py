@@ -5,153 +5,27 @@ from dataclasses import replace
 from datetime import date
 from math import inf, nan
 
-import numpy as np
 import pytest
 
-from rigrunner.api.analysis import MotionSource
 from rigrunner.api.checks import skipped
 from rigrunner.api.data import Estimate
 from rigrunner.api.instruments import Instrument
-from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.api.verdict import Verdict
+from rigrunner_bearings.report.view.budget import degrees_of_freedom
 from rigrunner_reports.view import decision as decided
-from rigrunner_reports.view import headline as head
 from rigrunner_reports.view import run
-from rigrunner_reports.view.budget import budget, degrees_of_freedom
 from rigrunner_reports.view.checks import check_rows
-from rigrunner_reports.view.cycles import rejections
-from rigrunner_reports.view.fits import fit_views
-from rigrunner_reports.view.frequency_table import frequency_table
 from rigrunner_reports.view.instruments import instruments
-from rigrunner_reports.view.meaning import meaning
-from rigrunner_reports.view.methods import methods
-from rigrunner_reports.view.points import set_points, true_parameter, true_torque
 from unit.rigrunner_reports.helpers_report import (
     INSTRUMENT,
-    PAPER_ERRORS,
-    TEMPLATE_ERRORS,
-    TRUTH_NM,
-    changed,
     deciding,
     loaded_result,
-    no_load_result,
-    report_input,
-    torque_of,
 )
 
 
 @pytest.fixture(scope="module")
 def result():
     return loaded_result()
-
-
-@pytest.fixture(scope="module")
-def points(result):
-    return set_points(report_input(result))
-
-
-def milli(errors):
-    return [f"{'−' if each < 0 else '+'}{abs(1000 * each):.1f}" for each in errors]
-
-
-def test_the_table_has_each_methods_error_against_the_truth(result, points):
-    table = frequency_table(torque_of(result), points)
-    columns = {
-        name: [row.cells[i].error for row in table.rows] for i, name in enumerate(table.methods)
-    }
-    assert columns["template_inverse"] == milli(TEMPLATE_ERRORS)
-    assert columns["paper_peak"] == milli(PAPER_ERRORS)
-    assert columns["energy"] == [""] * 12
-
-
-def test_raw_peak_and_rigs_part_have_no_more_digits_than_the_result(result, points):
-    row = frequency_table(torque_of(result), points).rows[0]
-    raw = torque_of(result).loaded[0].peak_nm.mean()
-    assert row.raw == f"{raw:.3f}"
-    assert row.rig == f"{raw - TRUTH_NM - TEMPLATE_ERRORS[0]:.3f}"
-
-
-def test_a_column_has_the_decimals_that_all_its_rows_bear(result):
-    name = "template_inverse"
-    first, *others = torque_of(result).compensations[name].points
-    surer = replace(first, torque=replace(first.torque, u=0.001))
-    compensation = replace(torque_of(result).compensations[name], points=(surer, *others))
-    other = changed(result, compensations={name: compensation})
-    rows = frequency_table(torque_of(other), set_points(report_input(other))).rows
-    assert rows[0].cells[0].interval == "0.7232 ± 0.0020"
-    assert {len(row.rig.split(".")[1]) for row in rows} == {3}
-
-
-def test_a_frequency_that_was_only_entered_is_not_shown_as_measured(result, points):
-    entered = replace(points[0], point=replace(points[0].point, motion=MotionSource.ENTERED))
-    first, second = frequency_table(torque_of(result), [entered, points[1]]).rows[:2]
-    assert first.measured_hz == "\N{EM DASH}"
-    assert second.measured_hz != "\N{EM DASH}"
-
-
-def test_rejected_cycles_are_counted_and_listed(result, points):
-    row = next(row for row in frequency_table(torque_of(result), points).rows if row.set_hz == "8")
-    assert (row.peaks, row.swings) == ("29 / 1", "29 / 1")
-    table = rejections(torque_of(result))
-    assert [(each.frequency, each.cycle, each.judged_by) for each in table.rows] == [
-        ("8", "7", "raw peak"),
-        ("8", "7", "shape of the swing"),
-    ]
-    assert (table.rows[0].statistic, table.rows[0].critical) == ("4.810", "2.908")
-    assert table.cycles == 24 * 30
-
-
-def test_a_repeated_set_point_finds_its_own_result(result):
-    twin = replace(
-        torque_of(result).loaded[0],
-        recording="again",
-        frequency_hz=replace(torque_of(result).loaded[0].frequency_hz, value=1.2),
-    )
-    name = "template_inverse"
-    compensation = torque_of(result).compensations[name]
-    second = replace(compensation.points[0], frequency_hz=1.2)
-    other = changed(
-        result,
-        loaded=(twin, *torque_of(result).loaded),
-        compensations={name: replace(compensation, points=(*compensation.points, second))},
-    )
-    first, other, *_ = set_points(report_input(other))
-    assert first.by_method[name] is second
-    assert other.by_method[name] is compensation.points[0]
-
-
-def test_a_truth_belongs_to_the_measurand_that_has_its_name():
-    truth = {"starting_torque_nm": 0.7, "inertia_kgm2": 0.002}
-    assert true_torque(truth, "load-induced starting torque") == 0.7
-    assert true_torque(truth, "running torque") is None
-
-
-def test_a_parameter_finds_its_truth_if_all_points_agree(points):
-    assert true_parameter(points, "inertia") == 0.002324
-    assert true_parameter(points, "damping ratio") is None
-    other = replace(points[0], truth={"inertia_kgm2": 0.003})
-    assert true_parameter((other, *points[1:]), "inertia") is None
-
-
-def test_methods_are_judged_by_spread_error_and_coverage(result, points):
-    views = {view.name: view for view in methods(torque_of(result), points)}
-    paper, template = views["paper_peak"], views["template_inverse"]
-    assert next(iter(views)) == "template_inverse"
-    assert paper.evenness.spread == f"{1000 * (0.165 + 0.163):.0f}"
-    assert paper.accuracy.rms == f"{1000 * np.sqrt(np.mean(np.square(PAPER_ERRORS))):.1f}"
-    assert (paper.accuracy.worst.value, paper.accuracy.worst.frequency) == ("+165.0", "35")
-    assert template.accuracy.covered == "12 of 12"
-    assert views["energy"].accuracy is None
-    assert views["tacho_only"].not_applicable == "there is no tacho channel"
-
-
-def test_the_shares_of_the_budget_make_a_whole(result, points):
-    found = budget(torque_of(result), points)
-    assert found.columns[:3] == ("1 Hz", "18 Hz", "35 Hz")
-    for column in range(3):
-        assert sum(row.parts[column].percent for row in found.rows) == pytest.approx(100, abs=0.3)
-    drift = next(row for row in found.rows if row.name == "zero drift")
-    assert (drift.dof, drift.common, drift.parts[0].u) == ("∞", "all points", "5.8")
 
 
 def test_degrees_of_freedom_are_rounded_down():
@@ -174,29 +48,6 @@ def test_a_check_that_was_not_made_is_none_that_passed(result):
     assert rows[2].name == "load", "after what failed, before what passed"
 
 
-def test_a_headline_says_over_what_it_is_the_mean(result, points):
-    detail = head.headline(result, points).detail
-    assert "k = 1.96. Mean of 12 set-points, 1 Hz to 35 Hz, under 1000 N" in detail
-
-
-def test_a_load_that_was_not_kept_is_shown_as_a_range(result, points):
-    heavy = replace(points[0], point=replace(points[0].point, load_n=1100.0))
-    assert "under 1000 N to 1100 N" in head.headline(result, (heavy, *points[1:])).detail
-
-
-def test_the_error_of_the_headline_is_that_of_its_mean(result, points):
-    assert head.truth(torque_of(result), points) == head.Truth(
-        "0.7262 N·m", "+1.2 mN·m", covered=True
-    )
-    assert head.truth(torque_of(result), set_points(report_input(result, truth={}))) is None
-
-
-def test_a_partial_truth_gives_no_error_of_the_mean(result):
-    truth = report_input(result).truth
-    partial = {name: each for name, each in truth.items() if name != "35 Hz"}
-    assert head.truth(torque_of(result), set_points(report_input(result, truth=partial))) is None
-
-
 @pytest.mark.parametrize(
     ("probability", "text"),
     [(1.0, "> 99.99 %"), (0.975, "97.50 %"), (1e-6, "< 0.01 %"), (nan, "not determined")],
@@ -217,26 +68,6 @@ def test_a_stopped_run_has_no_verdict_but_what_the_rule_would_say(result):
     shown = decided.DecisionView(result.decision, complete=False)
     assert shown.verdict.word == "no verdict"
     assert "the rule would say: pass" in shown.reason
-
-
-def test_a_no_load_run_shows_the_range_of_its_peaks():
-    result = no_load_result()
-    shown = head.headline(result, set_points(report_input(result)))
-    low, high = (
-        point.peak_nm[point.peak_kept].mean()
-        for point in (torque_of(result).loaded[0], torque_of(result).loaded[-1])
-    )
-    assert shown.value == f"{low:.3f} to {high:.3f}"
-    assert head.raw(torque_of(result)) is None
-
-
-def test_fits_have_coefficients_with_uncertainty_or_a_reason(result):
-    good, bad = fit_views(torque_of(result).fits)
-    curve = torque_of(result).fits[0].curve
-    u = np.sqrt(curve.covariance[0, 0])
-    assert good.coefficients[0][0] == "c0"
-    assert f"{curve.coefficients[0]:.3f} ± {u:.3f} N·m" == good.coefficients[0][1]
-    assert bad.problem == "two points are not enough here"
 
 
 def test_an_overdue_instrument_is_called_overdue(result):
@@ -287,18 +118,6 @@ def test_an_entry_says_what_its_calibration_covers(result):
     assert load["Calibrated for temperature"] == "18 °C to 25 °C"
     assert load["Calibrated for humidity"] == "20 % to 60 %"
     assert encoder["Calibration"] == "none: the instrument is simulated"
-
-
-def test_an_accuracy_in_one_figure_says_where_it_is_from(result):
-    points = [{"applied": "5 N·m", "indicated": "5.04 N·m", "U": "0.01 N·m"}]
-    entry = {"channel": "t.torque", "serial": "1", "full_scale": "10 N·m"}
-    for told, words in (
-        ({"accuracy": "0.5 % FS"}, "±0.5 % of full scale"),
-        ({"points": points}, "±50 mN·m, from the calibration points"),
-    ):
-        found = Instrument.model_validate(entry | told)
-        (row,) = map(dict, instruments(replace(result.run, instruments={"t.torque": found})))
-        assert row["Accuracy"] == words
 
 
 def test_a_run_on_a_draft_is_not_for_certification(result):
@@ -382,35 +201,3 @@ def test_an_imported_run_says_who_made_it(result):
     first, second = run.imported(replace(result, run=loaded, no_load_run=other))
     assert "of this run, not" in first
     assert "as B. Lee states them" in second
-
-
-def test_caveats_and_truth_follow_what_was_measured_whatever_its_title(result):
-    german = replace(result, measurand="lastabhängiges Anlaufmoment")
-    assert meaning(torque_of(german)) == meaning(torque_of(result))
-    assert len(meaning(torque_of(german))) == 5
-    assert "1.0 %" in " ".join(meaning(torque_of(german)))
-    assert [each.truth_nm for each in set_points(report_input(german))] == [
-        each.truth_nm for each in set_points(report_input(result))
-    ]
-
-
-def test_a_title_alone_brings_no_caveat(result):
-    named = changed(result, measurand="starting torque", kind=None)
-    assert meaning(torque_of(named)) == ()
-
-
-@pytest.mark.parametrize(
-    ("kind", "said", "not_said"),
-    [
-        (
-            MeasurandKind(Nature.LOAD_INDUCED, Condition.UNDER_WAY),
-            ("at zero load", "friction of the supports", "proportional to load"),
-            "reversal of an oscillation",
-        ),
-        (MeasurandKind(Nature.TOTAL, Condition.FROM_REST), (), "zero load"),
-    ],
-)
-def test_each_kind_of_measurand_has_the_caveats_that_hold_for_it(result, kind, said, not_said):
-    told = " ".join(meaning(torque_of(changed(result, kind=kind))))
-    assert all(words in told for words in said)
-    assert not_said not in told

@@ -7,9 +7,8 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from rigrunner.api import SwingPoint
+from rigrunner_bearings.report.view.frequency_table import are_starts
 from rigrunner_reports.numbers import fixed, plain, significant
-from rigrunner_reports.section import Section
-from rigrunner_reports.view.frequency_table import are_starts
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -98,6 +97,3 @@ def _row(run: str, point: PeakPoint, judged_by: str, each: Rejection) -> Rejecti
         statistic=significant(each.statistic),
         critical=significant(each.critical),
     )
-
-
-SECTIONS = (Section("cycles", "Cycles", 90, lambda _, page: page.table.rows),)

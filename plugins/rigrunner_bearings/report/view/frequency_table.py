@@ -10,16 +10,15 @@ from rigrunner.api.analysis import MotionSource, StartPoint
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.rounding import places
 from rigrunner.signal.swings import kept_cycles
+from rigrunner_bearings.report.view.points import error
 from rigrunner_reports.numbers import fixed, plain, stated, with_sign
-from rigrunner_reports.section import Section
-from rigrunner_reports.view.points import error
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.api import PeakPoint
     from rigrunner.api.torque import TorqueDetails
-    from rigrunner_reports.view.points import SetPoint
+    from rigrunner_bearings.report.view.points import SetPoint
 
 MILLI = 1e3
 MOST_PLACES = 4
@@ -135,6 +134,3 @@ def _digits(estimate: Estimate) -> int:
 
 def _kept(kept: int, cycles: int) -> str:
     return f"{kept} / {cycles - kept}"
-
-
-SECTIONS = (Section("frequency", "Every set-point", 30, lambda _, page: page.table.rows),)

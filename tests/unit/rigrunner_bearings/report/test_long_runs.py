@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from rigrunner.signal.thinning import places_of_extremes
-from rigrunner_reports.figures import cycles
-from rigrunner_reports.figures.frequency import MOST_POINTS, THINNED
+from rigrunner_bearings.report.figures import cycles
+from rigrunner_bearings.report.view.cycles import MOST_ROWS, rejections
+from rigrunner_reports.figures.results import MOST_POINTS, THINNED
 from rigrunner_reports.page import make_page
 from rigrunner_reports.render import html
-from rigrunner_reports.view.cycles import MOST_ROWS, rejections
 from rigrunner_reports.view.run import shown_events
 from unit.rigrunner_reports.helpers_report import (
     changed,

@@ -8,12 +8,17 @@ import numpy as np
 import pytest
 
 from rigrunner.api.verdict import Limits
-from rigrunner_reports.figures.cycles import cycle_values
-from rigrunner_reports.figures.fits import fitted_peaks
-from rigrunner_reports.figures.frequency import over_frequency
-from rigrunner_reports.figures.kinematics import motion
-from rigrunner_reports.figures.swing import compensated_swings, loops, over_phase, recorded_swings
-from rigrunner_reports.view.points import set_points
+from rigrunner_bearings.report.figures.cycles import cycle_values
+from rigrunner_bearings.report.figures.fits import fitted_peaks
+from rigrunner_bearings.report.figures.frequency import over_frequency
+from rigrunner_bearings.report.figures.kinematics import motion
+from rigrunner_bearings.report.figures.swing import (
+    compensated_swings,
+    loops,
+    over_phase,
+    recorded_swings,
+)
+from rigrunner_bearings.report.view.points import set_points
 from unit.rigrunner_reports.helpers_report import (
     RATIO,
     TRUTH_NM,

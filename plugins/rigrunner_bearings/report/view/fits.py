@@ -9,7 +9,6 @@ import numpy as np
 
 from rigrunner.api.analysis import Chosen
 from rigrunner_reports.numbers import fixed, plain, significant, with_standard_uncertainty
-from rigrunner_reports.section import Section
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -93,8 +92,4 @@ def _candidates(candidates: Sequence[Candidate]) -> tuple[CandidateView, ...]:
 
 
 RIG = "No-load torque"
-SECTIONS = (
-    Section("rig", RIG, 20, lambda _, page: page.fits and not page.methods),
-    Section("rig", RIG, 60, lambda _, page: page.fits and page.methods),
-)
-"""Before the set-points where there is no method; of the two places one is ever taken."""
+"""The title of the section."""

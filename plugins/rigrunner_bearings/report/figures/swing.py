@@ -9,14 +9,14 @@ import numpy as np
 
 from rigrunner.api.figures import Axis, Figure, Mark, Picture, Series
 from rigrunner.signal.averaging import robust_mean
+from rigrunner_bearings.report.view.points import low_middle_high, traces
 from rigrunner_reports.numbers import fixed, significant
-from rigrunner_reports.view.points import low_middle_high, traces
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.api import Array
-    from rigrunner_reports.view.points import SetPoint
+    from rigrunner_bearings.report.view.points import SetPoint
 
 TURN_DEG = 360.0
 NEARLY_TOP = 0.995

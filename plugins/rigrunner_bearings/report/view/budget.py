@@ -8,26 +8,25 @@ from typing import TYPE_CHECKING
 
 from rigrunner.signal.coverage import expanded, factor
 from rigrunner.signal.uncertainty import share_percent
+from rigrunner_bearings.report.view.points import low_middle_high
 from rigrunner_reports.numbers import (
+    MANY_DOF,
     UNKNOWN,
     fixed,
     plain,
     significant,
     to_place_of,
 )
-from rigrunner_reports.section import Section
-from rigrunner_reports.view.points import low_middle_high
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.api import Component, Estimate
     from rigrunner.api.torque import TorqueDetails
-    from rigrunner_reports.view.points import SetPoint
+    from rigrunner_bearings.report.view.points import SetPoint
 
 MILLI = 1e3
 MISSING = "\N{EM DASH}"
-MANY_DOF = 1e4
 LEAST_MILLI = 0.01
 LEAST_SHARE = 0.5
 
@@ -213,6 +212,3 @@ def degrees_of_freedom(dof: float) -> str:
 def _range(dofs: Sequence[float]) -> str:
     low, high = (degrees_of_freedom(each) for each in (min(dofs), max(dofs)))
     return low if low == high else f"{low} to {high}"
-
-
-SECTIONS = (Section("uncertainty", "Uncertainty", 70, lambda _, page: page.budget),)

@@ -11,21 +11,16 @@ from rigrunner.api.figures import Axis, Figure, Mark, Picture, Point, Series
 from rigrunner.api.torque import TorqueDetails
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.thinning import places_of_extremes
+from rigrunner_bearings.report.view.points import by_frequency
+from rigrunner_reports.figures.results import MOST_POINTS, THINNED
 from rigrunner_reports.numbers import fixed, stated
-from rigrunner_reports.view.points import by_frequency
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from rigrunner.api.results import Result
-    from rigrunner_reports.view.points import SetPoint
+    from rigrunner_bearings.report.view.points import SetPoint
 
-MOST_POINTS = 100
-"""Of the set-points of a run, so many are drawn at most."""
-THINNED = (
-    " Of the many set-points, those of the least and the greatest values in equal stretches are "
-    "drawn; result.json has all."
-)
 DODGE = 0.007
 """Of the highest frequency: methods stand so far apart, or their bars hide each other."""
 RIGHT = 1.045

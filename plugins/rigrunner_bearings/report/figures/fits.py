@@ -9,7 +9,7 @@ import numpy as np
 from rigrunner.api.figures import Axis, Figure, Mark, Picture, Series
 from rigrunner.signal.thinning import places_of_extremes
 from rigrunner.signal.uncertainty import coverage_factor
-from rigrunner_reports.figures.frequency import MOST_POINTS, THINNED
+from rigrunner_reports.figures.results import MOST_POINTS, THINNED
 from rigrunner_reports.numbers import fixed, with_sign
 
 if TYPE_CHECKING:

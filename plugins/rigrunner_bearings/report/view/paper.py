@@ -9,16 +9,16 @@ import numpy as np
 from rigrunner.api import SwingPoint
 from rigrunner.signal.averaging import robust_mean
 from rigrunner.signal.rounding import places
+from rigrunner_bearings.report.view.methods import errors, largest_expanded, spread, torques
 from rigrunner_reports.numbers import fixed, plain, with_sign
-from rigrunner_reports.view.methods import errors, largest_expanded, spread, torques
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from rigrunner.api import PeakPoint
     from rigrunner.api.torque import TorqueDetails
-    from rigrunner_reports.view.methods import Error
-    from rigrunner_reports.view.points import SetPoint
+    from rigrunner_bearings.report.view.methods import Error
+    from rigrunner_bearings.report.view.points import SetPoint
 
 METHOD = "paper_peak"
 MILLI = 1e3

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from rigrunner.api import SwingPoint
 from rigrunner.api.torque import TorqueDetails
 from rigrunner.signal.peaks import mean_peak
-from rigrunner_reports.section import Section
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -145,9 +144,3 @@ def _of_recording(
     return min(
         same, key=lambda each: abs(each.frequency_hz - point.frequency_hz.value), default=None
     )
-
-
-SECTIONS = (
-    Section("swing", "Inside a swing", 40, lambda _, page: page.figures.over_phase),
-    Section("motion", "Motion", 100, lambda _, page: page.figures.motion),
-)

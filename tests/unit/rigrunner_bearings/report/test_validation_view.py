@@ -4,8 +4,8 @@ from dataclasses import replace
 
 from rigrunner.api.data import Estimate
 from rigrunner.api.validation import Agreement, EquationTrials, PipelineDraws, Validation
+from rigrunner_bearings.report.view.validation import validation
 from rigrunner_reports.render import html
-from rigrunner_reports.view.validation import validation
 from unit.rigrunner_reports.helpers_report import loaded_result, report_input, torque_of
 
 GUM = Estimate(0.7273, 0.00479)

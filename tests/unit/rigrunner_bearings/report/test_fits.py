@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 import pytest
 
 from rigrunner.api.analysis import Candidate
+from rigrunner_bearings.report.view.fits import CandidateView, fit_views
 from rigrunner_reports.render import html
-from rigrunner_reports.view.fits import CandidateView, fit_views
 from unit.rigrunner_reports.helpers_html import read_html
 from unit.rigrunner_reports.helpers_report import (
     PolynomialCurve,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.signal.coverage import expanded
+from rigrunner_bearings.report.view.points import by_frequency, error, true_parameter
 from rigrunner_reports.numbers import (
     fixed,
     plain,
@@ -15,15 +16,13 @@ from rigrunner_reports.numbers import (
     with_sign,
     with_standard_uncertainty,
 )
-from rigrunner_reports.section import Section
-from rigrunner_reports.view.points import by_frequency, error, true_parameter
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from rigrunner.api import Compensation, Estimate
     from rigrunner.api.torque import TorqueDetails
-    from rigrunner_reports.view.points import SetPoint
+    from rigrunner_bearings.report.view.points import SetPoint
 
 MILLI = 1e3
 PLACES = 3
@@ -179,6 +178,3 @@ def _parameter(name: str, estimate: Estimate, points: Sequence[SetPoint]) -> Par
         value=with_standard_uncertainty(estimate.value, estimate.u, unit),
         truth="" if truth is None else f"{significant(truth)} {unit}",
     )
-
-
-SECTIONS = (Section("methods", "Methods", 50, lambda _, page: page.methods),)

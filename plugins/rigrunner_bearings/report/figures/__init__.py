@@ -1,0 +1,1 @@
+"""Its figures as data, each with a text that says its numbers."""
