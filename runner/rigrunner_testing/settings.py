@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import PluginError
 from rigrunner.api.units import kinds
-from rigrunner.registry.declared import NAME
+from rigrunner.registry.records import PLUGIN_NAME
 from rigrunner.tools.schemas.fields import all_fields, fields_of
 from rigrunner.tools.schemas.settings import settings_schema
 from rigrunner_testing.check import AnyCheck, Nonconformity, applies, check, demand
@@ -25,7 +25,7 @@ WRONG = ["a list", ["where none can stand"]]
 @check(needs=(), fix="give the record a name such as 'spring_scale'")
 def name_fits_yaml(subject: Subject) -> None:
     """The name is of small letters, digits and '_', so that YAML needs no quotes for it."""
-    demand(re.fullmatch(NAME, subject.name), f"the name is '{subject.name}'")
+    demand(re.fullmatch(PLUGIN_NAME, subject.name), f"the name is '{subject.name}'")
 
 
 @check(needs=(), fix="write one line of at most 100 characters into the record's `help`")

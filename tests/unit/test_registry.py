@@ -134,7 +134,7 @@ def force(*limits, **changes):
         (Pressed([ChannelInfo("torque", "mN·m", "")]), "'torque': is in 'mN·m', needed is the"),
         (Pressed([ChannelInfo("oil", "°C", "")]), "needed is the coherent SI unit, K"),
         (Pressed([ChannelInfo("a", "N", ""), ChannelInfo("a", "K", "")]), "the name stands twice"),
-        (Pressed([ChannelInfo("a.b", "N", "")]), "'a.b': a name has small letters"),
+        (Pressed([ChannelInfo("a.b", "N", "")]), "'a.b': a name has letters, digits and '_'"),
         (force(1.0, 0.0), "its limits are 1.0 and 0.0, needed are two finite numbers"),
         (force(0.0, float("inf")), "its limits are 0.0 and inf"),  # 1 % of which all is within
         (force(float("nan"), float("nan")), "its limits are nan and nan"),

@@ -75,5 +75,9 @@ def _ascending(points: Points) -> Points:
 
 def _uncertainty(points: Points) -> Array:
     if points.u_y is None or not (np.isfinite(points.u_y).all() and np.all(points.u_y >= 0)):
-        raise DataError("an interpolation needs the uncertainty of every point")
+        raise DataError(
+            "an interpolation needs the uncertainty of every point",
+            hint="record each point, whose samples show their scatter; of single readings choose a"
+            " fit that averages",
+        )
     return points.u_y

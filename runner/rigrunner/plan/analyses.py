@@ -19,7 +19,7 @@ from rigrunner.api.units import unit, with_article
 from rigrunner.plan.actions import Phase
 from rigrunner.plan.limits import objections_to_limit
 from rigrunner.plan.requirements import Requirer, check_cycles
-from rigrunner.procedure.named_results import definitions_of
+from rigrunner.procedure.named_results import all_named, definitions_of
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
@@ -87,6 +87,7 @@ def check_analyses(
     judged = procedure.model.acceptance.limits if procedure.model.acceptance else ()
     limited = {limit.of for limit in judged}
     made = {each.name: (at, each) for at, each in definitions_of(procedure, lookup)}
+    complete = all_named(procedure, lookup)
     uses: list[_Use] = []
     for path, plugin in procedure.model.named_analyses_at:
         try:
@@ -94,7 +95,17 @@ def check_analyses(
         except PluginError:
             continue  # told by the check of the plugins
         uses.append(
-            _Use(procedure, (*path, plugin.name), plugin, needs, measured, made, lookup, problems)
+            _Use(
+                procedure,
+                (*path, plugin.name),
+                plugin,
+                needs,
+                measured,
+                made,
+                complete,
+                lookup,
+                problems,
+            )
         )
     for use in uses:
         if use.has_results() and use.is_measured():
@@ -118,6 +129,8 @@ class _Use:
     measured: tuple[Measured, ...]
     made: Mapping[str, tuple[Path, ResultDefinition]]
     """The results of the procedure by name, each with where the analysis stands that makes it."""
+    knows_all: bool
+    """Whether these are all: an analysis that is refused names none."""
     lookup: AnalysisLookup
     problems: Problems
 
@@ -131,10 +144,11 @@ class _Use:
         complete = True
         for each in self.needs.results:
             if each.name not in self.made:
-                listed = f"results: {', '.join(self.made) or 'none'}"
-                hint = did_you_mean(each.name, self.made, listed)
-                self.complain(each.key, f"there is no result '{each.name}'", hint)
                 complete = False
+                if self.knows_all:
+                    listed = f"results: {', '.join(self.made) or 'none'}"
+                    hint = did_you_mean(each.name, self.made, listed)
+                    self.complain(each.key, f"there is no result '{each.name}'", hint)
                 continue
             per = self.made[each.name][1].per
             apart = [name for name in per if each.per is not None and name not in each.per]

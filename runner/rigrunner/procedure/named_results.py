@@ -57,7 +57,7 @@ def definitions_of(
             yield (*path, plugin.name), each
 
 
-def _all_named(procedure: LoadedProcedure, lookup: DefinitionLookup) -> bool:
+def all_named(procedure: LoadedProcedure, lookup: DefinitionLookup) -> bool:
     """Say whether each analysis says what it gives: of one that is refused nobody knows."""
     try:
         for _, plugin in procedure.model.named_analyses_at:
@@ -87,7 +87,7 @@ def check_result_limits(procedure: LoadedProcedure, lookup: DefinitionLookup) ->
             message = f"there are two results '{definition.name}'"
             problems.add(document, path, message, "give one of them another name", key=True)
         known.setdefault(definition.name, definition)
-    all_named = _all_named(procedure, lookup)
+    complete = all_named(procedure, lookup)
     acceptance, torque = procedure.model.acceptance, procedure.model.torque_analysis.name
     for index, limit in enumerate(acceptance.limits if acceptance else ()):
         path = ("acceptance", "limits", index)
@@ -96,12 +96,12 @@ def check_result_limits(procedure: LoadedProcedure, lookup: DefinitionLookup) ->
             message = "a limit needs a compensated torque to decide on"
             problems.add(document, (*path, "of"), message, hint)
             continue
-        if limit.of in known or all_named:
+        if limit.of in known or complete:
             _check(problems, document, path, limit, known)
         if limit.measurand is not None and limit.of != torque:
             message = f"'{limit.of}' does not say which torque it is"
             problems.add(document, (*path, "measurand"), message, "leave 'measurand' out")
-    for one in (procedure, *procedure.all_called()) if all_named else ():
+    for one in (procedure, *procedure.all_called()) if complete else ():
         _check_conditions(problems, one, known, torque)
     problems.stop_if_any()
 

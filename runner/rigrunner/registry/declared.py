@@ -7,6 +7,7 @@ import re
 from typing import TYPE_CHECKING, get_args
 
 from rigrunner.api.devices import ChannelInfo, Device, DriveInfo, Observing
+from rigrunner.api.member import NAME
 from rigrunner.api.readings import ReadingKind
 from rigrunner.api.units import QuantityError, is_coherent, si_symbol, unit
 from rigrunner.registry.methods import method_problems
@@ -14,8 +15,6 @@ from rigrunner.registry.methods import method_problems
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-NAME = r"[a-z][a-z0-9_]*"
-"""What can be written in YAML, and stand on either side of a dot."""
 _LEAST = ("channels", "drives", "non_blocking", "connect", "make_safe", "close")
 
 
@@ -49,7 +48,7 @@ def _of_readings(device: Device) -> Iterator[str]:
     taken = {info.name for info in device.channels}
     for info in device.readings:
         if not re.fullmatch(NAME, info.name):
-            yield f"reading {info.name!r}: a name has small letters, digits and '_'"
+            yield f"reading {info.name!r}: a name has letters, digits and '_', a letter first"
         if info.name in taken:
             yield f"reading '{info.name}': a channel has this name"
         if info.kind not in get_args(ReadingKind):
@@ -69,7 +68,7 @@ def _of_names(what: str, infos: Sequence[ChannelInfo | DriveInfo]) -> Iterator[s
     names = [str(info.name) for info in infos]
     for info in infos:
         if not isinstance(info.name, str) or not re.fullmatch(NAME, info.name):
-            yield f"{what} {info.name!r}: a name has small letters, digits and '_'"
+            yield f"{what} {info.name!r}: a name has letters, digits and '_', a letter first"
         yield from (f"{what} '{info.name}': {text}" for text in _of_unit(info.unit))
     twice = sorted({name for name in names if names.count(name) > 1})
     yield from (f"{what} '{name}': the name stands twice" for name in twice)

@@ -10,7 +10,6 @@ from rigrunner.api import hooks
 from rigrunner.api.errors import PluginError
 from rigrunner.api.hooks import KindRecord
 from rigrunner.api.settings import Settings
-from rigrunner.registry.declared import NAME
 from rigrunner.registry.methods import call_problem, parameters, place_of
 
 if TYPE_CHECKING:
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
     from rigrunner.api.hooks import PluginRecord
 
 _PREFIX = "rigrunner_"
+PLUGIN_NAME = "[a-z][a-z0-9_]*"
 
 
 def _kind(name: str, record: type[PluginRecord], *takes: str, hook: str = "") -> KindRecord:
@@ -100,7 +100,7 @@ def checked_records(
 
 def _check(record: PluginRecord, hook: str) -> None:
     where = f"the record {record.name!r} of {hook}"
-    if not isinstance(record.name, str) or not re.fullmatch(NAME, record.name):
+    if not isinstance(record.name, str) or not re.fullmatch(PLUGIN_NAME, record.name):
         raise PluginError(
             f"{where}: a name has small letters, digits and '_'",
             hint="give it a name such as 'spring_scale'",

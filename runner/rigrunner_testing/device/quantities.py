@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Approaching, Observing, Readable, Settable, Streaming
 from rigrunner.api.errors import DeviceError
-from rigrunner.api.member import Member
+from rigrunner.api.member import NAME, Member
 from rigrunner.api.units import QuantityError, is_coherent, si_symbol, unit
-from rigrunner.registry.declared import NAME
 from rigrunner_testing.check import Nonconformity, applies, check, demand
 from rigrunner_testing.device.doing import (
     at,

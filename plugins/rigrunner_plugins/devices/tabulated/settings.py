@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Self
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from rigrunner.api import AnyQuantity, ListOf, Settings
+from rigrunner.api.member import NAME
 from rigrunner.api.units import si_symbol, with_article
 
-Row = dict[str, AnyQuantity]
+
+def _name(text: str) -> str:
+    if not re.fullmatch(NAME, text):
+        raise ValueError(f"'{text[:40]}' is not a name: letters, digits and '_', a letter first")
+    return text
+
+
+Row = dict[Annotated[str, AfterValidator(_name)], AnyQuantity]
 
 
 class TabulatedSettings(Settings):

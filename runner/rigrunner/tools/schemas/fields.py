@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import inspect
 import textwrap
+from collections import abc
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -30,12 +31,15 @@ _KINDS = {
     "float": "number",
     "str": "text",
     "Any": "anything",
+    "Quantity": "quantity",
 }
 _ENTRIES: dict[Any, tuple[int, str, str]] = {
     tuple: (0, "[]", "list of"),
     dict: (1, ".NAME", "mapping of names to"),
+    abc.Mapping: (1, ".NAME", "mapping of names to"),
 }
 """Of lists and mappings: where the type of an entry stands, how it is named, and in words."""
+_JSON_KINDS = {"string": "text", "number": "number", "boolean": "yes or no"}
 _BOUNDS = (
     (Gt, "gt", "more than"),
     (Ge, "ge", "at least"),
@@ -78,9 +82,9 @@ def all_fields(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, 
     Such as `sensors.rate`, `channels.NAME.unit` in a mapping of models, `points[].x` in a list.
     """
     for field in fields_of(model):
-        if field.model is None:
+        if field.model is None or field.help:
             yield f"{prefix}{field.key}", field
-        else:
+        if field.model is not None:
             yield from all_fields(field.model, f"{prefix}{field.key}{field.entry}.")
 
 
@@ -150,6 +154,8 @@ def _kind(annotation: Any) -> str:
         return " or ".join(_kind(part) for part in parts if part is not NoneType)
     if origin is Literal:
         return " | ".join(_choice(choice) for choice in parts)
+    if isinstance(bare, type) and issubclass(bare, BaseModel):
+        return "settings"
     return _scalar_kind(annotation, getattr(bare, "__name__", "value"))
 
 
@@ -157,9 +163,20 @@ def _scalar_kind(annotation: Any, name: str) -> str:
     quantity = _quantity(annotation)
     if quantity is not None:
         return quantity.dimension or "quantity"
-    if any(isinstance(mark, WithJsonSchema) for mark in _marks(annotation)):
+    own = next((each for each in _marks(annotation) if isinstance(each, WithJsonSchema)), None)
+    found = "" if own is None else _kind_of_schema(own.json_schema or {})
+    return found or _KINDS.get(name, name)
+
+
+def _kind_of_schema(schema: Mapping[str, Any]) -> str:
+    """Return what a JSON schema of a scalar takes, in words; '' of any other."""
+    if True in schema.get("enum", ()):
         return "yes | no"
-    return _KINDS.get(name, name)
+    kinds: list[str] = []
+    for each in schema.get("anyOf", [schema]):
+        kind = each.get("type", [])
+        kinds += [kind] if isinstance(kind, str) else kind
+    return " or ".join(_JSON_KINDS[kind] for kind in kinds if kind in _JSON_KINDS)
 
 
 def _choice(value: object) -> str:

@@ -121,7 +121,6 @@ def test_one_edit_is_told_once(edit):
         ("  load: 1000 N\n", "  load: 1000 N # a remark\n\n"),
         ("max: 0.95 N·m, source: demonstration only", "source: demonstration only, max: 950 mN·m"),
         ("{hampel: {window: 11}}", "\n        hampel:\n          window: 11"),
-        ("name: load-induced starting torque, unit: N·m}", "name: load-induced starting torque}"),
         ("max_age: 8 h, ", ""),
     ],
 )

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Literal
 
 import pytest
-from pydantic import Field
+from pydantic import Field, WithJsonSchema
 
 from rigrunner.api.settings import (
     Angle,
@@ -73,7 +74,7 @@ FIELDS = {field.key: field for field in fields_of(Example)}
         ("words", "list of text", (), "", None),
         ("value", "quantity", (), "", None),
         ("due", "date", (), "", None),
-        ("inner", "Inner", (), "", None),
+        ("inner", "settings", (), "", None),
         ("column", "whole number or text", (), "", None),
         ("mark", '"," | ";"', (), "", ","),
         ("names", "mapping of names to whole number", (), "", None),
@@ -92,6 +93,25 @@ def test_bounds_and_defaults_of_quantities_have_a_unit():
 def test_fields_within_fields_have_their_path():
     inside = [name for name, _ in all_fields(Example) if "." in name]
     assert inside == ["inner.gain", "columns.NAME.unit", "points[].unit"]
+
+
+class Wired(Settings):
+    inputs: Annotated[Mapping[str, Inner], Field(description="what it reads")]
+    start: Annotated[
+        Mapping[str, Annotated[float, WithJsonSchema({"type": ["number", "string"]})]],
+        Field(description="where it begins"),
+    ]
+    names: Annotated[str, WithJsonSchema({"pattern": "a*", "type": "string"})] = ""
+
+
+def test_what_has_a_schema_of_its_own_is_said_in_words():
+    kinds = {name: field.kind for name, field in all_fields(Wired)}
+    assert kinds == {
+        "inputs": "mapping of names to settings",
+        "inputs.NAME.gain": "ratio",
+        "start": "mapping of names to number or text",
+        "names": "text",
+    }
 
 
 def test_help_is_the_description_or_the_text_under_the_field_of_a_base_too():
