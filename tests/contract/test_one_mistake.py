@@ -14,7 +14,7 @@ import pytest
 
 from helpers_cli import call
 from rigrunner.registry import load_registry, with_drop_ins
-from rigrunner.tools.new_plugin import NewPlugin
+from rigrunner.tools.new_plugin import new_plugin
 from rigrunner_testing import State, checks, examine, subject
 
 SIMULATOR = "    simulator = SimulatedSpring\n"
@@ -423,7 +423,7 @@ OTHERS = {
 
 def written(folder, word, edits):
     """Write the plugin with its mistake into a lab's folder of plugins; return that."""
-    text = NewPlugin(word, "spring").module()
+    text = new_plugin(word, "spring", load_registry()).module()
     for old, new in edits:
         assert old in text, f"no longer in what `rigrunner new` makes: {old}"
         text = text.replace(old, new)

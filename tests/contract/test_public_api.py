@@ -128,6 +128,7 @@ OF_AUTHORS = [
     path
     for pattern in (
         *(f"{TOOLS}/plugin_template/**/*.jinja", f"{TOOLS}/lab_template/**/*.py"),
+        "plugins/rigrunner_bearings/plugin_template/*.jinja",
         *("docs/how-to/*.md", "docs/tutorial/*.md", "tests/e2e/stranger/*.py"),
     )
     for path in sorted(ROOT.glob(pattern))

@@ -12,10 +12,11 @@ import pytest
 from helpers_cli import call
 from helpers_workflow import quick_procedure, station_file
 from rigrunner.api.errors import ExitCode
+from rigrunner.registry import load_registry
 from rigrunner.runfile import read
-from rigrunner.tools.new_plugin import KINDS, NewPlugin
+from rigrunner.tools.new_plugin import KINDS, new_plugin
 
-NAMES = {word: f"own_{word.replace('-', '_')}" for word in KINDS}
+NAMES = {word: f"own_{word.replace('-', '_')}" for word in (*KINDS, "compensation")}
 HERTZ = (8, 15, 20, 25, 35)
 
 
@@ -25,7 +26,7 @@ def lab(tmp_path_factory):
     folder = tmp_path_factory.mktemp("lab")
     (folder / "plugins").mkdir()
     for word, name in NAMES.items():
-        text = NewPlugin(word, name).module()
+        text = new_plugin(word, name, load_registry()).module()
         (folder / "plugins" / f"{name}.py").write_text(text, encoding="utf-8")
     station = station_file(folder, ("id: simulated\n", "id: simulated\nplugins: plugins\n"))
     rule = ("{grubbs: {alpha: 0.05}}", f"{{{NAMES['outlier-rule']}: {{limit: 6}}}}")

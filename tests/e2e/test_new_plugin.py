@@ -19,10 +19,13 @@ from pathlib import Path
 import pytest
 
 from helpers_docs import ROOT, code_blocks, matches
-from rigrunner.tools.new_plugin import KINDS, NewPlugin
+from rigrunner.registry import load_registry
+from rigrunner.tools.new_plugin import KINDS, new_plugin
 
 STRANGER = Path(__file__).parent / "stranger"
-PLUGINS = {word: NewPlugin(word, f"authors_{word.replace('-', '_')}") for word in KINDS}
+WORDS = (*KINDS, "compensation")
+REGISTRY = load_registry()
+PLUGINS = {word: new_plugin(word, f"authors_{word.replace('-', '_')}", REGISTRY) for word in WORDS}
 pytestmark = pytest.mark.thorough
 AT_HAND = find_spec("hatchling") is not None
 QUIETLY = ["-q", "--no-deps", *(["--no-build-isolation"] if AT_HAND else [])]
@@ -117,7 +120,7 @@ def test_the_environment_has_the_wheel_and_not_the_sources(author):
     assert shown.startswith(str(author.folder / "env"))
 
 
-@pytest.mark.parametrize("word", KINDS)
+@pytest.mark.parametrize("word", WORDS)
 def test_a_new_package_passes_its_own_tests(author, word):
     done = author.run("python", "-m", "pytest", "-q", "-rs", cwd=author.package(word))
     assert " passed" in succeeded(done)
@@ -147,8 +150,8 @@ def test_what_breaks_the_contract_is_seen_by_the_type_checker(author):
 def test_all_of_them_are_listed_with_their_version(author):
     listed = json.loads(succeeded(author.run("rigrunner", "plugins", "--json")))
     found = {each["name"]: (each["kind"], each["version"]) for each in listed}
-    for word, plugin in PLUGINS.items():
-        assert found[plugin.name] == (KINDS[word], "0.1.0")
+    for plugin in PLUGINS.values():
+        assert found[plugin.name] == (plugin.kind, "0.1.0")
 
 
 def test_a_run_uses_the_new_device(author):
@@ -163,11 +166,14 @@ def test_a_strangers_plugin_is_taken_by_the_wheel(author):
     code = (
         "from importlib.metadata import EntryPoint\n"
         "from rigrunner.registry import load_registry\n"
-        "found = load_registry([EntryPoint('stranger', 'stranger', 'rigrunner')])\n"
-        "print(sorted({each.kind for each in found.plugins}), found.disabled)\n"
+        "names = {'rigrunner_bearings': 'rigrunner_bearings.hooks', 'stranger': 'stranger'}\n"
+        "found = load_registry([EntryPoint(*each, 'rigrunner') for each in names.items()])\n"
+        "theirs = {each.kind for each in found.plugins if each.provider.name == 'stranger'}\n"
+        "print(sorted(theirs), found.disabled)\n"
     )
     shown = succeeded(author.run("python", "-c", code))
-    kinds = sorted([*KINDS.values(), "certificate_format", "event_sink", "study_format"])
+    made = {each.kind for each in PLUGINS.values()} - {"step"}
+    kinds = sorted([*made, "certificate_format", "event_sink", "study_format"])
     assert shown.strip() == f"{kinds} ()"
 
 

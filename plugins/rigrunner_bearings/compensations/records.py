@@ -46,6 +46,7 @@ def rigrunner_kinds() -> list[KindRecord]:
             record=CompensationRecord,
             takes=("sweep",),
             conformance="rigrunner_bearings.conformance",
+            template="rigrunner_bearings:plugin_template",
         )
     ]
 

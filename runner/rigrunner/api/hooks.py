@@ -332,6 +332,9 @@ class KindRecord(PluginRecord):
     conformance: str = ""
     """The module, 'package.module', that has `CHECKS`, the checks of the conformance kit for such
     plugins, and `SUBJECT`, the class of `rigrunner_testing` that they are given."""
+    template: str = ""
+    """Of which files `rigrunner new` makes one: 'package:folder', where `KIND.py.jinja` and
+    `test_KIND.py.jinja` stand."""
 
     def factory(self, settings: Any) -> type[PluginRecord]:  # noqa: ARG002  (there are none)
         """Return the type of its records."""

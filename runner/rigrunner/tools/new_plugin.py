@@ -7,6 +7,7 @@ import keyword
 import re
 from collections import Counter
 from dataclasses import dataclass
+from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,13 +22,13 @@ from rigrunner.tools.new_files import write_new_files
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from rigrunner.api.hooks import KindRecord
     from rigrunner.registry import Registry
 
 TEMPLATE = Path(__file__).parent / "plugin_template"
 KINDS = {
     "device": "device",
     "fit": "fit",
-    "compensation": "compensation",
     "outlier-rule": "outlier_rule",
     "rule": "decision_rule",
     "analysis": "analysis",
@@ -36,8 +37,8 @@ KINDS = {
     "step": "step",
     "unit": "unit",
 }
-"""The kinds that can be made, by the word for them, with the registry's own name."""
-_NUMPY = {"fit", "outlier_rule", "compensation", "importer", "analysis"}
+"""Rigrunner's own kinds that can be made, by the word for them, with the registry's name."""
+_NUMPY = {"fit", "outlier_rule", "importer", "analysis"}
 _PYDANTIC = {"outlier_rule", "decision_rule"}
 _LONGEST = 30
 _NAME = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*")
@@ -46,15 +47,18 @@ _YAML_WORDS = {"yes", "no", "true", "false", "on", "off", "null"}
 
 @dataclass(frozen=True)
 class NewPlugin:
-    """A plugin to make; `word` is a key of KINDS."""
+    """A plugin to make."""
 
     word: str
+    """That of its kind: a key of KINDS, or the name of a kind that a package brings."""
     name: str
+    brought: KindRecord | None = None
+    """The kind that a package brings."""
 
     @property
     def kind(self) -> str:
         """The registry's name of the kind."""
-        return KINDS[self.word]
+        return self.brought.name if self.brought else KINDS[self.word]
 
     @property
     def project(self) -> str:
@@ -69,15 +73,17 @@ class NewPlugin:
     def texts(self) -> dict[str, str]:
         """Return the files of its package, by name."""
         source, test = f"src/{self.package}", f"tests/test_{self.name}.py"
-        files = {
+        templates = {
             "pyproject.toml": "pyproject.toml",
             "README.md": "README.md",
             f"{source}/__init__.py": f"{self.stem}.py",
             test: f"test_{self.stem}.py",
         }
         if self.kind == "device":
-            files |= {name: name for name in ("example/procedure.yaml", "example/station.yaml")}
-        return {name: self._rendered(of) for name, of in files.items()} | {f"{source}/py.typed": ""}
+            templates |= {name: name for name in ("example/procedure.yaml", "example/station.yaml")}
+        return {name: self._rendered(of) for name, of in templates.items()} | {
+            f"{source}/py.typed": ""
+        }
 
     def module(self) -> str:
         """Return the text of its module."""
@@ -90,7 +96,7 @@ class NewPlugin:
 
     def _rendered(self, template: str) -> str:
         return (
-            _environment()
+            self._environment()
             .get_template(f"{template}.jinja")
             .render(
                 name=self.name,
@@ -112,6 +118,19 @@ class NewPlugin:
         """What its class is called."""
         return "".join(part.capitalize() for part in self.name.split("_"))
 
+    def _environment(self) -> Environment:
+        folders = [TEMPLATE]
+        if self.brought:
+            package, _, folder = self.brought.template.partition(":")
+            folders.append(Path(str(files(package))) / folder)
+        return Environment(  # noqa: S701  (it writes Python and Markdown, no HTML)
+            loader=FileSystemLoader(folders),
+            undefined=StrictUndefined,
+            trim_blocks=True,
+            lstrip_blocks=True,
+            keep_trailing_newline=True,
+        )
+
     def _dependencies(self) -> Iterator[str]:
         if self.kind in _NUMPY:
             yield "numpy>=1.26"
@@ -119,6 +138,17 @@ class NewPlugin:
             yield "pydantic>=2.7"
         major, minor = __version__.split(".")[:2]
         yield f"rigrunner>={major}.{minor},<{int(major) + 1}"
+
+
+def new_plugin(word: str, name: str, registry: Registry) -> NewPlugin:
+    """Return a plugin to make, of a kind by its word; raise UsageError for another word."""
+    brought = {each.name.replace("_", "-"): each for each in registry.kinds if each.template}
+    if word not in (KINDS | brought):
+        raise UsageError(
+            f"got the kind '{word}', expected one that can be made",
+            hint=f"there are: {', '.join([*KINDS, *brought])}",
+        )
+    return NewPlugin(word, name, brought.get(word))
 
 
 def make_package(plugin: NewPlugin, folder: Path, registry: Registry) -> list[str]:
@@ -179,13 +209,3 @@ def _bound(module: str) -> Iterator[str]:
             yield from (each.name for each in node.names)
         elif isinstance(node, ast.ClassDef | ast.FunctionDef):
             yield node.name
-
-
-def _environment() -> Environment:
-    return Environment(  # noqa: S701  (it writes Python and Markdown, no HTML)
-        loader=FileSystemLoader(TEMPLATE),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import shutil
 import subprocess
 import sys
@@ -16,36 +17,40 @@ from hypothesis import strategies as st
 
 from helpers_cli import call
 from rigrunner.api.errors import ExitCode, UsageError
-from rigrunner.cli.commands.new import WORDS
 from rigrunner.registry import load_registry, with_drop_ins
-from rigrunner.tools.new_plugin import KINDS, NewPlugin, make_drop_in, make_package
+from rigrunner.tools.new_plugin import KINDS, make_drop_in, make_package, new_plugin
 
 REGISTRY = load_registry()
+WORDS = (*KINDS, "compensation")
+"""Rigrunner's own kinds, and one that a package brings."""
 NAMES = ["x", "spring_scale", "abcdefghij_klmnopqrst_uvwxyz12"]
 """The shortest, one as people write it, and the longest."""
 
 
-@pytest.fixture(params=KINDS)
+@pytest.fixture(params=WORDS)
 def word(request):
     return request.param
 
 
-def test_every_kind_can_be_asked_for():
-    assert list(WORDS) == list(KINDS)
+def test_every_kind_of_its_own_stands_in_the_help():
+    told = re.search(r"KIND is (.*?), or a kind", " ".join(call("new", "--help").out.split()))[1]
+    assert re.split(", | or ", told) == list(KINDS)
 
 
 def test_a_drop_in_is_a_plugin_at_once(word, tmp_path):
-    made = make_drop_in(NewPlugin(word, "spring_scale"), tmp_path, REGISTRY)
+    made = make_drop_in(new_plugin(word, "spring_scale", REGISTRY), tmp_path, REGISTRY)
     assert made == ["spring_scale.py"]
     registry = with_drop_ins(REGISTRY, tmp_path)
     assert registry.disabled == ()
-    assert registry.find(KINDS[word], "spring_scale").record.help.startswith("Spring scale")
+    assert registry.find(KINDS.get(word, word), "spring_scale").record.help.startswith(
+        "Spring scale"
+    )
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_what_is_made_is_linted_and_formatted_whatever_the_name(word, name, tmp_path):
     folder = tmp_path / "package"
-    made = make_package(NewPlugin(word, name), folder, REGISTRY)
+    made = make_package(new_plugin(word, name, REGISTRY), folder, REGISTRY)
     assert sorted(made) == sorted(
         str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()
     )
@@ -57,7 +62,7 @@ def test_what_is_made_is_linted_and_formatted_whatever_the_name(word, name, tmp_
 
 def test_a_device_with_its_simulator_takes_less_than_40_lines():
     """All lines of the module that are not blank are counted, docstrings and all."""
-    text = NewPlugin("device", "spring_scale").module()
+    text = new_plugin("device", "spring_scale", REGISTRY).module()
     assert sum(bool(line.strip()) for line in text.splitlines()) < 40
     classes = [node.name for node in ast.parse(text).body if isinstance(node, ast.ClassDef)]
     assert classes == ["SimulatedSpringScale", "SpringScale"]
@@ -66,13 +71,13 @@ def test_a_device_with_its_simulator_takes_less_than_40_lines():
 @pytest.mark.parametrize("name", ["polynomial", "aicc"])
 def test_a_name_that_is_taken_is_refused(name, tmp_path):
     with pytest.raises(UsageError, match=f"there is a fit '{name}' already, of rigrunner_plugins"):
-        make_package(NewPlugin("fit", name), tmp_path / "new", REGISTRY)
+        make_package(new_plugin("fit", name, REGISTRY), tmp_path / "new", REGISTRY)
     assert not (tmp_path / "new").exists()
 
 
 def test_a_package_that_is_installed_is_not_shadowed(tmp_path):
     with pytest.raises(UsageError, match="there is a package rigrunner_plugins already"):
-        make_package(NewPlugin("device", "plugins"), tmp_path / "new", REGISTRY)
+        make_package(new_plugin("device", "plugins", REGISTRY), tmp_path / "new", REGISTRY)
 
 
 def test_a_drop_in_of_the_same_folder_is_known(tmp_path):
@@ -100,14 +105,14 @@ def test_a_drop_in_of_the_same_folder_is_known(tmp_path):
 )
 def test_what_cannot_be_a_name_is_refused(name, hint, tmp_path):
     with pytest.raises(UsageError, match="cannot be the name of a plugin") as caught:
-        make_package(NewPlugin("device", name), tmp_path / "new", REGISTRY)
+        make_package(new_plugin("device", name, REGISTRY), tmp_path / "new", REGISTRY)
     assert caught.value.hint == hint
     assert not (tmp_path / "new").exists()
 
 
 def test_a_name_that_is_too_long_is_refused(tmp_path):
     with pytest.raises(UsageError, match="has 31 characters, allowed are 30"):
-        make_package(NewPlugin("device", "a" * 31), tmp_path / "new", REGISTRY)
+        make_package(new_plugin("device", "a" * 31, REGISTRY), tmp_path / "new", REGISTRY)
 
 
 @pytest.mark.parametrize(
@@ -116,13 +121,13 @@ def test_a_name_that_is_too_long_is_refused(tmp_path):
 )
 def test_a_name_whose_class_is_called_like_another_is_refused(word, name, bound, tmp_path):
     with pytest.raises(UsageError, match=f"would make a class {bound}"):
-        make_drop_in(NewPlugin(word, name), tmp_path, REGISTRY)
+        make_drop_in(new_plugin(word, name, REGISTRY), tmp_path, REGISTRY)
 
 
-@given(word=st.sampled_from(list(KINDS)), name=st.text("abcSX09_-. é'\n\"{}", max_size=8))
+@given(word=st.sampled_from(WORDS), name=st.text("abcSX09_-. é'\n\"{}", max_size=8))
 @settings(max_examples=150, derandomize=True, deadline=None)
 def test_whatever_the_name_it_is_refused_or_all_that_is_made_can_be_read(word, name):
-    plugin = NewPlugin(word, name)
+    plugin = new_plugin(word, name, REGISTRY)
     with tempfile.TemporaryDirectory() as folder:
         try:
             made = make_package(plugin, Path(folder) / "new", REGISTRY)
@@ -153,7 +158,9 @@ def test_nothing_is_overwritten(tmp_path):
 def test_a_kind_that_is_not_there_names_those_that_are():
     called = call("new", "devise", "scale")
     assert called.code == ExitCode.USAGE
-    assert "'outlier-rule'" in called.err
+    assert "got the kind 'devise', expected one" in called.err
+    assert "there are: device, fit, outlier-rule," in called.err
+    assert "unit, compensation" in called.err
 
 
 def test_what_was_made_and_how_to_try_it_is_printed(tmp_path):

@@ -9,24 +9,12 @@ import click
 
 from rigrunner.cli.output import message, result
 
-WORDS = (
-    "device",
-    "fit",
-    "compensation",
-    "outlier-rule",
-    "rule",
-    "analysis",
-    "importer",
-    "report",
-    "step",
-    "unit",
-)
 PLUGINS = "plugins"
 """The lab's own folder, as `rigrunner init` makes it."""
 
 
 @click.command(name="new")
-@click.argument("kind", type=click.Choice(WORDS))
+@click.argument("kind")
 @click.argument("name")
 @click.option("--drop-in", is_flag=True, help="Make one file of a lab's folder, not a package.")
 @click.option(
@@ -37,13 +25,16 @@ PLUGINS = "plugins"
 def command(kind: str, name: str, folder: Path | None, *, drop_in: bool) -> None:
     """Create a plugin that works at once.
 
-    A package that can be installed, with its tests and a README, or with --drop-in one file. NAME
-    is what procedures and stations call it. Nothing that is there is overwritten.
+    A package that can be installed, with its tests and a README, or with --drop-in one file. KIND
+    is device, fit, outlier-rule, rule, analysis, importer, report, step or unit, or a kind that a
+    package brings. NAME is what procedures and stations call it. Nothing that is there is
+    overwritten.
     """
     from rigrunner.registry import load_registry, with_drop_ins
-    from rigrunner.tools.new_plugin import NewPlugin, make_drop_in, make_package
+    from rigrunner.tools.new_plugin import make_drop_in, make_package, new_plugin
 
-    plugin, registry = NewPlugin(kind, name), load_registry()
+    registry = load_registry()
+    plugin = new_plugin(kind, name, registry)
     if drop_in:
         where = folder or Path(PLUGINS)
         known = with_drop_ins(registry, where) if where.is_dir() else registry

@@ -12,7 +12,8 @@ import pytest
 
 from helpers_cli import call
 from helpers_workflow import station_file
-from rigrunner.tools.new_plugin import NewPlugin
+from rigrunner.registry import load_registry
+from rigrunner.tools.new_plugin import new_plugin
 from unit.rigrunner_reports.helpers_html import Page
 
 if TYPE_CHECKING:
@@ -60,7 +61,8 @@ def lab_in(folder, runs):
     for run in runs:
         shutil.copytree(run, folder / "runs" / run.name)
     lab = Lab(folder)
-    lab.plugin.write_text(NewPlugin("compensation", METHOD).module(), encoding="utf-8")
+    text = new_plugin("compensation", METHOD, load_registry()).module()
+    lab.plugin.write_text(text, encoding="utf-8")
     return lab
 
 

@@ -1,0 +1,50 @@
+"""Torque runs of earlier versions are analysed by the methods of today.
+
+That they are read is held by tests/unit/runfile/test_old_versions.py; the expected values were read
+from the file with h5py alone, when it was put there.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from helpers_cli import call
+
+OLD = Path(__file__).parents[2] / "data" / "format-1" / "run.h5"
+RAW_PEAKS_NM = [2.964894580078125, 7.62080888671875]
+ENERGY_NM = [0.6330180981779459, 0.6317704478664123]
+"""By the method of that time, which took no growth of the support's friction off."""
+GROWTH = 0.0125
+"""What is taken off today where none was measured, at 1000 N (decision 0035)."""
+
+
+@pytest.fixture
+def run(tmp_path):
+    folder = tmp_path / "runs" / "20260301T120009Z_SSPB-STT-1000_DEMO-0001"
+    folder.mkdir(parents=True)
+    shutil.copyfile(OLD, folder / "run.h5")
+    return folder
+
+
+def test_it_is_analysed_by_the_methods_of_today(run):
+    found = call("analyse", run, "--json")
+    document = json.loads(found.out)
+    peaks = [each["raw_peak"]["mean"]["value"] for each in document["points"]]
+    assert peaks == pytest.approx(RAW_PEAKS_NM, rel=1e-12)
+    points = document["compensations"]["energy"]["points"]
+    torques = [each["torque"]["value"] for each in points]
+    unloaded_nm = points[0]["raw"]["value"] - ENERGY_NM[0]  # at the slowest set-point
+    loads = [each["load"]["value"] for each in document["points"]]
+    growth_nm = GROWTH * sum(loads) / len(loads) / 1000 * unloaded_nm
+    assert torques == pytest.approx([each - growth_nm for each in ENERGY_NM], rel=2e-5)
+
+
+def test_it_is_verified_and_reported(run, tmp_path):
+    verified = call("verify", run)
+    assert "sealed without a manifest, by an older version" in verified.out
+    assert "recordings: 2 with the digest" in verified.out
+    assert call("report", run, "--out", tmp_path / "report.html").code == 0
