@@ -205,7 +205,7 @@ def translated(tmp_path_factory):
         ),
         (
             "revision A: draft, not for certification",
-            "Revision A: Entwurf, nicht zur Bescheinigung",
+            "Revision A: Entwurf, nicht zur Zertifizierung",
         ),
         (
             "the procedure was changed after its approval by A. Jones on 2026-01-02",
@@ -245,6 +245,45 @@ def translated(tmp_path_factory):
             ),
         ),
         ("no-load run: clipping", "Leerlaufprüfung: Übersteuerung"),
+        (
+            "001_1Hz entered 1 Hz, angle says 1.012 Hz; 002_3Hz entered 3 Hz, angle says 3.1 Hz",
+            (
+                "001_1Hz: eingegeben 1 Hz, nach dem Winkel 1,012 Hz;"
+                " 002_3Hz: eingegeben 3 Hz, nach dem Winkel 3,1 Hz"
+            ),
+        ),
+        (
+            "001_1Hz swings ±2.700° in place of ±2.547°",
+            "001_1Hz: Schwenk ±2,700° statt ±2,547°",
+        ),
+        (
+            "of the no-load run, its full scale is '10 N·m', but '20 N·m' is needed",
+            "Leerlaufprüfung: der Messbereichsendwert ist 10 N·m, gebraucht wird 20 N·m",
+        ),
+        (
+            (
+                "the no-load torque differs from inertia, resonance and friction by 2.1 times"
+                " its scatter"
+            ),
+            (
+                "das Leerlaufmoment weicht um das 2,1fache seiner Streuung von Trägheit, Resonanz"
+                " und Reibung ab"
+            ),
+        ),
+        (
+            "7.3 % of the torque; 61% of the support's friction is built up",
+            "7,3 % des Drehmoments; 61 % der Reibung der Lagerung sind aufgebaut",
+        ),
+        (
+            (
+                "+0.012 ± 0.004 N·m on the mean, +0.031 ± 0.010 N·m at 35 Hz;"
+                " in the budget as 'coupling'"
+            ),
+            (
+                "+0,012 ± 0,004 N·m im Mittelwert, +0,031 ± 0,010 N·m bei 35 Hz;"
+                " im Unsicherheitsbudget als „Kupplung“"
+            ),
+        ),
         ("load-induced starting torque", "lastinduziertes Anlaufmoment"),
         ("the motor is hot", "the motor is hot"),  # of a device: nobody has translated it
         ("the drive has no power", "the drive has no power"),
@@ -253,6 +292,42 @@ def translated(tmp_path_factory):
 )
 def test_a_sentence_is_said_in_german_whole_or_not_at_all(translated, english, german):
     assert translated(english) == [german]
+
+
+CHECKS = [
+    "runner/rigrunner/analysis/torque/checks.py",
+    "runner/rigrunner/analysis/torque/motion_checks.py",
+    "runner/rigrunner/analysis/torque/one_setup.py",
+    "runner/rigrunner/analysis/torque/consistency.py",
+    "plugins/rigrunner_bearings/compensations/checks.py",
+    "runner/rigrunner/api/checks.py",
+]
+PIECES_OF_CHECKS = {  # put together with others, or not for people who read the panel
+    "nowhere Q or more equal samples at the extreme", "at least Q samples in every cycle",
+    "Q entered Q Hz, Q", "angle says", "tacho says", "index pulses say", "torque repeats at",
+    "Qangle channel", "not stated", "Q mm", "torque transducer", "transducer's certificate",
+    "full scale", "low-pass filter", "its Q is Q, but Q is needed", "Q, the most of all",
+    "Q Hz is off their trend by Q N·m", "repeatability, loaded", "repeatability, no load",
+    "the no-load torque differs from inertia, resonance and friction by Q times", "Q its scatter",
+    "of the no-load run, Q", " in place of ±Q°", "not checked: ", "in the budget as '{name}'",
+    "gain and inertia between the runs", "Q to QQ", "above 0Q", "at least QQ", "at most QQ",
+    "Q on the mean", "its effect cannot be estimated; Q",
+    "Q of the inertia's torque is left, Q may be chance",
+}  # fmt: skip
+
+
+def test_what_a_failing_check_found_is_said_in_german(translated):
+    """Each sentence with numbers in its places; those above are put together with others."""
+    found = [
+        text.replace("Q", "12")
+        for module in CHECKS
+        for _, text in sentences(ROOT.parents[1] / module)
+        if text not in PIECES_OF_CHECKS
+    ]
+    assert len(found) > 100
+    assert [
+        text for text, said in zip(found, translated(*found), strict=True) if said == text
+    ] == []
 
 
 def answers():

@@ -83,7 +83,7 @@ function list(path, kind, chosen, changed) {
     const facts = [each.id, each.shipped ? t("choose.shipped") : "", said(each.note), each.last_used_utc ? t("choose.used", { time: localTime(each.last_used_utc) }) : ""];
     const marks = [each.problem ? h("span", { class: "mark bad" }, t("choose.broken")) : null];
     return h("label", { class: "item", for: id }, input,
-      h("span", { class: "item-text" }, h("strong", {}, each.title || each.name), h("span", { class: "soft" }, facts.filter(Boolean).join(" · ")),
+      h("span", { class: "item-text" }, h("strong", {}, said(each.title) || each.name), h("span", { class: "soft" }, facts.filter(Boolean).join(" · ")),
         each.problem ? h("span", { class: "bad-text" }, said(each.problem)) : null),
       h("span", { class: "marks" }, marks));
   }

@@ -3,10 +3,10 @@
 import { go } from "../address.js";
 import { get } from "../client.js";
 import { button, fill, h, setText, show } from "../dom.js";
-import { localTime, withUncertainty } from "../format.js";
+import { localTime, shownNumber, withUncertainty } from "../format.js";
 import { verdictText } from "../parts/verdict.js";
 import { tried } from "../steer.js";
-import { t } from "../texts.js";
+import { said, t } from "../texts.js";
 
 const TYPING_MS = 200;
 const PAGE = 50;
@@ -59,9 +59,9 @@ export function historyPage() {
     return h("tr", { onclick: open },
       h("td", {}, h("label", { class: "tick" }, box)),
       h("td", {}, h("a", { class: "row-link", href: `#/runs/${encodeURIComponent(item.run)}` }, localTime(item.started_utc) || item.run)),
-      h("td", { class: "wrap" }, item.title || item.problem || item.run), h("td", { class: "wrap" }, item.specimen), h("td", {}, item.station),
+      h("td", { class: "wrap" }, said(item.title) || item.problem || item.run), h("td", { class: "wrap" }, item.specimen), h("td", {}, item.station),
       h("td", {}, verdict ? h("span", { class: `mark ${verdict.replaceAll(" ", "-")}` }, item.verdict ? verdictText(item.verdict) : t(`outcome.${item.outcome}`)) : ""),
-      h("td", { class: "number" }, item.headline ? withUncertainty(item.headline.value_nm, item.headline.U_nm, "N·m") : item.result));
+      h("td", { class: "number" }, item.headline ? withUncertainty(item.headline.value_nm, item.headline.U_nm, "N·m") : shownNumber(item.result ?? "")));
   }
 
   function update() {

@@ -62,9 +62,9 @@ function head({ item, reason }, again) {
   const word = verdict ? `${SIGNS[verdict] ?? "~"} ${verdictText(verdict)}` : t(`outcome.${item.outcome || "unknown"}`);
   const why = mine?.error || reason;
   return h("div", { class: "result-head" },
-    h("div", {}, h("h1", {}, item.title || item.run), h("p", { class: "soft" }, [item.specimen, item.station, localTime(item.started_utc), item.operator].filter(Boolean).join(" · "))),
+    h("div", {}, h("h1", {}, said(item.title) || item.run), h("p", { class: "soft" }, [item.specimen, item.station, localTime(item.started_utc), item.operator].filter(Boolean).join(" · "))),
     h("div", { class: `verdict ${kind}` }, h("strong", { class: "verdict-word" }, word),
-      h("span", { class: "verdict-value" }, item.headline ? withUncertainty(item.headline.value_nm, item.headline.U_nm, "N·m") : item.result)),
+      h("span", { class: "verdict-value" }, item.headline ? withUncertainty(item.headline.value_nm, item.headline.U_nm, "N·m") : shownNumber(item.result ?? ""))),
     button(t("result.again"), again, { kind: "primary big" }),
     item.outcome !== "completed" ? endedBanners(why, { isNow: Boolean(mine) }) : null);
 }
@@ -131,7 +131,7 @@ function checks(found) {
     const [kind, sign] = !check.ok ? ["warn", "!"] : check.consequence === "note" ? ["note", "\u00b7"] : skipped.includes(check) ? ["skipped", "\u2013"] : ["ok", "✓"];
     return h("li", { class: `light ${kind}` },
       h("span", { class: "sign", role: "img", "aria-label": t(`check.${kind}`) }, sign),
-      h("div", { class: "light-text" }, h("strong", {}, nameOf(check)), h("span", {}, said(check.text ?? "")), check.effect ? h("span", { class: "soft" }, t("check.effect", { effect: check.effect })) : null, check.advice ? h("span", { class: "fix" }, said(check.advice)) : null));
+      h("div", { class: "light-text" }, h("strong", {}, nameOf(check)), h("span", {}, shownNumber(said(check.text ?? ""))), check.effect ? h("span", { class: "soft" }, t("check.effect", { effect: shownNumber(said(check.effect)) })) : null, check.advice ? h("span", { class: "fix" }, said(check.advice)) : null));
   };
   return h("section", { class: "card" }, h("h2", {}, t("result.checks")),
     failed.length ? h("ul", { class: "lights" }, failed.map(item)) : made ? h("p", { class: "good-text" }, t("result.all_good", { count: made })) : null,

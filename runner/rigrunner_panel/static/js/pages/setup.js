@@ -37,7 +37,7 @@ export function setupPage() {
       fill(body, h("section", { class: "card bad-card" }, h("h2", {}, t("setup.invalid")), h("p", {}, said(error.message)), error.hint ? h("p", { class: "hint" }, said(error.hint)) : null, problemList(error.problems ?? [])));
       return;
     }
-    setText(heading, plan.procedure.title);
+    setText(heading, said(plan.procedure.title));
     const inputs = inputForm(procedure, plan.inputs, draft().inputs ?? {}, (values) => keepDraft({ inputs: values }));
     const realtime = h("input", { type: "checkbox", id: "realtime", checked: draft().realtime !== false, onchange: () => keepDraft({ realtime: realtime.checked }) });
     const card = preflightCard({ procedure, station });
@@ -107,7 +107,7 @@ function planCard(plan) {
   return h("section", { class: "card" }, h("h2", {}, t("setup.plan")),
     plan.warnings.map((warning) => h("p", { class: "banner warn" }, said(warning))),
     h("dl", { class: "facts" },
-      h("dt", {}, t("setup.station")), h("dd", {}, plan.station.title),
+      h("dt", {}, t("setup.station")), h("dd", {}, said(plan.station.title)),
       h("dt", {}, t("setup.revision")), h("dd", {}, `${plan.procedure.id} ${plan.procedure.revision}`),
       h("dt", {}, t("setup.duration")), h("dd", {}, duration(plan.estimated_s)),
       h("dt", {}, t("setup.steps")), h("dd", {}, String(plan.steps.length)),

@@ -24,7 +24,7 @@ export function promptCard() {
   function build(prompt) {
     const picture = prompt.picture ? h("img", { class: "prompt-picture", src: prompt.picture, alt: t("prompt.picture") }) : null;
     const card = h("section", { class: "prompt", role: "dialog", "aria-labelledby": "prompt-text" },
-      h("span", { class: "soft" }, stepOf(prompt.step)), h("p", { id: "prompt-text", class: "prompt-text" }, prompt.text), picture,
+      h("span", { class: "soft" }, stepOf(prompt.step)), h("p", { id: "prompt-text", class: "prompt-text" }, said(prompt.text)), picture,
       prompt.kind === "confirm" ? choices(prompt, prompt.choices) : prompt.choices.length ? choices(prompt, prompt.choices) : field(prompt));
     fill(element, card);
     (card.querySelector("input") ?? card.querySelector("button")).focus();
@@ -41,7 +41,7 @@ export function promptCard() {
       event.preventDefault();
       answer(prompt.unit ? typedNumber(input.value) : input.value);
     } },
-    h("label", { class: "visually-hidden", for: "prompt-input" }, prompt.text), input,
+    h("label", { class: "visually-hidden", for: "prompt-input" }, said(prompt.text)), input,
     h("p", { class: "soft", id: "prompt-expected" }, said(prompt.expected) || prompt.unit),
     h("button", { type: "submit", class: "button huge primary" }, t("prompt.send")));
   }

@@ -8,9 +8,9 @@ import { said, t } from "../texts.js";
 const SIGNS = { ".": "", r: "▶", o: "✓", x: "✗", s: "↷" };
 const WORDS = { ".": "to_come", r: "running", o: "done", x: "failed", s: "skipped" };
 
-// The words of a step; what is confirmed or asked is in the procedure's own words.
-export function stepWords({ action, text }) {
-  return action === "confirm" || action === "ask" ? text : said(text);
+// The words of a step; what the procedure of a laboratory asks stays in its own words.
+export function stepWords({ text }) {
+  return said(text);
 }
 
 export function stepList() {

@@ -1,7 +1,7 @@
 // The verdict and the value that it is about, as large as it can be.
 
 import { h, setText } from "../dom.js";
-import { withUncertainty } from "../format.js";
+import { shownNumber, withUncertainty } from "../format.js";
 import { store } from "../store.js";
 import { has, t } from "../texts.js";
 
@@ -28,7 +28,7 @@ export function verdictLine() {
       const said = verdict ? `${SIGNS[verdict] ?? "~"} ${verdictText(verdict)}` : t(final ? "verdict.none" : "verdict.not_yet");
       setText(word, verdict && !final ? t("verdict.so_far", { verdict: said }) : said);
       const named = (final && finished.result) || "";
-      setText(value, headline ? withUncertainty(headline.value_nm, headline.U_nm, "N·m") : named);
+      setText(value, headline ? withUncertainty(headline.value_nm, headline.U_nm, "N·m") : shownNumber(named));
     },
   };
 }
