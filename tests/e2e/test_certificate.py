@@ -96,7 +96,7 @@ ISO_17025 = {
     ),
     "7.8.2.1 o, person authorising": ("Authorised by A. Nother, Head of laboratory",),
     "7.8.2.1 p, external results marked": (
-        *("What follows was supplied by external providers.", "Hardness 60 HRC"),
+        *("The following results were supplied by external providers.", "Hardness 60 HRC"),
         "Supplied by Other Laboratory",
     ),
     "7.8.2.1 note, reproduction in full": ("shall not be reproduced except in full",),
@@ -128,7 +128,7 @@ ISO_17025 = {
     ),
     "7.5.1 operator": ("Operator Demo operator",),
     "proof": ("{digest}", "{file}"),
-    "not a certificate": ("not for certification", "made by a simulator"),
+    "not a certificate": ("not for certification", "simulated, not measured"),
 }
 
 

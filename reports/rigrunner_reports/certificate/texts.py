@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -15,6 +16,7 @@ from rigrunner.api.errors import InvalidFileError, Problem, did_you_mean
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
+    from importlib.resources.abc import Traversable
 
 REFERENCE = "en"
 """The language that has every key."""
@@ -28,6 +30,8 @@ class Texts:
 
     language: str
     by_key: Mapping[str, str]
+    said: Said
+    """Sentences that runs record in English."""
 
     def __call__(self, key: str, **values: object) -> str:
         """Return a text with its {names} filled in; raise KeyError if there is no such key."""
@@ -38,14 +42,72 @@ class Texts:
         return self.by_key.get(key, other)
 
 
+@dataclass(frozen=True)
+class Said:
+    """Recorded English sentences in another language, by patterns with {names} in their places.
+
+    {number} and {value} (a number with its unit) match these alone, {said} what is a sentence
+    itself, any other name any text.
+    """
+
+    sentences: tuple[tuple[re.Pattern[str], str], ...] = ()
+
+    def __call__(self, text: str) -> str:
+        """Return a sentence, or several with '; ' between, as it is where it is not known."""
+        whole = self._whole(text)
+        if whole is not None:
+            return whole
+        parts = text.split("; ")
+        return "; ".join(self._whole(part) or part for part in parts)
+
+    def _whole(self, text: str) -> str | None:
+        for pattern, into in self.sentences:
+            if found := pattern.fullmatch(text):
+                filled = {
+                    name: self(part) if name.startswith("said") else part
+                    for name, part in found.groupdict().items()
+                }
+                return into.format(**filled)
+        return None
+
+
+_NUMBER = r"[+\u2212-]?\d[\d.]*(?:e[+-]?\d+)?"
+_KINDS = {"number": _NUMBER, "value": rf"{_NUMBER}(?: \S+?)?", "said": ".+"}
+_OTHERS = "(?:(?!; ).)+?"
+
+
+def _sentences(said: Mapping[str, str]) -> Said:
+    """Return sentences in the order of how much of each is literal, the most first."""
+    fixed = sorted(said, key=lambda english: -len(re.sub(r"\{\w+\}", "", english)))
+    return Said(tuple((re.compile(_shape(english)), said[english]) for english in fixed))
+
+
+def _shape(english: str) -> str:
+    parts = re.split(r"\{([a-z]+)(\d*)\}", english)
+    shape = re.escape(parts[0])
+    for kind, place, literal in zip(parts[1::3], parts[2::3], parts[3::3], strict=True):
+        shape += f"(?P<{kind}{place}>{_KINDS.get(kind, _OTHERS)}){re.escape(literal)}"
+    return shape
+
+
 @cache
 def shipped(language: str) -> Mapping[str, str]:
     """Return the shipped texts of a language; none where it is not shipped."""
     file = _FOLDER / f"{language}.yaml"
     if not file.is_file():
         return {}
-    content = yaml.safe_load(file.read_text(encoding="utf-8"))
-    return dict(content["texts"])
+    return dict(_content(file)["texts"])
+
+
+@cache
+def said(language: str) -> Said:
+    """Return the sentences of runs in a shipped language; none in others, or in English."""
+    file = _FOLDER / f"{language}.yaml"
+    return _sentences(_content(file).get("said", {})) if file.is_file() else Said()
+
+
+def _content(file: Traversable) -> dict[str, dict[str, str]]:
+    return dict(yaml.safe_load(file.read_text(encoding="utf-8")))
 
 
 def shipped_languages() -> list[str]:
@@ -64,7 +126,7 @@ def texts(language: str, own: Mapping[str, Mapping[str, str]]) -> Texts:
     problems = list(_problems(language, found, given, [*own]))
     if problems:
         raise InvalidFileError(problems)
-    return Texts(language, found)
+    return Texts(language, found, said(language))
 
 
 def _problems(

@@ -47,6 +47,11 @@ class Wording:
         with_minus = _NEGATIVE.sub(MINUS, printed)
         return _POINT.sub(self.texts("decimal"), with_minus)
 
+    def said(self, recorded: str) -> str:
+        """Return a sentence that a run recorded, in this language where it is known."""
+        told = self.texts.said(recorded)
+        return self.number(told) if told != recorded else recorded
+
     def plain(self, value: float) -> str:
         """Return a set value as a person wrote it."""
         return self.number(plain(value))
@@ -197,7 +202,7 @@ class Wording:
         """Return what was entered at the run and does not stand elsewhere."""
         told = {certificate.item.identification, certificate.performance.operator}
         inputs = certificate.performance.inputs
-        return [(name, value) for name, value in inputs.items() if value not in told]
+        return [(self.said(name), value) for name, value in inputs.items() if value not in told]
 
     def digests(self, method: Method) -> list[tuple[str, str]]:
         """Return the digests of the procedure and of those that it calls."""

@@ -6,11 +6,14 @@ import json
 import sys
 from dataclasses import replace
 from datetime import date
+from importlib.resources import files
 from pathlib import Path
 from typing import get_args
 
 import pytest
+import yaml
 
+import rigrunner_panel
 from helpers_certificate import NOW, ORDER, make_letterhead
 from rigrunner.api.analysis import Check, Consequence
 from rigrunner.api.certificate import (
@@ -35,7 +38,7 @@ from rigrunner.documents.certifying.certify import read_source
 from rigrunner.registry import load_registry
 from rigrunner_reports.certificate.pdf import pdf_maker
 from rigrunner_reports.certificate.render import html
-from rigrunner_reports.certificate.texts import names, shipped, shipped_languages
+from rigrunner_reports.certificate.texts import names, said, shipped, shipped_languages
 from unit.rigrunner_reports.helpers_html import read_html
 
 pytestmark = pytest.mark.figures
@@ -113,6 +116,38 @@ def test_a_second_language_is_shipped_and_is_another():
     german, english = shipped("de"), shipped("en")
     same = {key for key in english if german[key] == english[key]}
     assert len(same) < 12, same
+
+
+@pytest.mark.parametrize(
+    ("recorded", "german"),
+    [
+        ("load-induced starting torque", "lastinduziertes Anlaufmoment"),
+        (
+            "Margin to the limit ≤ 0.95 N·m: 0.2283 N·m (U = 0.0101 N·m).",
+            "Abstand zum Grenzwert ≤ 0.95 N·m: 0.2283 N·m (U = 0.0101 N·m).",
+        ),
+        (
+            "001_1Hz scatters by 0.07 %; in the budget as 'steady speed'",
+            "001_1Hz streut um 0.07 %; im Unsicherheitsbudget als „gleichmäßige Drehzahl“",
+        ),
+        ("a sentence of a plugin; no verdict", "a sentence of a plugin; keine Konformitätsaussage"),
+        ("a sentence of a plugin", "a sentence of a plugin"),
+    ],
+)
+def test_what_a_run_recorded_is_said_in_german_where_it_is_known(recorded, german):
+    assert said("de")(recorded) == german
+    assert said("en")(recorded) == recorded
+
+
+def test_the_panel_and_certificates_say_a_sentence_alike():
+    folder = Path(rigrunner_panel.__file__).parent / "static/texts"
+    english, german = (json.loads((folder / f"{name}.json").read_bytes()) for name in ("en", "de"))
+    of_the_panel = {english[key]: german[key] for key in english if key.startswith("says.")}
+    texts = files("rigrunner_reports") / "certificate/texts/de.yaml"
+    ours = yaml.safe_load(texts.read_text(encoding="utf-8"))["said"]
+    both = set(ours) & set(of_the_panel)
+    assert len(both) > 150
+    assert {each for each in both if ours[each] != of_the_panel[each]} == set()
 
 
 def test_everything_that_a_certificate_can_say_by_a_code_has_its_words():
