@@ -7,6 +7,7 @@ from rigrunner_plugins.decision_rules import rigrunner_decision_rules
 from rigrunner_plugins.devices.records import rigrunner_devices
 from rigrunner_plugins.fits.records import rigrunner_fits
 from rigrunner_plugins.importers.records import rigrunner_importers
+from rigrunner_plugins.listeners.records import rigrunner_event_sinks
 from rigrunner_plugins.outlier_rules.records import rigrunner_outlier_rules
 
 __all__ = [
@@ -14,6 +15,7 @@ __all__ = [
     "rigrunner_analyses",
     "rigrunner_decision_rules",
     "rigrunner_devices",
+    "rigrunner_event_sinks",
     "rigrunner_fits",
     "rigrunner_importers",
     "rigrunner_outlier_rules",

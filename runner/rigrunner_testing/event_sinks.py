@@ -64,9 +64,12 @@ def leaves_samples_alone(subject: Subject) -> None:
             demand(same, "it changes the samples that it is given")
 
 
-@check(fix="end threads and close files when RunEnded comes", needs=("takes_every_event",))
+@check(
+    fix="end threads and close files when RunEnded comes, or in `close`",
+    needs=("takes_every_event",),
+)
 def lets_go_when_the_run_ends(subject: Subject) -> None:
-    """After the run has ended it holds no thread, no file and no socket."""
+    """After the run, and its `close` if it has one, it holds no thread, no file and no socket."""
     _listen(subject)  # what is loaded once is loaded now
     before = census()
     _listen(subject)
@@ -78,6 +81,8 @@ def _listen(subject: Subject) -> None:
     sink = _sink(subject)
     for event in run():
         sink(event)
+    if isinstance(sink, events.ClosingSink):
+        sink.close()
 
 
 def _sink(subject: Subject) -> EventSink:
@@ -90,13 +95,15 @@ def _has_block(event: Any) -> bool:
 
 
 def run() -> Iterator[Any]:
-    """Yield the events of a short run that an interlock ends."""
+    """Yield the events of a short run that an interlock ends, as a station's listeners get them."""
     for seq, (kind, told) in enumerate(_told()):
         yield kind(seq=seq, monotonic_s=0.1 * seq, utc="2026-01-01T12:00:00.000Z", **told)
 
 
 def _told() -> Iterator[tuple[type[Event], dict[str, Any]]]:
     step = {"step": "main[0]", "index": 0, "action": "record"}
+    known = {"run_id": "run-1", "folder": "run-1", "station": "rig-1", "title": "A test"}
+    yield events.RunPlanned, {**known, "procedure": "P", "due": {"transducer": "2026-01-10"}}
     yield events.RunStarted, {"run_id": "run-1", "steps": 1, "estimated_s": 5.0}
     yield events.Prompt, {"step": "setup[0]", "text": "Guards closed?", "choices": ("yes", "no")}
     yield events.Answer, {"step": "setup[0]", "text": "yes", "by": "A. Nother"}
@@ -121,6 +128,7 @@ def _told() -> Iterator[tuple[type[Event], dict[str, Any]]]:
     yield events.MadeSafe, {"what": "tester", "read_back": {"tester.load": 0.0}}
     yield events.Alarm, {"source": "tester", "text": "the load did not come down"}
     yield events.RunEnded, {"outcome": events.Outcome.ABORTED, "reason": "guard open"}
+    yield events.RunFinished, {"outcome": events.Outcome.ABORTED, "reason": "guard open"}
 
 
 CHECKS: tuple[AnyCheck, ...] = (

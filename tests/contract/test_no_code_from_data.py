@@ -32,12 +32,14 @@ KNOWN = {
     "plugins/rigrunner_plugins/devices/modbus/opening.py": {"socket"},
     "runner/rigrunner/api/ports.py": {"socket"},
     "runner/rigrunner/rig_state/addresses.py": {"socket"},  # one host has several names
+    "plugins/rigrunner_plugins/listeners/webhook.py": {"http", "ssl"},
+    "plugins/rigrunner_plugins/listeners/mail.py": {"smtplib", "ssl"},
     "runner/rigrunner/run/rig_lock.py": {"socket"},  # the name of this machine
     "runner/rigrunner_testing/device/recovery.py": {"socket"},  # an instrument on loopback
 }
 """What a module may import although others may not: processes of a panel tell each other objects
 over their own pipes; the panel listens where it is told to, and knows this machine's names;
-instruments are called at the address that the station names."""
+instruments are called, and people who are away notified, at the address that the station names."""
 PARSES = "urllib.parse"
 """Takes addresses apart and calls none."""
 RUNNING = {"eval", "exec", "compile", "__import__"}

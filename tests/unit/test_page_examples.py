@@ -20,7 +20,7 @@ STATION = ROOT / "procedures/stations/simulated.yaml"
 OF_STARTS = ROOT / "procedures/no_load_breakaway.yaml"
 BENCH = ROOT / "procedures/stations/simulated_bench.yaml"
 PART = "run by the reader alone: a part of a procedure"
-OF_A_STATION = {"devices", "durability", "safety", "instruments", "rig"}
+OF_A_STATION = {"devices", "durability", "listeners", "safety", "instruments", "rig"}
 OF_AN_ANALYSIS = "      "
 """What its keys stand behind."""
 LANGUAGE = ROOT / "docs/reference/procedure-language.md"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping  # noqa: TC003  (read at run time, where records are checked)
 from enum import StrEnum
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from msgspec import Struct
 
@@ -214,6 +214,40 @@ class RunEnded(Event, frozen=True, kw_only=True):
 
     That is so where it could not be kept on record, or where a device was lost or did not answer.
     """
+
+
+class RunPlanned(Event, frozen=True, kw_only=True):
+    """What run it is that begins; for a station's listeners alone, as the run's header has it."""
+
+    run_id: str
+    folder: str
+    """Where its files are written."""
+    station: str
+    procedure: str
+    title: str
+    inputs: Mapping[str, str] = {}
+    due: Mapping[str, str] = {}
+    """By instrument, on what day its calibration is due: '2027-01-31'."""
+
+
+class RunFinished(Event, frozen=True, kw_only=True):
+    """The run is analysed, sealed and reported; for a station's listeners alone, as the last."""
+
+    outcome: Outcome
+    reason: str = ""
+    verdict: str = ""
+    """'' where there is none."""
+    report: str = ""
+    """The path of the report; '' where there is none."""
+
+
+@runtime_checkable
+class ClosingSink(Protocol):
+    """A sink that wants to know that no further event comes."""
+
+    def close(self) -> None:
+        """Let go of everything; what takes longer than a few seconds is not waited for."""
+        ...
 
 
 class EventSink(Protocol):

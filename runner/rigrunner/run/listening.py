@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import threading
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
 from queue import Full, Queue
 from time import monotonic
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from rigrunner.api.events import Samples
+from rigrunner.api.events import ClosingSink, Samples
+from rigrunner.bus import EventStamp
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -76,10 +78,13 @@ class Detached:
                 self._sink(event)
             except Exception as error:  # noqa: BLE001  (a stranger's may raise anything)
                 self._failure = error
-                return
+                break
             except BaseException as error:  # noqa: BLE001  (it would end this thread alone, unseen)
                 self._failure = RuntimeError(f"it raised {type(error).__name__}({error})")
-                return
+                break
+        if isinstance(self._sink, ClosingSink):
+            with suppress(Exception):  # nobody hears it any more
+                self._sink.close()
 
 
 class _Weighed(Queue["Event | None"]):
@@ -108,15 +113,30 @@ def _weight(event: Event | None) -> int:
     return 1 + sum(values.nbytes for values in event.block.channels.values()) // UNIT_BYTES
 
 
+@dataclass(frozen=True)
+class Listeners:
+    """The listeners of a station, and what they alone are told."""
+
+    sinks: tuple[Detached, ...]
+    stamp: EventStamp
+
+    def tell(self, kind: type[Event], **fields: Any) -> None:
+        """Tell them of what is not on record; who has failed is found by the next event."""
+        event = self.stamp(kind, **fields)
+        for each in self.sinks:
+            with suppress(Exception):
+                each(event)
+
+
 @contextmanager
-def listeners_of(planned: Planned) -> Iterator[list[EventSink]]:
+def listeners_of(planned: Planned) -> Iterator[Listeners]:
     """Give the listeners that the station names; raise PluginError for one that refuses."""
     registry, named = planned.registry, planned.station.model.listeners
     sinks = [
         (each.plugin, registry.make("event_sink", each.plugin, each.settings)) for each in named
     ]
     with ExitStack() as held:
-        detached = [Detached(name, sink) for name, sink in sinks]
+        detached = tuple(Detached(name, sink) for name, sink in sinks)
         for each in detached:
             held.callback(each.close)
-        yield list(detached)
+        yield Listeners(detached, EventStamp(planned.clock))

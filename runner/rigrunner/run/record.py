@@ -6,11 +6,12 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.progress import unseen
 from rigrunner.api.cleanup import noted_on
 from rigrunner.api.errors import DeviceError
+from rigrunner.api.events import RunFinished, RunPlanned
 from rigrunner.bus import Bus
 from rigrunner.clock import utc_text
 from rigrunner.engine import run_plan, streams_before
@@ -147,6 +148,7 @@ def carry_out(
         planned,
         opened,
         work,
+        inputs=inputs,
         no_load=no_load,
         listeners=listeners,
         progress=stoppable(progress, stop),
@@ -159,6 +161,7 @@ def into_folder(
     opened: Callable[[Mapping[str, Identity]], AbstractContextManager[RunWriter]],
     work: Callable[[Rig, Bus, Path, Sequence[Interference]], RunSummary],
     *,
+    inputs: Mapping[str, str],
     no_load: Path | None,
     listeners: Sequence[EventSink],
     progress: Progress,
@@ -171,7 +174,7 @@ def into_folder(
     """
     errors: list[BaseException] = []
     with ExitStack() as held:
-        told = [*held.enter_context(listeners_of(planned)), *listeners]
+        of_station = held.enter_context(listeners_of(planned))
         with rig_lock(planned) as marks, guarded(planned, marks) as guardian:
             rig = rig_of(planned, marks, guardian.pulse if guardian else None)
             identified = rig.connect()
@@ -185,10 +188,13 @@ def into_folder(
                 writer = held.enter_context(opened(identified))
                 if marks is not None:
                     marks.describe(run=str(writer.folder.absolute()))
+                of_station.tell(RunPlanned, **_known(planned, writer.folder, inputs))
                 with open_log(writer.folder) as log:
                     of_guardian = [guardian.pulse.note] if guardian else []
                     tracers = [each.trace for each in log]
-                    bus = Bus(writer.sinks, [*log, *of_guardian, *told], tracers)
+                    bus = Bus(
+                        writer.sinks, [*log, *of_guardian, *of_station.sinks, *listeners], tracers
+                    )
                     summary = work(rig, bus, writer.folder, before)
                 if marks is not None:
                     marks.put_on_record()
@@ -215,7 +221,28 @@ def into_folder(
             and isinstance(summary.error, DeviceError)
             and planned.tape is None,
         )
+        of_station.tell(
+            RunFinished,
+            outcome=finished.outcome,
+            reason=finished.reason,
+            verdict=str(finished.result.verdict) if finished.result else "",
+            report=str(finished.report or ""),
+        )
         return replace(finished, unsafe=summary.unsafe)
+
+
+def _known(planned: Planned, folder: Path, inputs: Mapping[str, str]) -> dict[str, Any]:
+    """Return what the listeners of the station get before a run begins."""
+    register = planned.station.register
+    return {
+        "run_id": folder.name,
+        "folder": str(folder.absolute()),
+        "station": planned.station.model.id,
+        "procedure": planned.procedure.model.id,
+        "title": planned.procedure.model.title,
+        "inputs": dict(inputs),
+        "due": {each.name: str(each.due) for each in register.values() if each.due},
+    }
 
 
 @contextmanager

@@ -79,7 +79,7 @@ def test_a_listener_is_told_of_the_run_from_its_start_to_its_end(lab):
     )
     assert finished.error is None
     told = file.read_text().split()
-    assert (told[0], told[-1]) == ("RunStarted", "RunEnded")
+    assert (told[:2], told[-2:]) == (["RunPlanned", "RunStarted"], ["RunEnded", "RunFinished"])
     assert told.count("StepStarted") == told.count("StepEnded") > 0
     assert "Samples" in told
 
@@ -92,7 +92,7 @@ def test_one_that_fails_is_dropped_and_the_run_goes_on(lab):
         quick_procedure(folder, "no_load_inertia_sweep"), folder / "runs", station=station(named)
     )
     assert finished.error is None
-    assert file.read_text().split() == ["RunStarted"]
+    assert file.read_text().split() == ["RunPlanned"]
     assert no_listener_is_left()
     alarms = [each.text for each in read(finished.folder).events if hasattr(each, "source")]
     assert any(
@@ -181,6 +181,30 @@ def test_what_comes_in_thousands_at_once_waits_its_turn():
     go_on.set()
     detached.close()
     assert taken == list(range(20_000))
+
+
+def test_one_that_wants_to_close_is_closed_once_in_its_thread_also_after_a_failure():
+    told = []
+
+    class Sink:
+        def __init__(self, fails):
+            self.fails = fails
+
+        def __call__(self, event):
+            told.append(event)
+            if self.fails:
+                raise OSError("gone")
+
+        def close(self):
+            told.append(threading.current_thread().name)
+            raise OSError("gone, too")
+
+    for fails in (False, True):
+        detached = Detached("closing", Sink(fails))
+        detached("one")
+        detached.close()
+        wait_until(no_listener_is_left)
+    assert told == ["one", "listener closing"] * 2
 
 
 def test_what_waits_at_the_end_is_still_handed_over():

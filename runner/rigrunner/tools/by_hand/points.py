@@ -76,6 +76,7 @@ def record_by_hand(
         free,
         lambda identified: new_folder(free, runs, {}, people, identified, no_load),
         work,
+        inputs={},
         no_load=no_load,
         listeners=listeners,
         progress=unseen,

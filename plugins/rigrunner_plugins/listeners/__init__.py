@@ -1,0 +1,1 @@
+"""Listeners that notify people who are away: webhook, mail, MQTT, and what apprise reaches."""

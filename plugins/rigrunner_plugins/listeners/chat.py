@@ -1,0 +1,34 @@
+"""Reaches desktops, phones and chats by the package apprise."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api import PluginError
+from rigrunner_plugins.devices.extras import missing
+from rigrunner_plugins.listeners.notifier import DeliveryError, Notifier
+
+if TYPE_CHECKING:
+    from rigrunner_plugins.listeners.messages import Message
+    from rigrunner_plugins.listeners.settings import AppriseSettings
+
+
+def apprise(settings: AppriseSettings) -> Notifier:
+    """Return the listener; raise PluginError without apprise, or where it knows no address."""
+    try:
+        from apprise import Apprise, AppriseAsset  # noqa: PLC0415  (an extra)
+    except ImportError as error:
+        raise missing("apprise", "apprise") from error
+    services = Apprise(asset=AppriseAsset(plugin_paths=[]))  # of no folder of a user
+    for number, url in enumerate(settings.urls.read().splitlines(), 1):
+        if url.strip() and not services.add(url.strip()):
+            raise PluginError(
+                f"apprise does not know address {number} of its addresses",
+                hint="https://appriseit.com/services lists the forms",
+            )
+
+    def deliver(message: Message) -> None:
+        if not services.notify(title=message.title, body=message.body):
+            raise DeliveryError("a service did not take it")
+
+    return Notifier("apprise", settings, deliver)

@@ -1,0 +1,62 @@
+"""Publishes messages as JSON to an MQTT broker, which has to confirm each of them."""
+
+from __future__ import annotations
+
+import json
+import threading
+from typing import TYPE_CHECKING, Any
+
+from rigrunner_plugins.devices.extras import missing
+from rigrunner_plugins.listeners.notifier import DeliveryError, Notifier
+
+if TYPE_CHECKING:
+    from rigrunner_plugins.listeners.messages import Message
+    from rigrunner_plugins.listeners.settings import MqttSettings
+
+AT_LEAST_ONCE = 1
+
+
+def mqtt(settings: MqttSettings) -> Notifier:
+    """Return the listener; raise PluginError without paho, or where no password can be read."""
+    try:
+        from paho.mqtt import client as paho  # noqa: PLC0415  (an extra)
+    except ImportError as error:
+        raise missing("paho-mqtt", "mqtt") from error
+    password = settings.password.read() if settings.password else None
+
+    def deliver(message: Message) -> None:
+        client = paho.Client(paho.CallbackAPIVersion.VERSION2)
+        client.connect_timeout = settings.timeout
+        if settings.user:
+            client.username_pw_set(settings.user, password)
+        if settings.tls:
+            client.tls_set()
+        connected, refused = threading.Event(), []
+
+        def on_connect(_client: Any, _data: Any, _flags: Any, reason: Any, _more: Any) -> None:
+            if reason.is_failure:
+                refused.append(str(reason))
+            connected.set()
+
+        client.on_connect = on_connect
+        client.connect(settings.host, settings.port)
+        client.loop_start()
+        try:
+            if not connected.wait(settings.timeout):
+                raise DeliveryError("the broker did not answer")
+            if refused:
+                raise DeliveryError(f"the broker refused the connection: {refused[0]}")
+            topic = _filled(settings.topic, message)
+            told = client.publish(topic, json.dumps(message.document()), qos=AT_LEAST_ONCE)
+            told.wait_for_publish(settings.timeout)
+            if not told.is_published():
+                raise DeliveryError("the broker did not confirm it")
+            client.disconnect()
+        finally:
+            client.loop_stop()
+
+    return Notifier("mqtt", settings, deliver)
+
+
+def _filled(topic: str, message: Message) -> str:
+    return topic.replace("{station}", message.station).replace("{kind}", message.kind)

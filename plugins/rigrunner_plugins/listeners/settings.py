@@ -1,0 +1,131 @@
+"""The settings of the listeners that ship: when to send, and to where."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from rigrunner.api import ListOf, PlainText, PluginError, PositiveDuration, Settings, YesNo
+
+When = Literal["run_ended", "waits_for_answer", "alarm", "disk_low", "calibration_due"]
+EVERY: tuple[When, ...] = (
+    "run_ended",
+    "waits_for_answer",
+    "alarm",
+    "disk_low",
+    "calibration_due",
+)
+Port = Annotated[int, Field(ge=1, le=65535)]
+Address = Annotated[str, Field(pattern=r"^[^@\s<>,;]+@[^@\s<>,;]+$", max_length=254)]
+
+
+class Secret(Settings):
+    """Where a secret is read when a run begins: a variable of the environment, or a file.
+
+    A station file goes into each run; what is secret never stands in it.
+    """
+
+    env: Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")] | None = None
+    """The name of the variable."""
+    file: Annotated[str, Field(min_length=1)] | None = None
+    """The path of the file, from the root or from `~`."""
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if (self.env is None) == (self.file is None):
+            raise ValueError("write one of 'env' and 'file'")
+        if self.file is not None and not Path(self.file).expanduser().is_absolute():
+            raise ValueError(f"file: got '{self.file}', expected a path from '/' or '~'")
+        return self
+
+    def read(self) -> str:
+        """Return the secret without spaces around it; raise PluginError where there is none."""
+        if self.env is not None:
+            found, where = os.environ.get(self.env, ""), f"the variable {self.env}"
+        else:
+            where = f"the file {self.file}"
+            try:
+                found = Path(str(self.file)).expanduser().read_text(encoding="utf-8")
+            except (OSError, UnicodeDecodeError) as error:
+                hint = "write the secret into it, readable for the account that runs tests"
+                raise PluginError(
+                    f"cannot read {where}: {type(error).__name__}", hint=hint
+                ) from error
+        if not found.strip():
+            message = f"{where} is empty or not set"
+            raise PluginError(message, hint="a listener of the station needs it")
+        return found.strip()
+
+
+class RuleSettings(Settings):
+    """When a message is sent, and how long is tried."""
+
+    on: ListOf[When] = EVERY
+    """What is reported."""
+    wait: PositiveDuration = 10.0
+    """A question or a pause is reported once it has waited so long for a person."""
+    disk_low_gb: Annotated[float, Field(gt=0)] = 5.0
+    """Less room than this, where runs are written, is reported: in 10⁹ bytes."""
+    calibration_due_days: Annotated[int, Field(ge=0)] = 14
+    """An instrument whose calibration is due within so many days is reported as a run begins."""
+    timeout: PositiveDuration = 5.0
+    """How long the receiver may take for one message."""
+    tries: Annotated[int, Field(ge=1, le=10)] = 5
+    """How often a message is sent at most; between tries 1 s, 2 s, 4 s pass, and so on."""
+
+
+class WebhookSettings(RuleSettings):
+    """Of `webhook`."""
+
+    url: Annotated[str, Field(pattern=r"^https?://[^\s@/]+(/\S*)?$")]
+    """Where JSON is posted to; a redirect is not followed."""
+    secret: Secret | None = None
+    """The key of the signature; without one the messages are not signed."""
+
+
+class MailSettings(RuleSettings):
+    """Of `mail`."""
+
+    host: Annotated[str, Field(min_length=1)]
+    """The mail server."""
+    port: Port = 587
+    """Its port for submission."""
+    security: Literal["starttls", "tls", "none"] = "starttls"
+    """`none` sends everything in clear, the password too."""
+    user: PlainText = ""
+    """Its account there; none where it asks for none."""
+    password: Secret | None = None
+    """That of the account."""
+    sender: Address
+    """From whom the mails are."""
+    to: Annotated[ListOf[Address], Field(min_length=1)]
+    """Who gets them."""
+
+
+class MqttSettings(RuleSettings):
+    """Of `mqtt`."""
+
+    host: Annotated[str, Field(min_length=1)]
+    """The broker."""
+    port: Port = 1883
+    """8883 is usual with TLS."""
+    tls: YesNo = False
+    """Whether the connection is encrypted, and the broker's certificate checked."""
+    user: PlainText = ""
+    """Its account there; none where it asks for none."""
+    password: Secret | None = None
+    """That of the account."""
+    topic: Annotated[str, Field(pattern=r"^[^\s#+\x00]+$", max_length=200)] = (
+        "rigrunner/{station}/{kind}"
+    )
+    """`{station}` and `{kind}` are filled in."""
+
+
+class AppriseSettings(RuleSettings):
+    """Of `apprise`."""
+
+    urls: Secret
+    """The addresses of its services, one a line: they hold passwords and tokens."""

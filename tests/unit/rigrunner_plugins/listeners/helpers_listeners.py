@@ -1,0 +1,119 @@
+"""Events of a run, and receivers that answer, refuse, hang or close."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+from rigrunner.api.events import Alarm, Outcome, RunEnded, RunFinished, RunPlanned
+
+UTC = "2026-11-23T12:00:00.000Z"
+SECRET = "s3cret-of-the-test"  # noqa: S105  (of a test)
+
+
+def event(kind, **fields):
+    return kind(**{"seq": 0, "monotonic_s": 0.0, "utc": UTC, **fields})
+
+
+def planned(folder, **more):
+    known = {"run_id": "R1", "folder": str(folder), "station": "rig-1", "procedure": "P-7"}
+    return event(RunPlanned, **{**known, "title": "Test", "inputs": {"specimen": "SN-042"}, **more})
+
+
+def alarm(text="too hot"):
+    return event(Alarm, source="interlock hot", text=text)
+
+
+def ended():
+    return event(RunEnded, outcome=Outcome.COMPLETED)
+
+
+def finished():
+    return event(RunFinished, outcome=Outcome.COMPLETED, verdict="pass")
+
+
+def whole(folder):
+    return [planned(folder), alarm(), ended(), finished()]
+
+
+def free_port():
+    """Return a port of loopback at which nobody listens."""
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        return free.getsockname()[1]
+
+
+def until(condition, patience_s=30.0):
+    end_s = time.monotonic() + patience_s
+    while not condition():
+        assert time.monotonic() < end_s, "nothing came"
+        time.sleep(0.01)
+
+
+class Receiver:
+    """What a web server got, and which status it answers to each request, the last one for ever."""
+
+    def __init__(self, statuses):
+        self.got = []
+        self._statuses = list(statuses)
+
+    def answer(self, path, headers, body):
+        self.got.append((path, headers, body))
+        return self._statuses.pop(0) if len(self._statuses) > 1 else self._statuses[0]
+
+
+@contextmanager
+def web(*statuses):
+    """Serve on loopback; give the receiver and its address."""
+    receiver = Receiver(statuses or (200,))
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_POST(self):
+            body = self.rfile.read(int(self.headers["Content-Length"]))
+            self.send_response(receiver.answer(self.path, dict(self.headers), body))
+            self.send_header("Content-Length", "0")
+            self.send_header("Location", "/elsewhere")
+            self.end_headers()
+
+        def log_message(self, *_):
+            pass
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
+    thread.start()
+    try:
+        yield receiver, server.server_address[1]
+    finally:
+        server.shutdown()
+        thread.join()
+        server.server_close()
+
+
+@contextmanager
+def unkind(*, closes):
+    """Listen on loopback and never say a word; or close each connection at once."""
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        listening.settimeout(0.05)
+        held, over = [], threading.Event()
+
+        def work():
+            while not over.is_set():
+                try:
+                    connection, _ = listening.accept()
+                except TimeoutError:
+                    continue
+                if closes:
+                    connection.close()
+                held.append(connection)
+
+        thread = threading.Thread(target=work)
+        thread.start()
+        try:
+            yield listening.getsockname()[1]
+        finally:
+            over.set()
+            thread.join()
+            for each in held:
+                each.close()

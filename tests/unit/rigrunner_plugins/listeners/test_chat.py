@@ -1,0 +1,80 @@
+"""Messages by apprise: to a service that takes JSON, on loopback."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from rigrunner.api import PluginError
+from rigrunner_plugins.listeners import notifier
+from rigrunner_plugins.listeners.settings import AppriseSettings
+from unit.rigrunner_plugins.listeners.helpers_listeners import alarm, unkind, until, web, whole
+
+pytest.importorskip("apprise")
+
+
+@pytest.fixture(autouse=True)
+def short(monkeypatch):
+    monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.01)
+    monkeypatch.setattr(notifier, "LAST_WORDS_S", 5.0)
+
+
+@pytest.fixture
+def to(monkeypatch):
+    from rigrunner_plugins.listeners.chat import apprise  # noqa: PLC0415  (an extra)
+
+    def made(urls, **more):
+        monkeypatch.setenv("URLS", urls)
+        return apprise(AppriseSettings(urls={"env": "URLS"}, **{"tries": 2, **more}))
+
+    return made
+
+
+def test_each_service_gets_what_happened(to, tmp_path):
+    with web() as (receiver, port):
+        sink = to(f"json://127.0.0.1:{port}/one\njson://127.0.0.1:{port}/two\n")
+        for each in whole(tmp_path):
+            sink(each)
+        sink.close()
+    assert sink.lost == 0
+    assert sorted(path for path, _, _ in receiver.got) == ["/one", "/one", "/two", "/two"]
+    titles = {json.loads(body)["title"] for _, _, body in receiver.got}
+    assert "rig-1: run ended (completed, pass) - SN-042" in titles
+
+
+def test_a_service_that_fails_is_asked_again_and_its_address_is_not_said(to, caplog):
+    with web(500) as (receiver, port):
+        sink = to(f"json://rig:s3cret@127.0.0.1:{port}/")
+        sink(alarm())
+        until(lambda: sink.lost)
+        sink.close()
+    assert len(receiver.got) == 2
+    assert "a service did not take it" in caplog.text
+    assert "s3cret" not in caplog.text
+
+
+@pytest.mark.parametrize("closes", [True, False])
+def test_a_service_that_hangs_or_closes_is_given_up(to, closes):
+    with unkind(closes=closes) as port:
+        sink = to(f"json://127.0.0.1:{port}/?cto=0.2&rto=0.2", tries=1)
+        sink(alarm())
+        until(lambda: sink.lost)
+    assert sink.lost == 1
+
+
+def test_an_address_that_apprise_does_not_know_is_refused_by_its_number(to):
+    with pytest.raises(PluginError, match="does not know address 2") as refused:
+        to("json://127.0.0.1/\nsecret-thing\n")
+    assert "secret-thing" not in str(refused.value)
+
+
+@pytest.mark.conformance("event_sink", "apprise")
+def test_it_conforms(conformance):
+    conformance()
+
+
+@pytest.fixture
+def conformance_settings(monkeypatch):
+    monkeypatch.setenv("URLS", "json://127.0.0.1:9/?cto=0.2&rto=0.2")
+    return {"urls": {"env": "URLS"}, "tries": 1}

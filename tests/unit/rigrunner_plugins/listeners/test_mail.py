@@ -1,0 +1,165 @@
+"""Messages by mail, to a real server."""
+
+from __future__ import annotations
+
+import pytest
+
+from rigrunner.api import PluginError
+from rigrunner.registry import load_registry
+from rigrunner_plugins.listeners import notifier
+from rigrunner_plugins.listeners.mail import mail
+from rigrunner_plugins.listeners.settings import MailSettings
+from unit.rigrunner_plugins.listeners.helpers_listeners import (
+    SECRET,
+    alarm,
+    finished,
+    free_port,
+    planned,
+    unkind,
+    until,
+    whole,
+)
+
+controllers = pytest.importorskip("aiosmtpd.controller")
+smtp = pytest.importorskip("aiosmtpd.smtp")
+
+
+@pytest.fixture(autouse=True)
+def short(monkeypatch):
+    monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.01)
+    monkeypatch.setattr(notifier, "LAST_WORDS_S", 5.0)
+    monkeypatch.setenv("MAIL_WORD", SECRET)
+
+
+class Handler:
+    """Keeps what comes, or refuses it."""
+
+    def __init__(self, *answers):
+        self.got, self.tries, self._answers = [], 0, list(answers)
+
+    async def handle_DATA(self, _server, _session, envelope):  # noqa: N802  (aiosmtpd's name)
+        self.tries += 1
+        if self._answers:
+            return self._answers.pop(0)
+        self.got.append(envelope)
+        return "250 OK"
+
+
+@pytest.fixture
+def served():
+    running = []
+
+    def serve(handler, **more):
+        controller = controllers.Controller(
+            handler, hostname="127.0.0.1", port=free_port(), ready_timeout=30, **more
+        )
+        controller.start()
+        running.append(controller)
+        return controller.port
+
+    yield serve
+    for each in running:
+        each.stop()
+
+
+def to(port, **more):
+    known = {"host": "127.0.0.1", "port": port, "security": "none", "timeout": "2 s", "tries": 3}
+    people = {"sender": "rig@example.org", "to": ["lab@example.org", "chief@example.org"]}
+    return mail(MailSettings(**{**known, **people, **more}))
+
+
+def test_a_mail_comes_with_what_happened(served, tmp_path):
+    handler = Handler()
+    sink = to(served(handler))
+    for each in whole(tmp_path):
+        sink(each)
+    sink.close()
+    assert sink.lost == 0
+    letters = [each.content.decode() for each in handler.got]
+    assert "Subject: rig-1: ALARM - SN-042" in letters[0]
+    assert "Subject: rig-1: run ended (completed, pass) - SN-042" in letters[1]
+    assert "The run ended: completed. Verdict: pass." in letters[1]
+    assert handler.got[0].rcpt_tos == ["lab@example.org", "chief@example.org"]
+    assert handler.got[0].mail_from == "rig@example.org"
+
+
+def test_a_specimen_cannot_add_a_header(served, tmp_path):
+    handler = Handler()
+    sink = to(served(handler), on=["run_ended"])
+    sink(planned(tmp_path, inputs={"specimen": "SN\r\nBcc: all@example.org"}))
+    sink(finished())
+    sink.close()
+    (letter,) = handler.got
+    head = letter.content.decode().partition("\r\n\r\n")[0]
+    assert not [line for line in head.splitlines() if line.startswith("Bcc")]
+
+
+@pytest.mark.filterwarnings("ignore:Requiring AUTH while not requiring TLS")
+def test_the_account_is_told_to_the_server_alone(served):
+    seen = []
+
+    def known(_server, _session, _envelope, _mechanism, data):
+        seen.append((data.login.decode(), data.password.decode()))
+        return smtp.AuthResult(success=data.password.decode() == SECRET)
+
+    more = {"authenticator": known, "auth_require_tls": False, "auth_required": True}
+    port = served(Handler(), **more)
+    sink = to(port, user="rig", password={"env": "MAIL_WORD"})
+    sink(alarm())
+    sink.close()
+    assert (sink.lost, seen) == (0, [("rig", SECRET)])
+
+
+def test_a_wrong_password_is_tried_once_and_not_said(served, caplog):
+    tries = []
+
+    def unknown(*_):
+        tries.append(1)
+        return smtp.AuthResult(success=False, handled=False)
+
+    port = served(Handler(), authenticator=unknown, auth_require_tls=False)
+    sink = to(port, user="rig", password={"env": "MAIL_WORD"})
+    sink(alarm())
+    until(lambda: sink.lost)
+    assert "the mail server said 535" in caplog.text
+    assert SECRET not in caplog.text
+
+
+def test_a_server_that_is_busy_is_asked_again_and_one_that_refuses_is_not(served):
+    busy = Handler("451 later")
+    sink = to(served(busy))
+    sink(alarm())
+    until(lambda: busy.got)
+    refusing = Handler("554 no", "554 no", "554 no")
+    other = to(served(refusing))
+    other(alarm())
+    until(lambda: other.lost)
+    assert (sink.lost, busy.tries, refusing.tries) == (0, 2, 1)
+
+
+@pytest.mark.parametrize("closes", [True, False])
+@pytest.mark.parametrize("security", ["none", "starttls", "tls"])
+def test_a_server_that_hangs_or_closes_is_given_up(closes, security):
+    with unkind(closes=closes) as port:
+        sink = to(port, timeout="0.1 s", tries=2, security=security)
+        sink(alarm())
+        until(lambda: sink.lost)
+        sink.close()
+    assert sink.lost == 1
+
+
+def test_a_server_without_tls_gets_nothing_in_clear(served):
+    handler = Handler()
+    sink = to(served(handler), security="starttls", tries=1)
+    sink(alarm())
+    until(lambda: sink.lost)
+    assert handler.tries == 0
+
+
+@pytest.mark.parametrize(
+    "more", [{"to": []}, {"to": ["nobody"]}, {"sender": "a@b\nc"}, {"password": "x"}]
+)
+def test_what_cannot_be_is_refused(more):
+    settings = {"host": "h", "sender": "a@b", "to": ["c@d"], **more}
+    with pytest.raises(PluginError):
+        load_registry().validated("event_sink", "mail", settings)

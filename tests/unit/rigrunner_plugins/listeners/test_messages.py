@@ -1,0 +1,121 @@
+"""What of a run is reported, and in which words."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from rigrunner.api.events import Answer, Intervention, MadeSafe, Prompt, StepStarted
+from rigrunner_plugins.listeners import messages
+from rigrunner_plugins.listeners.messages import DISK_EVERY_S, Rules
+from rigrunner_plugins.listeners.settings import RuleSettings
+from unit.rigrunner_plugins.listeners.helpers_listeners import (
+    alarm,
+    ended,
+    event,
+    finished,
+    planned,
+    whole,
+)
+
+
+@pytest.fixture(autouse=True)
+def disk(monkeypatch):
+    """How much room there is, in 10⁹ bytes."""
+    room = SimpleNamespace(gb=100.0)
+    usage = lambda _: SimpleNamespace(free=room.gb * 1e9)  # noqa: E731  (shorter so)
+    monkeypatch.setattr(messages.shutil, "disk_usage", usage)
+    return room
+
+
+def reported(events, **settings):
+    rules = Rules(RuleSettings(**settings))
+    return [each for one in events for each in rules.take(one)]
+
+
+def test_the_end_of_a_run_is_reported_once_with_its_verdict(tmp_path):
+    found = reported(whole(tmp_path))
+    assert [each.kind for each in found] == ["alarm", "run_ended"]
+    assert found[1].title == "rig-1: run ended (completed, pass) - SN-042"
+    assert found[1].document()["verdict"] == "pass"
+    assert found[0].text == "interlock hot: too hot"
+    assert "Run: R1" in found[0].body
+
+
+def test_a_run_that_is_cut_off_after_its_end_is_reported_without_a_verdict():
+    rules = Rules(RuleSettings())
+    assert not list(rules.take(ended()))
+    (last,) = rules.last()
+    assert (last.kind, last.outcome, last.verdict) == ("run_ended", "completed", "")
+    assert not list(rules.last())
+
+
+def test_only_what_the_station_asks_for_is_reported(tmp_path):
+    assert [each.kind for each in reported(whole(tmp_path), on=["run_ended"])] == ["run_ended"]
+    assert reported([alarm()], on=["disk_low"]) == []
+
+
+STEP = {"step": "main[0]", "index": 0, "action": "set", "text": "Set"}
+
+
+@pytest.mark.parametrize(
+    "over",
+    [
+        event(Answer, step="s", text="yes", by="Ann"),
+        event(Intervention, action="abort", by="Ann"),
+        event(StepStarted, **STEP),
+        ended(),
+    ],
+)
+def test_a_question_waits_until_somebody_answers_or_it_is_over(over):
+    rules = Rules(RuleSettings())
+    assert not list(rules.take(event(Prompt, step="main[0]", text="Is the guard closed?")))
+    assert rules.waiting.text == "main[0]: Is the guard closed?"
+    assert [each.kind for each in rules.take(alarm())] == ["alarm"]
+    assert rules.waiting is not None
+    list(rules.take(over))
+    assert rules.waiting is None
+
+
+def test_a_pause_waits_for_a_person_as_a_question_does():
+    rules = Rules(RuleSettings())
+    list(rules.take(event(Intervention, action="pause", by="interlock", reason="too hot")))
+    assert (rules.waiting.kind, rules.waiting.text) == ("waits_for_answer", "paused: too hot")
+
+
+def test_an_instrument_that_is_due_soon_is_named_and_one_that_is_not_is_not(tmp_path):
+    due = {"load cell": "2026-12-07", "meter": "2026-12-08", "clock": "2026-11-22"}
+    (found,) = reported([planned(tmp_path, due=due)])
+    assert found.kind == "calibration_due"
+    assert found.text == "clock: due 2026-11-22 (overdue)\nload cell: due 2026-12-07"
+
+
+def test_little_room_is_reported_once_until_there_was_room_again(disk, tmp_path):
+    now = SimpleNamespace(s=0.0)
+    rules = Rules(RuleSettings(disk_low_gb=5.0), lambda: now.s)
+    list(rules.take(planned(tmp_path)))
+    kinds = []
+    for room in (100.0, 4.9, 4.0, 100.0, 4.0):
+        disk.gb, now.s = room, now.s + DISK_EVERY_S
+        found = list(rules.take(event(Answer, step="s", text="t", by="b")))
+        kinds.append([each.text for each in found if each.kind == "disk_low"])
+    assert kinds == [[], ["4.9 GB free for runs"], [], [], ["4.0 GB free for runs"]]
+
+
+def test_what_may_not_be_safe_is_an_alarm():
+    (found,) = reported([event(MadeSafe, what="tester", problems=("no answer",))])
+    assert (found.kind, found.text) == ("alarm", "tester may not be safe: no answer")
+    assert reported([event(MadeSafe, what="tester")]) == []
+
+
+def test_that_a_listener_failed_is_not_reported_by_listeners():
+    failed = event(messages.Alarm, source="event sink", text="mail failed and was dropped")
+    assert reported([failed]) == []
+
+
+def test_a_line_break_in_a_specimen_makes_no_second_line_of_a_subject(tmp_path):
+    hostile = planned(tmp_path, inputs={"specimen": "SN\r\nBcc: all@example.org"})
+    found = reported([hostile, finished()])[-1]
+    assert "\n" not in found.title
+    assert "\r" not in found.title

@@ -1,0 +1,152 @@
+"""Messages to a real MQTT broker, where mosquitto is installed."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import socket
+import subprocess
+import threading
+from contextlib import contextmanager
+
+import pytest
+
+from rigrunner_plugins.listeners import notifier
+from rigrunner_plugins.listeners.settings import MqttSettings
+from unit.rigrunner_plugins.listeners.helpers_listeners import (
+    SECRET,
+    alarm,
+    free_port,
+    unkind,
+    until,
+    whole,
+)
+
+paho = pytest.importorskip("paho.mqtt.client")
+
+BROKER = shutil.which("mosquitto", path=f"{os.environ.get('PATH', '')}:/usr/sbin")
+WORDS = shutil.which("mosquitto_passwd")
+with_broker = pytest.mark.skipif(not BROKER or not WORDS, reason="mosquitto is not installed")
+
+
+@pytest.fixture(autouse=True)
+def short(monkeypatch):
+    monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.01)
+    monkeypatch.setattr(notifier, "LAST_WORDS_S", 5.0)
+    monkeypatch.setenv("MQTT_WORD", SECRET)
+
+
+@contextmanager
+def broker(folder, *lines):
+    port = free_port()
+    file = folder / "mosquitto.conf"
+    file.write_text(
+        "\n".join(["user root", f"listener {port} 127.0.0.1", *lines, ""]), encoding="utf-8"
+    )
+    process = subprocess.Popen([BROKER, "-c", str(file)], stderr=subprocess.DEVNULL)
+    try:
+        until(lambda: answers(port))
+        yield port
+    finally:
+        process.terminate()
+        process.wait()
+
+
+def answers(port):
+    try:
+        socket.create_connection(("127.0.0.1", port), 1).close()
+    except OSError:
+        return False
+    return True
+
+
+@contextmanager
+def subscribed(port, user="", word=""):
+    got, ready = [], threading.Event()
+    client = paho.Client(paho.CallbackAPIVersion.VERSION2)
+    client.on_connect = lambda *_: client.subscribe("#", qos=1)
+    client.on_subscribe = lambda *_: ready.set()
+    client.on_message = lambda _client, _data, message: got.append(message)
+    if user:
+        client.username_pw_set(user, word)
+    client.connect("127.0.0.1", port)
+    client.loop_start()
+    try:
+        assert ready.wait(30)
+        yield got
+    finally:
+        client.disconnect()
+        client.loop_stop()
+
+
+def to(port, **more):
+    from rigrunner_plugins.listeners.mqtt import mqtt  # noqa: PLC0415  (an extra)
+
+    known = {"host": "127.0.0.1", "port": port, "timeout": "5 s", "tries": 2}
+    return mqtt(MqttSettings(**{**known, **more}))
+
+
+@with_broker
+def test_the_broker_hands_on_what_happened(tmp_path):
+    with broker(tmp_path, "allow_anonymous true") as port, subscribed(port) as got:
+        sink = to(port)
+        for each in whole(tmp_path):
+            sink(each)
+        sink.close()
+        assert sink.lost == 0
+        until(lambda: len(got) == 2)
+    assert [each.topic for each in got] == ["rigrunner/rig-1/alarm", "rigrunner/rig-1/run_ended"]
+    document = json.loads(got[1].payload)
+    assert (document["verdict"], document["run"]) == ("pass", "R1")
+
+
+@with_broker
+def test_the_account_is_needed_and_never_said(tmp_path, caplog):
+    words = tmp_path / "words"
+    subprocess.run([WORDS, "-b", "-c", str(words), "rig", SECRET], check=True)
+    words.chmod(0o644)
+    lines = "allow_anonymous false", f"password_file {words}"
+    with broker(tmp_path, *lines) as port, subscribed(port, "rig", SECRET) as got:
+        refused = to(port)
+        refused(alarm())
+        until(lambda: refused.lost)
+        sink = to(port, user="rig", password={"env": "MQTT_WORD"})
+        sink(alarm())
+        sink.close()
+        until(lambda: len(got) == 1)
+    assert (sink.lost, refused.lost) == (0, 1)
+    assert "the broker refused the connection: Not authorized" in caplog.text
+    assert SECRET not in caplog.text
+
+
+@with_broker
+def test_a_broker_that_comes_back_gets_the_message(tmp_path, monkeypatch):
+    monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.5)
+    port = free_port()
+    sink = to(port, tries=10)
+    sink(alarm())
+    file = tmp_path / "again.conf"
+    file.write_text(f"listener {port} 127.0.0.1\nallow_anonymous true\n", encoding="utf-8")
+    process = subprocess.Popen([BROKER, "-c", str(file)], stderr=subprocess.DEVNULL)
+    try:
+        until(lambda: not sink._works)
+    finally:
+        process.terminate()
+        process.wait()
+    assert sink.lost == 0
+
+
+@pytest.mark.parametrize("closes", [True, False])
+def test_a_broker_that_hangs_or_closes_is_given_up(closes):
+    with unkind(closes=closes) as port:
+        sink = to(port, timeout="0.2 s")
+        sink(alarm())
+        until(lambda: sink.lost)
+        sink.close()
+    assert sink.lost == 1
+
+
+@pytest.mark.conformance("event_sink", "mqtt", {"host": "127.0.0.1", "port": 9, "tries": 1})
+def test_it_conforms(conformance):
+    conformance()

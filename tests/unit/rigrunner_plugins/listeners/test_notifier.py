@@ -1,0 +1,142 @@
+"""Messages are sent in order, again where that helps, and never in the way of the run."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+
+import pytest
+
+from rigrunner.api.events import Answer, Prompt
+from rigrunner_plugins.listeners import notifier
+from rigrunner_plugins.listeners.notifier import MOST_WAITING, DeliveryError, Notifier
+from rigrunner_plugins.listeners.settings import RuleSettings
+from unit.rigrunner_plugins.listeners.helpers_listeners import alarm, event, until, whole
+
+
+@pytest.fixture(autouse=True)
+def short(monkeypatch):
+    monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.01)
+    monkeypatch.setattr(notifier, "LAST_WORDS_S", 0.5)
+
+
+def made(deliver, **settings):
+    return Notifier(
+        "test", RuleSettings(on=["alarm", "run_ended", "waits_for_answer"], **settings), deliver
+    )
+
+
+class Flaky:
+    """Fails so often, then takes every message."""
+
+    def __init__(self, times, error):
+        self.left, self.error = times, error
+        self.tries, self.got = 0, []
+
+    def __call__(self, message):
+        self.tries += 1
+        if self.left:
+            self.left -= 1
+            raise self.error
+        self.got.append(message.text)
+
+
+def test_messages_come_in_their_order_and_no_thread_stays(tmp_path):
+    flaky = Flaky(0, None)
+    sink = made(flaky)
+    for each in whole(tmp_path):
+        sink(each)
+    sink.close()
+    assert flaky.got == ["interlock hot: too hot", "The run ended: completed. Verdict: pass."]
+    assert sink.lost == 0
+    until(lambda: not [each for each in threading.enumerate() if each.name == "to test"])
+
+
+@pytest.mark.parametrize("error", [DeliveryError("500"), ConnectionRefusedError(), TimeoutError()])
+def test_what_was_not_taken_is_sent_again(error):
+    flaky = Flaky(3, error)
+    sink = made(flaky, tries=4)
+    sink(alarm())
+    until(lambda: flaky.got)
+    sink.close()
+    assert (flaky.tries, sink.lost) == (4, 0)
+
+
+def test_after_the_last_try_it_is_counted_and_said(caplog):
+    flaky = Flaky(99, DeliveryError("the receiver answered 503"))
+    sink = made(flaky, tries=3)
+    with caplog.at_level(logging.WARNING):
+        sink(alarm())
+        until(lambda: sink.lost)
+        sink.close()
+    assert flaky.tries == 3
+    assert "test: 'alarm' was not delivered: the receiver answered 503" in caplog.text
+    assert "test: 1 messages were not delivered" in caplog.text
+
+
+@pytest.mark.parametrize("error", [DeliveryError("404", again=False), ZeroDivisionError("bug")])
+def test_what_no_try_can_help_is_not_tried_again_and_the_next_message_is_sent(error):
+    flaky = Flaky(1, error)
+    sink = made(flaky)
+    sink(alarm("first"))
+    sink(alarm("second"))
+    until(lambda: flaky.got)
+    assert (flaky.tries, sink.lost, flaky.got) == (2, 1, ["interlock hot: second"])
+
+
+def test_what_an_error_of_a_library_says_is_not_repeated(caplog):
+    flaky = Flaky(1, ValueError("https://user:s3cret@host"))
+    sink = made(flaky)
+    with caplog.at_level(logging.DEBUG):
+        sink(alarm())
+        until(lambda: sink.lost)
+    assert "ValueError" in caplog.text
+    assert "s3cret" not in caplog.text
+
+
+def test_a_receiver_that_hangs_holds_nothing_up_and_the_oldest_messages_are_dropped(caplog):
+    free, got = threading.Event(), []
+
+    def hangs(message):
+        free.wait()
+        got.append(message.text)
+
+    sink = made(hangs)
+    began_s = time.monotonic()
+    for number in range(10 * MOST_WAITING):
+        sink(alarm(str(number)))
+    assert time.monotonic() - began_s < 10
+    assert len(sink._waiting) == MOST_WAITING
+    assert sink.lost == pytest.approx(9 * MOST_WAITING, abs=1)
+    with caplog.at_level(logging.WARNING):
+        sink.close()
+    assert time.monotonic() - began_s < 20
+    assert sink.lost == 10 * MOST_WAITING
+    assert f"{10 * MOST_WAITING} messages were not delivered" in caplog.text
+    free.set()
+
+
+def test_a_question_is_sent_after_a_time_unless_it_is_answered():
+    flaky = Flaky(0, None)
+    sink = made(flaky, wait="0.3 s")
+    sink(event(Prompt, step="a", text="first"))
+    sink(event(Answer, step="a", text="yes", by="Ann"))
+    sink(event(Prompt, step="b", text="second"))
+    time.sleep(0.05)
+    assert flaky.got == []
+    until(lambda: flaky.got)
+    sink(alarm())
+    until(lambda: len(flaky.got) == 2)
+    assert flaky.got == ["b: second", "interlock hot: too hot"]
+    sink.close()
+
+
+def test_the_end_of_the_run_does_not_wait_for_a_question():
+    flaky = Flaky(0, None)
+    sink = made(flaky, wait="1 h")
+    sink(event(Prompt, step="a", text="first"))
+    began_s = time.monotonic()
+    sink.close()
+    assert time.monotonic() - began_s < 10
+    assert (flaky.got, sink.lost) == ([], 0)

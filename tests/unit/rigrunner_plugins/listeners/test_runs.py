@@ -1,0 +1,88 @@
+"""Runs whose station names receivers: they get their messages, and no receiver touches the run."""
+
+from __future__ import annotations
+
+import json
+import time
+
+import pytest
+
+from helpers_workflow import quick_procedure, run, station_file
+from rigrunner.api import PluginError
+from rigrunner.api.events import Alarm, Outcome, Samples
+from rigrunner.runfile import read
+from rigrunner_plugins.listeners import notifier
+from unit.rigrunner_plugins.listeners.helpers_listeners import SECRET, unkind, web
+
+
+def lab(folder, *listeners):
+    """Return a procedure and a station that names listeners, as YAML's flow mappings."""
+    named = "".join(f"\n  - {each}" for each in listeners)
+    changed = ("id: simulated\n", f"id: simulated\nlisteners:{named}\n")
+    return quick_procedure(folder, "no_load_inertia_sweep"), station_file(folder, changed)
+
+
+def hook(port, more=""):
+    return (
+        f"{{plugin: webhook, settings: {{url: 'http://127.0.0.1:{port}/',"
+        f" secret: {{env: HOOK_KEY}}, disk_low_gb: 1e9{more}}}}}"
+    )
+
+
+@pytest.fixture(autouse=True)
+def key(monkeypatch):
+    monkeypatch.setenv("HOOK_KEY", SECRET)
+
+
+def samples_of(finished):
+    stored = read(finished.folder)
+    return {each.name: len(next(iter(each.channels.values()))) for each in stored.recordings}
+
+
+def test_a_receiver_is_told_of_a_real_run_and_its_secret_is_in_no_file_of_it(tmp_path):
+    with web() as (receiver, port):
+        procedure, station = lab(tmp_path, hook(port))
+        finished = run(procedure, tmp_path / "runs", station=station)
+    assert finished.outcome is Outcome.COMPLETED
+    told = [json.loads(body) for _, _, body in receiver.got]
+    assert [each["kind"] for each in told] == ["disk_low", "run_ended"]
+    assert (told[1]["outcome"], told[1]["run"]) == ("completed", finished.folder.name)
+    assert told[1]["station"] == "simulated"
+    files = [each for each in tmp_path.rglob("*") if each.is_file()]
+    assert len(files) > 5
+    assert not [each for each in files if SECRET.encode() in each.read_bytes()]
+
+
+@pytest.mark.parametrize("closes", [True, False])
+def test_a_receiver_that_hangs_or_closes_changes_nothing_of_the_run(tmp_path, closes, caplog):
+    (tmp_path / "quiet").mkdir()
+    quiet = run(quick_procedure(tmp_path / "quiet", "no_load_inertia_sweep"), tmp_path / "q")
+    with unkind(closes=closes) as port:
+        mail = (
+            f"{{plugin: mail, settings: {{host: 127.0.0.1, port: {port}, security: none,"
+            " sender: a@b, to: [c@d], disk_low_gb: 1e9}}"
+        )
+        procedure, station = lab(tmp_path, hook(port), mail)
+        began_s = time.monotonic()
+        finished = run(procedure, tmp_path / "runs", station=station)
+    assert time.monotonic() - began_s < 60
+    assert finished.outcome is Outcome.COMPLETED
+    assert samples_of(finished) == samples_of(quiet)
+    events = [each for each in read(finished.folder).events if isinstance(each, (Alarm, Samples))]
+    assert events == []
+    assert "webhook: 2 messages were not delivered" in caplog.text
+    assert "mail: 2 messages were not delivered" in caplog.text
+    assert SECRET not in caplog.text
+
+
+def test_a_secret_that_is_not_there_keeps_the_run_from_starting(tmp_path, monkeypatch):
+    monkeypatch.delenv("HOOK_KEY")
+    procedure, station = lab(tmp_path, hook(9))
+    with pytest.raises(PluginError, match="the variable HOOK_KEY is empty or not set"):
+        run(procedure, tmp_path / "runs", station=station)
+    assert not list((tmp_path / "runs").glob("*"))
+
+
+@pytest.fixture(autouse=True)
+def short(monkeypatch):
+    monkeypatch.setattr(notifier, "LAST_WORDS_S", 1.0)
