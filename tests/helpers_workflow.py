@@ -10,7 +10,7 @@ from rigrunner.engine import UnattendedAnswers
 from rigrunner.registry import load_registry
 from rigrunner.run.inputs import answer_inputs
 from rigrunner.run.locate import find_procedure, find_station, shipped_folder
-from rigrunner.run.noload import no_load_for
+from rigrunner.run.partners import partners_for
 from rigrunner.run.prepare import plan_run
 from rigrunner.run.record import execute
 
@@ -61,7 +61,7 @@ def run(
         planned,
         runs=runs,
         inputs=answer_inputs(planned.procedure, given or {}, answers),
-        no_load=no_load_for(planned, runs, no_load),
+        partners=partners_for(planned, runs, {"no_load": str(no_load)} if no_load else {}),
         answers=answers,
         stop=stop or threading.Event(),
         listeners=listeners,

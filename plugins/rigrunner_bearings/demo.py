@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rigrunner.engine import UnattendedAnswers
 from rigrunner.run.inputs import answer_inputs
 from rigrunner.run.locate import find_procedure, find_station
-from rigrunner.run.noload import no_load_for
+from rigrunner.run.partners import partners_for
 from rigrunner.run.prepare import plan_run
 from rigrunner.run.record import execute
 from rigrunner.tools.labfolder import PROCEDURES
@@ -38,7 +38,7 @@ def run_demo(
             planned,
             runs=runs,
             inputs=answer_inputs(planned.procedure, {}, answers),
-            no_load=no_load_for(planned, runs),
+            partners=partners_for(planned, runs),
             answers=answers,
             stop=stop,
             listeners=listeners,

@@ -150,7 +150,7 @@ def run_until_killed(folder: Path, points: int, *, sweep: bool) -> None:
         planned,
         runs=folder / "runs",
         inputs={},
-        no_load=None,
+        partners={},
         answers=UnattendedAnswers(),
         stop=threading.Event(),
         listeners=[_tell],

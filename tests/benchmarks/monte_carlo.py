@@ -115,7 +115,7 @@ class Demo:
         return mean_model(torque.compensations[torque.primary].points)
 
     def analyse(self) -> None:
-        analyse_stored(self.stored, load_registry(), self.stored.no_load)
+        analyse_stored(self.stored, load_registry())
 
     def draw(self, draws: int) -> None:
         registry, found = load_registry(), self.result

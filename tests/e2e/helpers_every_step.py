@@ -244,7 +244,7 @@ def run_with_fault(
             events = _events(faulty, answers, stop, listeners)
         else:
             finished = execute(
-                faulty, runs=runs, inputs={}, no_load=None, answers=answers, stop=stop,
+                faulty, runs=runs, inputs={}, partners={}, answers=answers, stop=stop,
                 listeners=listeners,
             )  # fmt: skip
             events = list(read(finished.folder).events)

@@ -104,7 +104,7 @@ class Laboratory:
             planned,
             runs=place,
             inputs=answer_inputs(planned.procedure, {}, answers),
-            no_load=None,
+            partners={},
             answers=answers,
             stop=_Never(),
             listeners=[Noter(place / "notes", "run")],

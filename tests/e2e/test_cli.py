@@ -100,7 +100,7 @@ def test_a_run_is_shown(demo, by):
 def test_a_run_is_shown_to_programs(demo):
     shown = json.loads(call("show", demo.loaded, "--json").out)
     assert shown["sealed"] is True
-    assert shown["no_load_run"]["run"] == demo.no_load.name
+    assert shown["partner_runs"]["no_load"]["run"] == demo.no_load.name
     assert shown["result"] == document(demo.loaded)
 
 
@@ -158,7 +158,7 @@ def test_without_a_no_load_run_the_message_says_what_is_needed(tmp_path):
     called = call("run", LOADED, "--station", "simulated", "--runs", tmp_path, "--unattended")
     assert called.code == ExitCode.DATA
     assert "SSPB-NLI" in called.err
-    assert "--no-load" in called.err
+    assert "--partner no_load=RUN" in called.err
     assert list(tmp_path.iterdir()) == []
 
 

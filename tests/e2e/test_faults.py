@@ -106,7 +106,7 @@ def test_the_table_has_every_kind_of_fault():
 def test_what_failed_is_kept_as_incomplete_and_the_next_try_is_the_recording(tmp_path):
     plan = planned(tmp_path, "gap", "stream", once=True, terms=", retries: 1")
     finished = execute(
-        plan, runs=tmp_path / "runs", inputs={}, no_load=None, answers=UnattendedAnswers(),
+        plan, runs=tmp_path / "runs", inputs={}, partners={}, answers=UnattendedAnswers(),
         stop=threading.Event(), listeners=(),
     )  # fmt: skip
     stored = read(finished.folder)

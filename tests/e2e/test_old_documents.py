@@ -40,8 +40,7 @@ def test_a_pack_and_its_run_are_read(runs):
     assert [each.name for each in stored.recordings] == [
         *("001_8Hz", "002_15Hz", "003_25Hz", "004_35Hz"),
     ]
-    assert stored.no_load is not None
-    assert stored.no_load.digest == read(OLD / "no_load" / "run.h5").digest
+    assert stored.partners["no_load"].digest == read(OLD / "no_load" / "run.h5").digest
 
 
 DIGESTS = {

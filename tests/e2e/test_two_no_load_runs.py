@@ -53,9 +53,9 @@ def test_the_loaded_run_waits_and_says_so(lab):
     assert (loaded.folder / "journal").is_dir()
     said = call("runs", "--runs", loaded.folder.parent)
     (line,) = (each for each in said.out.splitlines() if loaded.folder.name in each)
-    assert "completed, waits for a second no-load run" in line
+    assert "completed, waits for a run after it" in line
     states = {each.run: each.state for each in History(loaded.folder.parent).items()}
-    assert states[loaded.folder.name] == "completed, waits for a second no-load run"
+    assert states[loaded.folder.name] == "completed, waits for a run after it"
 
 
 @pytest.mark.thorough
@@ -68,8 +68,8 @@ def test_resume_takes_in_the_second_run_and_the_drift_is_out(lab):
     assert said.code in {ExitCode.PASS, ExitCode.FAIL, ExitCode.UNDECIDED}, said.err
     stored = read(lab["loaded"].folder)
     assert stored.info.sealed
-    assert stored.no_load.header.run_id == lab["before"].folder.name
-    assert stored.no_load_after.header.run_id == lab["after"].folder.name
+    assert stored.partners["no_load"].header.run_id == lab["before"].folder.name
+    assert stored.partners["no_load_after"].header.run_id == lab["after"].folder.name
     found = json.loads((lab["loaded"].folder / "result.json").read_text(encoding="utf-8"))
     assert found["no_load_run_after"]["id"] == lab["after"].folder.name
     mean = found["headline"]["compensated"]

@@ -18,6 +18,7 @@ from rigrunner.analysis.verdict.evidence import Evidence, as_judged, forbidden
 from rigrunner.analysis.verdict.rule import AppliedRule
 from rigrunner.api.findings import Findings
 from rigrunner.api.results import Result
+from rigrunner.procedure.analysis_spec import NO_LOAD, NO_LOAD_AFTER
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -51,6 +52,9 @@ def analyse(
     both is taken out. Raises DataError where a recording cannot be prepared at all.
     """
     known = Scrutiny(lookup)
+    given = {NO_LOAD: no_load, NO_LOAD_AFTER: no_load_after}
+    partners = {name: each for name, each in given.items() if each is not None}
+    run = replace(run, partners={**run.partners, **partners})
     torque = None
     if not spec.asks_nothing:
         torque = TorqueAnalysis(

@@ -51,12 +51,18 @@ def document(result: Result) -> Json:
     """Return the result as plain dicts, lists, texts, numbers, bools and null."""
     details = ALWAYS | {key: each for own in result.details for key, each in own.document().items()}
     named, after = [_named(each) for each in result.results], result.no_load_run_after
+    partners = {
+        name: _run(run)
+        for name, run in result.run.partners.items()
+        if run not in (result.no_load_run, after)
+    }
     return {
         "format": FORMAT,
         "measurand": {"symbol": result.symbol, "name": result.measurand, "unit": TORQUE},
         "run": _run(result.run),
         "no_load_run": None if result.no_load_run is None else _run(result.no_load_run),
         **({} if after is None else {"no_load_run_after": _run(after)}),
+        **({"partner_runs": partners} if partners else {}),
         "analysis": plain(result.settings),
         "revisions": dict(result.revisions),
         "headline": details.pop("headline"),

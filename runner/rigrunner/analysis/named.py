@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import nullcontext, suppress
+from dataclasses import replace
 from graphlib import CycleError, TopologicalSorter
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from rigrunner.analysis.lookup import Lookup
+    from rigrunner.api.analysis import Requirements
     from rigrunner.api.data import RunData
     from rigrunner.api.findings import MeasurementResult
     from rigrunner.procedure import NamedAnalysisRef
@@ -32,19 +34,16 @@ def findings_of(
     nothing. Raises DataError otherwise, and for analyses whose results are made of each other.
     """
     results = list(known)
-    needed = [
-        frozenset(
-            name.name for name in lookup.requires(each.kind, each.name, each.settings).results
-        )
-        for each in analyses
-    ]
+    required = [lookup.requires(each.kind, each.name, each.settings) for each in analyses]
+    needed = [frozenset(one.name for one in each.results) for each in required]
     found = [Findings()] * len(analyses)
     for index in _in_order(analyses, needed, lookup):
         each = analyses[index]
         given = tuple(one for one in results if one.name in needed[index])
         with suppress(DataError) if as_far_as_possible else nullcontext():
             made = lookup.make(each.kind, each.name, each.settings)
-            found[index] = made(run, given) if needed[index] else made(run)
+            of = _with_partners(run, each.name, required[index])
+            found[index] = made(of, given) if needed[index] else made(of)
             results += found[index].results
     return tuple(found)
 
@@ -63,6 +62,17 @@ def makers_of(
             of = lookup.requires(each.kind, each.name, each.settings).results
             waiting += [one.name for one in of]
     return tuple(each for index, each in enumerate(analyses) if index in needed)
+
+
+def _with_partners(run: RunData, analysis: str, needs: Requirements) -> RunData:
+    """Return a run with the partner runs alone that an analysis requires; raise DataError."""
+    wanted = {each.name: each for each in needs.partners}
+    for name in wanted.keys() - run.partners.keys():
+        raise DataError(
+            f"the analysis '{analysis}' needs a {wanted[name].words}, and {run.run_id} has none",
+            hint=f"name one: --partner {name}=RUN",
+        )
+    return replace(run, partners={name: run.partners[name] for name in wanted})
 
 
 def _by_name(analyses: Sequence[NamedAnalysisRef], lookup: Lookup) -> dict[str, int]:

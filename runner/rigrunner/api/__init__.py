@@ -43,9 +43,10 @@ _NAMES = {
     "findings": "Findings MeasurementResult Objection ResultDefinition",
     "analysis": (
         "Check CompensatedPoint Compensation CompensationMethod Component Curve Fit "
-        "NeededChannel OutlierRule PeakPoint Rejection Requirements Spreading Sweep "
+        "NeededChannel NeededRun OutlierRule PeakPoint Rejection Requirements Spreading Sweep "
         "SwingPoint"
     ),
+    "partners": "PartnerRun",
     "measurand": "Condition MeasurandKind Nature",
     "uncertainty": "Distribution Effect Input MeasurementModel",
     "verdict": "Limits Verdict Zone",

@@ -7,6 +7,7 @@ from rigrunner.api.analysis import (
     Curve,
     Fit,
     NeededChannel,
+    NeededRun,
     OutlierRule,
     PeakPoint,
     Rejection,
@@ -70,6 +71,7 @@ from rigrunner.api.letterhead import CertificateInput
 from rigrunner.api.lines import Answering, LineDriver, LineSettings
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.api.member import Member
+from rigrunner.api.partners import PartnerRun
 from rigrunner.api.quantity import Estimate, Quantity, parse_quantity
 from rigrunner.api.results import ReportInput
 from rigrunner.api.rig import RigDescription
@@ -170,11 +172,13 @@ __all__ = [
     "MissingPackageError",
     "Nature",
     "NeededChannel",
+    "NeededRun",
     "NoSettings",
     "NotInFileError",
     "Objection",
     "OutlierRule",
     "OutlierRuleRecord",
+    "PartnerRun",
     "Pausable",
     "PeakPoint",
     "PlainText",

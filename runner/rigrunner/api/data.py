@@ -192,6 +192,8 @@ class RunData:
     """What the station says of the rig, as it stands there: `own_keys` reads a plugin's keys."""
     recording_zeros: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     """By recording, the zero readings in force when it was made, where the run was zeroed again."""
+    partners: Mapping[str, RunData] = field(default_factory=dict)
+    """The partner runs by name; an analysis is given those that it requires."""
 
     def reading_errors(self, channel: str, value: float) -> tuple[ReadingError, ...]:
         """Return what readings of a channel up to a value, in the SI unit, may be off by.

@@ -138,7 +138,10 @@ class Analysis(Protocol):
     """Makes results of a run; it changes nothing, asks no clock, and reads no file."""
 
     def __call__(self, run: RunData) -> Findings:
-        """Return what was found; raise DataError where the run lacks what is required."""
+        """Return what was found; raise DataError where the run lacks what is required.
+
+        `run.partners` has the partner runs that it requires, by name.
+        """
         ...
 
 

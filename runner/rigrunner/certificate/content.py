@@ -91,7 +91,7 @@ def make_certificate(
     certifiable(source)
     run, result = source.stored, source.result
     brought = certified_of(result)
-    runs = (result.run, result.no_load_run, result.no_load_run_after)
+    runs = (result.run, *result.run.partners.values())
     instruments = tuple(instruments_of(*runs))
     conditions = tuple(conditions_of(result.run))
     return Certificate(
@@ -187,15 +187,13 @@ def restrictions_of(source: Source, *, requested: bool) -> Iterator[Restriction]
 def _entered_as(source: Source) -> set[str]:
     """Return what the registers of both runs say of calibrations, such as 'simulated'."""
     found = source.result
-    entries = instruments_of(found.run, found.no_load_run, found.no_load_run_after)
+    entries = instruments_of(found.run, *found.run.partners.values())
     return {each.calibration for each in entries}
 
 
 def _runs(source: Source) -> tuple[StoredRun, ...]:
-    """Return the run and, where there are any, its no-load runs."""
-    stored = source.stored
-    every = (stored, stored.no_load, stored.no_load_after)
-    return tuple(each for each in every if each is not None)
+    """Return the run and, where there are any, its partner runs."""
+    return (source.stored, *source.stored.partners.values())
 
 
 def _approval(run: StoredRun) -> Approval:
@@ -238,12 +236,12 @@ def _performance(result: Result, order: Order) -> Performance:
 
 def _evidence(source: Source, software: Mapping[str, str]) -> Evidence:
     run = source.stored
+    partners = {name: _run_evidence(each, "") for name, each in run.partners.items()}
     return Evidence(
         run=_run_evidence(run, source.file_sha256),
-        no_load_run=None if run.no_load is None else _run_evidence(run.no_load, ""),
-        no_load_run_after=(
-            None if run.no_load_after is None else _run_evidence(run.no_load_after, "")
-        ),
+        no_load_run=partners.pop("no_load", None),
+        no_load_run_after=partners.pop("no_load_after", None),
+        partner_runs=partners,
         station_sha256=_sha256(run.header.station_text),
         software=dict(run.header.provenance),
         issued_with=dict(software),

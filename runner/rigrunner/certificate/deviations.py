@@ -37,11 +37,10 @@ def deviations_of(
     instruments: Sequence[InstrumentEntry],
     conditions: Sequence[Condition],
 ) -> Iterator[Deviation]:
-    """Yield all deviations, those of the no-load run included, and what a person states."""
+    """Yield all deviations, those of partner runs included, and what a person states."""
     run_id = stored.header.run_id
-    for each in (stored, stored.no_load, stored.no_load_after):
-        if each is not None:
-            yield from _of_run(each)
+    for each in (stored, *stored.partners.values()):
+        yield from _of_run(each)
     yield from _of_instruments(run_id, result, instruments)
     if not (order.conditions or any(each.quantity in AMBIENT for each in conditions)):
         yield Deviation(kind="conditions", run_id=run_id, text="")

@@ -43,7 +43,7 @@ def _tell_error(finished: FinishedRun) -> None:
         message(unsafe_rig(finished.unsafe))
     if finished.waits:
         message(
-            "It waits for the no-load run after it: do that run, then"
+            "It waits for the partner run after it: do that run, then"
             f" 'rigrunner resume {_called(finished.folder)}' makes the result."
         )
     elif not finished.sealed:

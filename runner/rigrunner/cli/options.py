@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -67,6 +68,51 @@ def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
     by = click.option("--by", default="", metavar="NAME", help="Who answers for the override.")
     reason = click.option("--reason", default="", metavar="TEXT", help="Why it is overridden.")
     return wanted(by(reason(command)))
+
+
+def partner_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options that name partner runs; the command is given them by name, as `partners`."""
+
+    @wraps(command)
+    def named(
+        *given: Any,
+        partner: tuple[str, ...],
+        no_load: str | None,
+        no_load_after: str | None,
+        **others: Any,
+    ) -> Any:
+        short = {"no_load": no_load, "no_load_after": no_load_after}
+        pairs = [*partner, *(f"{name}={run}" for name, run in short.items() if run)]
+        return command(*given, partners=_partners(pairs), **others)
+
+    several = click.option(
+        "--partner",
+        multiple=True,
+        metavar="NAME=RUN",
+        help="Take this run as the partner run of that name; may be repeated.",
+    )
+    before, after = (
+        click.option(
+            f"--{name}",
+            metavar="RUN",
+            shell_complete=stored_runs,
+            help=f"The same as --partner {name.replace('-', '_')}=RUN.",
+        )
+        for name in ("no-load", "no-load-after")
+    )
+    return several(before(after(named)))
+
+
+def _partners(pairs: Iterable[str]) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for text in pairs:
+        name, equals, run = text.partition("=")
+        if not (name and equals and run):
+            raise UsageError(f"'--partner {text}' names no run", hint="write '--partner dark=RUN'")
+        if name in found:
+            raise UsageError(f"the partner run '{name}' is named twice", hint="leave one out")
+        found[name] = run
+    return found
 
 
 debugger_option = click.option(

@@ -6,6 +6,7 @@ from rigrunner.plan.actions import Plan, PlannedStep
 from rigrunner.plan.analyses import check_analyses
 from rigrunner.plan.limits import check_limits
 from rigrunner.plan.making import check_station, make_plan, plan_text
+from rigrunner.plan.partners import check_partners
 from rigrunner.plan.plugins import check_plugins, check_rule, check_station_plugins
 from rigrunner.plan.prediction import PredictedTorque, Prediction, predict
 from rigrunner.plan.requirements import check_requirements
@@ -17,6 +18,7 @@ __all__ = [
     "Prediction",
     "check_analyses",
     "check_limits",
+    "check_partners",
     "check_plugins",
     "check_requirements",
     "check_rule",

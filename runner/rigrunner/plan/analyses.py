@@ -318,15 +318,7 @@ class _Use:
     @property
     def places(self) -> list[Measured]:
         """What has all needed channels."""
-        return [
-            found
-            for found in self.measured
-            if all(
-                each.name in found.units
-                or (each.or_coordinate and each.name in found.coordinate_units)
-                for each in self.needed
-            )
-        ]
+        return [found for found in self.measured if _has(found, self.needed)]
 
     @property
     def together(self) -> str:
@@ -339,6 +331,23 @@ class _Use:
         """Add a problem with what stands under a key of the settings."""
         document, path = self.procedure.document, (*self.at, *key)
         self.problems.add(document, path, message, hint, column=column)
+
+
+def measured_places(
+    plan: Plan, settings: Mapping[str, Any], channels: Iterable[NeededChannel]
+) -> Iterator[Mapping[str, CoordinateValue]]:
+    """Yield each place at which the channels of an analysis are measured, as far as it is known."""
+    where = _where(settings)
+    for each in _measured(plan):
+        if _has(each, channels) and each.may_be_at(where):
+            yield each.place
+
+
+def _has(found: Measured, channels: Iterable[NeededChannel]) -> bool:
+    return all(
+        each.name in found.units or (each.or_coordinate and each.name in found.coordinate_units)
+        for each in channels
+    )
 
 
 def _measured(plan: Plan) -> Iterator[Measured]:

@@ -66,7 +66,7 @@ def check_rig(
 ) -> None:
     """Add a problem for all that the analysis needs to know of the rig, and the station leaves out.
 
-    Swings are read by the law of the crank; a no-load run must have had the same mandrel.
+    Swings are read by the law of the crank.
     """
     if not analyses(procedure):
         return
@@ -75,8 +75,6 @@ def check_rig(
     at = procedure.model.torque_analysis_at
     if spec.starts is None and chosen(draft.recordings, procedure):
         needed |= dict.fromkeys(("eccentric", "centre_distance"), at)
-    if spec.no_load is not None and not spec.no_load.is_this_run and "mandrel" in spec.no_load.same:
-        needed["mandrel"] = (*at, "no_load")
     for key, path in needed.items():
         if getattr(rig, key) in (None, ""):
             message = f"the analysis needs the key '{key}' of the rig, which is missing"

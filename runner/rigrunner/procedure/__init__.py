@@ -9,7 +9,6 @@ from rigrunner.procedure.analysis_spec import (
     AnalysisSpec,
     MonteCarloSpec,
     NamedAnalysisRef,
-    NoLoadSpec,
     PluginRef,
 )
 from rigrunner.procedure.calls import load_procedure
@@ -42,7 +41,6 @@ __all__ = [
     "MeasurandLookup",
     "MonteCarloSpec",
     "NamedAnalysisRef",
-    "NoLoadSpec",
     "PluginRef",
     "Procedure",
     "Step",

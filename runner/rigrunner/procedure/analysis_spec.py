@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import InitErrorDetails
 
+from rigrunner.api.analysis.requirements import LATEST, STATION
 from rigrunner.api.findings import ResultDefinition
 from rigrunner.api.labels import Labels
 from rigrunner.api.measurand import Condition, MeasurandKind
+from rigrunner.api.partners import PartnerRun
 from rigrunner.api.settings import Angle, Duration, ListOf, Settings
 from rigrunner.yamlfile.names import Identifier, Name, Text
 
@@ -18,7 +20,11 @@ if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
 
-LATEST = "latest"
+    from rigrunner.api.analysis.requirements import NeededRun
+
+NO_LOAD = "no_load"
+NO_LOAD_AFTER = "no_load_after"
+"""The names of the torque's partner runs."""
 THIS_RUN = "this run"
 LABEL = "as"
 """The key that names one use of a plugin, so that it can be used twice."""
@@ -110,7 +116,7 @@ class Despike(Settings):
         return self.hampel.threshold
 
 
-class NoLoadSpec(Settings):
+class NoLoadSpec(PartnerRun):
     """Which run the rig's own part comes from, and what it must have in common with this one."""
 
     from_: Annotated[str, Field(alias="from", min_length=1)] = LATEST
@@ -119,8 +125,8 @@ class NoLoadSpec(Settings):
     """The id of the procedure that it must be a run of; needless with 'this run'."""
     max_age: Annotated[Duration, Field(gt=0)] = 8 * _HOUR_S
     """How long ago it may have started: a support warms up, and its friction changes."""
-    same: ListOf[Literal["station", "mandrel"]] = ("station", "mandrel")
-    """What both runs must have in common."""
+    same: ListOf[Text] = (STATION, "mandrel")
+    """What both runs must have in common: 'station', and keys of the rig."""
 
     after: bool = False
     """Whether a second no-load run follows: the run is kept open until `resume` takes it in."""
@@ -145,6 +151,14 @@ class NoLoadSpec(Settings):
     def is_this_run(self) -> bool:
         """Whether the run itself has the set-points without load."""
         return self.from_ == THIS_RUN
+
+    def partners(self) -> tuple[NeededRun, ...]:
+        """Return the runs that it asks for: before the run, and after it where both are wanted."""
+        if self.is_this_run:
+            return ()
+        before = self.needed(NO_LOAD, ("no_load",))
+        after = self.needed(NO_LOAD_AFTER, ("no_load",), after=True)
+        return (before, after) if self.after else (before,)
 
 
 class StartsSpec(Settings):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from rigrunner.engine import Interference
 
@@ -31,8 +31,19 @@ class Draft(BaseModel):
     inputs: dict[str, str] = {}
     """Answers by input; what is left out is asked when the run starts."""
     operator: str = ""
-    no_load: str | None = None
+    partners: dict[str, str] = {}
+    """Partner runs by name, in place of those that are found by themselves."""
     realtime: bool = True
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_older(cls, value: object) -> object:
+        """Read the key by which 0.1.0 named the one partner run that there was."""
+        if isinstance(value, dict) and "no_load" in value:
+            named = value["no_load"]
+            others = {key: each for key, each in value.items() if key != "no_load"}
+            return {**others, "partners": {"no_load": named}} if named else others
+        return value
 
     @property
     def specimen(self) -> str:

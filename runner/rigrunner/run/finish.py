@@ -12,6 +12,7 @@ from rigrunner.api.cleanup import add_beside, error_text
 from rigrunner.api.errors import AbortedError, ExitCode, RigrunnerError
 from rigrunner.api.events import CONCLUDED, Outcome
 from rigrunner.api.verdict import Verdict
+from rigrunner.run.partners import later_partners
 from rigrunner.run.plot import sweep_plot
 from rigrunner.run.report import write_report
 from rigrunner.run.stored import analyse_run
@@ -50,7 +51,7 @@ class FinishedRun:
     unsafe: str = ""
     """What speaks against the rig being safe, in words."""
     waits: bool = False
-    """Whether it is kept open for the no-load run after it; it has no result before."""
+    """Whether it is kept open for a partner run after it; it has no result before."""
 
     @property
     def exit_code(self) -> ExitCode:
@@ -87,17 +88,16 @@ def finish(
     planned: Planned,
     writer: RunWriter,
     end: tuple[Outcome, str, tuple[str, ...]],
-    no_load: Path | None,
+    partners: Mapping[str, Path],
     errors: list[BaseException],
     *,
     progress: Progress,
     to_be_resumed: bool = False,
-    no_load_after: Path | None = None,
 ) -> FinishedRun:
     """Analyse what was recorded, seal it whatever comes of that, and report.
 
     `end` is outcome, reason, and what was passed over. A run that cannot be sealed stays as it is,
-    and so does one that is `to_be_resumed`, or whose procedure asks for a no-load run after it.
+    and so does one that is `to_be_resumed`, or whose procedure asks for a partner run after it.
     """
     outcome, reason, passed_over = end
     folder = writer.folder
@@ -105,24 +105,16 @@ def finish(
         writer.close()
     result = report = None
     asked = not (planned.procedure.model.asks_nothing or _is_empty(planned, writer))
-    spec = planned.procedure.model.torque_analysis.no_load
-    waits = (
-        outcome is Outcome.COMPLETED
-        and asked
-        and spec is not None
-        and spec.after
-        and no_load_after is None
-    )
+    waited_for = {*later_partners(planned)} - partners.keys()
+    waits = outcome is Outcome.COMPLETED and asked and bool(waited_for)
     with kept(errors):
         if not waits and outcome in CONCLUDED and (asked or _has_limits(planned, folder)):
-            result = analyse_run(
-                folder, planned.registry, no_load, no_load_after, progress=progress
-            )
+            result = analyse_run(folder, planned.registry, partners, progress=progress)
     content = None if result is None else document(result)
     if not (to_be_resumed or waits):
         with kept(errors):
             plot = None if result is None else sweep_plot(result)
-            writer.seal(content, plot, no_load, no_load_after)
+            writer.seal(content, plot, partners)
     sealed = RunFolder(folder).sealed_file.exists()
     if content is not None and sealed:
         with kept(errors):

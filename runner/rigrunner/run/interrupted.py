@@ -12,8 +12,10 @@ from rigrunner.runfile import RunWriter, end_of, read, run_lock, seal, sealed_fi
 
 if TYPE_CHECKING:
     from rigrunner.api.devices import Clock
-    from rigrunner.runfile import StoredRun
+    from rigrunner.runfile import RunHeader, StoredRun
 
+FILES = ("procedure", "station")
+"""What a header names by their files, beside partner runs."""
 RECOVER = "recover"
 """The intervention that closes a run as it is."""
 
@@ -51,10 +53,10 @@ def next_seq(stored: StoredRun) -> int:
     return max((event.seq for event in stored.events), default=-1) + 1
 
 
-def used_no_load(stored: StoredRun) -> Path | None:
-    """Return the no-load run that was chosen for a run, where it is still there."""
-    named = stored.header.files.get("no_load")
-    return Path(named) if named and Path(named).exists() else None
+def used_partners(header: RunHeader) -> dict[str, Path]:
+    """Return the partner runs that were chosen for a run, by name, where they are still there."""
+    files = {name: Path(file) for name, file in header.files.items() if file}
+    return {name: file for name, file in files.items() if name not in FILES and file.exists()}
 
 
 def recover(folder: Path, clock: Clock, by: str, reason: str = "") -> StoredRun:
@@ -72,5 +74,5 @@ def recover(folder: Path, clock: Clock, by: str, reason: str = "") -> StoredRun:
             with RunWriter(folder) as writer:
                 writer(stamp(Intervention, action=RECOVER, by=by, reason=reason))
                 writer(stamp(RunEnded, outcome=Outcome.ABORTED, reason=text))
-        seal(folder, no_load=used_no_load(stored))
+        seal(folder, partners=used_partners(stored.header))
         return read(folder)

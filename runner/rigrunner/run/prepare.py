@@ -14,6 +14,7 @@ from rigrunner.clock import SimulatedClock
 from rigrunner.plan import (
     check_analyses,
     check_limits,
+    check_partners,
     check_plugins,
     check_requirements,
     check_station_plugins,
@@ -121,6 +122,7 @@ def plan_run_in(
     if plan is not None:
         problems.without(lambda: check_requirements(loaded_procedure, plan, registry))
         problems.without(lambda: check_analyses(loaded_procedure, loaded_station, plan, registry))
+        problems.without(lambda: check_partners(loaded_procedure, loaded_station, registry))
     approval = problems.without(lambda: approval_state(loaded_procedure))
     if plan is None or approval is None or problems:
         raise InvalidFileError(problems)

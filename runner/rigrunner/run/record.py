@@ -23,6 +23,7 @@ from rigrunner.run.left_energised import NOBODY, LeftAsItStandsError, check_left
 from rigrunner.run.listening import listeners_of
 from rigrunner.run.log import RunLog
 from rigrunner.run.overrides import require_overridden, without_time_limits
+from rigrunner.run.partners import later_partners
 from rigrunner.run.prepare import patience_of
 from rigrunner.run.provenance import identities, software
 from rigrunner.run.rig_lock import rig_lock
@@ -59,7 +60,7 @@ def execute(
     *,
     runs: Path,
     inputs: Mapping[str, str],
-    no_load: Path | None,
+    partners: Mapping[str, Path],
     answers: AnswerSource,
     stop: StopToken,
     listeners: Sequence[EventSink] = (),
@@ -88,9 +89,9 @@ def execute(
     people = {"operator": name} if (name := operator or inputs.get("operator", "")) else {}
     return carry_out(
         planned,
-        lambda identified: new_folder(planned, runs, inputs, people, identified, no_load),
+        lambda identified: new_folder(planned, runs, inputs, people, identified, partners),
         inputs=inputs,
-        no_load=no_load,
+        partners=partners,
         answers=answers,
         stop=stop,
         listeners=listeners,
@@ -107,7 +108,7 @@ def carry_out(
     opened: Callable[[Mapping[str, Identity]], AbstractContextManager[RunWriter]],
     *,
     inputs: Mapping[str, str],
-    no_load: Path | None,
+    partners: Mapping[str, Path],
     answers: AnswerSource,
     stop: StopToken,
     listeners: Sequence[EventSink] = (),
@@ -149,7 +150,7 @@ def carry_out(
         opened,
         work,
         inputs=inputs,
-        no_load=no_load,
+        partners=partners,
         listeners=listeners,
         progress=stoppable(progress, stop),
         person=person,
@@ -162,7 +163,7 @@ def into_folder(
     work: Callable[[Rig, Bus, Path, Sequence[Interference]], RunSummary],
     *,
     inputs: Mapping[str, str],
-    no_load: Path | None,
+    partners: Mapping[str, Path],
     listeners: Sequence[EventSink],
     progress: Progress,
     person: Person,
@@ -214,7 +215,7 @@ def into_folder(
             planned,
             writer,
             end,
-            no_load,
+            partners,
             errors,
             progress=progress,
             to_be_resumed=summary.resumable
@@ -283,7 +284,7 @@ def new_folder(  # noqa: PLR0917  (what a header is made of)
     inputs: Mapping[str, str],
     people: Mapping[str, str],
     identified: Mapping[str, Identity],
-    no_load: Path | None,
+    partners: Mapping[str, Path],
 ) -> Iterator[RunWriter]:
     """Make a folder and give its writer, while no other process may write there."""
     procedure, started = planned.procedure, planned.clock.utc()
@@ -293,7 +294,7 @@ def new_folder(  # noqa: PLR0917  (what a header is made of)
         header_of(planned, folder.name, inputs),
         people=people,
         provenance=software(planned.registry) | identities(identified) | from_tape(planned.tape),
-        files=_files(planned, no_load),
+        files=_files(planned, partners),
     )
     at_once = syncs_measurements(planned)
     with run_lock(folder), RunWriter(folder, header, sync_measurements=at_once) as writer:
@@ -324,11 +325,15 @@ def header_of(planned: Planned, run_id: str, inputs: Mapping[str, str]) -> RunHe
     )
 
 
-def _files(planned: Planned, no_load: Path | None) -> dict[str, str]:
-    """Return where the files came from, for who takes up the run if it is interrupted."""
-    known = {
+def _files(planned: Planned, partners: Mapping[str, Path]) -> dict[str, str]:
+    """Return where the files came from, for who takes up the run if it is interrupted.
+
+    A partner run that is still to be made is named without a place.
+    """
+    known: dict[str, str | Path] = {
         "procedure": planned.procedure.document.name,
         "station": planned.station.document.name,
-        "no_load": no_load,
+        **dict.fromkeys(later_partners(planned), ""),
+        **partners,
     }
-    return {name: str(Path(path).absolute()) for name, path in known.items() if path is not None}
+    return {name: str(Path(path).absolute()) if path else "" for name, path in known.items()}

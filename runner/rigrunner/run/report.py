@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document import document
 from rigrunner.analysis.progress import unseen
+from rigrunner.api.analysis.requirements import partner_words
 from rigrunner.api.events import (
     Alarm,
     Answer,
@@ -25,7 +26,7 @@ from rigrunner.runfile import read_with_truth
 from rigrunner.runfile.durable import write_whole
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
     from rigrunner.analysis.progress import Progress
@@ -68,13 +69,13 @@ def report_input(
 ) -> ReportInput:
     """Return what a report format is given for a stored run."""
     stored, truth = read_with_truth(path)
-    found = result or analyse_stored(stored, registry, stored.no_load, progress=progress)
+    found = result or analyse_stored(stored, registry, progress=progress)
     return ReportInput(
         result=found,
         document=document(found),
         truth=truth,
         provenance=_provenance(stored, found),
-        events=(*_let_pass(stored.no_load), *_let_pass(stored.no_load_after), *_told(stored)),
+        events=(*_let_pass(stored.partners), *_told(stored)),
         later_decisions=tuple(
             each.summary for each in later_decisions(stored, path if path.is_dir() else path.parent)
         ),
@@ -83,16 +84,19 @@ def report_input(
 
 def _provenance(stored: StoredRun, result: Result) -> dict[str, str]:
     header = stored.header
-    no_load, after = result.no_load_run, stored.no_load_after
     return {
         "run": header.run_id,
         "digest of the recordings (SHA-256)": stored.digest,
         "procedure": f"{header.procedure_id} revision {header.procedure_revision}",
         "station": header.station_id,
-        **({"no-load run": no_load.run_id} if no_load else {}),
-        **({"digest of the no-load recordings (SHA-256)": no_load.digest} if no_load else {}),
-        **({"no-load run after it": after.header.run_id} if after else {}),
-        **({"digest of that run's recordings (SHA-256)": after.digest} if after else {}),
+        **{
+            what: text
+            for name, run in result.run.partners.items()
+            for what, text in (
+                (partner_words(name), run.run_id),
+                (f"digest of the {partner_words(name)} (SHA-256)", run.digest),
+            )
+        },
         **header.provenance,
         **{f"import, {name}": text for name, text in header.imported.items()},
         **{f"salvage, {name}": text for name, text in header.salvaged.items()},
@@ -121,11 +125,12 @@ def _kind(event: Alarm | Note) -> str:
     return "alarm" if isinstance(event, Alarm) else "note"
 
 
-def _let_pass(no_load: StoredRun | None) -> Iterator[dict[str, str]]:
-    """Yield what was overridden for the no-load run: the result rests on that run as well."""
-    for event in no_load.events if no_load else ():
-        if isinstance(event, Intervention) and event.action == OVERRIDE:
-            yield _line(event, event.action, f"no-load run: {event_text(event)}")
+def _let_pass(partners: Mapping[str, StoredRun]) -> Iterator[dict[str, str]]:
+    """Yield what was overridden for partner runs: the result rests on them as well."""
+    for name, run in partners.items():
+        for event in run.events:
+            if isinstance(event, Intervention) and event.action == OVERRIDE:
+                yield _line(event, event.action, f"{partner_words(name)}: {event_text(event)}")
 
 
 def _line(event: Event, kind: str, text: str) -> dict[str, str]:

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.progress import unseen
@@ -13,10 +14,10 @@ from rigrunner.api.errors import DataError, UsageError
 from rigrunner.api.events import Outcome
 from rigrunner.engine import find_seam, passed_over
 from rigrunner.run.finish import finish, stoppable
-from rigrunner.run.interrupted import has_ended, may_go_on, used_no_load
+from rigrunner.run.interrupted import has_ended, may_go_on, used_partners
 from rigrunner.run.left_energised import NOBODY
-from rigrunner.run.noload import NamedNoLoads, no_load_after_for, no_load_for
 from rigrunner.run.overrides import require_still_allowed
+from rigrunner.run.partners import later_partners, partners_after_for, partners_for
 from rigrunner.run.record import carry_out, syncs_measurements
 from rigrunner.run.sameness import check_same, check_same_instruments
 from rigrunner.runfile import RunWriter
@@ -42,11 +43,10 @@ class ResumableRun:
     folder: Path
     stored: StoredRun
     planned: Planned
-    no_load: Path | None
+    partners: Mapping[str, Path]
+    """By name; those after it too, where the procedure asks for any and it had come to its end."""
     seam: Seam | None
     """None where the run had come to its end, and only its file is to be made."""
-    no_load_after: Path | None = None
-    """The second no-load run, where the procedure asks for one and the run had come to its end."""
 
 
 def run_files(stored: StoredRun, procedure: Path | None, station: Path | None) -> tuple[Path, Path]:
@@ -75,24 +75,27 @@ def prepare_resume(
     stored: StoredRun,
     planned: Planned,
     by: str,
-    no_loads: NamedNoLoads = NamedNoLoads(),  # noqa: B008  (immutable)
+    named: Mapping[str, str] = MappingProxyType({}),
 ) -> ResumableRun:
     """Check that a run can be taken up and find where; raise DataError with all that differs.
 
-    A run that waits for the no-load run after it is given the first one that fits, or the named.
+    `named` are partner runs that a person named, by folder or name. A run that waits for one after
+    it is given the first one that fits.
     """
     check_same(stored.header, planned)
-    seam, after = None, None
+    seam = None
     started = datetime.fromisoformat(stored.header.started_utc)
     if may_go_on(stored):
         require_still_allowed(planned, started)
         seam = find_seam(planned.plan.steps, stored.events, by, _subject(stored))
-    named = no_loads.before or (str(used) if (used := used_no_load(stored)) else None)
-    ended = None if seam is not None else started
-    chosen = no_load_for(planned, folder.parent, named, ended)
+    later, ended = later_partners(planned), None if seam is not None else started
+    known = {name: str(path) for name, path in used_partners(stored.header).items()} | dict(named)
+    before = {name: each for name, each in known.items() if name not in later}
+    chosen = partners_for(planned, folder.parent, before, ended)
     if ended is not None and stored.info.outcome == Outcome.COMPLETED:
-        after = no_load_after_for(planned, folder.parent, no_loads.after, ended)
-    return ResumableRun(folder, stored, planned, chosen, seam, after)
+        after = {name: each for name, each in named.items() if name in later}
+        chosen |= partners_after_for(planned, folder.parent, after, ended)
+    return ResumableRun(folder, stored, planned, chosen, seam)
 
 
 def resume(
@@ -124,7 +127,7 @@ def resume(
         run.planned,
         opened,
         inputs=run.stored.header.inputs,
-        no_load=run.no_load,
+        partners=run.partners,
         answers=answers,
         stop=stop,
         listeners=listeners,
@@ -156,10 +159,9 @@ def _finish(run: ResumableRun, progress: Progress) -> FinishedRun:
             run.planned,
             writer,
             end,
-            run.no_load,
+            run.partners,
             errors,
             progress=progress,
-            no_load_after=run.no_load_after,
         )
 
 

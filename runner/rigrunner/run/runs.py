@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import RigrunnerError
 from rigrunner.api.events import Outcome
-from rigrunner.procedure import parse_procedure
 from rigrunner.run.locate import run_names
 from rigrunner.runfile import NEVER_ENDED, is_going_on, read_info
 
@@ -28,7 +27,7 @@ class ListedRun:
     is_going_on: bool = False
     """Whether a process writes to it just now."""
     waits: bool = False
-    """Whether it is complete but for the no-load run that its procedure asks for after it."""
+    """Whether it is complete but for the partner run that its procedure asks for after it."""
 
     @property
     def state(self) -> str:
@@ -42,7 +41,7 @@ class ListedRun:
         if self.info.reason == NEVER_ENDED:
             return "interrupted"
         if self.waits:
-            return f"{self.info.outcome}, waits for a second no-load run"
+            return f"{self.info.outcome}, waits for a run after it"
         return f"{self.info.outcome}, not sealed"
 
     @property
@@ -69,10 +68,4 @@ def listed_run(runs: Path, name: str) -> ListedRun:
 def _waits(info: RunInfo) -> bool:
     if info.sealed or info.outcome != Outcome.COMPLETED:
         return False
-    header = info.header
-    try:
-        procedure = parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
-    except RigrunnerError:
-        return False
-    spec = procedure.torque_analysis.no_load
-    return spec is not None and spec.after
+    return not all(info.header.files.values())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.analyse import analyse
@@ -16,6 +17,8 @@ from rigrunner.api.instruments import TORQUE
 from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import own_keys
 from rigrunner.procedure import AnalysisSpec, parse_procedure
+from rigrunner.procedure.analysis_spec import NO_LOAD, NO_LOAD_AFTER
+from rigrunner.run.interrupted import used_partners
 from rigrunner.runfile import read
 from rigrunner.station import parse_station
 
@@ -49,22 +52,24 @@ def open_run(path: Path) -> OpenRun:
 def analyse_run(
     path: Path,
     registry: Registry,
-    no_load: Path | None = None,
-    no_load_after: Path | None = None,
+    partners: Mapping[str, Path] = MappingProxyType({}),
     *,
     acceptance: Acceptance | None = None,
     progress: Progress = unseen,
 ) -> Result:
     """Analyse a stored run as its procedure says; raise DataError.
 
-    The no-load runs are those given, or else those that are embedded in the file. `acceptance`
-    stands in place of the procedure's own. `progress` is told how far a validation is.
+    The partner runs are those given by name, or else those that are embedded in the file.
+    `acceptance` stands in place of the procedure's own. `progress` is told how far a validation is.
     """
-    stored = read(path)
-    if no_load_after is not None:
-        stored = replace(stored, no_load_after=read(no_load_after))
-    other = read(no_load) if no_load is not None else stored.no_load
-    return analyse_stored(stored, registry, other, acceptance=acceptance, progress=progress)
+    stored = with_partners(read(path), partners)
+    return analyse_stored(stored, registry, acceptance=acceptance, progress=progress)
+
+
+def with_partners(stored: StoredRun, partners: Mapping[str, Path]) -> StoredRun:
+    """Return a run with these partner runs, by name, in place of those in its file."""
+    read_again = {name: read(path) for name, path in partners.items()}
+    return replace(stored, partners={**stored.partners, **read_again})
 
 
 def as_it_is(procedure: Procedure) -> Procedure:
@@ -75,7 +80,6 @@ def as_it_is(procedure: Procedure) -> Procedure:
 def analyse_stored(
     stored: StoredRun,
     registry: Registry,
-    no_load: StoredRun | None,
     *,
     acceptance: Acceptance | None = None,
     changes: Callable[[Procedure], Procedure] = as_it_is,
@@ -88,20 +92,19 @@ def analyse_stored(
     text, name = stored.header.procedure_text, stored.header.procedure_id
     procedure = changes(parse_procedure(text, name, stored=True).model)
     spec, limits = procedure.torque_analysis, acceptance or procedure.acceptance
-    analysed = is_analysed(stored, procedure)
+    run, analysed = run_data(stored), is_analysed(stored, procedure)
     if not analysed:
-        spec, limits, no_load = AnalysisSpec(), None, None
-    after = stored.no_load_after if analysed else None
+        spec, limits, run = AnalysisSpec(), None, replace(run, partners={})
     return analyse(
-        run_data(stored),
-        run_data(no_load) if no_load is not None else None,
+        run,
+        run.partners.get(NO_LOAD),
         spec,
         acceptance=limits,
         measurand=procedure.measurand,
         lookup=registry,
         progress=progress,
         analyses=procedure.named_analyses if analysed else (),
-        no_load_after=None if after is None else run_data(after),
+        no_load_after=run.partners.get(NO_LOAD_AFTER),
     )
 
 
@@ -113,7 +116,9 @@ def result_by_now(folder: Path, procedure: Procedure, registry: Registry, name: 
     makers = makers_of(name, procedure.named_analyses, registry)
     if not makers:
         raise DataError(f"no analysis names the result '{name}'")
-    found = findings_of(run_data(read(folder)), makers, Scrutiny(registry))
+    stored = read(folder)
+    run = run_data(with_partners(stored, used_partners(stored.header)))
+    found = findings_of(run, makers, Scrutiny(registry))
     results = [one.estimate for each in found for one in each.results if one.name == name]
     if not results:
         raise DataError(f"there is no result '{name}' as yet")
@@ -161,4 +166,5 @@ def run_data(stored: StoredRun) -> RunData:
         recordings=stored.recordings,
         digest=stored.digest,
         measurements=stored.measurements,
+        partners={name: run_data(each) for name, each in stored.partners.items()},
     )

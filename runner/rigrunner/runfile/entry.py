@@ -20,6 +20,7 @@ from rigrunner.runfile.elapsed import (
 )
 from rigrunner.runfile.hdf5 import (
     free_name,
+    members,
     new_group,
     open_file,
     read_text,
@@ -69,6 +70,8 @@ IMPORTED = "imported"
 MAPPING = "mapping_text"
 FORMAT_ATTRIBUTE = "rigrunner_format"
 SALVAGED = "salvaged"
+PARTNER = "NXsubentry"
+"""The class of a partner run, which is embedded whole but for its own partners."""
 KINDS = ("recordings", "incomplete", SUPERSEDED)
 """The groups of recordings."""
 _END_TEXTS = ("ended_utc", "outcome", "reason")
@@ -194,7 +197,7 @@ def _read_info(entry: h5py.Group, path: Path, events: Sequence[Event]) -> RunInf
 
 
 def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
-    """Read a run whole, with the no-load runs that are embedded in it."""
+    """Read a run whole, with the partner runs that are embedded in it."""
     events = read_events(entry)
     scratch = None if _samples_fit(entry) else Scratch()
     rows = measured(events)
@@ -209,13 +212,21 @@ def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
         superseded_measurements=rows.superseded,
         events=events,
         result_document=_read_document(entry),
-        no_load=_embedded(entry, "no_load", path),
-        no_load_after=_embedded(entry, "no_load_after", path),
+        partners={
+            partner_name(entry, place): read_entry(entry[place], path)
+            for place in partner_places(entry)
+        },
     )
 
 
-def _embedded(entry: h5py.Group, name: str, path: Path) -> StoredRun | None:
-    return read_entry(entry[name], path) if name in entry else None
+def partner_places(entry: h5py.Group) -> list[str]:
+    """Return the places of the runs that are embedded in an entry, in order."""
+    return [name for name in members(entry) if entry[name].attrs.get("NX_class") == PARTNER]
+
+
+def partner_name(entry: h5py.Group, place: str) -> str:
+    """Return the name of an embedded run; in runs of earlier versions it is its place."""
+    return str(entry[place].attrs.get("name", place))
 
 
 def read_entry_truth(entry: h5py.Group) -> dict[str, dict[str, float]]:

@@ -220,7 +220,6 @@ def read_loose(files: RunFolder, *, samples: bool = True) -> StoredRun:
         superseded_measurements=rows.superseded,
         events=journal.events,
         result_document=None,
-        no_load=None,
         notes=journal.notes,
     )
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
+from rigrunner.api.analysis.requirements import partner_words
 from rigrunner.api.errors import DataError
 from rigrunner.runfile.hdf5 import UNREADABLE, members, objects, write_verbatim
 
@@ -34,8 +35,6 @@ _KINDS = {
     "events": "event list",
     "incomplete": "incomplete recording",
     "measurements": "measurement",
-    "no_load": "no-load run",
-    "no_load_after": "no-load run after it",
     "recordings": "recording",
     "superseded": "superseded recording",
     "superseded_measurements": "superseded measurement",
@@ -43,6 +42,7 @@ _KINDS = {
     "verification": "truth",
     "zeros": "zero",
 }
+_NAMED_SO = ("approval", "imported", "inputs", "manifest", "people", "provenance", "salvaged")
 _SAMPLES = ("recordings", "incomplete", "superseded")
 
 
@@ -88,9 +88,9 @@ def manifest_sha256(entry: h5py.Group) -> str:
 
 
 def kind_of(path: str) -> str:
-    """Return what an object holds, in words."""
+    """Return what an object holds, in words; what is no part of every run is a partner run."""
     top = path if path in {ROOT, ENTRY_ITEM} else path.partition("/")[0]
-    return _KINDS.get(top, top)
+    return _KINDS.get(top, top if top in _NAMED_SO else partner_words(top))
 
 
 def object_digest(item: h5py.Group | h5py.Dataset, path: str = "") -> str:
@@ -167,8 +167,9 @@ def stored_items(entry: h5py.Group) -> dict[str, object]:
 
 
 def _is_column(path: str, item: h5py.Group | h5py.Dataset) -> bool:
-    parts = path.removeprefix("no_load/").removeprefix("no_load_after/").split("/")
-    return isinstance(item, h5py.Dataset) and len(parts) == 3 and parts[0] in _SAMPLES  # noqa: PLR2004  (recordings/name/column)
+    """Say whether it holds samples: recordings/name/column, also of a partner run."""
+    *_, kind, _name, _column = ("", "", *path.split("/"))
+    return isinstance(item, h5py.Dataset) and kind in _SAMPLES
 
 
 def _data_digest(dataset: h5py.Dataset, path: str) -> str:

@@ -57,8 +57,8 @@ class RunHeader:
     """Of a run that was saved from a damaged file: the 'file', its 'sha256', 'utc', 'by' whom, and
     what is lost by its place, as 'lost /entry/...'. Else empty. Such a run is never certified."""
     files: Mapping[str, str] = field(default_factory=dict)
-    """From where 'procedure', 'station' and 'no_load' were taken. Only a run that is not sealed
-    keeps it for resuming: it means nothing on another machine."""
+    """From where 'procedure' and 'station' were taken, and each partner run by its name. Only a
+    run that is not sealed keeps it for resuming: it means nothing on another machine."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,10 +108,8 @@ class StoredRun:
     events: tuple[Event, ...]
     result_document: Mapping[str, Any] | None
     """The first analysis, as in `result.json`."""
-    no_load: StoredRun | None
-    """The no-load run that the first analysis used, as embedded in the sealed file."""
-    no_load_after: StoredRun | None = None
-    """The one after the run, where there are two: they bracket it."""
+    partners: Mapping[str, StoredRun] = field(default_factory=dict)
+    """The partner runs that the first analysis used, by name, as embedded in the sealed file."""
     notes: tuple[str, ...] = ()
     """What is odd about the files, in words."""
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import h5py
@@ -18,6 +19,7 @@ from rigrunner.runfile.entry import (
     FORMAT_ATTRIBUTE,
     HEADER_TEXTS,
     KINDS,
+    PARTNER,
     VERBATIM,
     digest_of,
     read_entry_truth,
@@ -58,7 +60,6 @@ if TYPE_CHECKING:
     from rigrunner.api.events import Event
 
 _T = TypeVar("_T")
-NO_LOADS = ("no_load", "no_load_after")
 EVENTS, CALLED_PLACE = "events", "texts/called"
 _TEXTS = ("inputs", "provenance", "people", "approval", "imported")
 
@@ -78,8 +79,8 @@ class DamagedRun:
     truth: Mapping[str, Mapping[str, float]]
     sound: Mapping[str, str]
     """The name of each sound recording by its place, such as 'recordings/_001_1Hz'."""
-    no_loads: tuple[str, ...]
-    """The places of the embedded no-load runs that are sound, all of each."""
+    partners: tuple[str, ...]
+    """The places of the embedded partner runs that are sound, all of each."""
     lost: tuple[Difference, ...]
     """What cannot be read, or is not what was sealed."""
 
@@ -120,7 +121,7 @@ def write_salvaged(
             new_group(entry, kind, "NXcollection")
         for place in damaged.sound:
             source.copy(source[ENTRY][place], entry[place.partition("/")[0]])
-        for place in damaged.no_loads:
+        for place in damaged.partners:
             source.copy(source[ENTRY][place], entry)
         entry.attrs["sha256"] = digest_of(entry, events)
         write_manifest(entry)
@@ -147,7 +148,7 @@ class _Reading:
             events=events,
             truth=self._part("verification", lambda: read_entry_truth(self.entry), {}),
             sound=sound,
-            no_loads=tuple(filter(self._has_no_load, NO_LOADS)),
+            partners=tuple(filter(self._is_sound_partner, self._partners())),
             lost=tuple(sorted(self.lost.values())),
         )
 
@@ -242,12 +243,23 @@ class _Reading:
 
         return self._part(place, read, "")
 
-    def _has_no_load(self, place: str) -> bool:
-        """Say whether an embedded run is there and sound: without a manifest nobody can tell."""
+    def _partners(self) -> list[str]:
+        """Return the places of the embedded runs, as far as they can be found."""
+
+        def is_partner(place: str) -> bool:
+            return bool(self.entry[place].attrs.get("NX_class") == PARTNER)
+
+        try:
+            places = members(self.entry)
+        except (DataError, *UNREADABLE) as error:
+            self._lose(ENTRY_ITEM, f"its members cannot be listed: {error}")
+            return []
+        return [p for p in places if self._part(p, partial(is_partner, p), instead=False)]
+
+    def _is_sound_partner(self, place: str) -> bool:
+        """Say whether an embedded run is sound: without a manifest nobody can tell."""
 
         def check() -> bool:
-            if place not in self.entry:
-                return False
             for kind in KINDS:
                 group = self.entry[place]
                 for name in members(group[kind]) if kind in group else ():

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import shutil
 from contextlib import suppress
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import DataError
 from rigrunner.runfile.entry import (
     FORMAT_ATTRIBUTE,
+    PARTNER,
     add_recordings,
     format_of,
+    partner_places,
     write_analysis,
     write_entry,
 )
 from rigrunner.runfile.folder import RunFolder
-from rigrunner.runfile.hdf5 import new_file, new_group, open_file
+from rigrunner.runfile.hdf5 import free_name, new_file, new_group, open_file
 from rigrunner.runfile.interrupts import uninterrupted
 from rigrunner.runfile.loose import PART_GROUP, read_journal, unfolded
 from rigrunner.runfile.manifest import write_manifest
@@ -32,7 +35,7 @@ if TYPE_CHECKING:
     from rigrunner.runfile.loose import Journal, SampleJournal
     from rigrunner.runfile.model import SweepPlot
 
-_NOT_EMBEDDED = ("verification", "no_load", "no_load_after", "analysis")
+_NOT_EMBEDDED = ("verification", "analysis")
 
 
 @uninterrupted()
@@ -40,15 +43,14 @@ def seal(
     folder: Path,
     result_document: Mapping[str, Any] | None = None,
     plot: SweepPlot | None = None,
-    no_load: Path | None = None,
-    no_load_after: Path | None = None,
+    partners: Mapping[str, Path] = MappingProxyType({}),
 ) -> Path:
     """Make `run.h5` of a run that is over, or was killed, and return its path.
 
     The file appears whole, by one rename, and read-only; journal and single recordings are removed
-    once it is on the disk. `no_load` is the run (file or folder) that the result was computed with,
-    `no_load_after` the second one where there are two: they are embedded. Raises DataError if the
-    run is sealed already or cannot be written.
+    once it is on the disk. `partners` are the runs (file or folder), by name, that the result was
+    computed with: they are embedded. Raises DataError if the run is sealed already or cannot be
+    written.
     """
     files = RunFolder(folder)
     if files.sealed_file.exists():
@@ -62,9 +64,8 @@ def seal(
         entry = new_group(file, ENTRY, "NXentry")
         _write_loose(entry, files, journal)
         write_analysis(entry, result_document, plot)
-        for name, other in (("no_load", no_load), ("no_load_after", no_load_after)):
-            if other is not None:
-                _embed(entry, name, other)
+        for name, other in partners.items():
+            _embed(entry, name, other)
         write_manifest(entry)
     _remove_loose(files)
     return files.sealed_file
@@ -85,11 +86,12 @@ def _write_loose(entry: h5py.Group, files: RunFolder, journal: Journal) -> None:
     add_recordings(entry, files.finished_parts(), journal.events)
 
 
-def _embed(entry: h5py.Group, name: str, no_load: Path) -> None:
-    group = new_group(entry, name, "NXsubentry")
-    sealed = sealed_file_of(no_load)
+def _embed(entry: h5py.Group, name: str, partner: Path) -> None:
+    group = new_group(entry, free_name(entry, name), PARTNER)
+    group.attrs["name"] = name
+    sealed = sealed_file_of(partner)
     if sealed is None:
-        loose = RunFolder(no_load)
+        loose = RunFolder(partner)
         journal = read_journal(loose)
         group.attrs[FORMAT_ATTRIBUTE] = journal.format
         _write_loose(group, loose, journal)
@@ -99,9 +101,10 @@ def _embed(entry: h5py.Group, name: str, no_load: Path) -> None:
         group.attrs.update(
             {each: source.attrs[each] for each in source.attrs if each != "NX_class"}
         )
+        left_out = {*_NOT_EMBEDDED, *partner_places(source)}
         group.attrs[FORMAT_ATTRIBUTE] = format_of(source)
         for member in source:
-            if member not in _NOT_EMBEDDED:
+            if member not in left_out:
                 file.copy(source[member], group, member)
     group.attrs["default"] = "recordings"
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 from time import monotonic
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Self
 
 from rigrunner.api.cleanup import do_all, noted_on
@@ -126,13 +127,12 @@ class RunWriter:
         self,
         result_document: Mapping[str, Any] | None = None,
         plot: SweepPlot | None = None,
-        no_load: Path | None = None,
-        no_load_after: Path | None = None,
+        partners: Mapping[str, Path] = MappingProxyType({}),
     ) -> Path:
         """Close the journal and make `run.h5`; see `rigrunner.runfile.seal`."""
         with uninterrupted():
             self.close()
-            return seal(self.folder, result_document, plot, no_load, no_load_after)
+            return seal(self.folder, result_document, plot, partners)
 
     def close(self) -> None:
         """Close the journal once all is folded; the folder stays and can be read. Idempotent."""

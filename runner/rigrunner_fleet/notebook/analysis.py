@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 from rigrunner_fleet.notebook.found import figures_of, plot_of, points_of, results_of, results_plot
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rigrunner.api.results import Result
     from rigrunner.plots import Plot
     from rigrunner_fleet.archive import Rows
@@ -55,15 +57,18 @@ class Analysis:
 
 
 def analyse(
-    run: Path | str, no_load: Path | str | None = None, *, station: str | None = None
+    run: Path | str,
+    partners: Mapping[str, Path | str] | None = None,
+    *,
+    station: str | None = None,
 ) -> Analysis:
     """Analyse a stored run as its procedure says, with the plugins that are installed now.
 
-    `no_load` stands in place of the no-load run in its file; `station` names one whose own plugins
-    are needed. Nothing is written. Raises DataError for what cannot be analysed.
+    `partners`, by name, stand in place of the partner runs in its file; `station` names one whose
+    own plugins are needed. Nothing is written. Raises DataError for what cannot be analysed.
     """
     from rigrunner.run.lab_plugins import lab_registry  # noqa: PLC0415  (the analysis is heavy)
     from rigrunner.run.stored import analyse_run  # noqa: PLC0415  (the same)
 
-    other = None if no_load is None else Path(no_load)
-    return Analysis(analyse_run(Path(run), lab_registry(station), other))
+    others = {name: Path(path) for name, path in (partners or {}).items()}
+    return Analysis(analyse_run(Path(run), lab_registry(station), others))

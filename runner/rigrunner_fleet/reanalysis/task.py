@@ -88,7 +88,7 @@ class Reanalysis:
         if asked.asks_nothing:
             reason = "its procedure asks for no analysis"
             return Reanalysed(asdict(_row(info, None, None, skipped=reason)))
-        found = analyse_stored(stored, registry, stored.no_load, changes=self.changes)
+        found = analyse_stored(stored, registry, changes=self.changes)
         content = document(found)
         text = json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)
         return Reanalysed(asdict(_row(info, content, stored.result_document)), f"{text}\n")

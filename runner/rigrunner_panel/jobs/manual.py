@@ -18,7 +18,7 @@ from rigrunner.clock import utc_text
 from rigrunner.engine.streams import checked_stream
 from rigrunner.plan import Plan, PlannedStep
 from rigrunner.plan.actions import Phase, Terms
-from rigrunner.run.noload import no_load_for
+from rigrunner.run.partners import partners_for
 from rigrunner.run.planning import planned_run
 from rigrunner.steps.record import Record
 from rigrunner.steps.set_drives import SetDrive
@@ -60,15 +60,16 @@ def manual(job: Job, link: Link) -> Ended:
         raise DataError(
             f"{planned.procedure.model.id} records no swing", hint="choose a procedure that does"
         )
-    no_load = no_load_for(planned, job.runs, job.no_load)
-    known = {"title": planned.procedure.model.title, "no_load": no_load.name if no_load else ""}
+    partners = partners_for(planned, job.runs, job.partners)
+    taken = tuple(each.name for each in partners.values())
+    known = {"title": planned.procedure.model.title, "partners": taken}
     link.show(job=job.view.model_copy(update=known), plan=plan_view(Plan(())))
     hand = Hand(planned, source, link)
     finished = record_by_hand(
         planned,
         hand.steps,
         runs=job.runs,
-        no_load=no_load,
+        partners=partners,
         stop=link.switch,
         pauses=PanelPauses(link),
         listeners=[link.switch, link.sender, hand],

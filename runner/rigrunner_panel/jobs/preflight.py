@@ -5,8 +5,9 @@ from __future__ import annotations
 import shutil
 from typing import TYPE_CHECKING
 
+from rigrunner.api.analysis.requirements import partner_words
 from rigrunner.api.errors import RigrunnerError
-from rigrunner.run.noload import no_load_for
+from rigrunner.run.partners import each_partner
 from rigrunner.run.planning import planned_run
 from rigrunner.run.rig_lock import rig_lock
 from rigrunner_panel.jobs.preflight_paper import calibrations
@@ -41,7 +42,7 @@ def preflight(job: Job, link: Link) -> Ended:
 
 def _items(planned: Planned, job: Job) -> Iterator[PreflightItem]:
     yield _approval(planned)
-    yield from _no_load(planned, job)
+    yield from _partners(planned, job)
     yield from calibrations(planned)
     yield _disk(planned, job.runs)
     try:
@@ -64,16 +65,15 @@ def _approval(planned: Planned) -> PreflightItem:
     )
 
 
-def _no_load(planned: Planned, job: Job) -> Iterator[PreflightItem]:
-    try:
-        found = no_load_for(planned, job.runs, job.no_load)
-    except RigrunnerError as error:
-        yield PreflightItem(
-            kind="no_load", name="no-load run", state="fail", text=error.message, fix=error.hint
-        )
-        return
-    if found is not None:
-        yield PreflightItem(kind="no_load", name="no-load run", state="ok", text=found.name)
+def _partners(planned: Planned, job: Job) -> Iterator[PreflightItem]:
+    for name, found in each_partner(planned, job.runs, job.partners):
+        words = partner_words(name)
+        if isinstance(found, RigrunnerError):
+            yield PreflightItem(
+                kind="partner", name=words, state="fail", text=found.message, fix=found.hint
+            )
+        else:
+            yield PreflightItem(kind="partner", name=words, state="ok", text=found.name)
 
 
 def _disk(planned: Planned, runs: Path) -> PreflightItem:

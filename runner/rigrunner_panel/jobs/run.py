@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rigrunner.queue import Queue
 from rigrunner.run.following import following
 from rigrunner.run.inputs import answer_inputs, with_operator
-from rigrunner.run.noload import no_load_for
+from rigrunner.run.partners import partners_for
 from rigrunner.run.planning import planned_run
 from rigrunner.run.record import execute
 from rigrunner.tools.by_hand.settling import settle_left
@@ -33,8 +33,9 @@ def run(job: Job, link: Link) -> Ended:
     person = PanelPerson(link.sender, planned.clock, operator)
     settle_left(job.station, person)
     overrides = tuple(overrides_of(planned, job))
-    no_load = no_load_for(planned, job.runs, job.no_load)
-    known = {"title": planned.procedure.model.title, "no_load": no_load.name if no_load else ""}
+    partners = partners_for(planned, job.runs, job.partners)
+    taken = tuple(each.name for each in partners.values())
+    known = {"title": planned.procedure.model.title, "partners": taken}
     link.show(
         job=job.view.model_copy(update=known),
         plan=plan_view(planned.plan),
@@ -57,7 +58,7 @@ def run(job: Job, link: Link) -> Ended:
             planned,
             runs=job.runs,
             inputs=answer_inputs(planned.procedure, given, answers),
-            no_load=no_load,
+            partners=partners,
             answers=answers,
             stop=link.switch,
             listeners=[

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import RigrunnerError
 from rigrunner.registry import load_registry
+from rigrunner.run.interrupted import used_partners
 from rigrunner.run.lab_plugins import with_lab_plugins
-from rigrunner.runfile import read
+from rigrunner.runfile import read, read_info
 from rigrunner.station import load_station
 from rigrunner_panel.live.interim import interim_result
 from rigrunner_panel.live.latest import LatestCycles
@@ -42,7 +43,7 @@ class _Analyst:
 
     def __init__(self) -> None:
         self._registries: dict[Path, Registry] = {}
-        self._no_loads: dict[Path, StoredRun] = {}
+        self._partners: dict[Path, StoredRun] = {}
         self._followed: tuple[Path, LatestCycles] | None = None
         self._found: LiveView | None = None
         self._latest: dict[str, PointView] = {}
@@ -66,8 +67,8 @@ class _Analyst:
             return Analysed(_problem(f"{type(error).__name__}: {error}", began_s))
 
     def _of_all(self, asked: Analyse, began_s: float) -> Analysed:
-        registry, no_load = self._registry(asked.station), self._no_load(asked.no_load)
-        found = interim_result(asked.folder, registry, no_load, asked.recording, asked.watched)
+        registry, partners = self._registry(asked.station), self._partners_of(asked.folder)
+        found = interim_result(asked.folder, registry, partners, asked.recording, asked.watched)
         if found is None:
             return Analysed(None)
         result, acceptance = found
@@ -81,8 +82,8 @@ class _Analyst:
     def _of_latest(self, asked: Analyse, began_s: float) -> Analysed:
         """Return what was found before, and the recording that goes on by its latest cycles."""
         if self._followed is None or self._followed[0] != asked.folder:
-            registry, no_load = self._registry(asked.station), self._no_load(asked.no_load)
-            self._followed = asked.folder, LatestCycles(asked.folder, registry, no_load)
+            registry, partners = self._registry(asked.station), self._partners_of(asked.folder)
+            self._followed = asked.folder, LatestCycles(asked.folder, registry, partners)
         result, cycles = self._followed[1].latest()
         if result is None:
             return Analysed(None)
@@ -99,12 +100,10 @@ class _Analyst:
             self._registries = {station: with_lab_plugins(load_registry(), loaded, station.parent)}
         return self._registries[station]
 
-    def _no_load(self, path: Path | None) -> StoredRun | None:
-        if path is None:
-            return None
-        if path not in self._no_loads:
-            self._no_loads = {path: read(path)}
-        return self._no_loads[path]
+    def _partners_of(self, folder: Path) -> dict[str, StoredRun]:
+        used = used_partners(read_info(folder).header)
+        self._partners = {p: self._partners.get(p) or read(p) for p in used.values()}
+        return {name: self._partners[path] for name, path in used.items()}
 
 
 def _bytes(folder: Path) -> int:

@@ -11,10 +11,12 @@ from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.analysis.torque.prepare import prepare_point
 from rigrunner.api.errors import DataError
 from rigrunner.procedure import parse_procedure
+from rigrunner.procedure.analysis_spec import NO_LOAD
 from rigrunner.run.stored import run_data
 from rigrunner.runfile import read
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     from rigrunner.analysis.torque.analysis import Prepare
@@ -40,14 +42,14 @@ class LiveAnalysis:
     """What results may be, as it is shown beside them."""
     prepare: Prepare = prepare_point
 
-    def result(self, run: RunData, no_load: RunData | None) -> Result:
+    def result(self, run: RunData) -> Result:
         """Return the result of these data; raise DataError.
 
         An analysis of other results that cannot be made as yet is left out.
         """
         found = analyse(
             run,
-            no_load,
+            run.partners.get(NO_LOAD),
             self.spec,
             acceptance=None,
             measurand=self.measurand,
@@ -84,7 +86,7 @@ def live_analysis(stored: StoredRun, registry: Registry) -> LiveAnalysis | None:
 def interim_result(
     folder: Path,
     registry: Registry,
-    no_load: StoredRun | None,
+    partners: Mapping[str, StoredRun],
     recording: str = "",
     watched: Recording | None = None,
 ) -> tuple[Result, Acceptance | None] | None:
@@ -97,17 +99,16 @@ def interim_result(
     analysis = live_analysis(stored, registry)
     if analysis is None:
         return None
-    other = None if no_load is None else run_data(no_load)
-    finished = run_data(stored)
+    finished = run_data(replace(stored, partners=partners))
     if watched is not None:
-        return analysis.result(replace(finished, recordings=(watched,)), other), analysis.acceptance
+        return analysis.result(replace(finished, recordings=(watched,))), analysis.acceptance
     unfinished = [each for each in stored.incomplete if each.name == recording][-1:]
     if unfinished:
         try:
             with_it = replace(finished, recordings=(*finished.recordings, *unfinished))
-            return analysis.result(with_it, other), analysis.acceptance
+            return analysis.result(with_it), analysis.acceptance
         except DataError:  # too short as yet
             pass
     if not (finished.recordings or finished.measurements):
         return None
-    return analysis.result(finished, other), analysis.acceptance
+    return analysis.result(finished), analysis.acceptance

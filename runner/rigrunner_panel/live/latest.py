@@ -20,6 +20,7 @@ from rigrunner.runfile import read, read_without_samples, tail_of
 from rigrunner_panel.live.interim import live_analysis
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     from rigrunner.api.analysis import OutlierRule, PeakPoint
@@ -39,11 +40,12 @@ MOST_BEHIND = 400_000_000
 class LatestCycles:
     """Follows the recordings of one run, the latest at a time."""
 
-    def __init__(self, folder: Path, registry: Registry, no_load: StoredRun | None) -> None:
+    def __init__(self, folder: Path, registry: Registry, partners: Mapping[str, StoredRun]) -> None:
         self._folder = folder
         self._registry = registry
         self._prepared = _Prepared()
-        self._no_load = None if no_load is None else self._prepared.over(run_data(no_load))
+        over = self._prepared.over
+        self._partners = {name: over(run_data(each)) for name, each in partners.items()}
         self._tail: Tail | None = None
         self._recording: _Recording | None = None
 
@@ -67,7 +69,7 @@ class LatestCycles:
     def _begun(self, tail: Tail, first: Block) -> _Recording:
         stored = read_without_samples(self._folder)
         analysis = live_analysis(stored, self._registry)
-        run = run_data(stored)
+        run = replace(run_data(stored), partners=self._partners)
         if analysis and analysis.spec.no_load and analysis.spec.no_load.is_this_run:
             before = of_this_run(run_data(read(self._folder)), loaded=False)
             self._prepared = _Prepared()  # there are more of them now
@@ -75,7 +77,7 @@ class LatestCycles:
         if analysis:
             analysis = replace(analysis, prepare=self._prepared, analyses=())
         windows = Windows(tail.begun(first, stored.events), run)
-        return _Recording(windows, run, self._no_load, analysis)
+        return _Recording(windows, run, analysis)
 
 
 class _Recording:
@@ -85,12 +87,10 @@ class _Recording:
         self,
         windows: Windows,
         run: RunData,
-        no_load: RunData | None,
         analysis: LiveAnalysis | None,
     ) -> None:
         self._windows = windows
         self._run = run
-        self._no_load = no_load
         self._analysis = analysis
         self.result: Result | None = None
         self.cycles = 0
@@ -101,7 +101,7 @@ class _Recording:
             return
         for window in self._windows.take(block):
             run = replace(self._run, recordings=(*self._run.recordings, window))
-            self.result = self._analysis.result(run, self._no_load)
+            self.result = self._analysis.result(run)
             self.cycles += TorqueDetails.of(self.result).loaded[-1].cycles
 
 

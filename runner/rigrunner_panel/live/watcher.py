@@ -71,9 +71,8 @@ class Watcher:
         self._process.close()
 
     def _ask(self, folder: Path, story: Story, lock: AbstractContextManager[object]) -> None:
-        no_load = self._runs / story.job.no_load if story.job.no_load else None
         watched, self._watched = self._watched, None
-        asked = Analyse(folder, self._station, no_load, story.recording, watched)
+        asked = Analyse(folder, self._station, story.recording, watched)
         found = self._process.ask(asked)
         if not isinstance(found, Analysed):
             self._closed.set()

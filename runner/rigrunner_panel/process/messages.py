@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
+from msgspec import Struct, field
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -31,7 +31,8 @@ class Job(Struct, frozen=True, kw_only=True):
     procedure: Path
     station: Path
     runs: Path
-    no_load: str | None = None
+    partners: Mapping[str, str] = field(default_factory=dict)
+    """Partner runs by name, in place of those that are found by themselves."""
     items: tuple[PreflightItem, ...] = ()
     """What the preflight found that is overridden."""
     by: str = ""
@@ -156,7 +157,6 @@ class Analyse(Struct, frozen=True, eq=False):
 
     folder: Path
     station: Path
-    no_load: Path | None
     recording: str
     watched: Recording | None = None
 

@@ -61,7 +61,7 @@ class JobView(Section):
     run: str = ""
     inputs: dict[str, str] = {}
     operator: str = ""
-    no_load: str = ""
+    partners: tuple[str, ...] = ()
     realtime: bool = True
     started_utc: str = ""
 
@@ -69,7 +69,7 @@ class JobView(Section):
 class PreflightItem(Section):
     """One thing that was looked at before a run."""
 
-    kind: Literal["device", "calibration", "no_load", "zero", "disk", "interlock", "procedure"]
+    kind: Literal["device", "calibration", "partner", "zero", "disk", "interlock", "procedure"]
     name: str
     state: Light
     text: str

@@ -132,10 +132,12 @@ class InputItem(BaseModel):
     unattended: str | None
 
 
-class NoLoad(BaseModel):
-    """The no-load run that would be used."""
+class Partner(BaseModel):
+    """A partner run that would be used."""
 
-    needed: bool
+    name: str
+    words: str
+    """It in words, such as 'dark run'."""
     run: str = ""
     problem: str = ""
     hint: str = ""
@@ -152,7 +154,7 @@ class PlanAnswer(BaseModel):
     steps: tuple[StepView, ...]
     torques: tuple[Torque, ...]
     inputs: tuple[InputItem, ...]
-    no_load: NoLoad
+    partners: tuple[Partner, ...]
     warnings: tuple[str, ...]
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rigrunner.api.analysis.requirements import partner_words
 from rigrunner.api.errors import RigrunnerError
 from rigrunner.clock import SimulatedClock
 from rigrunner.procedure import load_procedure
 from rigrunner.procedure.answers import AnswerError
 from rigrunner.run.calibration import calibration_findings
-from rigrunner.run.noload import no_load_for
+from rigrunner.run.partners import each_partner
 from rigrunner.run.planning import planned_run
 from rigrunner_panel.errors import not_found
 from rigrunner_panel.jobs.preflight import free_bytes
@@ -17,7 +18,7 @@ from rigrunner_panel.view.of_plan import plan_view
 from rigrunner_panel.web.answers import (
     InputAnswer,
     InputItem,
-    NoLoad,
+    Partner,
     PlanAnswer,
     PlannedProcedure,
     PlannedStation,
@@ -110,7 +111,7 @@ def plan(panel: Panel, asked: Asked) -> PlanAnswer:
             for each in prediction.torques
         ),
         inputs=tuple(_inputs(planned)),
-        no_load=_no_load(planned, panel.settings.runs),
+        partners=tuple(_partners(planned, panel.settings.runs)),
         warnings=tuple(_warnings(planned)),
     )
 
@@ -160,15 +161,13 @@ def _inputs(planned: Planned) -> Iterator[InputItem]:
         )
 
 
-def _no_load(planned: Planned, runs: Path) -> NoLoad:
-    spec = planned.procedure.model.torque_analysis.no_load
-    if spec is None or spec.is_this_run:
-        return NoLoad(needed=False)
-    try:
-        found = no_load_for(planned, runs)
-    except RigrunnerError as error:
-        return NoLoad(needed=True, problem=error.message, hint=error.hint)
-    return NoLoad(needed=True, run=found.name if found else "")
+def _partners(planned: Planned, runs: Path) -> Iterator[Partner]:
+    for name, found in each_partner(planned, runs):
+        words = partner_words(name)
+        if isinstance(found, RigrunnerError):
+            yield Partner(name=name, words=words, problem=found.message, hint=found.hint)
+        else:
+            yield Partner(name=name, words=words, run=found.name)
 
 
 def _warnings(planned: Planned) -> Iterator[str]:

@@ -216,7 +216,7 @@ def _draft(body: AddEntries | StartRun, inputs: dict[str, str]) -> Draft:
         station=body.station,
         inputs=inputs,
         operator=body.operator.strip(),
-        no_load=body.no_load,
+        partners=dict(body.partners),
         realtime=body.realtime,
     )
 
@@ -334,7 +334,7 @@ def _body(entry: Entry) -> StartRun:
             station=entry.station,
             inputs=entry.inputs,
             operator=entry.operator,
-            no_load=entry.no_load,
+            partners=dict(entry.partners),
             realtime=entry.realtime,
             entry=entry.id,
         )

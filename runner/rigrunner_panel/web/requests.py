@@ -49,7 +49,8 @@ class TakeControl(Body):
 class StartPreflight(Pair):
     """What is looked at."""
 
-    no_load: Name | None = None
+    partners: Annotated[dict[Name, Name], Field(max_length=20)] = {}
+    """Partner runs by name, in place of those that are found by themselves."""
 
 
 class Overridden(Body):
@@ -65,7 +66,8 @@ class StartRun(Pair):
 
     inputs: Annotated[dict[Name, Words], Field(max_length=200)] = {}
     operator: Annotated[str, Field(max_length=100), AfterValidator(plain)] = ""
-    no_load: Name | None = None
+    partners: Annotated[dict[Name, Name], Field(max_length=20)] = {}
+    """Partner runs by name, in place of those that are found by themselves."""
     realtime: bool = True
     override: Overridden | None = None
     entry: int | None = None
@@ -81,7 +83,8 @@ class AddEntries(Pair):
     list: Annotated[str, Field(max_length=60_000)] = ""
     inputs: Annotated[dict[Name, Words], Field(max_length=200)] = {}
     operator: Annotated[str, Field(max_length=100), AfterValidator(plain)] = ""
-    no_load: Name | None = None
+    partners: Annotated[dict[Name, Name], Field(max_length=20)] = {}
+    """Partner runs by name, in place of those that are found by themselves."""
     realtime: bool = True
 
 
@@ -115,7 +118,8 @@ class OpenManual(Pair):
     """A session by hand, with the channels and the analysis of a procedure."""
 
     operator: Annotated[str, Field(max_length=100), AfterValidator(plain)] = ""
-    no_load: Name | None = None
+    partners: Annotated[dict[Name, Name], Field(max_length=20)] = {}
+    """Partner runs by name, in place of those that are found by themselves."""
     realtime: bool = True
     override: Overridden | None = None
 

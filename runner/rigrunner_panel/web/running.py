@@ -84,7 +84,7 @@ def begin_preflight(panel: Panel, body: StartPreflight, by: str) -> None:
         procedure=procedure,
         station=station,
         runs=panel.settings.runs,
-        no_load=_run_name(panel, body.no_load),
+        partners={name: _run_name(panel, run) for name, run in body.partners.items()},
     )
     panel.desk.start(job, panel)
     panel.looked_at = Overridable(
@@ -127,7 +127,7 @@ def start_job(
         procedure=procedure,
         station=station,
         runs=panel.settings.runs,
-        no_load=_run_name(panel, body.no_load),
+        partners={name: _run_name(panel, run) for name, run in body.partners.items()},
         items=overridden,
         by=body.override.by.strip() if body.override else "",
         reason=body.override.reason.strip() if body.override else "",
@@ -241,10 +241,8 @@ def check_inputs(procedure: Path, given: Mapping[str, str]) -> None:
             raise PanelError(422, "invalid", f"{name}: {error.message}", error.hint) from error
 
 
-def _run_name(panel: Panel, name: str | None) -> str | None:
+def _run_name(panel: Panel, name: str) -> str:
     """Return a run of the folder of runs by name; a path is none."""
-    if name is None:
-        return None
     try:
         panel.history.folder(name)
         return str(find_run(name, panel.settings.runs).name)

@@ -105,7 +105,7 @@ def _source() -> Source:
             planned,
             runs=Path(folder),
             inputs={"specimen": MISCHIEF, "operator": MISCHIEF},
-            no_load=None,
+            partners={},
             answers=UnattendedAnswers(),
             stop=threading.Event(),
         )

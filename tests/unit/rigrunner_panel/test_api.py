@@ -78,13 +78,14 @@ def test_a_plan_says_what_a_run_would_do(client):
     assert plan["estimated_s"] == pytest.approx(sum(each["estimated_s"] for each in plan["steps"]))
     assert [each["frequency_hz"] for each in plan["torques"]][-1] == 35
     assert all(0 < each["share"] < 1 for each in plan["torques"])
-    assert plan["no_load"] == {"needed": False, "run": "", "problem": "", "hint": ""}
+    assert plan["partners"] == []
 
 
 def test_a_plan_that_needs_a_no_load_run_says_that_there_is_none(client):
     found = client.post("/api/plan", json={**PAIR, "procedure": "starting_torque_1000n"}).json()
-    assert (found["no_load"]["needed"], found["no_load"]["run"]) == (True, "")
-    assert "SSPB-NLI" in found["no_load"]["problem"] + found["no_load"]["hint"]
+    (partner,) = found["partners"]
+    assert (partner["name"], partner["words"], partner["run"]) == ("no_load", "no-load run", "")
+    assert "SSPB-NLI" in partner["problem"] + partner["hint"]
     assert [each["name"] for each in found["inputs"]] == ["specimen", "type", "lot", "operator"]
 
 

@@ -24,8 +24,8 @@ from rigrunner_panel.view.sections import LiveView
 class Onlooker:
     """Analyses a run so far, inside the run: after each recording, and once within each."""
 
-    def __init__(self, runs, no_load):
-        self.runs, self.no_load = runs, no_load
+    def __init__(self, runs, partners):
+        self.runs, self.partners = runs, partners
         self.registry = load_registry()
         self.after, self.within = [], []
         self._wanted_s, self._samples = 0.0, 0
@@ -43,7 +43,7 @@ class Onlooker:
 
     def _found(self, recording):
         folder = self.runs / run_names(self.runs)[-1]
-        found = interim_result(folder, self.registry, self.no_load, recording)
+        found = interim_result(folder, self.registry, self.partners, recording)
         return None if found is None else found[0]
 
 
@@ -53,7 +53,7 @@ def watched(tmp_path_factory):
     folder = tmp_path_factory.mktemp("so_far")
     runs = folder / "runs"
     no_load = run(quick_procedure(folder, "no_load_inertia_sweep"), runs)
-    onlooker = Onlooker(runs, read(no_load.folder))
+    onlooker = Onlooker(runs, {"no_load": read(no_load.folder)})
     finished = run(quick_procedure(folder, "starting_torque_1000n"), runs, listeners=[onlooker])
     assert finished.error is None
     return onlooker, finished
@@ -101,7 +101,7 @@ def test_a_watched_stretch_is_analysed_in_place_of_the_recordings(watched):
     onlooker, finished = watched
     folder = finished.folder
     stretch = read(folder).recordings[2]
-    found, _ = interim_result(folder, onlooker.registry, onlooker.no_load, watched=stretch)
+    found, _ = interim_result(folder, onlooker.registry, onlooker.partners, watched=stretch)
     expected = TorqueDetails.of(finished.result).compensations["template_inverse"].points[2]
     (point,) = live_view(found, final=False).points
     assert point.recording == stretch.name
@@ -129,7 +129,7 @@ def test_named_results_are_there_with_their_limits_while_the_run_goes_on(tmp_pat
     runs = tmp_path / "runs"
     done = call("run", procedure, "--station", station, "--unattended", "--runs", runs)
     assert done.code == 0, done.err
-    result, acceptance = interim_result(runs / run_names(runs)[0], load_registry(), None)
+    result, acceptance = interim_result(runs / run_names(runs)[0], load_registry(), {})
     view = live_view(result, final=False, acceptance=acceptance)
     assert (view.points, view.verdict) == ((), "")
     voltages = [each for each in view.results if each.name == "voltage"]

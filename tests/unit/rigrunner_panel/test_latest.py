@@ -19,14 +19,14 @@ from rigrunner_panel.process.messages import Analyse
 class Follower:
     """Follows a run from inside it, as the analyst's process does beside it."""
 
-    def __init__(self, runs, no_load):
-        self.runs, self.no_load, self.unfinished = runs, no_load, None
+    def __init__(self, runs, partners):
+        self.runs, self.partners, self.unfinished = runs, partners, None
         self.found, self._blocks = {}, 0
 
     def __call__(self, event):
         if self.unfinished is None:
             folder = self.runs / run_names(self.runs)[-1]
-            self.unfinished = LatestCycles(folder, load_registry(), self.no_load)
+            self.unfinished = LatestCycles(folder, load_registry(), self.partners)
         if isinstance(event, Samples):
             self._blocks += 1
             if self._blocks % 3 == 0:
@@ -45,10 +45,8 @@ class Asker:
         if is_asked or (isinstance(event, StepEnded) and event.recording):
             folder = self.runs / run_names(self.runs)[-1]
             recording = event.recording if isinstance(event, Samples) else ""
-            asked = Analyse(folder, find_station("simulated"), self.no_load, recording)
+            asked = Analyse(folder, find_station("simulated"), recording)
             self.answers.append((event, self.analyst.answer(asked)))
-
-    no_load = None
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +67,7 @@ def loaded(lab, listener):
 
 
 def test_the_latest_cycles_give_the_value_of_the_recording_within_its_uncertainty(lab):
-    follower = Follower(lab[1], read(lab[2]))
+    follower = Follower(lab[1], {"no_load": read(lab[2])})
     finished = loaded(lab, follower)
     assert list(follower.found) == [
         point.recording for point in TorqueDetails.of(finished.result).loaded
@@ -94,7 +92,6 @@ def test_the_latest_cycles_give_the_value_of_the_recording_within_its_uncertaint
 def test_a_long_recording_is_followed_and_a_finished_one_is_whole(lab, monkeypatch):
     monkeypatch.setattr(analyst, "MOST_AGAIN", 20_000)
     asker = Asker(lab[1])
-    asker.no_load = lab[2]
     finished = loaded(lab, asker)
     views = [(event, answer.view) for event, answer in asker.answers if answer.view is not None]
     assert not [view.problem for _, view in views if view.problem]
@@ -114,7 +111,6 @@ def test_a_long_recording_is_followed_and_a_finished_one_is_whole(lab, monkeypat
 def test_when_too_much_is_recorded_each_recording_is_still_followed(lab, monkeypatch):
     monkeypatch.setattr(analyst, "MOST_BYTES", 1_000)
     asker = Asker(lab[1])
-    asker.no_load = lab[2]
     finished = loaded(lab, asker)
     last = asker.answers[-1][1].view
     assert last.problem == analyst.TOO_MUCH

@@ -100,8 +100,8 @@ SPEAKERS = [
         if not each.as_posix().endswith(tuple(SILENT))
     ),
     "procedure/answers.py", "api/quantity.py", "engine/breaks.py", "engine/interlocks.py",
-    "engine/watching.py", "run/calibration.py", "run/noload.py", "run/rig_lock.py",
-    "queue/intake.py", "queue/store.py",
+    "engine/watching.py", "run/calibration.py", "run/partners.py", "run/no_load.py",
+    "run/rig_lock.py", "queue/intake.py", "queue/store.py",
 ]  # fmt: skip
 PIECES = {  # of sentences: these are put together and translated as a whole, see below
     "Scan Q Q, reading Q", "between Q and Q, Q points", "at Q, 1 point",
@@ -113,13 +113,13 @@ PIECES = {  # of sentences: these are put together and translated as a whole, se
     "from Q to Q", "Q days before this run", "Q day before this run",
     "the calibration of Q was due on Q, Q", "Q is calibrated Q", "Q, but Q Q", "enter it; Q",
     "the swing goes to", "recording Q is expected to reach", "Q is set to",
-    "; looked at and refused: Q", "there is no no-load run in QQ",
+    "; looked at and refused: Q", "there is no Q in QQ",
     "the rig of station Q", "the instrument of 'Q' at Q", "Q is in useQ", " on station Q",
     ": QQ, process Q, since Q", "; or start with",
     "found energised: Q; made safe, read back now: Q",
 }  # fmt: skip
 NAMES = {  # of things and threads, and what stands in the log alone
-    "panel client Q", "the Q of Q", "no-load run", "zero Q", "interlock Q",
+    "panel client Q", "the Q of Q", "zero Q", "interlock Q",
     "from the rig's process",
     "to the panel", "take over",
     "a bug in the panel: the screen may be wrong, the run is not",
@@ -240,7 +240,7 @@ def translated(tmp_path_factory):
                 "but 'b' is needed; R2: other"
             ),
             (
-                "in runs ist keine Leerlaufprüfung; angesehen und verworfen: R1: ihr mandrel "
+                "in runs fehlt: Leerlaufprüfung; angesehen und verworfen: R1: ihr mandrel "
                 "ist „a“, gebraucht wird „b“; R2: other"
             ),
         ),

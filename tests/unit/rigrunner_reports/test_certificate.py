@@ -95,9 +95,12 @@ def approved(source):
         found = {name: each.model_copy(update=known) for name, each in data.instruments.items()}
         return replace(data, instruments=found)
 
-    stored = replace(of(source.stored), no_load=of(source.stored.no_load))
+    no_load = of(source.stored.partners["no_load"])
+    stored = replace(of(source.stored), partners={"no_load": no_load})
     result = source.result
-    runs = {"run": calibrated(result.run), "no_load_run": calibrated(result.no_load_run)}
+    no_load_run = calibrated(result.no_load_run)
+    run = replace(calibrated(result.run), partners={"no_load": no_load_run})
+    runs = {"run": run, "no_load_run": no_load_run}
     return replace(source, stored=stored, result=replace(result, **runs), simulated=False)
 
 
@@ -198,11 +201,11 @@ def test_one_of_an_approved_procedure_on_a_real_rig_is_no_specimen(source, lab):
 @pytest.mark.parametrize("which", ["stored", "no_load"])
 def test_a_draft_of_either_run_makes_it_a_specimen(source, which):
     one = approved(source)
-    run = one.stored if which == "stored" else one.stored.no_load
+    run = one.stored if which == "stored" else one.stored.partners["no_load"]
     edited = replace(run.header, approval={"state": "draft", "note": "changed after approval"})
     run = replace(run, info=replace(run.info, header=edited))
-    stored = replace(run, no_load=one.stored.no_load) if which == "stored" else None
-    one = replace(one, stored=stored or replace(one.stored, no_load=run))
+    stored = replace(run, partners=one.stored.partners) if which == "stored" else None
+    one = replace(one, stored=stored or replace(one.stored, partners={"no_load": run}))
     (found,) = restrictions_of(one, requested=True)
     assert found.code == "draft_procedure"
     assert found.detail.endswith("changed after approval")

@@ -233,12 +233,12 @@ def test_what_is_entered_for_a_simulated_device_is_held_to(tmp_path):
     ]
 
 
-def do(plan, runs, overrides=(), no_load=None):
+def do(plan, runs, overrides=(), partners=None):
     answers = UnattendedAnswers()
     inputs = answer_inputs(plan.procedure, {}, answers)
     stop = threading.Event()
     return execute(
-        plan, runs=runs, inputs=inputs, no_load=no_load, answers=answers, stop=stop,
+        plan, runs=runs, inputs=inputs, partners=partners or {}, answers=answers, stop=stop,
         operator="B. Lee", overrides=overrides,
     )  # fmt: skip
 
@@ -281,7 +281,7 @@ def test_what_was_overridden_for_the_no_load_run_is_told_with_the_result(tmp_pat
     overrides = overrides_for(first, ["TQ-7", "A-1", "LC-3"], "A. Jones", "why")
     no_load = do(first, tmp_path / "runs", overrides)
     second = planned(tmp_path, bench(tmp_path))
-    finished = do(second, tmp_path / "runs", no_load=no_load.folder)
+    finished = do(second, tmp_path / "runs", partners={"no_load": no_load.folder})
 
     report = finished.report.read_text(encoding="utf-8")
     assert report.count("Deviation:</strong> no-load run: override by A. Jones") == 3

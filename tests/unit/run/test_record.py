@@ -41,7 +41,7 @@ def test_online_stored_and_library_analysis_agree_to_the_last_digit(finished):
     stored = read(loaded.folder)
     assert stored.result_document == online
     assert document(analyse_run(loaded.folder, registry)) == online
-    assert document(analyse_run(loaded.folder, registry, no_load.folder)) == online
+    assert document(analyse_run(loaded.folder, registry, {"no_load": no_load.folder})) == online
     procedure = parse_procedure(stored.header.procedure_text, "stored").model
     by_hand = analyse(
         open_run(loaded.folder).data,

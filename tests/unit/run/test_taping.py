@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 import threading
+from dataclasses import replace
 
 import pytest
 
@@ -32,7 +33,7 @@ from rigrunner.engine import Choice, Decision, Override, UnattendedAnswers
 from rigrunner.registry import Plugin, Provider, Registry, load_registry
 from rigrunner.run.inputs import answer_inputs
 from rigrunner.run.locate import find_station
-from rigrunner.run.noload import LoadedRun, find_no_load
+from rigrunner.run.partners import partners_for
 from rigrunner.run.prepare import plan_run
 from rigrunner.run.record import execute
 from rigrunner.run.report import report_input
@@ -55,7 +56,7 @@ def run(tape, procedure, runs, *, station=None, registry=None, answers=None, sto
             planned,
             runs=runs,
             inputs=answer_inputs(planned.procedure, inputs_on(tape), answers),
-            no_load=None,
+            partners={},
             answers=answers,
             stop=stop or threading.Event(),
             **people,
@@ -150,12 +151,11 @@ def test_a_replay_is_no_no_load_run_for_a_measurement(taped):
         load_registry(),
         SimulatedClock(START),
     )
-    spec = planned.procedure.model.torque_analysis.no_load
-    loaded = LoadedRun(planned.station.model, START, "tester.frequency", ())
+    named = {"no_load": again.folder.name}
     with pytest.raises(DataError, match="it is the replay of a tape"):
-        find_no_load(spec, loaded, folder / "runs", again.folder.name)
-    of_replay = LoadedRun(planned.station.model, START, "tester.frequency", (), replays=True)
-    assert find_no_load(spec, of_replay, folder / "runs", again.folder.name) == again.folder
+        partners_for(planned, folder / "runs", named)
+    of_replay = replace(planned, tape=ReplayedTape(folder / "tape"))
+    assert partners_for(of_replay, folder / "runs", named) == {"no_load": again.folder}
     assert procedure.exists()
 
 

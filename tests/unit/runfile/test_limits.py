@@ -121,11 +121,11 @@ def test_an_older_run_that_is_embedded_keeps_its_digest(tmp_path):
     assert older.info.format == 2
     assert older.measurements
     write(tmp_path / "run", (0.75, (LIMIT,), 0))
-    seal(tmp_path / "run", no_load=OLD)
+    seal(tmp_path / "run", partners={"no_load": OLD})
     run = read(tmp_path / "run")
     assert run.info.format == 4
-    assert run.no_load.info.format == 2
-    assert run.no_load.digest == older.digest
+    assert run.partners["no_load"].info.format == 2
+    assert run.partners["no_load"].digest == older.digest
 
 
 def test_a_file_holds_bounds_and_verdicts_of_every_row(tmp_path):

@@ -19,7 +19,9 @@ from unit.runfile.helpers_runfile import DOCUMENT, PLOT, TWO, recording, write_r
 def sealed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs")
     write_run(folder / "no_load", TWO[:1]).seal({"no": "load"})
-    return write_run(folder / "run", TWO).seal(DOCUMENT, PLOT, no_load=folder / "no_load")
+    return write_run(folder / "run", TWO).seal(
+        DOCUMENT, PLOT, partners={"no_load": folder / "no_load"}
+    )
 
 
 @pytest.fixture
@@ -81,7 +83,7 @@ def test_manifest_digest_is_that_of_its_text(sealed):
 
 def test_embedded_no_load_run_keeps_the_manifest_of_its_own_file(sealed):
     own = sealed.parent.parent / "no_load"
-    assert read(sealed).no_load.manifest_sha256 == read(own).manifest_sha256 != ""
+    assert read(sealed).partners["no_load"].manifest_sha256 == read(own).manifest_sha256 != ""
 
 
 def test_run_that_is_not_sealed_has_none(tmp_path):

@@ -55,9 +55,8 @@ def test_all_that_was_recorded_is_there(run):
     found = {each.name: each.arrays()["tester.torque"] for each in stored.recordings}
     digests = {name: hashlib.sha256(each.tobytes()).hexdigest() for name, each in found.items()}
     assert digests == TORQUE_SHA256
-    assert stored.no_load is not None
-    assert stored.no_load.header.procedure_id == "SSPB-NLI"
-    assert len(stored.no_load.recordings) == 2
+    assert stored.partners["no_load"].header.procedure_id == "SSPB-NLI"
+    assert len(stored.partners["no_load"].recordings) == 2
     assert stored.result_document["decision"]["verdict"] == "inconclusive"
 
 

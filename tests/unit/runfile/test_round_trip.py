@@ -199,9 +199,9 @@ def test_no_load_run_is_embedded_with_its_texts_but_without_its_truth(tmp_path):
     no_load = write_run(tmp_path / "no_load", TWO, header=header_of("no_load", inputs={}))
     no_load.seal({"no": "load"})
     path = write_run(tmp_path / "run", [recording(seed=3)]).seal(
-        DOCUMENT, PLOT, no_load=tmp_path / "no_load"
+        DOCUMENT, PLOT, partners={"no_load": tmp_path / "no_load"}
     )
-    embedded, original = read(path).no_load, read(tmp_path / "no_load")
+    embedded, original = read(path).partners["no_load"], read(tmp_path / "no_load")
     assert embedded.digest == original.digest
     assert embedded.header == original.header
     assert embedded.events == original.events
@@ -215,8 +215,8 @@ def test_no_load_run_is_embedded_with_its_texts_but_without_its_truth(tmp_path):
 
 def test_no_load_run_that_is_not_sealed_is_embedded_too(tmp_path):
     write_run(tmp_path / "no_load", TWO)
-    path = write_run(tmp_path / "run", TWO[:1]).seal({}, no_load=tmp_path / "no_load")
-    assert read(path).no_load.digest == read(tmp_path / "no_load").digest
+    path = write_run(tmp_path / "run", TWO[:1]).seal({}, partners={"no_load": tmp_path / "no_load"})
+    assert read(path).partners["no_load"].digest == read(tmp_path / "no_load").digest
 
 
 def test_all_kinds_of_events_come_back(tmp_path):

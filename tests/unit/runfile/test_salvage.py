@@ -27,7 +27,7 @@ def test_of_a_sound_file_nothing_is_lost(path):
 
 
 def test_a_run_without_an_embedded_one_has_none(path):
-    assert read_damaged(path).no_loads == ()
+    assert read_damaged(path).partners == ()
 
 
 def test_without_its_manifest_recordings_are_found_by_their_own_digests(path):
@@ -55,9 +55,9 @@ def test_an_embedded_run_that_is_damaged_is_not_taken_for_sound(tmp_path, has_ma
     for name in ("before", "after"):
         write_run(tmp_path / name, TWO[:1]).seal()
     sealed = write_run(tmp_path / "run", TWO).seal(
-        no_load=tmp_path / "before", no_load_after=tmp_path / "after"
+        partners={"no_load": tmp_path / "before", "no_load_after": tmp_path / "after"}
     )
-    assert read_damaged(sealed).no_loads == ("no_load", "no_load_after")
+    assert read_damaged(sealed).partners == ("no_load", "no_load_after")
     sealed.chmod(0o644)
     with h5py.File(sealed, "r+") as file:
         column = file[f"entry/no_load/{PLACES[0]}/tester_torque"]
@@ -65,7 +65,7 @@ def test_an_embedded_run_that_is_damaged_is_not_taken_for_sound(tmp_path, has_ma
         if not has_manifest:
             file["entry/manifest"][0] = ord("[")
     damaged = read_damaged(sealed)
-    assert damaged.no_loads == ("no_load_after",)
+    assert damaged.partners == ("no_load_after",)
     assert tuple(damaged.sound) == PLACES
     assert any(each.path.partition("/")[0] == "no_load" for each in damaged.lost)
     target = tmp_path / "saved.h5"

@@ -267,7 +267,7 @@ def test_sealing_keeps_the_order_of_named_texts(tmp_path):
 def test_the_plot_of_an_embedded_run_is_its_first_recording(tmp_path):
     """Its analysis, which it would begin with, is not embedded."""
     write_run(tmp_path / "no_load", TWO).seal(DOCUMENT, PLOT)
-    path = write_run(tmp_path / "run", TWO).seal(no_load=tmp_path / "no_load")
+    path = write_run(tmp_path / "run", TWO).seal(partners={"no_load": tmp_path / "no_load"})
     with h5py.File(path) as file:
         group = file["entry/no_load"]
         while "default" in group.attrs:

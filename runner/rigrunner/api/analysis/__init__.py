@@ -25,7 +25,7 @@ from rigrunner.api.analysis.points import (
     StartPoint,
     SwingPoint,
 )
-from rigrunner.api.analysis.requirements import NeededChannel, NeededResult, Requirements
+from rigrunner.api.analysis.requirements import NeededChannel, NeededResult, NeededRun, Requirements
 from rigrunner.api.analysis.rules import (
     OutlierRule,
     Rejection,
@@ -46,6 +46,7 @@ __all__ = [
     "MotionSource",
     "NeededChannel",
     "NeededResult",
+    "NeededRun",
     "OutlierRule",
     "PeakPoint",
     "Rejection",

@@ -6,7 +6,10 @@ number it is.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
+
+from rigrunner.api.member import NAME
 
 LEAST_CYCLES = 5
 """Whole cycles in a recording of swings, after gross errors: with fewer, neither a gross error nor
@@ -21,6 +24,13 @@ LEAST_REST_S = 0.1
 """Rest at the beginning of a recorded start: with less, the start may have been missed."""
 LEAST_SAMPLES_PER_CYCLE = 16
 """Samples in a cycle: with fewer, cycles and reversals cannot be told apart from noise."""
+LATEST = "latest"
+"""Of a partner run: the latest that fits."""
+STATION = "station"
+_HOUR_S = 3600.0
+_AFTER = "_after"
+_FILES = ("procedure", STATION)
+"""What the files of a run are called beside its partners."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,6 +69,54 @@ class NeededResult:
     two such results of one analysis are refused, as their scatter is one."""
 
 
+def partner_words(name: str) -> str:
+    """Return a partner run in words: 'dark' is the dark run, 'dark_after' the dark run after it."""
+    before = name.removesuffix(_AFTER)
+    return f"{before.replace('_', '-')} run{' after it' if before != name else ''}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class NeededRun:
+    """A partner run that an analysis cannot do without.
+
+    It must be completed, and be no replay of a tape, unless this run is one too. Raises ValueError
+    for a name that cannot be one.
+    """
+
+    name: str
+    """By which the analysis has it, `run.partners[name]`, and people name one: letters, digits and
+    '_'. One name is one run: analyses that use a name must ask for the same run by it."""
+    key: tuple[str | int, ...]
+    """Where the settings ask for it, such as ('tare',)."""
+    procedure: str = ""
+    """The id of the procedure that it must be a run of; '' for any."""
+    run: str = LATEST
+    """'latest', or a run by its folder or name."""
+    max_age_s: float = 8 * _HOUR_S
+    """How long before this run it may have begun; of one after it, how long after."""
+    same: tuple[str, ...] = (STATION,)
+    """What both must have in common: 'station', and keys of the rig."""
+    after: bool = False
+    """Whether it is made after this run, which is kept open until `resume` takes it in."""
+    channels: tuple[NeededChannel, ...] = ()
+    """What must be measured in it, in one step together; their keys are not used."""
+    at: tuple[str, ...] = ()
+    """Set-points, counters or labels: at each of their values in this run its channels must have
+    been measured in it too."""
+    within: float = 1e-6
+    """How far, relatively, such a value of both may differ."""
+
+    def __post_init__(self) -> None:
+        """Refuse a name that cannot be one."""
+        if not re.fullmatch(NAME, self.name) or self.name in _FILES:
+            raise ValueError(f"'{self.name}' cannot be the name of a partner run")
+
+    @property
+    def words(self) -> str:
+        """It in words, such as 'dark run'."""
+        return partner_words(self.name)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Requirements:
     """What an analysis, an outlier rule, a fit or a compensation needs, from its settings alone.
@@ -70,6 +128,8 @@ class Requirements:
     """What must be measured, in one step together."""
     results: tuple[NeededResult, ...] = ()
     """Results of other analyses of the procedure: these are made first."""
+    partners: tuple[NeededRun, ...] = ()
+    """Other runs that it is given beside this one."""
     cycles: int = 0
     """Whole cycles in each recording; of starts from rest: starts at each speed and load."""
     rate_hz: float = 0.0

@@ -104,6 +104,8 @@ def certificate_json(certificate: Certificate) -> str:
         del content["conformity"]["rule_words_in"]
     if certificate.evidence.no_load_run_after is None:
         del content["evidence"]["no_load_run_after"]
+    if not certificate.evidence.partner_runs:
+        del content["evidence"]["partner_runs"]
     text = json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False)
     return text.translate(_IN_SCRIPT) + "\n"
 

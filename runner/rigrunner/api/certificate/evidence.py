@@ -29,6 +29,8 @@ class Evidence(Part):
     no_load_run: RunEvidence | None
     no_load_run_after: RunEvidence | None = None
     """The second one, after the run, where there are two: they bracket it."""
+    partner_runs: dict[str, RunEvidence] = Field({})
+    """The partner runs of any other analysis, by name."""
     station_sha256: Sha256
     """Of the station's text in UTF-8."""
     software: dict[str, str]

@@ -10,8 +10,7 @@ import click
 
 from rigrunner.api.errors import UsageError
 from rigrunner.cli.brief import short_command
-from rigrunner.cli.completing import stored_runs
-from rigrunner.cli.options import json_option, lab_option, run_argument, runs_option
+from rigrunner.cli.options import json_option, lab_option, partner_option, run_argument, runs_option
 from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.summary import identity, summary
 from rigrunner.run.locate import find_run
@@ -26,18 +25,7 @@ if TYPE_CHECKING:
 @run_argument
 @runs_option
 @lab_option
-@click.option(
-    "--no-load",
-    metavar="RUN",
-    shell_complete=stored_runs,
-    help="Another no-load run than the one in the file.",
-)
-@click.option(
-    "--no-load-after",
-    metavar="RUN",
-    shell_complete=stored_runs,
-    help="Another no-load run after it than the one in the file.",
-)
+@partner_option
 @click.option(
     "--out",
     type=click.Path(path_type=Path, dir_okay=False),
@@ -50,8 +38,7 @@ def command(
     runs: Path,
     station: str | None,
     *,
-    no_load: str | None,
-    no_load_after: str | None,
+    partners: Mapping[str, str],
     out: Path | None,
     as_json: bool,
 ) -> ExitCode:
@@ -65,10 +52,10 @@ def command(
     from rigrunner.run.lab_plugins import lab_registry
     from rigrunner.run.stored import analyse_run
 
-    others = [None if each is None else find_run(each, runs) for each in (no_load, no_load_after)]
+    others = {name: find_run(each, runs) for name, each in partners.items()}
     with shown_progress() as progress:
         path, registry = find_run(run, runs), lab_registry(station)
-        found = analyse_run(path, registry, *others, progress=progress.analysing)
+        found = analyse_run(path, registry, others, progress=progress.analysing)
     content = document(found)
     if out is not None:
         _write_new(out, content)

@@ -7,28 +7,19 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rigrunner.cli.completing import stations, stored_runs
-from rigrunner.cli.options import json_option, override_options, runs_option
+from rigrunner.cli.completing import stations
+from rigrunner.cli.options import json_option, override_options, partner_option, runs_option
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rigrunner.api.errors import ExitCode
 
 
 @click.command(name="import")
 @click.argument("mapping", type=click.Path(path_type=Path, dir_okay=False))
 @runs_option
-@click.option(
-    "--no-load",
-    metavar="RUN",
-    shell_complete=stored_runs,
-    help="The no-load run to compensate with.",
-)
-@click.option(
-    "--no-load-after",
-    metavar="RUN",
-    shell_complete=stored_runs,
-    help="The no-load run made after it, where the procedure asks for one.",
-)
+@partner_option
 @click.option(
     "--station",
     shell_complete=stations,
@@ -39,8 +30,7 @@ if TYPE_CHECKING:
 def command(
     mapping: Path,
     runs: Path,
-    no_load: str | None,
-    no_load_after: str | None,
+    partners: Mapping[str, str],
     station: str | None,
     *,
     overridden: tuple[str, ...],
@@ -57,8 +47,8 @@ def command(
     from rigrunner.cli.progress import shown_progress
     from rigrunner.registry import load_registry
     from rigrunner.run.locate import find_station
-    from rigrunner.run.noload import no_load_after_for, no_load_for
     from rigrunner.run.overrides import overrides_for
+    from rigrunner.run.partners import later_partners, partners_after_for, partners_for
     from rigrunner.tools.importing.mapping import load_mapping
     from rigrunner.tools.importing.planning import plan_import
     from rigrunner.tools.importing.run import import_run
@@ -67,16 +57,20 @@ def command(
     checked = plan_import(load_mapping(mapping), load_registry(), named)
     planned = checked.planned
     overrides = overrides_for(planned, overridden, by, reason)
-    chosen = no_load_for(planned, runs, no_load)
-    second = no_load_after_for(planned, runs, no_load_after, planned.clock.utc())
+    later = later_partners(planned)
+    before, after = (
+        {name: each for name, each in partners.items() if (name in later) is is_later}
+        for is_later in (False, True)
+    )
+    chosen = partners_for(planned, runs, before)
+    chosen |= partners_after_for(planned, runs, after, planned.clock.utc())
     if planned.approval.is_draft:
         message(f"{planned.procedure.model.id} is a {planned.approval.sentence()}")
     with shown_progress() as progress:
         finished = import_run(
             checked,
             runs=runs,
-            no_load=chosen,
-            no_load_after=second,
+            partners=chosen,
             overrides=overrides,
             progress=progress.analysing,
         )

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 import click
 
 from rigrunner.api.errors import ExitCode
-from rigrunner.cli.completing import procedures, stations, stored_runs
-from rigrunner.cli.options import json_option, run_argument, runs_option
+from rigrunner.cli.completing import procedures, stations
+from rigrunner.cli.options import json_option, partner_option, run_argument, runs_option
 from rigrunner.run.locate import find_procedure, find_run, find_station
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
 
@@ -28,18 +29,7 @@ if TYPE_CHECKING:
     shell_complete=stations,
     help="The station, where it was moved, or brings plugins of its own.",
 )
-@click.option(
-    "--no-load",
-    metavar="RUN",
-    shell_complete=stored_runs,
-    help="The no-load run to compensate with, instead of the one of the start.",
-)
-@click.option(
-    "--no-load-after",
-    metavar="RUN",
-    shell_complete=stored_runs,
-    help="The no-load run made after it, where the procedure asks for one.",
-)
+@partner_option
 @click.option("--by", default="", metavar="NAME", help="Who resumes it; else who began it.")
 @click.option("--dry-run", is_flag=True, help="Check, and show where it would go on.")
 @click.option("--unattended", is_flag=True, help="Take the procedure's own answers.")
@@ -51,8 +41,7 @@ def command(
     procedure: str | None,
     station: str | None,
     *,
-    no_load: str | None,
-    no_load_after: str | None,
+    partners: Mapping[str, str],
     by: str,
     dry_run: bool,
     unattended: bool,
@@ -74,7 +63,6 @@ def command(
     from rigrunner.engine import UnattendedAnswers
     from rigrunner.run.following import following
     from rigrunner.run.interrupted import person, read_interrupted
-    from rigrunner.run.noload import NamedNoLoads
     from rigrunner.run.planning import planned_run
     from rigrunner.run.resume import prepare_resume, resume, run_files
     from rigrunner.runfile import run_lock
@@ -90,8 +78,7 @@ def command(
         )
         who = by.strip() or person(stored)
         planned = planned_run(*files, realtime=realtime)
-        named = NamedNoLoads(no_load, no_load_after)
-        found = prepare_resume(folder, stored, planned, who, named)
+        found = prepare_resume(folder, stored, planned, who, partners)
         tell_resumable(found)
         if dry_run:
             tell_left(found.planned.station.model.id)

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rigrunner.cli.completing import stored_runs
 from rigrunner.cli.options import (
     answers_option,
     debugger_option,
     json_option,
     named_values,
     override_options,
+    partner_option,
     procedure_argument,
     record_option,
     replay_option,
@@ -23,6 +23,7 @@ from rigrunner.cli.options import (
 from rigrunner.run.locate import find_procedure, find_station
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     from rigrunner.api.errors import ExitCode
@@ -34,12 +35,7 @@ if TYPE_CHECKING:
 @runs_option
 @set_option
 @answers_option
-@click.option(
-    "--no-load",
-    metavar="RUN",
-    shell_complete=stored_runs,
-    help="The no-load run to compensate with.",
-)
+@partner_option
 @click.option("--unattended", is_flag=True, help="Take the procedure's own answers.")
 @click.option("--realtime", is_flag=True, help="Let a simulated rig take its real time.")
 @click.option("--operator", metavar="NAME", help="Who does the run.")
@@ -53,7 +49,7 @@ def command(
     station: str,
     runs: Path,
     given: tuple[str, ...],
-    no_load: str | None,
+    partners: Mapping[str, str],
     *,
     overridden: tuple[str, ...],
     operator: str | None,
@@ -76,8 +72,8 @@ def command(
     from rigrunner.cli.left_rig import TerminalPerson
     from rigrunner.cli.output import message, no_time_limits
     from rigrunner.run.inputs import read_answers, with_operator
-    from rigrunner.run.noload import no_load_for
     from rigrunner.run.overrides import overrides_for
+    from rigrunner.run.partners import partners_for
     from rigrunner.run.planning import planned_run
     from rigrunner.run.taping import inputs_on, overrides_on, tape_for
     from rigrunner.tools.by_hand.settling import settle_left
@@ -99,7 +95,7 @@ def command(
     overrides = overrides_on(tape) or overrides_for(planned, overridden, by, reason)
     named = with_operator(named_values(given), operator, planned.procedure)
     filed = read_answers(answers_file, planned.procedure) if answers_file else {}
-    chosen = no_load_for(planned, runs, no_load)
+    chosen = partners_for(planned, runs, partners)
     if planned.approval.is_draft:
         message(f"{planned.procedure.model.id} is a {planned.approval.sentence()}")
     if replay is not None:
@@ -108,7 +104,7 @@ def command(
         planned,
         {**inputs_on(tape), **filed, **named},
         runs=runs,
-        no_load=chosen,
+        partners=chosen,
         operator=operator or "",
         alone=alone,
         person=here,

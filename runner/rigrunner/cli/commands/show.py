@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rigrunner.api.analysis.requirements import partner_words
 from rigrunner.api.errors import DataError, ExitCode
 from rigrunner.api.events import Alarm
 from rigrunner.api.results import REPLAYED
@@ -147,10 +148,8 @@ def _facts(stored: StoredRun) -> Iterator[tuple[str, str]]:
     if len(alarms) > MOST_ALARMS:
         yield "alarms", f"{len(alarms) - MOST_ALARMS} more: see --json"
     yield "recordings", _recordings(info.recording_names)
-    if stored.no_load is not None:
-        yield "no-load run", stored.no_load.header.run_id
-    if stored.no_load_after is not None:
-        yield "no-load run after it", stored.no_load_after.header.run_id
+    for name, run in stored.partners.items():
+        yield partner_words(name), run.header.run_id
     yield "SHA-256", stored.digest
 
 
@@ -190,6 +189,6 @@ def _document(stored: StoredRun) -> dict[str, Any]:
         "superseded_measurements": [_row(each) for each in stored.superseded_measurements],
         "provenance": dict(stored.header.provenance),
         "imported": dict(stored.header.imported),
-        "no_load_run": None if stored.no_load is None else info_document(stored.no_load.info),
+        "partner_runs": {name: info_document(run.info) for name, run in stored.partners.items()},
         "result": stored.result_document,
     }

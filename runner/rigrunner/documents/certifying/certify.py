@@ -125,7 +125,6 @@ def read_source(run: Path, registry: Registry) -> Source:
         result=analyse_stored(
             stored,
             registry,
-            stored.no_load,
             acceptance=later[-1].acceptance if later else None,
         ),
         file_sha256=hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else "",

@@ -16,7 +16,7 @@ from rigrunner.run.overrides import require_overridden
 from rigrunner.run.record import into_folder, new_folder
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from rigrunner.api.devices import StopToken
@@ -41,7 +41,7 @@ def record_by_hand(
     steps: Callable[[Session], Iterator[PlannedStep]],
     *,
     runs: Path,
-    no_load: Path | None,
+    partners: Mapping[str, Path],
     stop: StopToken,
     pauses: Pauses,
     listeners: Sequence[EventSink] = (),
@@ -74,10 +74,10 @@ def record_by_hand(
 
     return into_folder(
         free,
-        lambda identified: new_folder(free, runs, {}, people, identified, no_load),
+        lambda identified: new_folder(free, runs, {}, people, identified, partners),
         work,
         inputs={},
-        no_load=no_load,
+        partners=partners,
         listeners=listeners,
         progress=unseen,
         person=person,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from rigrunner.api.analysis.requirements import partner_words
 from rigrunner.tools.comparing.procedures import ProcedureTexts, procedure_changes
 from rigrunner.tools.comparing.results import result_changes
 from rigrunner.tools.comparing.tree import Change, changes
@@ -32,7 +33,8 @@ def run_changes(before: StoredRun, after: StoredRun) -> Iterator[Change]:
     yield from changes("programs and devices", dict(first.provenance), dict(second.provenance))
     yield from changes("outcome", before.info.outcome, after.info.outcome)
     yield from _of_recordings(before, after)
-    yield from _of_no_load_runs(_no_load(before), _no_load(after))
+    for name in {**before.partners, **after.partners}:
+        yield from _of_partners(name, before.partners.get(name), after.partners.get(name))
     yield from result_changes(before.result_document, after.result_document)
 
 
@@ -60,11 +62,8 @@ def _of_recordings(before: StoredRun, after: StoredRun) -> Iterator[Change]:
     yield from changes("recordings", list(first), list(second))
 
 
-def _of_no_load_runs(before: str | None, after: str | None) -> Iterator[Change]:
-    """Tell of another no-load run, which matters by what it does to the results alone."""
-    for each in changes("no-load run", before, after):
+def _of_partners(name: str, before: StoredRun | None, after: StoredRun | None) -> Iterator[Change]:
+    """Tell of another partner run, which matters by what it does to the results alone."""
+    first, second = (each and each.header.run_id for each in (before, after))
+    for each in changes(partner_words(name), first, second):
         yield replace(each, matters=before is None or after is None)
-
-
-def _no_load(run: StoredRun) -> str | None:
-    return run.no_load.header.run_id if run.no_load else None

@@ -35,8 +35,7 @@ def import_run(
     checked: PlannedImport,
     *,
     runs: Path,
-    no_load: Path | None,
-    no_load_after: Path | None = None,
+    partners: Mapping[str, Path],
     overrides: Sequence[Override] = (),
     progress: Progress = unseen,
 ) -> FinishedRun:
@@ -65,10 +64,9 @@ def import_run(
                 planned,
                 writer,
                 end,
-                no_load,
+                partners,
                 errors,
                 progress=progress,
-                no_load_after=no_load_after,
             )
     except BaseException:
         if not is_recorded:  # the files that it was read from are whole; the lock is let go of:

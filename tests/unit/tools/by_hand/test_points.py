@@ -40,7 +40,7 @@ def test_a_session_without_a_point_is_completed_without_a_result(tmp_path):
         SimulatedClock(),
     )  # fmt: skip
     done = record_by_hand(
-        planned, lambda _session: iter(()), runs=tmp_path, no_load=None, stop=threading.Event(),
+        planned, lambda _session: iter(()), runs=tmp_path, partners={}, stop=threading.Event(),
         pauses=Person([]),
     )  # fmt: skip
     assert (done.outcome, done.error, done.result) == (Outcome.COMPLETED, None, None)

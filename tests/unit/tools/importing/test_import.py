@@ -334,7 +334,7 @@ def test_an_import_that_was_killed_is_not_resumed(lab, monkeypatch):
     monkeypatch.setattr(importing, "finish", killed)
     checked = plan_import(load_mapping(lab / "map.yaml"), load_registry())
     with pytest.raises(SystemExit):
-        importing.import_run(checked, runs=lab / "runs", no_load=None)
+        importing.import_run(checked, runs=lab / "runs", partners={})
     (folder,) = (lab / "runs").iterdir()
     called = call("resume", folder, "--unattended")
     assert called.code == 2
@@ -361,7 +361,7 @@ def test_what_is_left_is_removed_once_nobody_holds_it(lab, monkeypatch):
     monkeypatch.setattr(importing.shutil, "rmtree", look)
     checked = plan_import(load_mapping(lab / "map.yaml"), load_registry())
     with pytest.raises(ZeroDivisionError):
-        importing.import_run(checked, runs=lab / "runs", no_load=None)
+        importing.import_run(checked, runs=lab / "runs", partners={})
     assert held == [False]
 
 

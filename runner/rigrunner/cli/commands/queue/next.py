@@ -37,7 +37,7 @@ def command(
     from rigrunner.cli.output import message
     from rigrunner.queue import Queue
     from rigrunner.run.inputs import with_operator
-    from rigrunner.run.noload import no_load_for
+    from rigrunner.run.partners import partners_for
     from rigrunner.run.planning import planned_run
     from rigrunner.tools.by_hand.settling import settle_left
 
@@ -49,7 +49,7 @@ def command(
     planned = planned_run(find_procedure(entry.procedure), file, realtime=realtime)
     here = TerminalPerson(attended=not unattended)
     settle_left(file, here)
-    chosen = no_load_for(planned, runs, entry.no_load)
+    chosen = partners_for(planned, runs, entry.partners)
     known = with_operator(entry.inputs, entry.operator or None, planned.procedure)
     message(f"Entry {entry.id}: {entry.specimen or entry.procedure} on {entry.station}")
     with queue.started(entry.id, by):
@@ -58,7 +58,7 @@ def command(
                 planned,
                 known,
                 runs=runs,
-                no_load=chosen,
+                partners=chosen,
                 operator=entry.operator,
                 alone=unattended,
                 listeners=[queue.began(entry.id)],

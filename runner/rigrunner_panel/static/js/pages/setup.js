@@ -75,10 +75,15 @@ export function setupPage() {
   return { title: t("setup.title"), element, leave: () => forgets.forEach((forget) => forget()) };
 }
 
+// Returns the partner runs that the plan was shown with, by name.
+function taken(plan) {
+  return Object.fromEntries(plan.partners.filter((each) => each.run).map((each) => [each.name, each.run]));
+}
+
 async function begin(inputs, card, realtime, plan) {
   const values = inputs.values();
   const { procedure, station } = draft();
-  const body = { procedure, station, inputs: values, operator: values.operator ? "" : personName(), no_load: plan.no_load.run || null, realtime: realtime.checked };
+  const body = { procedure, station, inputs: values, operator: values.operator ? "" : personName(), partners: taken(plan), realtime: realtime.checked };
   const override = card.override();
   if (override) body.override = override;
   if (draft().entry) body.entry = draft().entry;
@@ -91,7 +96,7 @@ async function begin(inputs, card, realtime, plan) {
 async function enqueue(inputs, realtime, plan) {
   const values = inputs.values();
   const { procedure, station } = draft();
-  const body = { procedure, station, inputs: values, operator: values.operator ? "" : personName(), no_load: plan.no_load.run || null, realtime: realtime.checked };
+  const body = { procedure, station, inputs: values, operator: values.operator ? "" : personName(), partners: taken(plan), realtime: realtime.checked };
   if (await steer("queue/add", body)) go("#/queue");
 }
 
@@ -103,7 +108,7 @@ function planCard(plan) {
       h("td", {}, `${fixed(torque.peak_nm, 2)} N·m`),
       h("td", {}, h("meter", { min: "0", max: "1.01", low: String(NEARLY_FULL), high: "1", optimum: "0", value: String(torque.share), "aria-label": t("setup.share") }), ` ${fixed(100 * torque.share, 0)} % `, h("strong", {}, sign)));
   });
-  const noLoad = plan.no_load.needed ? [h("dt", {}, t("setup.no_load")), h("dd", { class: plan.no_load.problem ? "bad-text" : "" }, plan.no_load.run || said(plan.no_load.problem), plan.no_load.hint ? h("span", { class: "hint block" }, said(plan.no_load.hint)) : null)] : [];
+  const partners = plan.partners.flatMap((each) => [h("dt", {}, said(each.words)), h("dd", { class: each.problem ? "bad-text" : "" }, each.run || said(each.problem), each.hint ? h("span", { class: "hint block" }, said(each.hint)) : null)]);
   return h("section", { class: "card" }, h("h2", {}, t("setup.plan")),
     plan.warnings.map((warning) => h("p", { class: "banner warn" }, said(warning))),
     h("dl", { class: "facts" },
@@ -112,7 +117,7 @@ function planCard(plan) {
       h("dt", {}, t("setup.duration")), h("dd", {}, duration(plan.estimated_s)),
       h("dt", {}, t("setup.steps")), h("dd", {}, String(plan.steps.length)),
       h("dt", {}, t("setup.disk")), h("dd", {}, t("setup.disk_of", { needs: bytes(plan.disk_bytes), free: bytes(plan.disk_free_bytes) })),
-      noLoad),
+      partners),
     torques.length ? h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": t("setup.torques") }, h("table", {}, h("caption", {}, t("setup.torques")), h("thead", {}, h("tr", {}, h("th", {}, t("setup.frequency")), h("th", {}, t("setup.peak")), h("th", {}, t("setup.share")))), h("tbody", {}, torques))) : null,
     h("details", {}, h("summary", {}, t("setup.all_steps")), h("ol", { class: "step-texts" }, plan.steps.map((step) => h("li", {}, stepWords(step))))));
 }

@@ -9,8 +9,9 @@ import { said, t } from "../texts.js";
 const SIGNS = { ok: "✓", warn: "!", fail: "✗" };
 const GRAVEST = ["fail", "warn", "ok"];
 
-// Some names only say the kind again: "no-load run", "disk".
+// Some names only say the kind again: "disk"; that of a partner run says all of it.
 function title({ kind, name }) {
+  if (kind === "partner") return said(name);
   const same = name.replaceAll(/[ -]/g, "_").startsWith(kind);
   return [t(`preflight.kind.${kind}`), same ? "" : name].filter(Boolean).join(" ");
 }

@@ -50,7 +50,7 @@ def test_a_mismatch_is_refused_before_the_run_with_what_is_needed(
 ):
     with pytest.raises(DataError, match=words) as caught:
         loaded_run(*changes, station=station)
-    assert "run that procedure first, or name a run with --no-load" in caught.value.hint
+    assert "run that procedure first, or name a run with --partner no_load=RUN" in caught.value.hint
 
 
 def test_an_old_no_load_run_is_refused(loaded_run):

@@ -1,0 +1,72 @@
+"""Partner runs: other runs that an analysis takes besides the one that it analyses.
+
+A dark reading for a responsivity, a reference specimen for a comparison, the rig without load for a
+torque: settings ask for one as a `PartnerRun`, the analysis says so in its `Requirements`, and it
+has the data as `run.partners[name]`, online, of a stored run and in a batch.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import AfterValidator, Field
+
+from rigrunner.api.analysis.requirements import LATEST, STATION, NeededRun
+from rigrunner.api.settings import Duration, ListOf, Settings
+
+if TYPE_CHECKING:
+    from rigrunner.api.analysis import NeededChannel
+
+_HOUR_S = 3600.0
+_IDENTIFIER = "[A-Za-z0-9][A-Za-z0-9._-]*"
+
+
+def _identifier(text: str) -> str:
+    if not re.fullmatch(_IDENTIFIER, text):
+        raise ValueError(f"'{text[:40]}' is not an id: letters, digits, '.', '_' and '-' alone")
+    return text
+
+
+class PartnerRun(Settings):
+    """Which other run is taken besides this one, and what both must have in common."""
+
+    from_: Annotated[str, Field(alias="from", min_length=1)] = LATEST
+    """'latest', or a run by its folder or name."""
+    procedure: (
+        Annotated[
+            str,
+            AfterValidator(_identifier),
+            Field(json_schema_extra={"pattern": f"^{_IDENTIFIER}$"}),
+        ]
+        | None
+    ) = None
+    """The id of the procedure that it must be a run of."""
+    max_age: Annotated[Duration, Field(gt=0)] = 8 * _HOUR_S
+    """How long before this run it may have begun."""
+    same: ListOf[str] = (STATION,)
+    """What both must have in common: 'station', and keys of the rig such as 'mandrel'."""
+
+    def needed(
+        self,
+        name: str,
+        key: tuple[str | int, ...],
+        *,
+        after: bool = False,
+        channels: tuple[NeededChannel, ...] = (),
+        at: tuple[str, ...] = (),
+        within: float = 1e-6,
+    ) -> NeededRun:
+        """Return it as what an analysis requires under a name; `key` is where it stands."""
+        return NeededRun(
+            name=name,
+            key=key,
+            procedure=self.procedure or "",
+            run=LATEST if after else self.from_,
+            max_age_s=self.max_age,
+            same=tuple(self.same),
+            after=after,
+            channels=channels,
+            at=at,
+            within=within,
+        )

@@ -1,0 +1,140 @@
+"""Which partner runs the analyses of a procedure ask for, known from its settings alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from rigrunner.api.analysis.requirements import LATEST, STATION
+from rigrunner.api.errors import PluginError, did_you_mean
+from rigrunner.api.units import unit
+from rigrunner.plan.analyses import measured_places
+from rigrunner.yamlfile.problems import Problems
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from typing import Any
+
+    from rigrunner.api.analysis import Requirements
+    from rigrunner.api.analysis.requirements import NeededRun
+    from rigrunner.api.coordinates import CoordinateValue
+    from rigrunner.api.settings import Settings
+    from rigrunner.plan.actions import Plan
+    from rigrunner.procedure import LoadedProcedure, NamedAnalysisRef, Procedure
+    from rigrunner.station import LoadedStation
+    from rigrunner.yamlfile.document import Path
+
+Value = float | str
+"""Of a set-point, counter or label, in the SI unit."""
+
+
+class PartnerLookup(Protocol):
+    """Knows what an analysis needs, and what a rig may be described by."""
+
+    def requires(self, kind: str, name: str, settings: Mapping[str, Any]) -> Requirements:
+        """Return what a plugin needs with these settings; raise PluginError."""
+        ...
+
+    def rig_model(self) -> type[Settings]:
+        """Return the keys that a station may have under `rig`; raise PluginError."""
+        ...
+
+
+@dataclass(frozen=True)
+class AskedRun:
+    """A partner run that one analysis asks for."""
+
+    needed: NeededRun
+    path: Path
+    """Where the procedure asks for it."""
+    values: tuple[Mapping[str, CoordinateValue], ...] = ()
+    """The places of this run, in the coordinates of `needed.at`, as far as they are known."""
+
+
+def asked_runs(
+    procedure: Procedure, lookup: PartnerLookup, plan: Plan | None = None
+) -> tuple[AskedRun, ...]:
+    """Return all partner runs that a procedure asks for, one for each analysis that does.
+
+    Without a plan nothing is known of the places of this run. A plugin that is not there asks for
+    none: the check of the plugins reports it.
+    """
+    at = procedure.torque_analysis_at
+    spec = procedure.torque_analysis.no_load
+    own = () if spec is None else spec.partners()
+    found = [AskedRun(each, (*at, *each.key)) for each in own]
+    for path, plugin in procedure.named_analyses_at:
+        try:
+            needs = lookup.requires(plugin.kind, plugin.name, plugin.settings)
+        except PluginError:
+            continue
+        for each in needs.partners:
+            values = () if plan is None else _places(plan, plugin, needs, each)
+            found.append(AskedRun(each, (*path, plugin.name, *each.key), values))
+    return tuple(found)
+
+
+def check_partners(
+    procedure: LoadedProcedure, station: LoadedStation, lookup: PartnerLookup
+) -> None:
+    """Raise InvalidFileError where what is asked of partner runs cannot be, whatever runs exist."""
+    problems, document = Problems(), procedure.document
+    known: dict[str, NeededRun] = {}
+    for each in asked_runs(procedure.model, lookup):
+        needed = each.needed
+        if not needed.procedure and needed.run == LATEST:
+            hint = "write the id of the procedure of which it must be a run"
+            problems.add(document, each.path, "the key 'procedure' is missing", hint, key=True)
+        first = known.setdefault(needed.name, needed)
+        if _identity(first) != _identity(needed):
+            message = f"analyses ask for different runs by the name '{needed.name}'"
+            problems.add(document, each.path, message, "give one another name", key=True)
+        _check_common(each, procedure, station, lookup, problems)
+    problems.stop_if_any()
+
+
+def _identity(needed: NeededRun) -> tuple[object, ...]:
+    return (needed.procedure, needed.run, needed.max_age_s, set(needed.same), needed.after)
+
+
+def _check_common(
+    asked: AskedRun,
+    procedure: LoadedProcedure,
+    station: LoadedStation,
+    lookup: PartnerLookup,
+    problems: Problems,
+) -> None:
+    """Add a problem for what both runs must have in common, and is not known of the rig."""
+    fields = lookup.rig_model().model_fields
+    for key in asked.needed.same:
+        if key == STATION:
+            continue
+        if key not in fields:
+            there = [STATION, *fields]
+            message = f"a rig has no key '{key}'"
+            hint = did_you_mean(key, there, f"there are: {', '.join(there)}")
+            problems.add(procedure.document, (*asked.path, "same"), message, hint)
+        elif station.model.rig.get(key) in (None, ""):
+            message = f"the analysis needs the key '{key}' of the rig, which is missing"
+            hint = f"it is needed at {procedure.document.where(asked.path, key=True)}"
+            problems.add(station.document, ("rig", key), message, hint, key=True)
+
+
+def _places(
+    plan: Plan, plugin: NamedAnalysisRef, needs: Requirements, needed: NeededRun
+) -> tuple[Mapping[str, CoordinateValue], ...]:
+    """Return the different places of an analysis, in those coordinates that are known before."""
+    found: dict[tuple[object, ...], Mapping[str, CoordinateValue]] = {}
+    for place in measured_places(plan, plugin.settings, needs.channels):
+        values = {name: place[name] for name in needed.at if name in place}
+        if len(values) == len(needed.at) > 0:
+            found.setdefault(tuple(each.usual for each in values.values()), values)
+    return tuple(found.values())
+
+
+def in_si(found: CoordinateValue) -> Value:
+    """Return the value of a coordinate in the SI unit."""
+    if isinstance(found.value, str):
+        return found.value
+    known = unit(found.unit or "1")
+    return found.value * known.factor + known.offset
