@@ -61,6 +61,7 @@ SCRIPTS = [
     ROOT / "README.md",
     *sorted(set(ROOT.glob("docs/tutorial/*.md")) - IN_AN_ENVIRONMENT_OF_ITS_OWN),
     *sorted(ROOT.glob("docs/how-to/*.md")),
+    ROOT / "docs/evidence/coming-from.md",
 ]
 
 
