@@ -133,6 +133,8 @@ class Faults:
             self.tester.fault = None
             self.hanging.set()
             self.released.wait()
+            # the tester is by now that of the next run, which a late call would disturb
+            raise DeviceTimeoutError("it hung until the run was over")
 
         self.tester.fault = hang
 
