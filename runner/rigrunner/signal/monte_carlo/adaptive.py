@@ -80,7 +80,9 @@ def propagate(output: Callable[[Generator, int], Array], how: Adaptive) -> Propa
         stable = _is_stable(found, how.tolerance_share * tolerance)
         if stable or trials >= how.most_trials:
             break
-    return _result(np.sort(np.concatenate(blocks)), how, stable=stable)
+    drawn = np.concatenate(blocks)
+    drawn.sort()
+    return _result(drawn, how, stable=stable)
 
 
 def _blocks(output: Callable[[Generator, int], Array], seed: int) -> Iterator[Array]:

@@ -115,7 +115,9 @@ class MultivariateNormal:
 
     def draw(self, rng: Generator, n: int) -> Array:
         """Return rows of shape (n, k)."""
-        return self.mean + _correlated(rng, n, self._factor)
+        rows = _correlated(rng, n, self._factor)
+        rows += self.mean
+        return rows
 
     @cached_property
     def _factor(self) -> Array:
