@@ -24,7 +24,9 @@ ITSELF = Path(__file__).resolve()
 COMMAND = str(Path(sys.executable).parent / "rigrunner")
 FOR_ITSELF = {"panel", "jog", "doctor"}
 IMPORTED_ONCE = (
+    "scipy.ndimage",
     "scipy.optimize",
+    "scipy.special",
     "rigrunner.run.record",
     "rigrunner.run.stored",
     "rigrunner.documents.certifying.certify",

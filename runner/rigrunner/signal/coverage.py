@@ -11,7 +11,7 @@ from __future__ import annotations
 from math import isinf, sqrt
 from typing import TYPE_CHECKING
 
-from scipy.special import betainc, betaincinv, ndtr, ndtri, stdtr, stdtrit
+import scipy
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -56,10 +56,12 @@ def cumulative(estimate: Estimate, limit: float) -> float:
         return 1.0 if limit > 0 else 0.0
     z = (limit - estimate.value) / estimate.u
     if estimate.kurtosis > NEARLY_NORMAL:
-        return float(ndtr(z) if isinf(estimate.dof) else stdtr(estimate.dof, z))
+        if isinf(estimate.dof):
+            return float(scipy.special.ndtr(z))
+        return float(scipy.special.stdtr(estimate.dof, z))
     shape = _beta_shape(estimate.kurtosis)
     reach = sqrt(2 * shape + 1) * _tails(estimate.dof, P)
-    return float(betainc(shape, shape, min(max((1 + z / reach) / 2, 0.0), 1.0)))
+    return float(scipy.special.betainc(shape, shape, min(max((1 + z / reach) / 2, 0.0), 1.0)))
 
 
 def probability_within(limits: Limits, estimate: Estimate) -> float:
@@ -75,15 +77,19 @@ def probability_within(limits: Limits, estimate: Estimate) -> float:
 
 def _tails(dof: float, p: float) -> float:
     """Return by how much few degrees of freedom widen the interval (GUM G.3.4)."""
-    return 1.0 if isinf(dof) else float(stdtrit(dof, (1 + p) / 2) / ndtri((1 + p) / 2))
+    if isinf(dof):
+        return 1.0
+    upper = (1 + p) / 2
+    return float(scipy.special.stdtrit(dof, upper) / scipy.special.ndtri(upper))
 
 
 def _body(kurtosis: float, p: float) -> float:
     """Return the factor of a distribution without tails: a symmetric beta, or the normal one."""
     if kurtosis > NEARLY_NORMAL:
-        return float(ndtri((1 + p) / 2))
+        return float(scipy.special.ndtri((1 + p) / 2))
     shape = _beta_shape(kurtosis)
-    return float((2 * betaincinv(shape, shape, (1 + p) / 2) - 1) * sqrt(2 * shape + 1))
+    place = scipy.special.betaincinv(shape, shape, (1 + p) / 2)
+    return float((2 * place - 1) * sqrt(2 * shape + 1))
 
 
 def _beta_shape(kurtosis: float) -> float:

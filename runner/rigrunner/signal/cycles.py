@@ -11,7 +11,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from scipy.ndimage import map_coordinates
+import scipy
 
 from rigrunner.api.errors import DataError
 from rigrunner.signal.blocks import BLOCK, cycle_groups
@@ -99,10 +99,10 @@ def integrated_swing(velocity_rad_s: Array, rate_hz: float, ratio: float) -> Arr
             "the velocity never changes its sign, so it is not that of a swing",
             hint="record the swing's velocity, not the crank's",
         )
-    from scipy.integrate import cumulative_trapezoid  # noqa: PLC0415  (heavy, and seldom needed)
-    from scipy.signal import detrend  # noqa: PLC0415  (heavy, and seldom needed)
 
-    angle = detrend(cumulative_trapezoid(velocity_rad_s, dx=1 / rate_hz, initial=0))
+    angle = scipy.signal.detrend(
+        scipy.integrate.cumulative_trapezoid(velocity_rad_s, dx=1 / rate_hz, initial=0)
+    )
     for _ in range(BASELINES):
         starts = find_cycles(angle, rate_hz, ratio).starts
         means = resample(angle, starts).mean(axis=1)
@@ -211,7 +211,9 @@ def resampled(values: Samples, starts: Array, n: int) -> Iterator[tuple[slice, A
 def _rows(values: Array, starts: Array, dense: int, n: int) -> Array:
     period = np.diff(starts)
     position = starts[:-1, None] + period[:, None] * np.arange(dense) / dense
-    rows: Array = map_coordinates(values, position[None], order=SPLINE_ORDER, mode="mirror")
+    rows: Array = scipy.ndimage.map_coordinates(
+        values, position[None], order=SPLINE_ORDER, mode="mirror"
+    )
     return rows if dense == n else _fewer_points(rows, n)
 
 

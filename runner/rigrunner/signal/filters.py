@@ -10,6 +10,7 @@ from math import acosh, asinh, cos, cosh, pi, sin, sinh, sqrt
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
+import scipy
 
 from rigrunner.api.filters import Fir, LowPass, MeasuredResponse
 from rigrunner.signal.response import butterworth
@@ -68,9 +69,7 @@ def _all_pole(over_corner: Array, poles: tuple[complex, ...]) -> Response:
 @lru_cache(maxsize=16)
 def _bessel_poles(order: int) -> tuple[complex, ...]:
     """Return the poles of a Bessel filter (maximally flat delay) with its corner at 1."""
-    from scipy.signal import besselap  # noqa: PLC0415  (only where a register has such a filter)
-
-    return tuple(map(complex, besselap(order, norm="mag")[1]))
+    return tuple(map(complex, scipy.signal.besselap(order, norm="mag")[1]))
 
 
 @lru_cache(maxsize=16)

@@ -17,7 +17,7 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.special import ndtri
+import scipy
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Array
@@ -86,6 +86,6 @@ def autocorrelation(values: Array, chance: float = CHANCE) -> float:
     if n < LEAST or total == 0:
         return 0.0
     r = float(deviation[1:] @ deviation[:-1]) / total
-    if r + 1 / n < float(ndtri(1 - chance)) / sqrt(n):
+    if r + 1 / n < float(scipy.special.ndtri(1 - chance)) / sqrt(n):
         return 0.0
     return float(np.clip((n * r + 1) / (n - 4), 0.0, GREATEST))

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.ndimage import median_filter
 
 from rigrunner.signal.blocks import BLOCK, steps
 from rigrunner.signal.order import Bracket, median, middle
@@ -167,6 +167,7 @@ def _stretches(values: Samples, half: int) -> Iterator[_Stretch]:
         begin, behind = max(first - half, 0), min(end + half, len(values))
         missing = (half - (first - begin), half - (behind - end))
         around = np.pad(values[begin:behind], missing, mode="edge")
-        centre = median_filter(around, 2 * half + 1, mode="nearest")[half : half + end - first]
+        medians = scipy.ndimage.median_filter(around, 2 * half + 1, mode="nearest")
+        centre = medians[half : half + end - first]
         deviation = np.abs(around[half : half + end - first] - centre)
         yield _Stretch(first, deviation, centre, around)

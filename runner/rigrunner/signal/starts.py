@@ -7,7 +7,7 @@ from math import pi
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
+import scipy
 
 from rigrunner.api.analysis.requirements import LEAST_REST_S
 from rigrunner.api.errors import DataError
@@ -50,7 +50,7 @@ def find_start(
             hint="record longer, or turn faster",
         )
     width = max(1, round(smoothing_s * rate_hz))
-    smooth = uniform_filter1d(sense * torque_nm, width, mode="nearest")[:end]
+    smooth = scipy.ndimage.uniform_filter1d(sense * torque_nm, width, mode="nearest")[:end]
     peak = int(np.argmax(smooth))
     turns = (travel[-1] - travel[end]) / (2 * pi)
     frequency_hz = turns * rate_hz / (len(travel) - 1 - end)

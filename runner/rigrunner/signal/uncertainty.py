@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf, isinf, sqrt
 from typing import TYPE_CHECKING
 
-from scipy.special import ndtri, stdtrit
+import scipy
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -37,5 +37,5 @@ def share_percent(components: Sequence[Component]) -> tuple[float, ...]:
 def coverage_factor(dof: float, p: float = 0.95) -> float:
     """Return the factor k of a two-sided interval of probability p (Student's t, GUM G.3.4)."""
     if isinf(dof):
-        return float(ndtri((1 + p) / 2))
-    return float(stdtrit(dof, (1 + p) / 2))
+        return float(scipy.special.ndtri((1 + p) / 2))
+    return float(scipy.special.stdtrit(dof, (1 + p) / 2))

@@ -15,7 +15,7 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.special import chdtri
+import scipy
 
 from rigrunner.api.analysis import Bias, Check
 from rigrunner.api.checks import skipped
@@ -50,7 +50,7 @@ def agreement(points: Sequence[CompensatedPoint]) -> Check:
     residual = torques / sigma - basis @ trend
     dof = len(points) - basis.shape[1]
     ratio = sqrt(float(residual @ residual) / dof)
-    most = sqrt(float(chdtri(dof, CHANCE)) / dof)
+    most = sqrt(float(scipy.special.chdtri(dof, CHANCE)) / dof)
     ok = ratio <= most
     lacking = 0.0 if ok else sqrt(ratio**2 - 1)
     where = int(np.abs(residual).argmax())

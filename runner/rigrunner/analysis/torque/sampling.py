@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import map_coordinates
+import scipy
 
 from rigrunner.api.analysis import SwingPoint
 from rigrunner.api.errors import DataError
@@ -75,7 +75,7 @@ def _sampled(rows: Array, count: int) -> Array:
     position = np.arange(size) * count / size
     return np.array(
         [
-            map_coordinates(row, position[None], order=SPLINE_ORDER, mode="grid-wrap")
+            scipy.ndimage.map_coordinates(row, position[None], order=SPLINE_ORDER, mode="grid-wrap")
             for row in taken
         ]
     )

@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 
 from rigrunner.analysis.torque.draws import draw_pipeline
 from rigrunner.api.validation import Agreement, EquationTrials, PipelineDraws, Validation
@@ -162,11 +163,9 @@ def _by_draws(
 
 def _open(ordered: Array, share: float) -> Interval:
     """Return between which of the ordered draws their quantile lies, at the confidence."""
-    from scipy.stats import binom  # noqa: PLC0415  (heavy, and needed by Monte Carlo alone)
-
     n = len(ordered)
-    below = int(binom.ppf((1 - CONFIDENCE) / 2, n, share))
-    above = int(binom.ppf((1 + CONFIDENCE) / 2, n, share))
+    below = int(scipy.stats.binom.ppf((1 - CONFIDENCE) / 2, n, share))
+    above = int(scipy.stats.binom.ppf((1 + CONFIDENCE) / 2, n, share))
     return Interval(float(ordered[max(below - 1, 0)]), float(ordered[min(above, n - 1)]))
 
 
