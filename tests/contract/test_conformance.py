@@ -90,17 +90,22 @@ def test_most_can_be_tried_alone():
 class TestReplay:
     """With files as a test makes them."""
 
-    @pytest.fixture
-    def replay(self, tmp_path):
+    @pytest.fixture(scope="class")
+    def files(self, tmp_path_factory):
+        folder = tmp_path_factory.mktemp("files")
         angle = np.sin(np.arange(40_000) / 50)
         rows = np.c_[angle, 2 * angle]
-        np.savetxt(tmp_path / "swing.csv", rows, delimiter=",", header="a,t", comments="")
-        tmp_path.joinpath("manifest.yaml").write_text(MANIFEST)
+        np.savetxt(folder / "swing.csv", rows, delimiter=",", header="a,t", comments="")
+        folder.joinpath("manifest.yaml").write_text(MANIFEST)
+        return folder
+
+    @pytest.fixture
+    def replay(self, files, tmp_path):
         columns = {
             "angle": {"column": "a", "unit": "deg"},
             "torque": {"column": "t", "unit": "N·m"},
         }
-        settings = {"folder": str(tmp_path), "rate": "10 kHz", "channels": columns}
+        settings = {"folder": str(files), "rate": "10 kHz", "channels": columns}
         return subject("device", "replay", settings, registry=REGISTRY, folder=tmp_path)
 
     @pytest.mark.parametrize("check", applicable("device", "replay"), ids=str)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from pathlib import Path
 
 import pytest
@@ -27,11 +28,10 @@ expect.set_options(timeout=1000 * WITHIN_S)
 
 
 @pytest.fixture(scope="session")
-def lab(tmp_path_factory):
-    """A lab with quick procedures."""
-    folder = tmp_path_factory.mktemp("panel") / "lab"
-    quick_lab(folder)
-    return folder
+def lab(made_once, tmp_path_factory):
+    """A lab with quick procedures, for each worker a copy."""
+    made = made_once("panel_lab", lambda folder: quick_lab(folder / "lab"))
+    return shutil.copytree(made / "lab", tmp_path_factory.mktemp("panel") / "lab")
 
 
 @pytest.fixture(scope="session")
