@@ -21,6 +21,7 @@ from hypothesis import HealthCheck, settings
 # numpy reads it once it is imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+from e2e.helpers_served import served_command
 from helpers_cli import Called, call, shell
 from helpers_figures import BLANK_FIGURES, blank, drawn
 from helpers_workflow import START, quick_procedure, run
@@ -192,9 +193,11 @@ def lab_begun(made_once) -> Lab:
     """Make a lab folder by `rigrunner init`, and run what that prints, in a shell."""
 
     def fill(folder) -> None:
-        commands = shell(folder, "rigrunner init 'bench 1'").stdout
+        with served_command() as served:
+            commands = shell(folder, "rigrunner init 'bench 1'", served).stdout
+            printed = shell(folder, commands, served).stdout
         (folder / "commands").write_text(commands, encoding="utf-8")
-        (folder / "printed").write_text(shell(folder, commands).stdout, encoding="utf-8")
+        (folder / "printed").write_text(printed, encoding="utf-8")
 
     folder = made_once("lab", fill)
     texts = ((folder / name).read_text(encoding="utf-8") for name in ("commands", "printed"))

@@ -29,9 +29,12 @@ def call(*arguments: str) -> Called:
     return Called(code, out.getvalue(), err.getvalue())
 
 
-def shell(folder: Path, code: str) -> subprocess.CompletedProcess[str]:
-    """Run these lines in bash, with `rigrunner` on the path; each must succeed."""
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+def shell(folder: Path, code: str, *programs: Path) -> subprocess.CompletedProcess[str]:
+    """Run these lines in bash, with `rigrunner` on the path; each must succeed.
+
+    Programs of other folders come before those of this environment.
+    """
+    path = os.pathsep.join(map(str, (*programs, Path(sys.executable).parent, os.environ["PATH"])))
     done = subprocess.run(
         ["bash", "-euo", "pipefail", "-c", code],
         cwd=folder,

@@ -91,7 +91,8 @@ class TestReplay:
     """With files as a test makes them."""
 
     @pytest.fixture(scope="class")
-    def files(self, tmp_path_factory):
+    @classmethod
+    def files(cls, tmp_path_factory):
         folder = tmp_path_factory.mktemp("files")
         angle = np.sin(np.arange(40_000) / 50)
         rows = np.c_[angle, 2 * angle]

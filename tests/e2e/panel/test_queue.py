@@ -116,7 +116,7 @@ def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(  # noqa: PLR0915  (
 
 
 @pytest.mark.parametrize("locale", first(1, ["en-GB", "de-DE"]))
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("size", first(1, [*SIZES]))
 def test_the_page_of_the_queue_is_looked_at(  # noqa: PLR0917  (fixtures)
     new_screen, own_lab, pictures, monkeypatch, size, locale
 ):

@@ -9,6 +9,7 @@ import random
 
 import pytest
 
+from helpers_thorough import first
 from helpers_workflow import (
     ALL_FREQUENCIES,
     FEW_FREQUENCIES,
@@ -228,7 +229,7 @@ def varied(rng, folder):
     return station, files
 
 
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("seed", first(8, range(24)))
 def test_what_is_accepted_is_never_refused_by_the_analysis(seed, tmp_path):
     rng = random.Random(seed)  # noqa: S311  (variations, not secrets)
     station, files = varied(rng, tmp_path)
