@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from rigrunner.analysis.lookup import Lookup
     from rigrunner.analysis.progress import Progress
-    from rigrunner.analysis.torque.analysis import Prepare, TorqueFound
+    from rigrunner.analysis.torque.analysis import Prepare
     from rigrunner.api.data import RunData
     from rigrunner.procedure import Acceptance, AnalysisSpec, Measurand, NamedAnalysisRef
 
@@ -55,7 +55,7 @@ def analyse(
     given = {NO_LOAD: no_load, NO_LOAD_AFTER: no_load_after}
     partners = {name: each for name, each in given.items() if each is not None}
     run = replace(run, partners={**run.partners, **partners})
-    torque = None
+    found: tuple[Findings, ...] = ()
     if not spec.asks_nothing:
         torque = TorqueAnalysis(
             run=chosen(run, spec.where),
@@ -66,13 +66,15 @@ def analyse(
             lookup=known,
             progress=progress,
             prepare=prepare,
-        ).found()
-    first = Findings() if torque is None else torque.findings
-    findings = _joined((first, *findings_of(run, analyses, known, known=first.results)))
+        )
+        found = (torque.findings(),)
+    results = [result for each in found for result in each.results]
+    found = (*found, *findings_of(run, analyses, known, known=results))
+    findings = _joined(found)
     decision = None
     if acceptance is not None:
         rule = AppliedRule.of(acceptance, known)
-        decision = decide(acceptance, rule, _evidence(torque, findings))
+        decision = decide(acceptance, rule, _evidence(found, findings))
     return Result(
         run=run,
         no_load_run=no_load,
@@ -87,7 +89,7 @@ def analyse(
         tables=findings.tables,
         figures=findings.figures,
         sections=findings.sections,
-        checks=(*(torque.checks if torque else ()), *findings.checks),
+        checks=findings.checks,
         notes=findings.notes,
         settings=settings_as_asked(spec, known, analyses),
         revisions=revisions_of(spec, acceptance, known, analyses),
@@ -109,21 +111,24 @@ def _joined(found: Sequence[Findings]) -> Findings:
     )
 
 
-def _evidence(torque: TorqueFound | None, findings: Findings) -> Evidence:
-    others = forbidden(findings.checks)
-    named = Evidence(
-        results=findings.results,
-        means=findings.means,
-        problems={each.name: others for each in findings.results},
+def _evidence(found: Sequence[Findings], findings: Findings) -> Evidence:
+    """Return all results, each with why nothing can be decided on it.
+
+    An analysis that keeps details says so itself; of all others one failed check forbids all.
+    """
+    others = forbidden(
+        as_judged(check) for each in found if not each.details for check in each.checks
     )
-    if torque is None:
-        return named
-    found = torque.details
-    return replace(
-        named,
-        problems={**named.problems, found.name: torque.forbids},
-        torque=found.name if found.compensations else "",
-        method=found.primary,
-        kind=found.kind,
-        loads_n=tuple(point.load_n for point in found.loaded),
+    details = {name: one for each in found for one in each.details for name in one.shown_results}
+    problems = {each.name: others for each in findings.results}
+    for each in found:
+        if each.details:
+            own = next(filter(None, (one.undecided for one in each.details)), "")
+            names = {result.name for result in each.results}.union(
+                *(one.shown_results for one in each.details)
+            )
+            why = own or forbidden(map(as_judged, each.checks))
+            problems |= dict.fromkeys(names, why)
+    return Evidence(
+        results=findings.results, means=findings.means, problems=problems, details=details
     )

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from rigrunner.api.analysis import Check
     from rigrunner.api.certificate import CertifiedDetails
     from rigrunner.api.data import RunData
+    from rigrunner.api.measurand import MeasurandKind
+
+
+class LimitedMeasurand(Protocol):
+    """The measurand that a limit is for, as its key `measurand` says; as text, in words."""
+
+    def objection(self, found: MeasurandKind, loads_n: Iterable[float]) -> str:
+        """Return why this is not the measurand that was found under those loads; '' if it is."""
+        ...
 
 
 class AnalysisDetails:
@@ -21,7 +30,10 @@ class AnalysisDetails:
 
     @property
     def shown_results(self) -> frozenset[str]:
-        """The names of those results that the pages of this analysis show themselves."""
+        """The names of those results that the pages of this analysis show themselves.
+
+        A decision on one names its place alone, and judges it beside what it was uncorrected.
+        """
         return frozenset()
 
     @property
@@ -38,6 +50,24 @@ class AnalysisDetails:
     def method_checks(self) -> tuple[Check, ...]:
         """The checks of that method alone whose result counts."""
         return ()
+
+    @property
+    def undecided(self) -> str:
+        """Why nothing can be decided on its results, as a sentence; '' where it can."""
+        return ""
+
+    def objection(self, limited: LimitedMeasurand | None) -> str:
+        """Return why a limit for this measurand is none of its results, as a sentence; '' if it is.
+
+        Asked for the `shown_results` alone.
+        """
+        del limited
+        return ""
+
+    def impossible(self, value: float, unit: str) -> str:
+        """Return why a value can be none of its results, as a sentence; '' where it can."""
+        del value, unit
+        return ""
 
     def document(self) -> Mapping[str, object]:
         """Return what it adds to `result.json`, by its keys there; plain values."""

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import Check, Compensation, Component, Curve, PeakPoint
     from rigrunner.api.data import Estimate, Points
+    from rigrunner.api.details import LimitedMeasurand
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.results import Result
     from rigrunner.api.validation import Validation
@@ -63,6 +64,8 @@ class TorqueDetails(AnalysisDetails):
     """The Monte Carlo check of the headline, where the procedure asks for one."""
     problem: str = ""
     """Why there is no headline though one was asked for; '' where there is one."""
+    forbids: str = ""
+    """Why nothing can be decided on the torque, as a sentence; '' where it can."""
 
     @classmethod
     def of(cls, result: Result) -> TorqueDetails:
@@ -71,8 +74,31 @@ class TorqueDetails(AnalysisDetails):
 
     @property
     def shown_results(self) -> frozenset[str]:
-        """The torque at its set-points."""
-        return frozenset({self.name})
+        """The compensated torque at its set-points."""
+        return frozenset({self.name} if self.compensations else ())
+
+    @property
+    def undecided(self) -> str:
+        """What the checks say, and values without scatter."""
+        return self.forbids
+
+    def objection(self, limited: LimitedMeasurand | None) -> str:
+        """Return why it is another torque than the limit's, or which one is not known."""
+        if limited is None:
+            return "The limit does not say of which torque it is: it needs a 'measurand'."
+        if self.kind is None:
+            return (
+                f"{self.primary} does not say which torque it yields, and the limit is for the "
+                f"{limited}."
+            )
+        why = limited.objection(self.kind, [point.load_n for point in self.loaded])
+        return f"{why[:1].upper()}{why[1:]}: conformity cannot be stated." if why else ""
+
+    def impossible(self, value: float, unit: str) -> str:
+        """Return why a value that is not above zero, or no number, is no friction torque."""
+        if value > 0:
+            return ""
+        return f"{value:.4f} {unit} is no friction torque: friction does not drive."
 
     @property
     def shows_recordings(self) -> bool:

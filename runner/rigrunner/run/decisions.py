@@ -16,7 +16,6 @@ from rigrunner import __version__
 from rigrunner.analysis.verdict.document import decision as decision_document
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.api.events import Outcome
-from rigrunner.api.torque import TorqueDetails
 from rigrunner.api.units import unit, with_article
 from rigrunner.api.verdict import LaterDecision, Verdict
 from rigrunner.clock import utc_text
@@ -33,7 +32,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.api.results import Result
-    from rigrunner.procedure import AnalysisSpec, Procedure
+    from rigrunner.procedure import Procedure
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun
 
@@ -141,17 +140,8 @@ def decide_again(
     after = change(before)
     if after == before:
         raise UsageError("these limits and this rule hold already", hint="nothing was written")
-    procedure = _procedure(stored)
-    spec = procedure.torque_analysis
-    torque = after.limits_of(spec.name)
-    if spec.primary_plugin is None and (torque or not procedure.named_analyses):
-        raise DataError(
-            f"{stored.header.run_id} has no result to decide on",
-            hint=f"its procedure {stored.header.procedure_id} compensates nothing",
-        )
     result = analyse_run(folder, registry, acceptance=after)
-    if spec.primary_plugin is not None and torque:
-        _refuse(result, spec, spec.primary_plugin.name, after, registry)
+    _refuse(result, after)
     _refuse_other_results(result, after)
     held = _before(folder, stored, before)
     content = _content(stored, decider, held, after, result)
@@ -163,26 +153,23 @@ def _procedure(stored: StoredRun) -> Procedure:
     return parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
 
 
-def _refuse(
-    result: Result, spec: AnalysisSpec, plugin: str, acceptance: Acceptance, registry: Registry
-) -> None:
-    """Raise DataError where there is no result, or a limit is of another torque than it."""
-    if result.headline is None:
-        raise DataError(f"{result.run.run_id} has no result to decide on: {result.notes[0]}")
-    kind = registry.yields(plugin)
-    if kind is None:
-        raise DataError(f"'{plugin}' does not say which torque it yields")
-    loads = [point.load_n for point in TorqueDetails.of(result).loaded]
-    for limit in acceptance.limits_of(spec.name):
-        if limit.measurand is None:
-            hint = "say it: 'measurand: {nature: ..., condition: ...}'"
-            raise DataError(
-                f"{limit.source}: the limit does not say of which torque it is", hint=hint
-            )
-        objection = limit.measurand.objection(spec.measured(kind), loads)
-        if objection:
-            hint = "limits and results of two measurands have nothing to say to each other"
-            raise DataError(f"{limit.source}: {objection}", hint=hint)
+def _refuse(result: Result, acceptance: Acceptance) -> None:
+    """Raise DataError where there is no result, or a limit is for another measurand."""
+    run_id, given = result.run.run_id, {each.name for each in (*result.results, *result.means)}
+    if not given:
+        why = f": {result.notes[0]}" if result.notes else ""
+        raise DataError(
+            f"{run_id} has no result to decide on{why}",
+            hint="" if why else f"the analyses of {result.run.procedure_id} name none",
+        )
+    for details in result.details:
+        for limit in acceptance.limits:
+            if limit.of not in details.shown_results & given:
+                continue
+            if objection := details.objection(limit.measurand):
+                hint = "limits and results of two measurands have nothing to say to each other"
+                words = f"{objection[:1].lower()}{objection[1:]}".rstrip(".")
+                raise DataError(f"{limit.source}: {words}", hint=hint)
 
 
 def _refuse_other_results(result: Result, acceptance: Acceptance) -> None:

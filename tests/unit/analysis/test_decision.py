@@ -1,16 +1,20 @@
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import inf, isnan, nan
+from types import SimpleNamespace
 
 import pytest
 
 from rigrunner.analysis.verdict import decision as deciding
 from rigrunner.analysis.verdict.evidence import Evidence
 from rigrunner.analysis.verdict.rule import AppliedRule
+from rigrunner.api import AnalysisDetails
 from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.data import Estimate
 from rigrunner.api.findings import MeasurementResult, ResultDefinition
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
+from rigrunner.api.torque import TorqueDetails
 from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import Acceptance
 from rigrunner.registry import load_registry
@@ -51,11 +55,14 @@ def found_at(value, u, raw, hz=None):
 
 
 def evidence(mean=0.5, *, u=0.05, problem="", points=None, loads=(1000.0,), kind=STARTING, raw=RAW):
-    return Evidence(
-        torque="torque",
-        method="template_inverse",
+    torque = TorqueDetails(
+        compensations={"template_inverse": None},
+        primary="template_inverse",
         kind=kind,
-        loads_n=loads,
+        loaded=tuple(SimpleNamespace(load_n=each) for each in loads),
+    )
+    return Evidence(
+        details={"torque": torque},
         means=() if mean is None else (found_at(mean, u, raw),),
         results=tuple(found_at(value, u, raw, hz) for hz, value in (points or {}).items()),
         problems={"torque": problem},
@@ -224,3 +231,33 @@ def test_what_is_not_decided_is_not_marginal():
 def test_without_a_result_and_without_a_reason_nothing_is_decided():
     found = decide(accept(limit()), evidence(mean=None))
     assert (found.verdict, found.reason) == (Verdict.INCONCLUSIVE, "There is no result 'torque'.")
+
+
+@dataclass(frozen=True)
+class Depth(AnalysisDetails):
+    """What a stranger's analysis of wear says of its results."""
+
+    def impossible(self, value, unit):
+        return f"{value:g} {unit} is no depth." if value < 0 else ""
+
+    def objection(self, limited):
+        return "" if limited is None else "Wear has no nature."
+
+
+def test_a_stranger_s_analysis_says_what_is_no_value_of_its_result():
+    wear = ResultDefinition(name="wear", unit="mm")
+    asked = accept({"of": "wear", "max": "1 mm", "source": "a test"}, rule="simple")
+
+    def decided(value, raw, details):
+        found = MeasurementResult(
+            of=wear, estimate=Estimate(value, 0.1, inf, "mm"), uncorrected=raw
+        )
+        return decide(asked, Evidence(results=(found,), details=details))
+
+    raw = Estimate(1.5, 0.1, inf, "mm")
+    wrong = decided(-0.5, raw, {"wear": Depth()})
+    assert wrong.verdict is Verdict.INCONCLUSIVE
+    assert wrong.reason == "At wear: -0.5 mm is no depth."
+    right = decided(0.5, raw, {"wear": Depth()})
+    assert (right.verdict, right.deciding.uncompensated) == (Verdict.PASS, Verdict.FAIL)
+    assert decided(-0.5, raw, {}).verdict is Verdict.PASS

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from rigrunner.analysis.torque.binding import bind
-from rigrunner.analysis.verdict.evidence import forbidden, without_scatter
+from rigrunner.analysis.torque.headline import without_scatter
+from rigrunner.analysis.verdict.evidence import forbidden
 from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import Check, Compensation, Consequence
 from rigrunner.api.verdict import Verdict

@@ -11,7 +11,12 @@ from rigrunner.analysis.torque.channels import torque_channel
 from rigrunner.analysis.torque.details import DocumentedTorque
 from rigrunner.analysis.torque.diagnosis import Diagnosed, diagnose
 from rigrunner.analysis.torque.fitting import first_fit, fitted
-from rigrunner.analysis.torque.headline import budget_of_mean, compensated_mean, raw_peak_mean
+from rigrunner.analysis.torque.headline import (
+    budget_of_mean,
+    compensated_mean,
+    raw_peak_mean,
+    without_scatter,
+)
 from rigrunner.analysis.torque.load import with_known_load
 from rigrunner.analysis.torque.phase import compensated
 from rigrunner.analysis.torque.results import mean_torque, torque_at
@@ -20,7 +25,7 @@ from rigrunner.analysis.torque.sources import of_this_run, require_one_label, so
 from rigrunner.analysis.torque.starts import prepare_starts
 from rigrunner.analysis.torque.study import with_study
 from rigrunner.analysis.torque.validation import validate
-from rigrunner.analysis.verdict.evidence import forbidden, without_scatter
+from rigrunner.analysis.verdict.evidence import forbidden
 from rigrunner.api.analysis import Compensation, Sweep
 from rigrunner.api.errors import DataError
 from rigrunner.api.findings import Findings
@@ -30,11 +35,10 @@ if TYPE_CHECKING:
 
     from rigrunner.analysis.lookup import Lookup
     from rigrunner.analysis.progress import Progress
-    from rigrunner.api.analysis import Check, OutlierRule, PeakPoint, Rejection
+    from rigrunner.api.analysis import OutlierRule, PeakPoint, Rejection
     from rigrunner.api.data import Array, Estimate, Recording, RunData
     from rigrunner.api.instruments import Instrument
     from rigrunner.api.measurand import MeasurandKind
-    from rigrunner.api.torque import TorqueDetails
     from rigrunner.api.validation import Validation
     from rigrunner.procedure import AnalysisSpec, Measurand, PluginRef
 
@@ -47,19 +51,6 @@ class Prepare(Protocol):
     ) -> PeakPoint:
         """Return the prepared recording; raise DataError."""
         ...
-
-
-@dataclass(frozen=True, kw_only=True)
-class TorqueFound:
-    """What the analysis of the torque found."""
-
-    details: TorqueDetails
-    findings: Findings
-    """The torque as results by its name."""
-    checks: tuple[Check, ...]
-    """Each with its consequence."""
-    forbids: str
-    """Why nothing can be decided on it, as a sentence; '' where it can."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +67,7 @@ class TorqueAnalysis:
     progress: Progress
     prepare: Prepare
 
-    def found(self) -> TorqueFound:
+    def findings(self) -> Findings:
         """Return what was found; raise DataError where a recording cannot be prepared at all."""
         loaded = self._points(self.run, self._loaded_sources())
         no_load = self._no_load()
@@ -120,13 +111,10 @@ class TorqueAnalysis:
             raw_headline=raw,
             validation=self._validation(loaded, no_load, compensations, headline),
             problem=problem,
-        )
-        return TorqueFound(
-            details=details,
-            findings=replace(found, notes=(problem,) if problem else (), details=(details,)),
-            checks=checks,
             forbids=why or without_scatter(loaded, no_load, primary),
         )
+        notes = (problem,) if problem else ()
+        return replace(found, checks=checks, notes=notes, details=(details,))
 
     @property
     def _measurand_name(self) -> str:

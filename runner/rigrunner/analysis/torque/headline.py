@@ -14,10 +14,12 @@ from rigrunner.signal.transducer import transducer_effects
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import CompensatedPoint, Component, PeakPoint
+    from rigrunner.api.analysis import CompensatedPoint, Compensation, Component, PeakPoint
     from rigrunner.api.data import Estimate
     from rigrunner.api.instruments import Instrument
     from rigrunner.api.uncertainty import MeasurementModel
+
+LEAST_FOR_SCATTER = 2
 
 
 def compensated_mean(points: Sequence[CompensatedPoint]) -> Estimate:
@@ -28,6 +30,27 @@ def compensated_mean(points: Sequence[CompensatedPoint]) -> Estimate:
 def budget_of_mean(points: Sequence[CompensatedPoint]) -> tuple[Component, ...]:
     """Return the budget of that mean, a line for each that the points have."""
     return propagate(mean_model(points)).components
+
+
+def without_scatter(
+    loaded: Sequence[PeakPoint], no_load: Sequence[PeakPoint], compensation: Compensation
+) -> str:
+    """Return which single values leave type A unknown, as a sentence; '' where none do.
+
+    A no-load value that goes into a fitted curve has its scatter about that curve.
+    """
+    used = loaded if compensation.curve is not None else (*loaded, *no_load)
+    names = dict.fromkeys(
+        f"{point.set_frequency_hz:g} Hz"
+        for point in used
+        if point.peak_kept.sum() < LEAST_FOR_SCATTER
+    )
+    if not names:
+        return ""
+    return (
+        f"A single value shows no scatter (at {', '.join(names)}): the uncertainty lacks its "
+        "type A part, and no probability can be stated."
+    )
 
 
 def raw_peak_mean(points: Sequence[PeakPoint], instrument: Instrument, *, zeroed: bool) -> Estimate:

@@ -42,7 +42,7 @@ def chosen_by(limit: Limit, evidence: Evidence) -> Iterator[Chosen]:
     """Yield each value that a limit is held against, at least one."""
     named = [each for each in evidence.results if each.name == limit.of]
     found = [(number, each) for number, each in enumerate(named) if limit.is_of(each.coordinates)]
-    short = limit.of == evidence.torque
+    short = limit.of in evidence.details
     symbol = named[0].of.unit if named else limit.written.unit.symbol
     mean = MEAN if short else f"mean {limit.of}"
     if limit.mean and len(found) == len(named):
@@ -55,7 +55,7 @@ def chosen_by(limit: Limit, evidence: Evidence) -> Iterator[Chosen]:
         return
     for number, each in found:
         words = f"{limit.of} at {each.place}" if each.place else limit.of
-        if short:
+        if short and each.coordinates:
             words = ", ".join(map(str, each.coordinates.values()))
         yield Chosen(words, symbol, each.estimate, each.uncorrected, each.coordinates, order=number)
     yield from _missing(limit, named, symbol, evidence, len(found))
@@ -69,7 +69,7 @@ def _missing(
     found: int,
 ) -> Iterator[Chosen]:
     """Yield each place that the limit names and at which there is no result."""
-    short = limit.of == evidence.torque
+    short = limit.of in evidence.details
     for place in each_of(limit.where):
         if any(is_at(place, each.coordinates) for each in named) or (found and not place):
             continue

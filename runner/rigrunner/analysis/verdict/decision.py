@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rigrunner.analysis.verdict.evidence import Evidence
     from rigrunner.analysis.verdict.rule import AppliedRule
     from rigrunner.api.data import Estimate
+    from rigrunner.api.details import AnalysisDetails
     from rigrunner.procedure import Acceptance, Limit
 
 
@@ -51,17 +52,18 @@ def _sentence(text: str) -> str:
 
 
 def _decided(limit: Limit, rule: AppliedRule, evidence: Evidence, chosen: Chosen) -> LimitDecision:
-    found, is_torque = chosen.estimate, limit.of == evidence.torque
+    found, details = chosen.estimate, evidence.details.get(limit.of)
     limits, without = _limits(limit, chosen)
-    problem = _objection(limit, evidence) or chosen.problem or evidence.problems.get(limit.of, "")
+    problem = details.objection(limit.measurand) if details else ""
+    problem = problem or chosen.problem or evidence.problems.get(limit.of, "")
     problem = problem or without
-    impossible = _no_torque(limits, found) if is_torque else ""
+    impossible = _impossible(details, limits, found)
     verdict, reason = _verdict(limits, rule, found, problem or impossible)
     known = found if found is not None and _uncertainty_is_known(found) and not without else None
     sure = None if problem else known
     raw = None
-    if is_torque:
-        impossible = _no_torque(limits, chosen.uncorrected)
+    if details:
+        impossible = _impossible(details, limits, chosen.uncorrected)
         raw, _ = _verdict(limits, rule, chosen.uncorrected, impossible)
     decided = LimitDecision(
         of=chosen.words,
@@ -103,30 +105,14 @@ def _with_risks(found: LimitDecision, rule: AppliedRule, known: Estimate | None)
     )
 
 
-def _objection(limit: Limit, evidence: Evidence) -> str:
-    """Return why the limit is not one of this result, as a sentence; '' if it is."""
-    if limit.of != evidence.torque:
-        return ""
-    if limit.measurand is None:
-        return "The limit does not say of which torque it is: it needs a 'measurand'."
-    if evidence.kind is None:
-        return (
-            f"{evidence.method} does not say which torque it yields, and the limit is for the "
-            f"{limit.measurand}."
-        )
-    why = limit.measurand.objection(evidence.kind, evidence.loads_n)
-    return f"{_sentence(why)[:-1]}: conformity cannot be stated." if why else ""
-
-
 def _uncertainty_is_known(estimate: Estimate) -> bool:
     return isfinite(estimate.u) and estimate.u > 0
 
 
-def _no_torque(limits: Limits, estimate: Estimate | None) -> str:
-    """Return why a value is no torque of friction, as a sentence; '' where it is one."""
-    if estimate is None or estimate.value > 0:
+def _impossible(details: AnalysisDetails | None, limits: Limits, estimate: Estimate | None) -> str:
+    if details is None or estimate is None:
         return ""
-    return f"{estimate.value:.4f} {limits.unit} is no friction torque: friction does not drive."
+    return details.impossible(estimate.value, limits.unit)
 
 
 def _verdict(

@@ -9,13 +9,11 @@ from rigrunner.api.analysis import Consequence
 from rigrunner.api.checks import effect_words
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping
 
-    from rigrunner.api.analysis import Check, Compensation, PeakPoint
+    from rigrunner.api.analysis import Check
+    from rigrunner.api.details import AnalysisDetails
     from rigrunner.api.findings import MeasurementResult
-    from rigrunner.api.measurand import MeasurandKind
-
-LEAST_FOR_SCATTER = 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,14 +25,8 @@ class Evidence:
     """Of those results whose analysis gives their mean itself."""
     problems: Mapping[str, str] = field(default_factory=dict)
     """Why nothing can be decided on the results of a name, as a sentence; '' where it can."""
-    torque: str = ""
-    """The name of the compensated torque; '' where there is none."""
-    method: str = ""
-    """Its compensation, by its label."""
-    kind: MeasurandKind | None = None
-    """Which torque it yields; None where its plugin does not say."""
-    loads_n: tuple[float, ...] = ()
-    """Of each of its set-points."""
+    details: Mapping[str, AnalysisDetails] = field(default_factory=dict)
+    """What the analysis of a result keeps besides, by the result's name; not all keep anything."""
 
 
 def forbidden(checks: Iterable[Check]) -> str:
@@ -48,30 +40,12 @@ def forbidden(checks: Iterable[Check]) -> str:
 
 
 def as_judged(check: Check) -> Check:
-    """Return a check of named results: one that is decisive forbids to decide, others are notes."""
-    if check.ok:
+    """Return a check with what follows: one that is decisive forbids to decide.
+
+    Of others the analysis may have said so; else they are notes.
+    """
+    if check.ok or (check.consequence and not check.decisive):
         return check
     fails = check.decisive
     follows = Consequence.INCONCLUSIVE if fails else Consequence.NOTE
     return replace(check, ok=not fails, consequence=follows)
-
-
-def without_scatter(
-    loaded: Sequence[PeakPoint], no_load: Sequence[PeakPoint], compensation: Compensation
-) -> str:
-    """Return which single values leave type A unknown, as a sentence; '' where none do.
-
-    A no-load value that goes into a fitted curve has its scatter about that curve.
-    """
-    used = loaded if compensation.curve is not None else (*loaded, *no_load)
-    names = dict.fromkeys(
-        f"{point.set_frequency_hz:g} Hz"
-        for point in used
-        if point.peak_kept.sum() < LEAST_FOR_SCATTER
-    )
-    if not names:
-        return ""
-    return (
-        f"A single value shows no scatter (at {', '.join(names)}): the uncertainty lacks its "
-        "type A part, and no probability can be stated."
-    )

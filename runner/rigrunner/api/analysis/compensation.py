@@ -105,7 +105,7 @@ class Check:
     """A named check: its finding, its limit and its advice.
 
     A method says in `ok` whether it found anything, and in `biases` by how much that moves each of
-    its points. What follows from it, `rigrunner.analysis.torque.binding` decides; from then on `ok`
+    its points. What follows from it, the analysis decides; from then on `ok`
     is False only of a check that binds.
     """
 
