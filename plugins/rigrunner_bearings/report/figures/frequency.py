@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api import TorqueDetails
 from rigrunner.api.figures import Axis, Figure, Mark, Picture, Point, Series
-from rigrunner.api.torque import TorqueDetails
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.thinning import places_of_extremes
 from rigrunner_bearings.report.view.points import by_frequency

@@ -21,8 +21,7 @@ from rigrunner_reports.numbers import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api import Component, Estimate
-    from rigrunner.api.torque import TorqueDetails
+    from rigrunner.api import Component, Estimate, TorqueDetails
     from rigrunner_bearings.report.view.points import SetPoint
 
 MILLI = 1e3

@@ -13,8 +13,7 @@ from rigrunner_reports.numbers import fixed, plain, significant
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.api import PeakPoint, Rejection
-    from rigrunner.api.torque import TorqueDetails
+    from rigrunner.api import PeakPoint, Rejection, TorqueDetails
 
     _Judged = tuple[str, PeakPoint, str, Rejection]
 

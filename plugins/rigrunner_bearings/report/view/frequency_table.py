@@ -16,8 +16,7 @@ from rigrunner_reports.numbers import fixed, plain, stated, with_sign
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api import PeakPoint
-    from rigrunner.api.torque import TorqueDetails
+    from rigrunner.api import PeakPoint, TorqueDetails
     from rigrunner_bearings.report.view.points import SetPoint
 
 MILLI = 1e3

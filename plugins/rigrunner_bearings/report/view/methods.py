@@ -20,8 +20,7 @@ from rigrunner_reports.numbers import (
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rigrunner.api import Compensation, Estimate
-    from rigrunner.api.torque import TorqueDetails
+    from rigrunner.api import Compensation, Estimate, TorqueDetails
     from rigrunner_bearings.report.view.points import SetPoint
 
 MILLI = 1e3

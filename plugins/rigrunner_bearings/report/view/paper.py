@@ -15,8 +15,7 @@ from rigrunner_reports.numbers import fixed, plain, with_sign
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.api import PeakPoint
-    from rigrunner.api.torque import TorqueDetails
+    from rigrunner.api import PeakPoint, TorqueDetails
     from rigrunner_bearings.report.view.methods import Error
     from rigrunner_bearings.report.view.points import SetPoint
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api import SwingPoint
-from rigrunner.api.torque import TorqueDetails
+from rigrunner.api import SwingPoint, TorqueDetails
 from rigrunner.signal.peaks import mean_peak
 
 if TYPE_CHECKING:

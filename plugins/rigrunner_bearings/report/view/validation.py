@@ -10,7 +10,7 @@ from rigrunner_reports.numbers import fixed, plain, significant
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.api.torque import TorqueDetails
+    from rigrunner.api import TorqueDetails
     from rigrunner.api.validation import Agreement, Validation
 
 MILLI = 1e3
