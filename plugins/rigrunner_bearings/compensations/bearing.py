@@ -10,7 +10,7 @@ import numpy as np
 
 from rigrunner.api import DataError
 from rigrunner.signal.averaging import mean_and_without_each
-from rigrunner.signal.response import Waveform
+from rigrunner_bearings.compensations.response import Waveform
 from rigrunner_bearings.compensations.swing import interpolated, strokes
 
 if TYPE_CHECKING:

@@ -17,12 +17,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.signal import response
-from rigrunner.signal.filters import response_of
+from rigrunner_bearings.compensations.filters import response_of
 
 if TYPE_CHECKING:
     from rigrunner.api import Array
-    from rigrunner.signal.filters import Filter
-    from rigrunner.signal.response import Waveform
+    from rigrunner_bearings.compensations.filters import Filter
+    from rigrunner_bearings.compensations.response import Waveform
 
 HARMONICS = 24
 """Of the swing, up to which it is undone: enough for presliding over a fiftieth of the swing."""

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.signal.response import Waveform
 from rigrunner_bearings.compensations.bearing import Pair, bearing_torque
 from rigrunner_bearings.compensations.drive_line import HARMONICS
+from rigrunner_bearings.compensations.response import Waveform
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence

@@ -22,7 +22,6 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from rigrunner.api import DataError
-from rigrunner.signal.response import Waveform, torsional_resonance
 from rigrunner_bearings.compensations.drive_line import DriveLine
 from rigrunner_bearings.compensations.harmonics import (
     mean_torques,
@@ -31,6 +30,7 @@ from rigrunner_bearings.compensations.harmonics import (
     waveform_of,
 )
 from rigrunner_bearings.compensations.requirements import LEAST_FREQUENCIES
+from rigrunner_bearings.compensations.response import Waveform, torsional_resonance
 from rigrunner_bearings.compensations.support_friction import SupportFriction, make_friction
 from rigrunner_bearings.compensations.swing import interpolated
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.api import Array, SwingPoint
-    from rigrunner.signal.filters import Filter
+    from rigrunner_bearings.compensations.filters import Filter
     from rigrunner_bearings.compensations.harmonics import Complex, Observed
     from rigrunner_bearings.compensations.swing import Swing
 

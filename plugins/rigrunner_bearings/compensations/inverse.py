@@ -48,10 +48,10 @@ if TYPE_CHECKING:
 
     from rigrunner.api import Array, Check, CompensatedPoint, Effect, Instrument, Sweep, SwingPoint
     from rigrunner.api.analysis import SwingSweep
-    from rigrunner.signal.filters import Filter
     from rigrunner_bearings.compensations.bearing import MeanSwing
     from rigrunner_bearings.compensations.effects import BySpeed, Mismatch
     from rigrunner_bearings.compensations.evaluation import Evaluated
+    from rigrunner_bearings.compensations.filters import Filter
     from rigrunner_bearings.compensations.identification import Identified
     from rigrunner_bearings.compensations.recording_gains import RecordingGains
     from rigrunner_bearings.compensations.settings import InverseSettings

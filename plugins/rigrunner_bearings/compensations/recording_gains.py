@@ -33,9 +33,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.api import Array
-    from rigrunner.signal.response import Waveform
     from rigrunner_bearings.compensations.bearing import MeanSwing, Pair
     from rigrunner_bearings.compensations.identification import Identified
+    from rigrunner_bearings.compensations.response import Waveform
 
 POWERS = (0, 1, -1, 2)
 """Of the frequency, in the running torque of a run; no more of them than there are frequencies."""

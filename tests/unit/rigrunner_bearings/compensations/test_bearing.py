@@ -10,7 +10,6 @@ import pytest
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.filters import LowPass
-from rigrunner.signal.response import Waveform
 from rigrunner_bearings.compensations.bearing import (
     MeanSwing,
     Pair,
@@ -21,6 +20,7 @@ from rigrunner_bearings.compensations.bearing import (
 )
 from rigrunner_bearings.compensations.drive_line import DriveLine
 from rigrunner_bearings.compensations.noise_bias import noise_bias
+from rigrunner_bearings.compensations.response import Waveform
 from rigrunner_bearings.compensations.support_friction import make_friction
 from rigrunner_bearings.compensations.swing import make_swing
 

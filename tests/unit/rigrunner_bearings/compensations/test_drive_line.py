@@ -5,7 +5,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from rigrunner.api.filters import LowPass
-from rigrunner.signal.response import Waveform, raised_cosine
 from rigrunner_bearings.compensations.drive_line import (
     HARMONICS,
     MAX_GAIN,
@@ -13,6 +12,7 @@ from rigrunner_bearings.compensations.drive_line import (
     TWIST_HARMONICS,
     DriveLine,
 )
+from rigrunner_bearings.compensations.response import Waveform, raised_cosine
 from rigrunner_bearings.compensations.swing import make_swing
 
 SWING = make_swing(2 / 45, 1024)

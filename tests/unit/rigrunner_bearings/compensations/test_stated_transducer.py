@@ -11,7 +11,7 @@ from helpers_rigs import INSTRUMENT
 from rigrunner.api.accuracy import Accuracy
 from rigrunner.api.filters import MeasuredResponse
 from rigrunner.registry import load_registry
-from rigrunner.signal.response import butterworth
+from rigrunner_bearings.compensations.response import butterworth
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 from unit.rigrunner_bearings.compensations.helpers_sweeps import FEW, sweep
 

@@ -9,7 +9,7 @@ from scipy import signal
 from scipy.optimize import brentq
 
 from rigrunner.api.filters import AnyFilter
-from rigrunner.signal.filters import corner_hz, response_of
+from rigrunner_bearings.compensations.filters import corner_hz, response_of
 
 FILTER = TypeAdapter(AnyFilter)
 HZ = np.array([0.0, 1.0, 35.0, 210.0, 499.0, 500.0, 800.0, 2500.0])

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from rigrunner.signal.response import (
+from rigrunner_bearings.compensations.response import (
     apply,
     butterworth,
     inverse,

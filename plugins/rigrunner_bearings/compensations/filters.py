@@ -13,11 +13,11 @@ import numpy as np
 import scipy
 
 from rigrunner.api.filters import Fir, LowPass, MeasuredResponse
-from rigrunner.signal.response import butterworth
+from rigrunner_bearings.compensations.response import butterworth
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Array
-    from rigrunner.signal.response import Response
+    from rigrunner_bearings.compensations.response import Response
 
 Filter = LowPass | Fir | MeasuredResponse
 HALF_POWER = 1 / sqrt(2)
