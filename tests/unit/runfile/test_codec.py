@@ -18,7 +18,7 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.events import Answer, Outcome, RunEnded, StepEnded
 from rigrunner.api.member import Member
 from rigrunner.runfile.codec import (
-    _KINDS,
+    KINDS,
     block_bytes,
     block_from,
     event_from,
@@ -87,7 +87,7 @@ def test_text_for_the_run_file_is_ascii_alone():
     assert event_text(Answer(**STAMP, step="s", text="N·m", by="Zoë")).isascii()
 
 
-@pytest.mark.parametrize("kind", _KINDS.values(), ids=lambda one: one.__name__)
+@pytest.mark.parametrize("kind", KINDS.values(), ids=lambda one: one.__name__)
 @settings(max_examples=15, deadline=None)
 @given(data=st.data())
 def test_every_kind_of_event_is_kept_with_its_name_and_all_its_fields(kind, data):
