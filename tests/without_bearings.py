@@ -2,7 +2,7 @@
 
     PYTHONPATH=tests python -m pytest -p without_bearings tests/unit/engine tests/unit/procedure
 
-Nobody can import the package, and its entry points are not there. `.ci/run` says which tests run so.
+Nobody can import the package, and its entry points are not there. `.ci/run` says what runs so.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from rigrunner_bearings.study import coverage_rigs as rigs
-from rigrunner_bearings.study.coverage_case import limits
+from rigrunner_bearings.study.coverage import limits
 from rigrunner_bearings.study.coverage_plots import FIGURES
 from rigrunner_bearings.study.coverage_rigs import FREQUENCIES_HZ, torque_instrument
 from rigrunner_bearings.study.coverage_table import ROW_HEADER, held_text

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from rigrunner_bearings.study.diagnostics_table import share_text
-from rigrunner_bearings.study.fault_case import UNSEEN_CASES
 from rigrunner_bearings.study.fault_kinds import FAULTS, UNSEEN
 from rigrunner_bearings.study.fault_table import HEADER, SILENT_HEADER, UNSEEN_HEADER
+from rigrunner_bearings.study.faults import UNSEEN_CASES
 from rigrunner_bearings.study.share import Share
 
 PAGE = Path(__file__).parents[2] / "docs/evidence/faults.md"

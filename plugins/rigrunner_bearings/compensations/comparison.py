@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api import Distribution, Effect, Input
-from rigrunner.signal import response
 from rigrunner.signal.inputs import bounded_effect, limited
+from rigrunner_bearings.compensations import response
 from rigrunner_bearings.compensations.bearing import Pair, mean_swing
 from rigrunner_bearings.compensations.hum import without_hum
 from rigrunner_bearings.compensations.limits import support_drift, support_under_load

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.signal import response
+from rigrunner_bearings.compensations import response
 from rigrunner_bearings.compensations.filters import response_of
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api import DataError
-from rigrunner.signal import response
+from rigrunner_bearings.compensations import response
 from rigrunner_bearings.compensations.bearing import MeanSwing, mean_swing
 from rigrunner_bearings.compensations.harmonics import HARMONICS
 from rigrunner_bearings.compensations.identification import frictions_without_each

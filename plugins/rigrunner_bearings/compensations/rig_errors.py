@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api import Distribution, SwingPoint
-from rigrunner.signal import response
+from rigrunner_bearings.compensations import response
 
 if TYPE_CHECKING:
     from numpy.random import Generator

@@ -17,7 +17,7 @@ from rigrunner.clock import SimulatedClock, utc_text
 from rigrunner.run.locate import find_station
 from rigrunner.station import load_station
 from rigrunner_bearings.study.bench import LOAD_N, Value
-from rigrunner_bearings.study.coverage_case import limits
+from rigrunner_bearings.study.coverage import limits
 from rigrunner_bearings.study.coverage_rigs import draw
 from rigrunner_bearings.study.recording import record_bench
 from rigrunner_bearings.study.tools import tools

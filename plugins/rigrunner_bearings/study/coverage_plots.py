@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigrunner_bearings.study.coverage import BANDS_HZ
-from rigrunner_bearings.study.coverage_case import METHODS
+from rigrunner_bearings.study.coverage import BANDS_HZ, METHODS
 from rigrunner_bearings.study.coverage_rigs import FREQUENCIES_HZ, RANGES
 from rigrunner_bearings.study.coverage_table import WITH, WITHOUT, band_text
 

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from rigrunner_bearings.study.coverage_case import METHODS
-from rigrunner_bearings.study.markdown import piped
+from rigrunner_bearings.study.coverage import METHODS
+from rigrunner_bearings.study.tables import Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from rigrunner_bearings.study.coverage import Row, Spread, Stratum, Study
     from rigrunner_bearings.study.share import Clustered, Share
+    from rigrunner_bearings.study.tables import Part
 
 WITH, WITHOUT = "with sensor term", "without sensor term"
 ROW_HEADER = (
@@ -21,21 +22,6 @@ ROW_HEADER = (
 )  # fmt: skip
 FREQUENCY_HEADER = ("method", "sensor", "f / Hz", "bias", "RMSE", "P99", "max", "held")
 MILLI = 1000.0
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table with its title; so many of its columns are words, the others numbers."""
-
-    title: str
-    header: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    words: int
-
-    @property
-    def sides(self) -> str:
-        """How each column is aligned, letter by letter of 'l' and 'r'."""
-        return "l" * self.words + "r" * (len(self.header) - self.words)
 
 
 def main_rows(study: Study) -> list[list[str]]:
@@ -78,23 +64,26 @@ def stratum_header(study: Study) -> list[str]:
     return ["fn / Hz", *(f"{each:g} Hz" for each in frequencies)]
 
 
-def tables(study: Study) -> Iterator[Table]:
-    """Yield every table."""
+def printed(study: Study) -> Iterator[Part]:
+    """Yield what the study prints: what was examined, and every table."""
+    yield summary(study)
     title = "Errors in mN·m, and how often the interval holds the truth"
-    yield Table(title, ROW_HEADER, main_rows(study), 3)
-    yield Table("By the bearing's law of friction", ROW_HEADER, law_rows(study), 3)
-    yield Table("By frequency", FREQUENCY_HEADER, frequency_rows(study), 2)
+    yield _table(title, ROW_HEADER, main_rows(study), words=3)
+    yield _table("By the bearing's law of friction", ROW_HEADER, law_rows(study), words=3)
+    yield _table("By frequency", FREQUENCY_HEADER, frequency_rows(study), words=2)
     for method in METHODS:
         for sensor in (True, False):
             title = f"By resonance and frequency: {method}, {_sensor(sensor)}"
             rows = stratum_rows(study, method, sensor=sensor)
-            yield Table(title, stratum_header(study), rows, 1)
+            yield _table(title, stratum_header(study), rows, words=1)
 
 
-def markdown(study: Study) -> str:
-    """Return the tables as a page of documentation has them."""
-    texts = (f"### {each.title}\n\n{piped(each.header, each.rows)}" for each in tables(study))
-    return "\n\n".join([summary(study), *texts])
+def _table(
+    title: str, header: Sequence[str], rows: Sequence[Sequence[str]], *, words: int
+) -> Table:
+    """Return a table of which so many columns are words, the others numbers."""
+    sides = "l" * words + "r" * (len(header) - words)
+    return Table(title=title, header=header, rows=rows, sides=sides)
 
 
 def summary(study: Study) -> str:

@@ -5,11 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from rigrunner_bearings.study.diagnostics_rigs import POPULATIONS
-from rigrunner_bearings.study.markdown import piped
+from rigrunner_bearings.study.tables import Table
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from rigrunner_bearings.study.diagnostics import BreakRow, Error, Study
     from rigrunner_bearings.study.share import Share
+    from rigrunner_bearings.study.tables import Part
 
 ALARM_HEADER = ("check", *POPULATIONS)
 BREAK_HEADER = ("break", "from to", "seen by", "missed", "other checks", "error / N·m")
@@ -29,16 +32,17 @@ def break_rows(study: Study) -> list[list[str]]:
     return [_break_row(row) for row in study.breaks]
 
 
-def markdown(study: Study) -> str:
-    """Return both tables as a page of documentation has them, and the errors of healthy rigs."""
-    errors = ", ".join(f"`{name}` {error_text(each)}" for name, each in study.error.items())
-    return "\n\n".join(
-        [
-            piped(ALARM_HEADER, alarm_rows(study)),
-            piped(BREAK_HEADER, break_rows(study)),
-            f"Error on healthy rigs, rms and largest, in N·m: {errors}.",
-        ]
-    )
+def printed(study: Study) -> Iterator[Part]:
+    """Yield what the study prints."""
+    title = f"False alarms on {study.healthy} healthy rigs"
+    yield Table(title=title, header=ALARM_HEADER, rows=alarm_rows(study), sides="lrr")
+    errors = [[name, error_text(each)] for name, each in study.error.items()]
+    title, header = "Error on healthy rigs, in N·m", ("rigs of", "rms, largest")
+    yield Table(title=title, header=header, rows=errors, sides="lr")
+    yield Table(title="Broken rigs", header=BREAK_HEADER, rows=break_rows(study), sides="lllrlr")
+    unseen = [[row.fault.name, row.fault.unseen] for row in study.breaks if row.fault.unseen]
+    title, header = "What no check sees", ("break", "why")
+    yield Table(title=title, header=header, rows=unseen, sides="ll")
 
 
 def _break_row(row: BreakRow) -> list[str]:

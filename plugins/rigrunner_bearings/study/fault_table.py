@@ -5,21 +5,20 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from rigrunner_bearings.study.diagnostics_table import share_text
-from rigrunner_bearings.study.markdown import piped
+from rigrunner_bearings.study.tables import Table
 
 if TYPE_CHECKING:
-    from rigrunner_bearings.study.fault_case import Finding
-    from rigrunner_bearings.study.faults import FaultRow, Silent, Study
+    from collections.abc import Iterator
+
+    from rigrunner_bearings.study.faults import FaultRow, Finding, Silent, Study
+    from rigrunner_bearings.study.tables import Part
 
 HEADER = (
     "fault", "from to", "cases", "recording failed", "analysis refused", "flagged", "by",
     "silent: up to U", "U to 2U", "above 2U", "worst / U",
 )  # fmt: skip
-SIDES = "llrrrrlrrrr"
 SILENT_HEADER = ("cases", "silent", "U to 2U", "above 2U", "worst / U", "worst set-point / U")
-SILENT_SIDES = "lrrrrr"
 UNSEEN_HEADER = ("fault", "from to", "cases", "flagged", "above 2U", "why no data can show it")
-UNSEEN_SIDES = "llrrrl"
 NOTHING = "-"
 
 
@@ -65,16 +64,13 @@ def share_text_of(silent: Silent) -> str:
     return share_text(silent.share_beyond) if silent.count else NOTHING
 
 
-def markdown(study: Study) -> str:
-    """Return the tables as a page of documentation has them."""
-    parts = [
-        piped(HEADER, fault_rows(study)),
-        piped(SILENT_HEADER, silent_rows(study)),
-        piped(UNSEEN_HEADER, unseen_rows(study)),
-        summary(study),
-        *listing(study),
-    ]
-    return "\n\n".join(parts)
+def printed(study: Study) -> Iterator[Part]:
+    """Yield what the study prints."""
+    yield Table(header=HEADER, rows=fault_rows(study), sides="llrrrrlrrrr")
+    yield Table(header=SILENT_HEADER, rows=silent_rows(study), sides="lrrrrr")
+    yield Table(header=UNSEEN_HEADER, rows=unseen_rows(study), sides="llrrrl")
+    yield summary(study)
+    yield from listing(study)
 
 
 def listing(study: Study) -> list[str]:

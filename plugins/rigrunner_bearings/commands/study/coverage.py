@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-from rigrunner.cli.output import message, result, result_json
-from rigrunner.cli.table import table
-from rigrunner_bearings.commands.study.options import going, study_options
-
-if TYPE_CHECKING:
-    from rigrunner_bearings.study.coverage import Study
+from rigrunner.cli.output import message
+from rigrunner_bearings.commands.study.options import going, show, study_options
 
 
 @click.command(name="coverage")
@@ -48,21 +43,11 @@ def command(
     """
     from rigrunner_bearings.study.coverage import run_coverage
     from rigrunner_bearings.study.coverage_plots import draw_figures
-    from rigrunner_bearings.study.coverage_table import markdown, study_document
+    from rigrunner_bearings.study.coverage_table import printed, study_document
 
     with going("coverage", jobs, dask, keep) as cases:
         study = run_coverage(rigs=rigs, seed=seed, going=cases)
     if figures is not None:
         for path in draw_figures(study, figures):
             message(f"wrote {path}")
-    if as_json:
-        result_json(study_document(study))
-    else:
-        result(markdown(study) if as_markdown else _text(study))
-
-
-def _text(study: Study) -> str:
-    from rigrunner_bearings.study.coverage_table import summary, tables
-
-    found = (f"{each.title}\n{table(each.header, each.rows, each.sides)}" for each in tables(study))
-    return "\n\n".join([summary(study), *found])
+    show(printed(study), study_document(study), as_markdown=as_markdown, as_json=as_json)

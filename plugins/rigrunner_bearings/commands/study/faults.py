@@ -6,14 +6,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rigrunner.cli.output import result, result_json
-from rigrunner.cli.table import table
-from rigrunner_bearings.commands.study.options import going, study_options
+from rigrunner_bearings.commands.study.options import going, show, study_options
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    from rigrunner_bearings.study.faults import Study
 
 
 @click.command(name="faults")
@@ -40,38 +36,9 @@ def command(
     Faults are put into the recordings of random simulated rigs, which the engine and the analysis
     then take as any others. The same seed gives the same cases and the same tables.
     """
-    from rigrunner_bearings.study.fault_table import markdown, study_document
+    from rigrunner_bearings.study.fault_table import printed, study_document
     from rigrunner_bearings.study.faults import run_faults
 
     with going("faults", jobs, dask, keep) as recordings:
         study = run_faults(cases_wanted=cases, seed=seed, going=recordings)
-    if as_json:
-        result_json(study_document(study))
-    else:
-        result(markdown(study) if as_markdown else _text(study))
-
-
-def _text(study: Study) -> str:
-    from rigrunner_bearings.study.fault_table import (
-        HEADER,
-        SIDES,
-        SILENT_HEADER,
-        SILENT_SIDES,
-        UNSEEN_HEADER,
-        UNSEEN_SIDES,
-        fault_rows,
-        listing,
-        silent_rows,
-        summary,
-        unseen_rows,
-    )
-
-    return "\n\n".join(
-        [
-            table(list(HEADER), fault_rows(study), SIDES),
-            table(list(SILENT_HEADER), silent_rows(study), SILENT_SIDES),
-            table(list(UNSEEN_HEADER), unseen_rows(study), UNSEEN_SIDES),
-            summary(study),
-            *listing(study),
-        ]
-    )
+    show(printed(study), study_document(study), as_markdown=as_markdown, as_json=as_json)

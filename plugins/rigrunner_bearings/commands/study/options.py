@@ -10,11 +10,13 @@ import click
 
 from rigrunner.cli.batch import shown_count, worker_options, workers_for
 from rigrunner.cli.options import json_option
+from rigrunner.cli.output import result, result_json
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from rigrunner_bearings.study.going import Going
+    from rigrunner_bearings.study.tables import Part
 
 _seed = click.option(
     "--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Names the rigs."
@@ -33,6 +35,18 @@ _markdown = click.option(
 def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add the options that every study has."""
     return worker_options(_keep(_seed(_markdown(json_option(command)))))
+
+
+def show(
+    parts: Iterable[Part], document: Mapping[str, Any], *, as_markdown: bool, as_json: bool
+) -> None:
+    """Print what a study found."""
+    from rigrunner_bearings.study.tables import markdown, text
+
+    if as_json:
+        result_json(document)
+    else:
+        result(markdown(parts) if as_markdown else text(parts))
 
 
 @contextmanager

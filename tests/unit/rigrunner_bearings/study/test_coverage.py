@@ -14,8 +14,8 @@ from rigrunner_bearings.compensations.settings import InverseSettings
 from rigrunner_bearings.study import coverage_rigs
 from rigrunner_bearings.study.bench import INERTIA, NATURAL
 from rigrunner_bearings.study.case import Case
-from rigrunner_bearings.study.coverage import BANDS_HZ, run_coverage, tally
-from rigrunner_bearings.study.coverage_case import (
+from rigrunner_bearings.study.coverage import (
+    BANDS_HZ,
     METHODS,
     Finding,
     Outcome,
@@ -23,11 +23,14 @@ from rigrunner_bearings.study.coverage_case import (
     examine,
     is_sensor,
     limits,
+    run_coverage,
+    tally,
 )
 from rigrunner_bearings.study.coverage_plots import FIGURES, draw_figures
 from rigrunner_bearings.study.coverage_rigs import FREQUENCIES_HZ, LAWS, RANGES, draw
-from rigrunner_bearings.study.coverage_table import markdown, study_document
+from rigrunner_bearings.study.coverage_table import printed, study_document
 from rigrunner_bearings.study.going import Going
+from rigrunner_bearings.study.tables import markdown
 from rigrunner_bearings.study.tools import SUPPORT_LIMIT, tools
 
 pytestmark = pytest.mark.figures
@@ -186,7 +189,7 @@ def test_a_study_is_the_same_in_two_processes():
 
 def test_tables_and_document_hold_the_same():
     study = tally([finding(n, error) for n, error in enumerate([0.003, -0.004, 0.009])])
-    text = markdown(study)
+    text = markdown(printed(study))
     assert "3 rigs, half of each simulator." in text
     assert "| template_inverse | both (3) | with sensor term | 2.7 | 5.9 |" in text
     assert "66.7 % (9.4-99.2)" in text

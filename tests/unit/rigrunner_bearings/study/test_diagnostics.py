@@ -15,12 +15,12 @@ from rigrunner_bearings.compensations.checks import LIMITS as METHOD_LIMITS
 from rigrunner_bearings.study.bench import NATURAL, nested
 from rigrunner_bearings.study.breaks import BREAKS, REFUSED
 from rigrunner_bearings.study.case import Case
-from rigrunner_bearings.study.diagnostics import run_diagnostics, tally
-from rigrunner_bearings.study.diagnostics_case import Finding, cases, examine
+from rigrunner_bearings.study.diagnostics import Finding, cases, examine, run_diagnostics, tally
 from rigrunner_bearings.study.diagnostics_rigs import POPULATIONS, healthy
-from rigrunner_bearings.study.diagnostics_table import markdown, study_document
+from rigrunner_bearings.study.diagnostics_table import printed, study_document
 from rigrunner_bearings.study.going import Going
 from rigrunner_bearings.study.share import Share
+from rigrunner_bearings.study.tables import markdown
 
 SIM, ODE = "swing_tester_sim", "swing_tester_ode"
 NAMES = {limit.name for limit in (*LIMITS, *SETUP_LIMITS, *METHOD_LIMITS)}
@@ -152,7 +152,7 @@ def test_tables_and_document_hold_the_same_shares():
     rigs = [finding(""), finding("", simulator=ODE), finding("other eccentric", "stroke")]
     rigs += [finding("few cycles"), finding("few cycles", "cycles")]
     study = tally(rigs)
-    assert "| few cycles | 5 to 9 | cycles | 1/2 (1.3-98.7 %) | - | - |" in markdown(study)
+    assert "| few cycles | 5 to 9 | cycles | 1/2 (1.3-98.7 %) | - | - |" in markdown(printed(study))
     _, row = study_document(study)["breaks"]
     assert row["missed"]["hits"] == 1
     assert row["missed"]["interval_95"] == pytest.approx([0.0126, 0.9874], abs=1e-4)

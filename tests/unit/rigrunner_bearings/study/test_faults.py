@@ -11,18 +11,19 @@ from rigrunner.api.devices import DeviceContext
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
 from rigrunner_bearings.study.case import Case
-from rigrunner_bearings.study.fault_case import (
+from rigrunner_bearings.study.fault_kinds import FAULTS, UNSEEN
+from rigrunner_bearings.study.fault_table import fault_rows, printed, study_document, summary
+from rigrunner_bearings.study.faults import (
     ANALYSIS,
     CRASH,
     RECORDING,
     Finding,
     cases,
     examine,
+    tally,
 )
-from rigrunner_bearings.study.fault_kinds import FAULTS, UNSEEN
-from rigrunner_bearings.study.fault_table import fault_rows, markdown, study_document, summary
-from rigrunner_bearings.study.faults import tally
 from rigrunner_bearings.study.share import Share
+from rigrunner_bearings.study.tables import markdown
 
 pytestmark = pytest.mark.figures
 
@@ -51,7 +52,7 @@ def test_what_is_flagged_or_refused_is_not_silent_however_wrong():
     row, crashed = study.rows
     assert (crashed.flagged_cases, crashed.silent.count) == (0, 0)
     assert [each.case.fault for each in study.crashed] == ["time back"]
-    assert "time back 0 on swing_tester_sim, somewhere: crashed" in markdown(study)
+    assert "time back 0 on swing_tester_sim, somewhere: crashed" in markdown(printed(study))
     assert (row.cases, row.recording_failed, row.refused, row.flagged_cases) == (6, 1, 1, 1)
     assert (study.silent.within, study.silent.beyond, study.silent.far_beyond) == (1, 1, 1)
     assert (study.silent.worst, study.silent.worst_point) == (2.4, 7.0)
@@ -61,7 +62,7 @@ def test_what_is_flagged_or_refused_is_not_silent_however_wrong():
     assert study.unseen[0].silent.far_beyond == 1
     assert "1 of these with an error above twice" in summary(study)
     assert fault_rows(study)[0][2:6] == ["6", "1", "1", "1"]
-    assert "| torque stuck |" in markdown(study)
+    assert "| torque stuck |" in markdown(printed(study))
     assert study_document(study)["silent"]["above_twice"] == 1
 
 

@@ -13,7 +13,7 @@ from rigrunner.api.errors import AbortedError, DataError, UsageError
 from rigrunner.jobs import InProcess
 from rigrunner_bearings.study import going as module
 from rigrunner_bearings.study.case import Case
-from rigrunner_bearings.study.coverage_case import Finding, Outcome
+from rigrunner_bearings.study.coverage import Finding, Outcome
 from rigrunner_bearings.study.going import Going
 
 CASES = [Case("sim", "", 1, number) for number in range(5)]
