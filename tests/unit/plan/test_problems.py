@@ -241,7 +241,6 @@ def bench_without(*lines):
 @pytest.mark.parametrize(
     ("line", "key", "part"),
     [
-        ("  mandrel: M-01\n", "mandrel", "no_load:"),
         ("  eccentric: 2 mm\n", "eccentric", "swing_torque:"),
         ("  centre_distance: 45 mm\n", "centre_distance", "swing_torque:"),
     ],

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rigrunner.api.analysis.requirements import partner_words
 from rigrunner.api.errors import DataError, ExitCode
 from rigrunner.api.events import Alarm
 from rigrunner.api.results import REPLAYED
@@ -127,6 +126,8 @@ def _later(found: LaterDecision) -> tuple[str, str]:
 
 
 def _facts(stored: StoredRun) -> Iterator[tuple[str, str]]:
+    from rigrunner.api.analysis.requirements import partner_words
+
     header, info = stored.header, stored.info
     yield "run", header.run_id
     yield (
