@@ -24,7 +24,7 @@ version = release = rigrunner.__version__
 extensions = ["myst_parser"]
 myst_enable_extensions = ["colon_fence", "dollarmath"]
 myst_heading_anchors = 4
-exclude_patterns = ["decisions", "evidence"]
+exclude_patterns = ["decisions", "evidence", "dependencies.md"]
 """They explain and prove, for those who have the sources."""
 
 # `sphinx-build -b linkcheck docs FOLDER` asks the network for what is linked beyond this site

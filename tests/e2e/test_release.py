@@ -210,7 +210,7 @@ def test_the_changes_are_kept_by_release_and_kind():
 
 
 def test_every_dependency_has_its_line():
-    page = (ROOT / "docs/evidence/dependencies.md").read_text(encoding="utf-8").lower()
+    page = (ROOT / "docs/dependencies.md").read_text(encoding="utf-8").lower()
     extras = PROJECT["project"]["optional-dependencies"].values()
     needed = [*PROJECT["project"]["dependencies"], *(each for extra in extras for each in extra)]
     names = {re.match(r"[\w.-]+", each)[0].lower() for each in needed} - {"rigrunner"}

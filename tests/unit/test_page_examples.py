@@ -160,7 +160,7 @@ BELOW = "<!-- below: made by"
 
 def test_the_site_has_at_most_45000_words_that_people_wrote():
     """As `wc -w` counts them, with code blocks; what is generated is apart."""
-    off_the_site = {"decisions", "evidence"}
+    off_the_site = {"decisions", "evidence", "dependencies.md"}
     written = {
         page: len(text.partition(BELOW)[0].split())
         for page in ROOT.glob("docs/**/*.md")
