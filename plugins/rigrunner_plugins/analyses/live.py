@@ -72,11 +72,15 @@ class LiveReadings:
     _blocks: int = 0
 
     def begin(self, recording: Recording) -> None:
-        """Begin with a recording, if it is one that the procedure chooses."""
+        """Begin with a recording, if it is one that the procedure chooses.
+
+        A value that is compared with another run's is known when the analysis is made.
+        """
         told, place = self.settings, place_of(recording)
         names = [told.of, *([told.other] if told.other else [])]
         self._now, self._curve, self._every, self._blocks = None, [], 1, 0
-        read = told.table is None and all(name in recording.channels for name in names)
+        read = told.table is None and told.compared is None
+        read = read and all(name in recording.channels for name in names)
         if read and is_at(told.where, place) and all(name in place for name in told.per):
             own = {name: place[name] for name in told.per}
             _, self._now = self._at.setdefault(tuple(own.values()), (own, Running()))

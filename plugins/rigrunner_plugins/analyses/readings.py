@@ -10,20 +10,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import isnan
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rigrunner.api import Component, DataError, Estimate, Findings, MeasurementResult, unit
+from rigrunner.api.analysis.requirements import partner_words
 from rigrunner.api.member import channel_of
 from rigrunner.signal.coverage import excess_kurtosis
 from rigrunner.signal.uncertainty import combine
+from rigrunner_plugins.analyses.partner import Partner, joined
 from rigrunner_plugins.analyses.settings import quotient, si_unit
 from rigrunner_plugins.analyses.sources import groups
 from rigrunner_plugins.analyses.statistics import STATISTICS, percentile, settling_time
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from rigrunner.api import Array, RunData
     from rigrunner.api.accuracy import ReadingError
@@ -51,6 +54,16 @@ class Readings:
         told = self.settings
         names = [told.of, *([told.other] if told.other else [])]
         found = groups(run, names, per=told.per, where=told.where, table=told.table)
+        compared = told.compared
+        partner = None
+        if compared is not None:
+            of = run.partners[compared.name]
+            partner = Partner(
+                of,
+                groups(of, names, per=compared.per, where=compared.where, table=told.table),
+                tuple(compared.per),
+                partner_words(compared.name),
+            )
         single = [group for group in found if len(group.times_s) == 1]
         statistic = self.settings.of.removeprefix(channel_of(self.settings.of))[1:]
         extremes = self.settings.statistic in {"minimum", "maximum", "range"}
@@ -73,19 +86,23 @@ class Readings:
                 " read; its uncertainty is the instrument's alone."
             )
         return Findings(
-            results=tuple(self._result(run, each) for each in found), notes=tuple(notes)
+            results=tuple(self._result(run, each, partner) for each in found), notes=tuple(notes)
         )
 
-    def _result(self, run: RunData, group: Group) -> MeasurementResult:
+    def _result(self, run: RunData, group: Group, partner: Partner | None) -> MeasurementResult:
         (definition,) = self.settings.yields()
         statistic, shown = self._statistic, unit(definition.unit)
         value = statistic.value(group.series(self._combined(group)))
-        if unit(self._si_unit(group)).dimension != shown.dimension:
+        si = "1" if self.settings.relative_to else self._si_unit(group)
+        if unit(si).dimension != shown.dimension:
             raise DataError(
                 f"{definition.name} is stated in {shown.symbol}, and the"
-                f" {self.settings.statistic} is in {self._si_unit(group)}"
+                f" {self.settings.statistic} is in {si}"
             )
-        components = tuple(self._components(run, group, 1 / shown.factor, shown.symbol))
+        if partner is None:
+            components = tuple(self._components(run, group, 1 / shown.factor, shown.symbol))
+        else:
+            value, components = self._compared(run, group, partner, value)
         u, dof = combine(components)
         if any(isnan(each.u) for each in components):
             u, dof = float("nan"), float("nan")
@@ -99,6 +116,24 @@ class Readings:
             coordinates=group.place,
             readings=len(group.times_s),
         )
+
+    def _compared(
+        self, run: RunData, group: Group, partner: Partner, value: float
+    ) -> tuple[float, tuple[Component, ...]]:
+        """Return the difference to the partner run, or the quotient, with the lines of both."""
+        other = partner.at(group)
+        base = self._statistic.value(other.series(self._combined(other)))
+        shown = unit(self.settings.result.unit)
+        own, theirs, compared = 1.0, -1.0, value - base
+        if self.settings.relative_to is not None:
+            if not base:
+                raise DataError(f"the value of the {partner.words} is 0: nothing is divided by it")
+            own, theirs, compared = 1 / base, -value / base**2, value / base
+        lines = tuple(self._components(run, group, own / shown.factor, shown.symbol))
+        of_partner = self._components(
+            partner.run, other, theirs / shown.factor, shown.symbol, partner.apart(run, other)
+        )
+        return compared, tuple(joined(lines, tuple(of_partner), partner.words))
 
     @property
     def _statistic(self) -> Statistic:
@@ -130,8 +165,14 @@ class Readings:
         return of
 
     def _components(
-        self, run: RunData, group: Group, scale: float, symbol: str
+        self,
+        run: RunData,
+        group: Group,
+        scale: float,
+        symbol: str,
+        apart: Mapping[str, str] = MappingProxyType({}),
     ) -> Iterator[Component]:
+        """Yield the lines of a group, times a scale; `apart` is added to those of a channel."""
         series = group.series(self._combined(group))
         scatter = self._statistic.scatter(series)
         if scatter is not None:
@@ -139,17 +180,18 @@ class Readings:
             rectangular = self.settings.statistic == "settling_time"
             yield Component(
                 name="time between samples" if rectangular else "scatter of the readings",
-                u=u * scale,
+                u=u * abs(scale),
                 dof=dof,
                 distribution="rectangular" if rectangular else "t",
                 common=False,
                 unit=symbol,
-                input_u=u * scale,
+                input_u=u * abs(scale),
                 sensitivity=1.0,
             )
         for channel, values in group.values.items():
             for error in run.reading_errors(channel, float(np.abs(values).max())):
                 name = f"{error.name} ({error.source})" if error.source else error.name
+                name += apart.get(channel, "")
                 if error.acts == "each" and self.settings.statistic == "range":
                     # two errors, not a larger one: their sum has another shape, and another k
                     for which in ("highest", "lowest"):

@@ -16,6 +16,7 @@ from pydantic import (
 from rigrunner.api import (
     ListOf,
     NeededChannel,
+    PartnerRun,
     PlainText,
     QuantityError,
     Ratio,
@@ -25,6 +26,7 @@ from rigrunner.api import (
     unit,
 )
 from rigrunner.api.member import NAME
+from rigrunner.api.partners import PartnerName  # noqa: TC001  (pydantic reads it)
 from rigrunner.api.places import CoordinateKey, Place
 from rigrunner.api.settings import Difference
 from rigrunner.api.units import is_coherent, with_article
@@ -32,7 +34,7 @@ from rigrunner.api.units import is_coherent, with_article
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from rigrunner.api import Objection
+    from rigrunner.api import NeededRun, Objection
 
 Statistic = Literal[
     "mean",
@@ -93,6 +95,30 @@ class ResultSettings(Settings):
         )
 
 
+class ComparedRun(PartnerRun):
+    """The run whose value is taken off, or divided by."""
+
+    name: PartnerName
+    """By which `--partner` and documents name it."""
+    per: Per = ()
+    """Its value at each of these coordinates of the analysis' own `per`; left out, one value of
+    all of it."""
+    where: Place = Field(default_factory=dict)
+    """Only of what was measured there in it."""
+
+
+class TareRun(ComparedRun):
+    """A run whose value is taken off: of a dark detector, an empty balance."""
+
+    name: PartnerName = "tare"
+
+
+class ReferenceRun(ComparedRun):
+    """A run by whose value is divided: of a reference specimen."""
+
+    name: PartnerName = "reference"
+
+
 class ReadingsSettings(Settings):
     """A statistic of a recorded channel, or of a column of measured values."""
 
@@ -115,10 +141,18 @@ class ReadingsSettings(Settings):
     """Of `percentile`: how many of the values are at most as great, such as 95 %."""
     within: Difference | None = None
     """Of `settling_time`: how far from the last value counts as settled."""
+    tare: TareRun | None = None
+    """Another run whose same statistic is taken off this one's, such as a dark reading."""
+    relative_to: ReferenceRun | None = None
+    """Another run by whose same statistic this one's is divided, such as a reference specimen."""
     result: ResultSettings
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
+        if self.tare is not None and self.relative_to is not None:
+            raise ValueError("one of 'tare' and 'relative_to' is allowed, not both")
+        if self.compared is not None and not set(self.compared.per) <= set(self.per):
+            raise ValueError("a partner run's 'per' names coordinates of the analysis' own 'per'")
         if self.minus is not None and self.divided_by is not None:
             raise ValueError("one of 'minus' and 'divided_by' is allowed, not both")
         for key, statistic in (("percent", "percentile"), ("within", "settling_time")):
@@ -137,9 +171,14 @@ class ReadingsSettings(Settings):
     @property
     def is_difference(self) -> bool:
         """Whether the result is a difference of values: of temperatures in K, from no zero."""
-        return self.minus is not None or self.statistic in {
+        return bool(self.minus or self.compared) or self.statistic in {
             *DIFFERENCES, "slope", "settling_time",
         }  # fmt: skip
+
+    @property
+    def compared(self) -> ComparedRun | None:
+        """The partner run whose value is taken off or divided by."""
+        return self.tare or self.relative_to
 
     def yields(self) -> tuple[ResultDefinition, ...]:
         """Return the one result."""
@@ -153,7 +192,14 @@ class ReadingsSettings(Settings):
             for key, name in named
             if name is not None
         )
-        return Requirements(channels=channels)
+        partners: tuple[NeededRun, ...] = ()
+        if self.compared is not None:
+            key = ("tare",) if self.tare else ("relative_to",)
+            needed = self.compared.needed(
+                self.compared.name, key, channels=channels, at=tuple(self.compared.per)
+            )
+            partners = (needed,)
+        return Requirements(channels=channels, partners=partners)
 
     def objections(self, units: Mapping[str, str]) -> Iterator[Objection]:
         """Yield what does not fit the units in which the channels are measured."""
@@ -188,16 +234,19 @@ class ReadingsSettings(Settings):
         except QuantityError as error:
             yield ("statistic",), error.message, error.hint
             return
+        si = "1" if self.relative_to else si
         result = unit(self.result.unit)
         if result.dimension != unit(si).dimension:
-            is_a = f"the {self.statistic} is a {unit(si).dimension}"
+            is_a = f"the {self.statistic} is {with_article(unit(si).dimension)}"
+            if self.relative_to is not None:
+                is_a = f"a quotient of two runs is {with_article(unit(si).dimension)}"
             message = f"got '{self.result.unit}', {with_article(result.dimension)}; {is_a}"
             hint = f"write a unit such as {unit(si).symbol}"
             if self.statistic == "slope":
                 hint += "; a slope over a channel or set-point is a result of the analysis 'curve'"
             yield ("result", "unit"), message, hint
         elif result.offset and self.statistic in DIFFERENCES | (
-            {self.statistic} if self.minus else set()
+            {self.statistic} if self.minus or self.tare else set()
         ):
             yield (
                 ("result", "unit"),

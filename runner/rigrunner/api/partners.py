@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import AfterValidator, Field
 
 from rigrunner.api.analysis.requirements import LATEST, STATION, NeededRun
+from rigrunner.api.member import NAME
 from rigrunner.api.settings import Duration, ListOf, Settings
 
 if TYPE_CHECKING:
@@ -26,6 +27,15 @@ def _identifier(text: str) -> str:
     if not re.fullmatch(_IDENTIFIER, text):
         raise ValueError(f"'{text[:40]}' is not an id: letters, digits, '.', '_' and '-' alone")
     return text
+
+
+def _name(text: str) -> str:
+    NeededRun(name=text, key=())
+    return text
+
+
+PartnerName = Annotated[str, Field(pattern=f"^{NAME}$"), AfterValidator(_name)]
+"""The name of a partner run, such as 'dark'."""
 
 
 class PartnerRun(Settings):

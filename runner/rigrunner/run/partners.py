@@ -5,13 +5,20 @@ from __future__ import annotations
 from datetime import datetime, timedelta
 from itertools import groupby
 from math import isclose
+from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 from pydantic import ValidationError
 
 from rigrunner.api.analysis.requirements import LATEST, STATION
-from rigrunner.api.errors import DataError, RigrunnerError, UsageError
+from rigrunner.api.errors import (
+    DataError,
+    InvalidFileError,
+    Problem,
+    RigrunnerError,
+    UsageError,
+)
 from rigrunner.api.events import Outcome
 from rigrunner.api.results import REPLAYED
 from rigrunner.api.settings import own_keys
@@ -21,10 +28,10 @@ from rigrunner.run.no_load import no_load_objections
 from rigrunner.run.stored import run_data
 from rigrunner.runfile import read, read_info
 from rigrunner.station import parse_station
+from rigrunner.yamlfile.document import dotted
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
-    from pathlib import Path
 
     from rigrunner.api.analysis.requirements import NeededRun
     from rigrunner.api.data import Measurement, Recording, RunData
@@ -102,6 +109,25 @@ def each_partner(
                 yield name, _found(wanted, runs, named.get(name))
             except RigrunnerError as error:
                 yield name, error
+
+
+def require_partners(planned: Planned, runs: Path) -> dict[str, Path]:
+    """Return the partner runs that a planned run would take if it began now, by name.
+
+    Raises InvalidFileError with file, line and field of each that is not there. Where there is no
+    folder of runs nothing is looked for.
+    """
+    problems, found = [], {}
+    wanted = _wanted(planned, planned.clock.utc()) if runs.is_dir() else {}
+    for name, run in each_partner(planned, runs) if wanted else ():
+        if isinstance(run, Path):
+            found[name] = run
+        else:
+            field = dotted(wanted[name].asked[0].path)
+            problems.append(Problem(run.message, wanted[name].place, field, run.hint))
+    if problems:
+        raise InvalidFileError(problems)
+    return found
 
 
 def partners_after_for(

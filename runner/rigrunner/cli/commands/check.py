@@ -9,7 +9,7 @@ import click
 from rigrunner.cli.brief import brief_command
 from rigrunner.cli.completing import stations
 from rigrunner.cli.durations import steps_text
-from rigrunner.cli.options import procedure_argument
+from rigrunner.cli.options import procedure_argument, runs_option
 from rigrunner.cli.output import result
 from rigrunner.run.locate import find_procedure, find_station
 
@@ -20,17 +20,19 @@ if TYPE_CHECKING:
 @click.command(name="check")
 @procedure_argument
 @click.option("--station", shell_complete=stations, help="Check how it fits this station, too.")
-def command(procedure: str, station: str | None) -> None:
+@runs_option
+def command(procedure: str, station: str | None, runs: Path) -> None:
     """Check a procedure, and how it fits a station, without a rig.
 
-    Every problem is shown with its file, line and column.
+    Every problem is shown with its file, line and column. Partner runs are looked for where there
+    is a folder of runs.
     """
     path = find_procedure(procedure)
     with brief_command():
         if station is None:
             _check_alone(path)
         else:
-            _check_on(path, station)
+            _check_on(path, station, runs)
 
 
 def _check_alone(path: Path) -> None:
@@ -48,16 +50,21 @@ def _check_alone(path: Path) -> None:
     )
 
 
-def _check_on(path: Path, station: str) -> None:
+def _check_on(path: Path, station: str, runs: Path) -> None:
+    from rigrunner.api.analysis.requirements import partner_words
     from rigrunner.run.calibration import require_calibrated
     from rigrunner.run.guardian.guarded import guardian_text, real_roles
+    from rigrunner.run.partners import require_partners
     from rigrunner.run.planning import planned_run
 
     planned = planned_run(path, find_station(station))
     require_calibrated(planned)
+    partners = require_partners(planned, runs)
     steps, seconds = planned.plan.steps, planned.plan.estimated_s
     result(f"{path}: can be run on {station}: {steps_text(len(steps), seconds)}")
     result(planned.approval.sentence())
+    for name, run in partners.items():
+        result(f"Its {partner_words(name)} would be {run.name}.")
     real = real_roles(planned.station, planned.registry)
     if text := guardian_text(planned.station, planned.registry, real):
         result(f"{text[0].upper()}{text[1:]}.")

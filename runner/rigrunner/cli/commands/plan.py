@@ -10,13 +10,14 @@ import click
 
 from rigrunner.api.coordinates import coordinates_text
 from rigrunner.cli.durations import clock_text
-from rigrunner.cli.options import json_option, procedure_argument, station_option
+from rigrunner.cli.options import json_option, procedure_argument, runs_option, station_option
 from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.table import pairs, table
 from rigrunner.run.locate import find_procedure, find_station
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from rigrunner.plan import PlannedStep, PredictedTorque, Prediction
     from rigrunner.run.prepare import Planned
@@ -25,25 +26,29 @@ if TYPE_CHECKING:
 @click.command(name="plan")
 @procedure_argument
 @station_option
+@runs_option
 @json_option
-def command(procedure: str, station: str, *, as_json: bool) -> None:
+def command(procedure: str, station: str, runs: Path, *, as_json: bool) -> None:
     """Preview steps, expected values, duration and disk space.
 
-    Nothing is connected. Torque is an upper estimate from the station's design values.
+    Nothing is connected. Torque is an upper estimate from the station's design values. A
+    partner run that is not in the folder of runs is an error, shown with its line after the plan.
     """
     from rigrunner.run.calibration import calibration_findings
+    from rigrunner.run.partners import require_partners
     from rigrunner.run.planning import planned_run
 
     planned = planned_run(find_procedure(procedure), find_station(station))
     prediction = planned.prediction()
     if as_json:
         result_json(_document(planned, prediction))
-        return
-    result("\n\n".join(_sections(planned, prediction)))
-    for torque in prediction.overloads:
-        message(f"warning: {torque.recording} would overload the instrument")
-    for finding in calibration_findings(planned):
-        message(f"warning: {finding.problem.message}")
+    else:
+        result("\n\n".join(_sections(planned, prediction)))
+        for torque in prediction.overloads:
+            message(f"warning: {torque.recording} would overload the instrument")
+        for finding in calibration_findings(planned):
+            message(f"warning: {finding.problem.message}")
+    require_partners(planned, runs)
 
 
 def _sections(planned: Planned, prediction: Prediction) -> Iterator[str]:

@@ -1,0 +1,86 @@
+"""Budgets of two runs that are compared: what one instrument has wrong in both enters once.
+
+A gain or an offset of the same instrument, calibrated once, is one error. It acts in the difference
+or quotient by the sum of its two sensitivities (GUM 5.2.2 with r = 1): an offset cancels in a
+difference, a gain in a quotient. What is stated in one figure may be another error at each reading,
+and scatter is: both runs have a line of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import isclose
+from typing import TYPE_CHECKING
+
+from rigrunner.api import DataError
+from rigrunner.api.member import channel_of
+from rigrunner.api.places import SAME
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from rigrunner.api import Component, RunData
+    from rigrunner.api.coordinates import CoordinateValue
+    from rigrunner_plugins.analyses.sources import Group
+
+
+@dataclass(frozen=True, eq=False)
+class Partner:
+    """The run that is taken off or divided by, with its values by their places."""
+
+    run: RunData
+    groups: Sequence[Group]
+    per: tuple[str, ...]
+    words: str
+
+    def at(self, group: Group) -> Group:
+        """Return its values at the place of a group of the other run; raise DataError for none."""
+        for each in self.groups:
+            if all(_same(each.place[name], group.place[name]) for name in self.per):
+                return each
+        place = ", ".join(f"{name} = {group.place[name]}" for name in self.per)
+        raise DataError(f"the {self.words}, {self.run.run_id}, has nothing at {place}")
+
+    def apart(self, run: RunData, group: Group) -> dict[str, str]:
+        """Return by what the lines of a channel are told apart that another instrument read."""
+        ours, theirs = run.instruments, self.run.instruments
+        channels = {name: channel_of(name) for name in group.values}
+        return {
+            name: f", {self.words}"
+            for name, channel in channels.items()
+            if ours.get(channel) is None or theirs.get(channel) != ours[channel]
+        }
+
+
+def joined(
+    own: Sequence[Component], theirs: Sequence[Component], words: str
+) -> Iterator[Component]:
+    """Yield the lines of both budgets, one of a name that both share.
+
+    `theirs` have the sensitivities of the difference or quotient already.
+    """
+    left = {each.name: each for each in theirs}
+    for line in own:
+        other = left.get(line.name)
+        if other is not None and line.shared and other.shared and line.common and other.common:
+            yield _as_one(line, left.pop(line.name))
+        else:
+            yield line
+    for line in left.values():
+        name = line.name if line.name.endswith(f", {words}") else f"{line.name}, {words}"
+        yield replace(line, name=name)
+
+
+def _as_one(own: Component, other: Component) -> Component:
+    signed = own.sensitivity * own.input_u + other.sensitivity * other.input_u
+    sensitivity = signed / own.input_u if own.input_u else 0.0
+    return replace(own, u=abs(signed), sensitivity=sensitivity)
+
+
+def _same(one: CoordinateValue, other: CoordinateValue) -> bool:
+    first, second = one.usual, other.usual
+    if isinstance(first.value, str) or isinstance(second.value, str):
+        return first.value == second.value
+    return first.unit == second.unit and isclose(
+        first.value, second.value, rel_tol=SAME, abs_tol=1e-12
+    )

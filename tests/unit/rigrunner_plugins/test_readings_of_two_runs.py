@@ -1,0 +1,121 @@
+"""`readings` less or over those of a partner run, against the sums of the GUM by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import sqrt
+
+import pytest
+
+from rigrunner.api.errors import DataError, PluginError
+from rigrunner.api.instruments import Instrument
+from rigrunner.registry import load_registry
+from unit.rigrunner_plugins.test_readings import analysed, row, run_of
+
+SQRT3 = sqrt(3)
+
+
+def meter(**accuracy) -> Instrument:
+    told = {"channel": "meter.voltage", "measures": "voltage", "serial": "M-1"}
+    return Instrument.model_validate({**told, "accuracy": accuracy or "30 mV"})
+
+
+def voltages(*values, instrument=None):
+    rows = [row(i, 1.0, meter__voltage=value) for i, value in enumerate(values)]
+    return run_of(*rows, instruments=[instrument or meter()])
+
+
+def compared(run, partner, name="tare", **settings):
+    return analysed(replace(run, partners={name: partner}), **settings)
+
+
+def only(findings):
+    (found,) = findings.results
+    return found.estimate, {each.name: each for each in found.components}
+
+
+def test_a_tare_is_taken_off_and_an_offset_of_the_same_meter_cancels():
+    one = meter(offset="30 mV", gain="0.1 %")
+    run, dark = voltages(5.1, 5.3, instrument=one), voltages(0.2, 0.2, instrument=one)
+    estimate, lines = only(compared(run, dark, tare={"procedure": "DARK"}))
+    assert estimate.value == pytest.approx(5.0)
+    assert lines["offset of meter.voltage"].u == pytest.approx(0.0, abs=1e-9)
+    # the gain is off by 0.1 % of the difference, rectangular (GUM 4.3.7)
+    assert lines["gain of meter.voltage"].u == pytest.approx(0.001 * 5.0 / SQRT3, rel=1e-5)
+    assert lines["scatter of the readings"].u == pytest.approx(0.1, rel=1e-9)
+    assert "scatter of the readings, tare run" in lines
+    assert estimate.u == pytest.approx(sqrt(0.1**2 + (0.005 / SQRT3) ** 2), rel=1e-5)
+
+
+def test_over_a_reference_a_gain_of_the_same_meter_cancels():
+    one = meter(offset="30 mV", gain="1 %")
+    run, other = voltages(6.0, instrument=one), voltages(2.0, instrument=one)
+    found = compared(run, other, "reference", unit="1", relative_to={"procedure": "REF"})
+    estimate, lines = only(found)
+    assert estimate.value == pytest.approx(3.0)
+    assert lines["gain of meter.voltage"].u == pytest.approx(0.0, abs=1e-9)
+    # d(a/b) of one offset e of both: e/b - a e/b^2 = e (1/2 - 6/4)
+    assert lines["offset of meter.voltage"].u == pytest.approx(0.030 / SQRT3, rel=1e-5)
+
+
+def test_an_accuracy_in_one_figure_counts_in_both_runs():
+    estimate, lines = only(compared(voltages(5.0), voltages(1.0), tare={"procedure": "DARK"}))
+    assert set(lines) == {"reading of meter.voltage", "reading of meter.voltage, tare run"}
+    assert estimate.u == pytest.approx(sqrt(2) * 0.030 / SQRT3, rel=1e-6)
+
+
+@pytest.mark.parametrize("change", [{"serial": "M-2"}, {"certificate": "C-2"}])
+def test_another_meter_or_another_calibration_shares_nothing(change):
+    one = meter(offset="30 mV")
+    run = voltages(5.0, instrument=one)
+    dark = voltages(1.0, instrument=one.model_copy(update=change))
+    estimate, lines = only(compared(run, dark, tare={"procedure": "DARK"}))
+    assert len(lines) == 2
+    assert estimate.u == pytest.approx(sqrt(2) * 0.030 / SQRT3, rel=1e-5)
+
+
+def test_values_are_compared_at_the_same_places_in_whatever_order():
+    run = run_of(row(0, 1.0, meter__voltage=5.0), row(1, 2.0, meter__voltage=7.0))
+    dark = run_of(row(0, 2.0, meter__voltage=2.0), row(1, 1.0, meter__voltage=1.0))
+    tare = {"procedure": "DARK", "per": "load.current"}
+    found = compared(run, dark, per="load.current", tare=tare).results
+    assert [each.estimate.value for each in found] == [4.0, 5.0]
+    once = compared(run, dark, per="load.current", tare={"procedure": "DARK"}).results
+    assert [each.estimate.value for each in once] == [3.5, 5.5]
+    short = run_of(row(0, 2.0, meter__voltage=2.0))
+    with pytest.raises(DataError, match=r"the tare run, r, has nothing at load.current = 1"):
+        compared(run, short, per="load.current", tare=tare)
+
+
+def test_it_says_from_its_settings_alone_which_run_it_needs():
+    told = {
+        "of": "meter.voltage",
+        "per": "load.current",
+        "result": {"name": "net", "unit": "V"},
+        "tare": {
+            "name": "dark",
+            "procedure": "DARK",
+            "max_age": "1 h",
+            "same": ["station"],
+            "per": "load.current",
+        },
+    }
+    (needed,) = load_registry().requires("analysis", "readings", told).partners
+    assert (needed.name, needed.key, needed.procedure) == ("dark", ("tare",), "DARK")
+    assert (needed.max_age_s, needed.same, needed.at) == (3600.0, ("station",), ("load.current",))
+    assert [each.name for each in needed.channels] == ["meter.voltage"]
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"tare": {}, "relative_to": {}}, "one of 'tare' and 'relative_to'"),
+        ({"tare": {"per": "load.current"}}, "'per' names coordinates of the analysis' own"),
+        ({"tare": {"name": "station"}}, "cannot be the name of a partner run"),
+        ({"tare": {"name": "a b"}}, "name"),
+    ],
+)
+def test_settings_that_cannot_be_are_refused(settings, words):
+    told = {"of": "meter.voltage", "result": {"name": "net", "unit": "V"}, **settings}
+    with pytest.raises(PluginError, match=words):
+        load_registry().requires("analysis", "readings", told)
