@@ -22,7 +22,7 @@ from rigrunner.signal.coverage import expanded
 from rigrunner_testing.check import AnyCheck, Nonconformity, NotApplicable, check, demand
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from rigrunner.api.analysis import NeededChannel, Requirements
     from rigrunner.api.findings import Findings, ResultDefinition
@@ -96,6 +96,24 @@ def refuses_a_run_that_lacks_a_channel(subject: Subject) -> None:
             what = f"{type(error).__name__} without {each.name}, needed is DataError"
             raise Nonconformity(f"it raises {what}") from error
         raise Nonconformity(f"it gives a result without {each.name}")
+
+
+@check(fix="raise DataError with what is missing", needs=("gives_what_it_yields",))
+def refuses_a_partner_run_that_lacks_a_channel(subject: Subject) -> None:
+    """Of a partner run without what it requires of it, it raises DataError."""
+    if not _needs(subject).partners:
+        raise NotApplicable("it takes no partner run")
+    for partner in _needs(subject).partners:
+        for each in partner.channels:
+            run = _run(subject, without=each.name, of=partner.name)
+            try:
+                _made(subject)(run)
+            except DataError:
+                continue
+            except Exception as error:
+                what = f"{type(error).__name__} without {each.name} in the {partner.words}"
+                raise Nonconformity(f"it raises {what}, needed is DataError") from error
+            raise Nonconformity(f"it gives a result without {each.name} in the {partner.words}")
 
 
 @check(fix="keep nothing between two calls, and change no array", needs=("gives_what_it_yields",))
@@ -272,6 +290,7 @@ def _run(
     subject: Subject,
     *,
     without: str = "",
+    of: str = "",
     seed: int = 1,
     widen: float = 1.0,
     ideal: bool = False,
@@ -280,12 +299,16 @@ def _run(
 ) -> RunData:
     """Return a made-up run: rows of every channel at some places, and instruments for them.
 
-    `ideal`: without noise; `off`: each instrument is off by what its limits allow, in all rows.
-    `recorded`: recordings in place of rows, which an analysis has that needs cycles or a rate.
+    Its partner runs have half its values, at the same places, and the same instruments. `without`
+    leaves a channel out, of this run or `of` a partner run. `ideal`: without noise; `off`: each
+    instrument is off by what its limits allow, in all rows. `recorded`: recordings in place of
+    rows, which an analysis has that needs cycles or a rate.
     """
     needs = _needs(subject)
     rng, units = np.random.default_rng(seed), dict(_record(subject).trial_units)
-    names = [each.name for each in _needed(subject)]
+    asked = {each.name: [one.name for one in each.channels] for each in needs.partners}
+    own = [each.name for each in _needed(subject)]
+    names = list(dict.fromkeys([*own, *(name for each in asked.values() for name in each)]))
     missing = [name for name in names if name not in units]
     if missing:
         raise Nonconformity(
@@ -295,21 +318,26 @@ def _run(
     limit = {name: 0.1 if units[name] == "K" else 0.001 * FULL_SCALE for name in names}
     error = {name: rng.uniform(-limit[name], limit[name]) if off else 0.0 for name in names}
     places = [name for each in _definitions(subject) for name in each.per]
-    rows = tuple(
-        Measurement(
-            "made_up",
-            START.format(second=ROWS * place + each),
-            {name: float(place) for name in places},
-            {
-                name: 10.0 + place + error[name] + (0.0 if ideal else rng.normal(0, NOISE))
-                for name in names
-                if name != without
-            },
-            units | dict.fromkeys(places, "1"),
+
+    def rows(channels: Iterable[str], share: float, left_out: str) -> tuple[Measurement, ...]:
+        return tuple(
+            Measurement(
+                "made_up",
+                START.format(second=ROWS * place + each),
+                {name: float(place) for name in places},
+                {
+                    name: share * (10.0 + place)
+                    + error[name]
+                    + (0.0 if ideal else rng.normal(0, NOISE))
+                    for name in channels
+                    if name != left_out
+                },
+                units | dict.fromkeys(places, "1"),
+            )
+            for place in range(PLACES)
+            for each in range(ROWS)
         )
-        for place in range(PLACES)
-        for each in range(ROWS)
-    )
+
     instruments = [
         Instrument.model_validate(
             {
@@ -337,11 +365,23 @@ def _run(
         instruments={each.channel: each for each in instruments},
         zeros={},
         recordings=(),
-        measurements=rows,
+        measurements=rows(own, 1.0, "" if of else without),
     )
+    partners = {
+        name: replace(
+            run,
+            run_id=f"made up, {name}",
+            measurements=rows(channels, 0.5, without if of == name else ""),
+        )
+        for name, channels in asked.items()
+    }
     if recorded or needs.rate_hz or needs.cycles:
-        return _in_recordings(run, max(RATE_HZ, needs.rate_hz), rng, 0.0 if ideal else NOISE)
-    return run
+        rate_hz, noise = max(RATE_HZ, needs.rate_hz), 0.0 if ideal else NOISE
+        run = _in_recordings(run, rate_hz, rng, noise)
+        partners = {
+            name: _in_recordings(each, rate_hz, rng, noise) for name, each in partners.items()
+        }
+    return replace(run, partners=partners)
 
 
 CHECKS: tuple[AnyCheck, ...] = (
@@ -349,6 +389,7 @@ CHECKS: tuple[AnyCheck, ...] = (
     says_what_it_requires,
     gives_what_it_yields,
     refuses_a_run_that_lacks_a_channel,
+    refuses_a_partner_run_that_lacks_a_channel,
     is_pure,
     a_worse_instrument_is_no_surer,
     the_order_of_recordings_means_nothing,

@@ -106,14 +106,14 @@ def _check_common(
 ) -> None:
     """Add a problem for what both runs must have in common, and is not known of the rig."""
     fields = lookup.rig_model().model_fields
-    for key in asked.needed.same:
+    for index, key in enumerate(asked.needed.same):
         if key == STATION:
             continue
         if key not in fields:
             there = [STATION, *fields]
             message = f"a rig has no key '{key}'"
             hint = did_you_mean(key, there, f"there are: {', '.join(there)}")
-            problems.add(procedure.document, (*asked.path, "same"), message, hint)
+            problems.add(procedure.document, (*asked.path, "same", index), message, hint)
         elif station.model.rig.get(key) in (None, ""):
             message = f"the analysis needs the key '{key}' of the rig, which is missing"
             hint = f"it is needed at {procedure.document.where(asked.path, key=True)}"
