@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
@@ -9,8 +10,35 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import Check
     from rigrunner.api.certificate import CertifiedDetails
-    from rigrunner.api.data import RunData
+    from rigrunner.api.data import Array, RunData
     from rigrunner.api.measurand import MeasurandKind
+
+
+@dataclass(frozen=True, eq=False)
+class PlotColumn:
+    """A column of a plot, shape (n,)."""
+
+    values: Array
+    unit: str
+    long_name: str
+    """As it stands at an axis: 'frequency / Hz'."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RunPlot:
+    """What a viewer of HDF5 files shows first of an analysed run, as NXdata has it."""
+
+    name: str
+    """Of its group in the file."""
+    title: str
+    columns: Mapping[str, PlotColumn]
+    """By name; `NAME_errors` has the standard uncertainties of NAME."""
+    axis: str
+    """The column along which the others stand."""
+    signal: str
+    """The column that is drawn first."""
+    beside: tuple[str, ...] = ()
+    """Columns that are drawn with it."""
 
 
 class LimitedMeasurand(Protocol):
@@ -72,6 +100,10 @@ class AnalysisDetails:
     def document(self) -> Mapping[str, object]:
         """Return what it adds to `result.json`, by its keys there; plain values."""
         return {}
+
+    def plot(self) -> RunPlot | None:
+        """Return what a viewer of `run.h5` shows first; None leaves that to others."""
+        return None
 
     def certified(self, run: RunData, partners: Sequence[RunData]) -> CertifiedDetails | None:
         """Return what it adds to a certificate of a run, measured with `partners`; None: nothing.

@@ -13,7 +13,6 @@ from rigrunner.api.errors import AbortedError, ExitCode, RigrunnerError
 from rigrunner.api.events import CONCLUDED, Outcome
 from rigrunner.api.verdict import Verdict
 from rigrunner.run.partners import later_partners
-from rigrunner.run.plot import sweep_plot
 from rigrunner.run.report import write_report
 from rigrunner.run.stored import analyse_run
 from rigrunner.runfile import read_without_samples
@@ -113,8 +112,8 @@ def finish(
     content = None if result is None else document(result)
     if not (to_be_resumed or waits):
         with kept(errors):
-            plot = None if result is None else sweep_plot(result)
-            writer.seal(content, plot, partners)
+            plots = (each.plot() for each in result.details) if result else ()
+            writer.seal(content, next(filter(None, plots), None), partners)
     sealed = RunFolder(folder).sealed_file.exists()
     if content is not None and sealed:
         with kept(errors):

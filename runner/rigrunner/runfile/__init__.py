@@ -3,7 +3,7 @@
 from rigrunner.runfile.folder import create_run_folder
 from rigrunner.runfile.lock import is_going_on, run_lock
 from rigrunner.runfile.loose import NEVER_ENDED
-from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun, SweepPlot
+from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun
 from rigrunner.runfile.probe import refuse_crashing
 from rigrunner.runfile.reading import (
     file_differences,
@@ -29,7 +29,6 @@ __all__ = [
     "RunSummary",
     "RunWriter",
     "StoredRun",
-    "SweepPlot",
     "Tail",
     "create_run_folder",
     "end_of",

@@ -51,9 +51,9 @@ if TYPE_CHECKING:
     import h5py
 
     from rigrunner.api.data import Recording
+    from rigrunner.api.details import RunPlot
     from rigrunner.api.events import Event
     from rigrunner.runfile.loose import Journal
-    from rigrunner.runfile.model import SweepPlot
 
 HEADER_TEXTS = (
     "run_id",
@@ -149,7 +149,7 @@ def add_recordings(entry: h5py.Group, parts: Iterable[Path], events: Sequence[Ev
 
 
 def write_analysis(
-    entry: h5py.Group, document: Mapping[str, Any] | None, plot: SweepPlot | None
+    entry: h5py.Group, document: Mapping[str, Any] | None, plot: RunPlot | None
 ) -> None:
     """Write the first analysis: its document verbatim, and what a viewer plots first."""
     if document is None:
@@ -158,7 +158,7 @@ def write_analysis(
     write_verbatim(group, "result", json.dumps(document, ensure_ascii=False))
     if plot is not None:
         _write_plot(group, plot)
-        group.attrs["default"], entry.attrs["default"] = "torque", "analysis"
+        group.attrs["default"], entry.attrs["default"] = plot.name, "analysis"
 
 
 def read_entry_info(entry: h5py.Group, path: Path) -> RunInfo:
@@ -267,25 +267,14 @@ def read_events(entry: h5py.Group) -> tuple[Event, ...]:
     return tuple(event for event in found if event is not None)
 
 
-def _write_plot(analysis: h5py.Group, plot: SweepPlot) -> None:
-    group = new_group(analysis, "torque", "NXdata")
-    columns = {
-        "frequency": (plot.frequency_hz, "Hz", "frequency / Hz"),
-        "compensated": (plot.compensated_nm, "N·m", "compensated torque / N·m"),
-        "compensated_errors": (plot.u_nm, "N·m", "standard uncertainty / N·m"),
-        "raw": (plot.raw_nm, "N·m", "raw peak torque / N·m"),
-    }
-    for name, (values, unit, long_name) in columns.items():
-        dataset = group.create_dataset(name, data=np.asarray(values, "<f8"))
-        dataset.attrs.update({"units": unit, "long_name": long_name})
-    group.attrs.update(
-        {
-            "title": "torque over frequency",
-            "signal": "compensated",
-            "auxiliary_signals": ["raw"],
-            "axes": ["frequency"],
-        }
-    )
+def _write_plot(analysis: h5py.Group, plot: RunPlot) -> None:
+    group = new_group(analysis, plot.name, "NXdata")
+    for name, column in plot.columns.items():
+        dataset = group.create_dataset(name, data=np.asarray(column.values, "<f8"))
+        dataset.attrs.update({"units": column.unit, "long_name": column.long_name})
+    group.attrs.update({"title": plot.title, "signal": plot.signal, "axes": [plot.axis]})
+    if plot.beside:
+        group.attrs["auxiliary_signals"] = list(plot.beside)
 
 
 def _read_texts(entry: h5py.Group, name: str) -> dict[str, str]:

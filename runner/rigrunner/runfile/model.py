@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigrunner.api.data import Array, Measurement, Recording
+    from rigrunner.api.data import Measurement, Recording
     from rigrunner.api.events import Event
 
 FORMAT = 4
@@ -127,13 +127,3 @@ class StoredRun:
     def manifest_sha256(self) -> str:
         """SHA-256 of the manifest's text; empty in a run that has none."""
         return self.info.manifest_sha256
-
-
-@dataclass(frozen=True, eq=False)
-class SweepPlot:
-    """What a viewer shows first of an analysed run: arrays of shape (n,), in Hz and N·m."""
-
-    frequency_hz: Array
-    raw_nm: Array
-    compensated_nm: Array
-    u_nm: Array

@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 
     import h5py
 
+    from rigrunner.api.details import RunPlot
     from rigrunner.api.events import Event
     from rigrunner.runfile.loose import Journal, SampleJournal
-    from rigrunner.runfile.model import SweepPlot
 
 _NOT_EMBEDDED = ("verification", "analysis")
 
@@ -42,7 +42,7 @@ _NOT_EMBEDDED = ("verification", "analysis")
 def seal(
     folder: Path,
     result_document: Mapping[str, Any] | None = None,
-    plot: SweepPlot | None = None,
+    plot: RunPlot | None = None,
     partners: Mapping[str, Path] = MappingProxyType({}),
 ) -> Path:
     """Make `run.h5` of a run that is over, or was killed, and return its path.

@@ -25,8 +25,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
+    from rigrunner.api.details import RunPlot
     from rigrunner.api.events import EventSink
-    from rigrunner.runfile.model import RunHeader, SweepPlot
+    from rigrunner.runfile.model import RunHeader
 
 
 class RunWriter:
@@ -126,7 +127,7 @@ class RunWriter:
     def seal(
         self,
         result_document: Mapping[str, Any] | None = None,
-        plot: SweepPlot | None = None,
+        plot: RunPlot | None = None,
         partners: Mapping[str, Path] = MappingProxyType({}),
     ) -> Path:
         """Close the journal and make `run.h5`; see `rigrunner.runfile.seal`."""

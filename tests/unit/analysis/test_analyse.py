@@ -10,7 +10,6 @@ from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import Consequence
 from rigrunner.api.errors import DataError, PluginError
 from rigrunner.api.verdict import Verdict
-from rigrunner.run.plot import sweep_plot
 from unit.analysis.helpers_analysis import (
     acceptance,
     analysed,
@@ -106,7 +105,7 @@ def test_a_sweep_that_comes_back_to_a_frequency_hides_neither_of_its_points(no_l
     assert friction.consequence is Consequence.NOTE
     assert positive.value == pytest.approx(-0.7, abs=5e-3)
     raw = [point.peak_nm.mean() for point in TorqueDetails.of(result).loaded]
-    assert list(sweep_plot(result).raw_nm) == raw
+    assert list(result.details[0].plot().columns["raw"].values) == raw
     assert raw[1] - raw[0] == pytest.approx(1.4, abs=5e-3)
 
 

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from rigrunner.api.data import Block, Recording
+from rigrunner.api.details import PlotColumn, RunPlot
 from rigrunner.api.events import Outcome, RunEnded, RunStarted, Samples, StepEnded, StepStarted
 from rigrunner.bus import Bus, Emitter
 from rigrunner.clock import SimulatedClock
-from rigrunner.runfile import RunHeader, RunWriter, SweepPlot
+from rigrunner.runfile import RunHeader, RunWriter
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -65,7 +66,24 @@ def recording(name: str = "001_10Hz", samples: int = 2500, seed: int = 1) -> Rec
 
 
 TWO = (recording(), recording("002_20Hz", samples=40_001, seed=2))
-PLOT = SweepPlot(*(np.arange(2.0) + row for row in range(4)))
+PLOT = RunPlot(
+    name="torque",
+    title="torque over frequency",
+    columns={
+        name: PlotColumn(np.arange(2.0) + row, unit, f"{name} / {unit}")
+        for row, (name, unit) in enumerate(
+            {
+                "frequency": "Hz",
+                "raw": "N·m",
+                "compensated": "N·m",
+                "compensated_errors": "N·m",
+            }.items()
+        )
+    },
+    axis="frequency",
+    signal="compensated",
+    beside=("raw",),
+)
 DOCUMENT = {"headline": {"value": 0.7262, "unit": "N·m"}, "notes": ["a", None, 1e-300]}
 
 

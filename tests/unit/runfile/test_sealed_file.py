@@ -45,6 +45,8 @@ def test_default_plot_is_found_from_the_root(file):
     assert list(group["compensated"][()]) == [2.0, 3.0]
     assert list(group["compensated_errors"][()]) == [3.0, 4.0]
     assert group["compensated"].attrs["units"] == "N·m"
+    assert group["compensated"].attrs["long_name"] == "compensated / N·m"
+    assert list(group.attrs["auxiliary_signals"]) == ["raw"]
 
 
 def test_without_analysis_the_first_recording_is_the_default_plot(tmp_path):

@@ -5,7 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from rigrunner.analysis.document import TORQUE
 from rigrunner.analysis.torque.document import torque_document
+from rigrunner.api.details import PlotColumn, RunPlot
 from rigrunner.api.torque import TorqueDetails
 
 if TYPE_CHECKING:
@@ -22,6 +26,35 @@ class DocumentedTorque(TorqueDetails):
     def document(self) -> Mapping[str, object]:
         """Return its parts of `result.json`."""
         return torque_document(self)
+
+    def plot(self) -> RunPlot | None:
+        """Return raw and compensated torque of the primary method; None where there is none."""
+        primary = self.compensations.get(self.primary)
+        if primary is None or not primary.points:
+            return None
+        found = primary.points
+        raw = [each.peak_nm[each.peak_kept].mean() for each in self.loaded]
+        columns = {
+            "frequency": ([each.frequency_hz for each in found], "Hz", "frequency"),
+            "compensated": ([each.torque.value for each in found], TORQUE, "compensated torque"),
+            "compensated_errors": (
+                [each.torque.u for each in found],
+                TORQUE,
+                "standard uncertainty",
+            ),
+            "raw": (raw, TORQUE, "raw peak torque"),
+        }
+        return RunPlot(
+            name="torque",
+            title="torque over frequency",
+            columns={
+                name: PlotColumn(np.array(values), unit, f"{long_name} / {unit}")
+                for name, (values, unit, long_name) in columns.items()
+            },
+            axis="frequency",
+            signal="compensated",
+            beside=("raw",),
+        )
 
     def certified(self, run: RunData, partners: Sequence[RunData]) -> CertifiedDetails:
         """Return its parts of a certificate; raise DataError where it gave no result."""
