@@ -205,6 +205,7 @@ def test_what_the_pages_show_is_not_complained_of(server, text):
     assert told(Editor(server, text).complaints) == []
 
 
+ERROR_LIMIT = "expected a limit of error with its unit, such as '0.5 % FS'"
 QUANTITY = "needed is a number with its unit: such as '10 Hz'"
 
 # old part, new part, where the finger points, what is said
@@ -250,7 +251,9 @@ WRONG_STATIONS = [
      "needed is a number with its unit: m, mm, µm"),
     ("plugin: swing_tester_sim\n    settings: {seed: 1}", "plugin: replay", "tester:\n",
      'Missing property "settings".'),
-    ("gain: 0.3 %", "gain: 0.3", "0.3,", 'Incorrect type. Expected "string | ErrorLimit".'),
+    ("gain: 0.3 %", "gain: 0.3", "0.3,", ERROR_LIMIT),
+    ("accuracy: {gain: 0.3 %, offset: 0.02 N·m, drift: 0.02 N·m, nonlinearity: 0.05 %}",
+     "accuracy: 0.5", "0.5\n", ERROR_LIMIT),
 ]  # fmt: skip
 
 

@@ -36,6 +36,8 @@ OVER_U: Mapping[str, float] = {
 """Half-width over standard uncertainty; of the normal one the limit is U with k = 2."""
 _SHARE = re.compile(r"\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*%\s*(FS|reading)\s*")
 _EXAMPLES = "such as '0.5 % FS', the share of full scale, '1 % reading' or '0.2 K'"
+_EXPECTED = f"expected a limit of error with its unit, {_EXAMPLES}; or a mapping"
+"""What an editor says. It takes a list of types for what has no name to be joined with others."""
 MOST_OF_SOURCE = 80
 """Characters."""
 _OF_POINTS = ("overall", "gain", "offset", "nonlinearity")
@@ -136,7 +138,8 @@ class _TextOrMapping:
     def __get_pydantic_json_schema__(
         self, core_schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> JsonSchemaValue:
-        return {"anyOf": [{"type": "string"}, handler(core_schema)]}
+        text = {"type": ["string"], "errorMessage": _EXPECTED}
+        return {"anyOf": [text, handler(core_schema)]}
 
 
 def _limit(value: object) -> object:
