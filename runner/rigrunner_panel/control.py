@@ -84,6 +84,11 @@ class Control:
             self._tell()
             self._board.put(watchers=self._connected.total())
 
+    def is_connected(self, client: str) -> bool:
+        """Say whether a client has a WebSocket."""
+        with self._lock:
+            return self._connected[client] > 0
+
     def _required(self, client: str) -> str:
         if self._holder is None:
             message, hint = "nobody has control", "take it first: POST /api/control"

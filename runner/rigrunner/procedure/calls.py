@@ -26,13 +26,16 @@ MAX_CHARACTERS = MAX_BYTES
 """Of all files together, each counted as often as it is called: a single one may be as long."""
 
 
-def load_procedure(path: Path, kinds: Kinds | None = None) -> LoadedProcedure:
+def load_procedure(
+    path: Path, kinds: Kinds | None = None, *, text: str | None = None
+) -> LoadedProcedure:
     """Return the procedure in that file with those that it calls.
 
-    `kinds` are the kinds of steps that it may have; left out, those that are installed. Raises
-    InvalidFileError with all that is wrong, in any of the files.
+    `kinds` are the kinds of steps that it may have; left out, those that are installed. `text` is
+    taken for what the file has: of an editor, before it is saved. Raises InvalidFileError with all
+    that is wrong, in any of the files.
     """
-    return _Loader(kinds).load(path, {}, ())
+    return _Loader(kinds).load(path, {}, (), text)
 
 
 @dataclass(eq=False)
@@ -43,10 +46,12 @@ class _Loader:
     calls: int = 0
     characters: int = 0
 
-    def load(self, path: Path, given: Given, callers: tuple[Path, ...]) -> LoadedProcedure:
+    def load(
+        self, path: Path, given: Given, callers: tuple[Path, ...], text: str | None = None
+    ) -> LoadedProcedure:
         """Return a procedure that was called by others, the outermost first."""
         contradiction: InconsistentProcedureError | None = None
-        text = read_text(path)
+        text = read_text(path) if text is None else text
         self.characters += len(text)
         try:
             loaded = parse_procedure(text, str(path), given, self.kinds)

@@ -143,6 +143,12 @@ def approve(procedure: LoadedProcedure, by: str, utc: str) -> Path:
     return path
 
 
+def approved_in(path: Path) -> Approved | None:
+    """Return the approval that counts in the file beside a procedure; None where there is none."""
+    found = _read(path)
+    return None if found is None else found.approved
+
+
 def _read(path: Path) -> ApprovalFile | None:
     return validate(ApprovalFile, read(path)) if path.exists() else None
 

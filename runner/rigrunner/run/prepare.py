@@ -85,10 +85,12 @@ def plan_run_in(
     tape: Tape | None = None,
     *,
     time_limits: bool = True,
+    text: str | None = None,
 ) -> Planned:
     """Do the same in the time that suits the station, each file read once.
 
-    Without `time_limits` no call of a device is ever given up: for a debugger.
+    Without `time_limits` no call of a device is ever given up: for a debugger. `text` is taken for
+    what the procedure's file has.
     """
     problems, of_station = _Problems(), _Problems()
     loaded_station = of_station.without(lambda: load_station(station))
@@ -98,7 +100,7 @@ def plan_run_in(
             of_station = _Problems()
             loaded_station = of_station.without(lambda: load_station(station))
     kinds = step_kinds(registry)
-    loaded_procedure = problems.without(lambda: load_procedure(procedure, kinds))
+    loaded_procedure = problems.without(lambda: load_procedure(procedure, kinds, text=text))
     problems += of_station
     if loaded_procedure is None or loaded_station is None:
         if (alone := loaded_station) is not None:

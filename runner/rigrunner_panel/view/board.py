@@ -42,7 +42,7 @@ class Board:
         self._lock = threading.RLock()
         self._sections: dict[str, Any] = dict.fromkeys(SECTIONS)
         self._sections |= {"phase": "idle", "watchers": 0, "readings": Readings(), "asked": ""}
-        self._sections |= {"alarms": (), "queue": QueueView(), "channels": ()}
+        self._sections |= {"alarms": (), "queue": QueueView(), "channels": (), "editing": ()}
         self._texts: dict[str, str] = {}
         self._changed: set[str] = set()
         self._seq = 0

@@ -10,6 +10,7 @@ from rigrunner.api.coordinates import usual_unit
 from rigrunner.api.figures import Figure
 from rigrunner.api.units import from_si
 from rigrunner.procedure.answers import Expected
+from rigrunner_panel.view.editing import EditedView
 from rigrunner_panel.view.manual import ManualView
 from rigrunner_panel.view.queue import QueueView
 
@@ -341,3 +342,4 @@ class State(Section):
     manual: ManualView | None
     queue: QueueView
     channels: tuple[ChannelView, ...]
+    editing: tuple[EditedView, ...]

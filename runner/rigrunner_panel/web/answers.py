@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel
+from typing import Any, Literal
+
+from pydantic import BaseModel, RootModel
 
 from rigrunner_panel.history import RunDetail, RunItem
 from rigrunner_panel.view.sections import FileLink, StepView
@@ -156,6 +158,67 @@ class PlanAnswer(BaseModel):
     inputs: tuple[InputItem, ...]
     partners: tuple[Partner, ...]
     warnings: tuple[str, ...]
+
+
+class OpenedProcedure(BaseModel):
+    """A procedure as text."""
+
+    name: str
+    text: str
+    digest: str
+    """SHA-256 of the file: what a save has to name."""
+    shipped: bool
+    """It comes with the program and cannot be changed; a copy can."""
+    changed_utc: str
+    changed_by: str
+    """Who saved it at this panel; '' for another program."""
+    state: Literal["draft", "approved"]
+    approval: str
+    sha256: str
+    """Over the text and all that it calls: what an approval has to name; '' of an invalid one."""
+
+
+class PlacedProblem(BaseModel):
+    """What is wrong in a text, and where: line and column count from 1."""
+
+    message: str
+    hint: str = ""
+    field: str = ""
+    file: str = ""
+    """Another file that it is in: one that is called, or the station; '' for the text itself."""
+    line: int | None = None
+    column: int | None = None
+
+
+class CheckedProcedure(BaseModel):
+    """What a check found."""
+
+    ok: bool
+    problems: list[PlacedProblem]
+    approval: str
+    state: Literal["draft", "approved"]
+
+
+class ProcedureComparison(BaseModel):
+    """What a text changes, in sentences."""
+
+    against: Literal["file", "approved", "run"]
+    run: str
+    """Whose procedure it is compared with; '' where there is none."""
+    same: bool
+    verdict: str
+    changes: list[ChangeView]
+
+
+class SavedProcedure(BaseModel):
+    """The file was replaced."""
+
+    ok: bool = True
+    digest: str
+
+
+class LanguageSchema(RootModel[dict[str, Any]]):
+    """A JSON Schema."""
 
 
 class InputAnswer(BaseModel):

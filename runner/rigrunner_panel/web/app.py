@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from rigrunner_panel.web.panel import Panel
 
 STATIC = Path(__file__).parent.parent / "static"
-LONGEST_BODY = 64 * 1024
 URGENT_THREADS = 8
 """For Stop alone: it must not wait for requests that wait for a disk or a lock."""
 FILE_POLICY = (
@@ -109,12 +108,12 @@ async def _asked(request: Request, panel: Panel, operation: Operation) -> Asked:
         if not CLIENT.fullmatch(client):
             hint = "8 to 64 letters, digits, - and _, drawn at random by the client"
             raise PanelError(400, "bad_request", "X-Rigrunner-Client is missing or wrong", hint)
-        body = _parsed(await _body(request), operation.body)
+        body = _parsed(await _body(request, operation.longest), operation.body)
     by = panel.control.required(client) if operation.steers else panel.control.name_of(client)
     return Asked(body, dict(request.query_params), request.path_params, client, by)
 
 
-async def _body(request: Request) -> bytes:
+async def _body(request: Request, longest: int) -> bytes:
     """Return the body; raise PanelError for one that is no JSON by its name, or too long."""
     kind = request.headers.get("content-type", "").partition(";")[0].strip().casefold()
     if kind != "application/json":
@@ -122,8 +121,8 @@ async def _body(request: Request) -> bytes:
     content = bytearray()
     async for chunk in request.stream():
         content += chunk
-        if len(content) > LONGEST_BODY:
-            raise PanelError(413, "too_long", f"the body is longer than {LONGEST_BODY} bytes")
+        if len(content) > longest:
+            raise PanelError(413, "too_long", f"the body is longer than {longest} bytes")
     return bytes(content)
 
 

@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from rigrunner_panel.web.panel import Panel
 
 
+SHORT = 64 * 1024
+"""Bytes that a body may have, but for texts of files."""
+
+
 @dataclass(frozen=True)
 class Asked:
     """What was asked, by whom; the body is of the operation's model."""
@@ -40,5 +44,7 @@ class Operation:
     steers: bool = False
     """Whether only the client that has control may ask."""
     status: int = 200
+    longest: int = SHORT
+    """Bytes that its body may have."""
     urgent: bool = False
     """Whether it waits for no other request: it has threads of its own."""

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from rigrunner_panel.catalogue import Entry
     from rigrunner_panel.web.asked import Asked
     from rigrunner_panel.web.panel import Panel
-    from rigrunner_panel.web.requests import CheckInput, Pair
+    from rigrunner_panel.web.requests import AskPlan, CheckInput, Pair
 
 
 def procedures(panel: Panel, asked: Asked) -> Procedures:
@@ -77,8 +77,8 @@ def stations(panel: Panel, asked: Asked) -> Stations:
 
 def plan(panel: Panel, asked: Asked) -> PlanAnswer:
     """Return what a run would do; nothing is connected."""
-    body: Pair = asked.body
-    planned = planned_run(*files(panel, body))
+    body: AskPlan = asked.body
+    planned = planned_run(*files(panel, body), text=body.text)
     model, prediction = planned.procedure.model, planned.prediction()
     view = plan_view(planned.plan)
     return PlanAnswer(

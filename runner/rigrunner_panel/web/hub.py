@@ -128,7 +128,7 @@ class Hub:
             self._tick_s = now_s
             self._panel.desk.tick()
             if self._tick is None or self._tick.done():  # in a thread: it reads and writes files
-                self._tick = asyncio.ensure_future(asyncio.to_thread(queueing.tick, self._panel))
+                self._tick = asyncio.ensure_future(asyncio.to_thread(_look_at_files, self._panel))
         for event in self._panel.board.new_events():
             self._tell(event)
         delta = self._panel.board.delta()
@@ -163,6 +163,12 @@ async def _until_gone(socket: WebSocket) -> None:
         message = await socket.receive()
         if message["type"] == "websocket.disconnect":
             return
+
+
+def _look_at_files(panel: Panel) -> None:
+    """See what other programs changed: the queue, and procedures that are being edited."""
+    queueing.tick(panel)
+    panel.editing.tick(panel.control, panel.now())
 
 
 def _call(loop: asyncio.AbstractEventLoop, function: Callable[[], object]) -> None:

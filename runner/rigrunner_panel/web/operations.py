@@ -5,12 +5,22 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
+from rigrunner.yamlfile.reader import MAX_BYTES
 from rigrunner_panel.control import short_name
 from rigrunner_panel.errors import PanelError
 from rigrunner_panel.view.queue import QueueView
 from rigrunner_panel.view.sections import State
-from rigrunner_panel.web import answers, by_hand, choosing, looking, queueing, requests, running
-from rigrunner_panel.web.asked import Operation
+from rigrunner_panel.web import (
+    answers,
+    by_hand,
+    choosing,
+    editing,
+    looking,
+    queueing,
+    requests,
+    running,
+)
+from rigrunner_panel.web.asked import SHORT, Operation
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,6 +34,8 @@ if TYPE_CHECKING:
 
 _SEARCH = {"search": "words that must all be there"}
 _BEGUN = 202
+_A_PROCEDURE = 3 * MAX_BYTES
+"""Bytes of a body with a procedure: JSON may write a character as an escape."""
 
 
 def _get(
@@ -33,9 +45,15 @@ def _get(
 
 
 def _post(
-    path: str, summary: str, handler: Handler, body: type[BaseModel], answer: type[BaseModel]
+    path: str,
+    summary: str,
+    handler: Handler,
+    body: type[BaseModel],
+    answer: type[BaseModel],
+    *,
+    longest: int = SHORT,
 ) -> Operation:
-    return Operation("POST", f"/api/{path}", summary, handler, answer, body)
+    return Operation("POST", f"/api/{path}", summary, handler, answer, body, longest=longest)
 
 
 def _steer(
@@ -70,12 +88,46 @@ _CHOOSING = (
     ),
     _get("stations", "Stations, last used first.", choosing.stations, answers.Stations, **_SEARCH),
     _post(
-        "plan", "Preview a run; nothing is connected.", choosing.plan, requests.Pair,
-        answers.PlanAnswer,
+        "plan", "Preview a run; nothing is connected.", choosing.plan, requests.AskPlan,
+        answers.PlanAnswer, longest=_A_PROCEDURE,
     ),
     _post(
         "check-input", "Check an answer to an input.", choosing.check_input,
         requests.CheckInput, answers.InputAnswer,
+    ),
+)  # fmt: skip
+_EDITING = (
+    _get(
+        "procedures/text", "The text of a procedure.", editing.text, answers.OpenedProcedure,
+        name="of the procedure in the list",
+    ),
+    _get(
+        "procedures/schema", "The JSON Schema of procedures.", editing.schema,
+        answers.LanguageSchema, station="whose folder has plugins",
+    ),
+    _post(
+        "procedures/edit", "Tell others that a procedure is being edited.", editing.edit,
+        requests.EditProcedure, answers.Done,
+    ),
+    _post(
+        "procedures/leave", "Tell others that it is not edited any more.", editing.leave,
+        requests.Nothing, answers.Done,
+    ),
+    _post(
+        "procedures/check", "Check a text, alone or on a station.", editing.check,
+        requests.CheckText, answers.CheckedProcedure, longest=_A_PROCEDURE,
+    ),
+    _post(
+        "procedures/compare", "What a text changes, in words.", editing.compare,
+        requests.CompareText, answers.ProcedureComparison, longest=_A_PROCEDURE,
+    ),
+    _post(
+        "procedures/save", "Save a text in the lab's folder, if the file is as it was opened.",
+        editing.save, requests.SaveProcedure, answers.SavedProcedure, longest=_A_PROCEDURE,
+    ),
+    _post(
+        "procedures/approve", "Approve a procedure as it stands.", editing.approve_text,
+        requests.ApproveProcedure, answers.Done,
     ),
 )  # fmt: skip
 _RUNNING = (
@@ -197,6 +249,7 @@ OPERATIONS = (
         after="only those behind this number",
     ),
     *_CHOOSING,
+    *_EDITING,
     *_RUNNING,
     *_QUEUE,
     *_BY_HAND,

@@ -15,7 +15,9 @@ from rigrunner.queue import Queue
 from rigrunner_panel.catalogue import Catalogue
 from rigrunner_panel.control import Control
 from rigrunner_panel.desk import Desk
+from rigrunner_panel.editing import Editing
 from rigrunner_panel.errors import PanelError
+from rigrunner_panel.files import ProcedureFiles
 from rigrunner_panel.history import History
 from rigrunner_panel.sequence import Sequence
 from rigrunner_panel.view.board import Board
@@ -63,6 +65,8 @@ class Panel:
         self.control = Control(self.board)
         self.desk = Desk(self.board, self.settings.runs)
         self.catalogue = Catalogue(self.settings.procedures)
+        self.files = ProcedureFiles(self.settings.procedures, self.catalogue)
+        self.editing = Editing(self.board, self.files)
         self.history = History(self.settings.runs)
         self.queue = Queue(self.settings.runs)
         self.sequence = Sequence()

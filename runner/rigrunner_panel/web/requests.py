@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from rigrunner.api.texts import plain
+from rigrunner.yamlfile.reader import MAX_BYTES
 
 Name = Annotated[str, Field(min_length=1, max_length=200)]
 Words = Annotated[str, Field(max_length=1000), AfterValidator(plain)]
@@ -29,6 +30,58 @@ class Pair(Body):
 
     procedure: Name
     station: Name
+
+
+ProcedureText = Annotated[str, Field(max_length=MAX_BYTES)]
+
+
+class AskPlan(Pair):
+    """A plan; with a text, of that instead of the procedure's file."""
+
+    text: ProcedureText | None = None
+
+
+class EditProcedure(Body):
+    """A procedure that is being edited, and by whom."""
+
+    procedure: Name
+    by: Annotated[str, Field(max_length=100), AfterValidator(plain)] = ""
+
+
+class CheckText(Body):
+    """The text of a procedure, and a station that it is to fit."""
+
+    procedure: Name
+    text: ProcedureText
+    station: Annotated[str, Field(max_length=200)] = ""
+
+
+class CompareText(Body):
+    """The text of a procedure, and what it is compared with.
+
+    `file` is the file as it is now; `reference` the approved text, or else that of the last run.
+    """
+
+    procedure: Name
+    text: ProcedureText
+    against: Literal["file", "reference"] = "reference"
+
+
+class SaveProcedure(Body):
+    """A text for a file that has that digest; without one, for a new file."""
+
+    procedure: Name
+    text: ProcedureText
+    digest: Annotated[str, Field(pattern="^([0-9a-f]{64})?$")] = ""
+    by: Person
+
+
+class ApproveProcedure(Body):
+    """A procedure as it stands: `sha256` is that of the text that was seen, with what it calls."""
+
+    procedure: Name
+    sha256: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+    by: Person
 
 
 class CheckInput(Body):

@@ -19,7 +19,8 @@ from rigrunner.registry import load_registry
 from rigrunner.run.locate import find_station
 from rigrunner.tools.labfolder import make_lab
 from rigrunner_panel.view.sections import Phase, State
-from rigrunner_panel.web.app import LONGEST_BODY, make_app
+from rigrunner_panel.web.app import make_app
+from rigrunner_panel.web.asked import SHORT
 from rigrunner_panel.web.operations import OPERATIONS
 from rigrunner_panel.web.panel import Panel, Settings
 from rigrunner_panel.web.security import PAGE_POLICY
@@ -227,7 +228,7 @@ def test_whatever_is_sent_the_answer_is_one_of_the_known_ones(client, data):
 
 
 def test_a_huge_body_is_not_read_to_its_end(client):
-    content = b'{"name": "' + b"x" * LONGEST_BODY + b'"}'
+    content = b'{"name": "' + b"x" * SHORT + b'"}'
     headers = {"Content-Type": "application/json"}
     answer = client.post("/api/control", content=content, headers=headers)
     assert (answer.status_code, answer.json()["code"]) == (413, "too_long")

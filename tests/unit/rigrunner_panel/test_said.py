@@ -121,7 +121,7 @@ PIECES = {  # of sentences: these are put together and translated as a whole, se
 NAMES = {  # of things and threads, and what stands in the log alone
     "panel client Q", "the Q of Q", "zero Q", "interlock Q",
     "from the rig's process",
-    "to the panel", "take over",
+    "to the panel", "take over", "another program",
     "a bug in the panel: the screen may be wrong, the run is not",
     "a bug in the panel: the queue stands still",
 }  # fmt: skip

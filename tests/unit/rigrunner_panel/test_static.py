@@ -16,6 +16,7 @@ import rigrunner_panel
 from helpers_lacking import lacking
 from rigrunner_panel.live.curves import frame
 
+ROOT = Path(__file__).parents[3]
 STATIC = Path(rigrunner_panel.__file__).parent / "static"
 MODULES = sorted(path.resolve() for path in (STATIC / "js").rglob("*.js"))
 LITERAL = re.compile(r'"([a-z_]+(?:\.[a-zA-Z_]+)+|[a-z_]+)"')
@@ -184,3 +185,100 @@ def test_a_curve_of_an_earlier_job_does_not_stay(scripts, job, kept):
         "m.store.lastSwing !== null",
     )
     assert evaluated(scripts, "store", f"({', '.join(done)})") is kept
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("", {"path": [], "kind": "key", "word": ""}),
+        ("id: x\nti", {"path": [], "kind": "key", "word": "ti"}),
+        ("rule: gua", {"path": ["rule"], "kind": "value", "word": "gua"}),
+        ("main:\n  - se", {"path": ["main", 0], "kind": "key", "word": "se"}),
+        ("main:\n- a: 1\n- ", {"path": ["main", 1], "kind": "key", "word": ""}),
+        ("main:\n- a: 1\nx", {"path": [], "kind": "key", "word": "x"}),
+        ("m:\n  - s:\n      over: $f\n      ", {"path": ["m", 0, "s"], "kind": "key", "word": ""}),
+        ("m: {a: [p, q", {"path": ["m", "a", 1], "kind": "value", "word": "q"}),
+        ("m: {a: [p, q], b", {"path": ["m"], "kind": "key", "word": "b"}),
+        ("m: {a: {b: 1},\n  c: d", {"path": ["m", "c"], "kind": "value", "word": "d"}),
+        ("m: {a: 'x: {', b", {"path": ["m"], "kind": "key", "word": "b"}),
+        ("a: |\n  b: {\n  c\nd", {"path": [], "kind": "key", "word": "d"}),
+        ("a: |\n  b", None),
+        ("a: # b", None),
+        ("  # b", None),
+        ("a: [1, # b", None),
+        ("a: [1, # {\n  2", {"path": ["a", 1], "kind": "value", "word": "2"}),
+        ('"a b": {c: ', {"path": ["a b", "c"], "kind": "value", "word": ""}),
+    ],
+)
+def test_the_editor_knows_where_in_a_text_it_is(scripts, text, place):
+    assert evaluated(scripts, "editor/place", f"m.placeAt({json.dumps(text)})") == place
+
+
+SCHEMA = json.dumps(
+    {
+        "$defs": {
+            "Step": {
+                "type": "object",
+                "properties": {
+                    "wait": {"$ref": "#/$defs/Wait", "description": "Time passes."},
+                    "set": {"type": "object", "patternProperties": {"^[a-z]+$": {"enum": ["x"]}}},
+                },
+            },
+            "Wait": {
+                "type": "object",
+                "properties": {"time": {"type": "string", "description": "How long."}},
+                "required": ["time"],
+            },
+        },
+        "type": "object",
+        "required": ["rule"],
+        "properties": {
+            "main": {"type": "array", "items": {"$ref": "#/$defs/Step"}},
+            "rule": {"anyOf": [{"enum": ["u", "v"], "enumDescriptions": ["U.", "V."]},
+                               {"type": "object", "properties": {"u": {"type": "object"}}}]},
+        },
+    }
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("path", "kind", "labels"),
+    [
+        ([], "key", ["main", "rule"]),
+        (["main"], "key", ["wait", "set"]),
+        (["main", 3], "key", ["wait", "set"]),
+        (["main", 0, "wait"], "key", ["time"]),
+        (["main", 0, "set", "load"], "value", ["x"]),
+        (["main", 0, "set", "LOAD"], "value", []),
+        (["rule"], "value", ["u", "v", "u"]),
+        (["none", 1, "such"], "key", []),
+    ],
+)
+def test_what_the_schema_lets_stand_is_offered(scripts, path, kind, labels):
+    place = json.dumps({"path": path, "kind": kind})
+    shown = f"m.offered({SCHEMA}, {place}).map((each) => each.label)"
+    assert evaluated(scripts, "editor/schema", shown) == labels
+
+
+def test_a_key_comes_with_what_it_needs_and_its_help(scripts):
+    place = json.dumps({"path": ["main", 0], "kind": "key"})
+    first = evaluated(scripts, "editor/schema", f"m.offered({SCHEMA}, {place})[0]")
+    assert (first["needed"], first["description"]) == (["time"], "Time passes.")
+    asked = f"m.explained({SCHEMA}, {place}, 'wait')"
+    assert evaluated(scripts, "editor/schema", asked) == "Time passes."
+    rule = json.dumps({"path": ["rule"], "kind": "value"})
+    assert evaluated(scripts, "editor/schema", f"m.explained({SCHEMA}, {rule}, 'v')") == "V."
+
+
+def test_the_built_editor_has_what_is_used_and_its_parts_are_pinned():
+    source = ROOT / ".ci/codemirror"
+    named = json.loads((source / "package.json").read_text(encoding="utf-8"))["devDependencies"]
+    locked = json.loads((source / "package-lock.json").read_text(encoding="utf-8"))
+    for name, version in named.items():
+        assert locked["packages"][f"node_modules/{name}"]["version"] == version
+    folder = STATIC / "vendor/codemirror"
+    assert "MIT License" in (folder / "LICENSE").read_text(encoding="utf-8")
+    used = re.search(r"import \{([^}]*)\}", (STATIC / "js/editor/editor.js").read_text("utf-8"))[1]
+    built = (folder / "codemirror.js").read_text(encoding="utf-8")
+    given = set(re.findall(r"\b\w+(?=[,}])", built[built.rindex("export{") :]))
+    assert {each.strip() for each in used.split(",") if each.strip()} <= given

@@ -36,14 +36,10 @@ def command(procedure: str, station: str | None, runs: Path) -> None:
 
 
 def _check_alone(path: Path) -> None:
-    from rigrunner.procedure import check_measurands, check_result_limits, load_procedure
-    from rigrunner.registry import load_registry
     from rigrunner.run.approval import approval_state
+    from rigrunner.run.planning import checked_alone
 
-    loaded = load_procedure(path)
-    registry = load_registry()
-    check_measurands(loaded, registry)
-    check_result_limits(loaded, registry)
+    loaded = checked_alone(path)
     result(
         f"{path}: {loaded.model.id} is valid; with --station its plugins and limits are checked too"
         f"\n{approval_state(loaded).sentence()}"

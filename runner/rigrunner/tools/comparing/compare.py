@@ -11,7 +11,7 @@ from rigrunner.run.approval import approval_state
 from rigrunner.run.locate import find_procedure, find_run
 from rigrunner.runfile import read
 from rigrunner.tools.comparing.procedures import ProcedureTexts, procedure_changes
-from rigrunner.tools.comparing.runs import run_changes
+from rigrunner.tools.comparing.runs import run_changes, texts_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -46,7 +46,7 @@ def compare(before: str, after: str, runs: Path) -> Comparison:
     """
     first, second = _procedure(before), _procedure(after)
     if first and second:
-        return _of_procedures(first, second)
+        return compare_procedures(load_procedure(first), load_procedure(second))
     if not first and not second:
         return compare_runs(_run(before, runs), _run(after, runs))
     procedure, other = (before, after) if first else (after, before)
@@ -66,6 +66,16 @@ def compare_runs(before: Path, after: Path) -> Comparison:
     )
 
 
+def compare_procedures(before: LoadedProcedure, after: LoadedProcedure) -> Comparison:
+    """Compare two procedures that are loaded."""
+    return _of_texts(_described(before), _texts(before), _described(after), _texts(after))
+
+
+def compare_with_run(run: RunHeader, after: LoadedProcedure) -> Comparison:
+    """Compare the procedure of a stored run, as it was kept with it, with one of now."""
+    return _of_texts(_named(run), texts_of(run), _described(after), _texts(after))
+
+
 def _procedure(word: str) -> Path | None:
     """Return the procedure file that a word names, if it does."""
     try:
@@ -83,14 +93,9 @@ def _run(word: str, runs: Path) -> Path:
         raise UsageError(message, hint=error.message) from error
 
 
-def _of_procedures(before: Path, after: Path) -> Comparison:
-    first, second = load_procedure(before), load_procedure(after)
-    return Comparison(
-        _described(first),
-        _described(second),
-        tuple(procedure_changes(_texts(first), _texts(second))),
-        _layout(first.text == second.text and first.called_texts == second.called_texts),
-    )
+def _of_texts(before: str, first: ProcedureTexts, after: str, second: ProcedureTexts) -> Comparison:
+    identical = first.text == second.text and first.called == second.called
+    return Comparison(before, after, tuple(procedure_changes(first, second)), _layout(identical))
 
 
 def _layout(identical: bool) -> str:  # noqa: FBT001  (a verdict's one question)

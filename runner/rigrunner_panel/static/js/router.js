@@ -7,6 +7,8 @@ import { choosePage } from "./pages/choose.js";
 import { comparePage } from "./pages/compare.js";
 import { historyPage } from "./pages/history.js";
 import { manualPage } from "./pages/manual.js";
+import { procedurePage } from "./pages/procedure.js";
+import { proceduresPage } from "./pages/procedures.js";
 import { queuePage } from "./pages/queue.js";
 import { resultPage } from "./pages/result.js";
 import { runPage } from "./pages/run.js";
@@ -20,6 +22,7 @@ const PAGES = {
   run: runPage,
   manual: manualPage,
   queue: queuePage,
+  procedures: (name) => (name ? procedurePage(name) : proceduresPage()),
   history: historyPage,
   runs: resultPage,
   compare: comparePage,

@@ -18,6 +18,13 @@ export async function takeControl() {
   return true;
 }
 
+// The name of the person at this screen, asked for where none is known; '' where it was not given.
+export async function person(title, confirm) {
+  const name = personName() || (await askName(draft().inputs?.operator ?? "", { title, confirm }));
+  if (name) keepPersonName(name);
+  return name ?? "";
+}
+
 export async function releaseControl() {
   await tried(() => post("control/release"));
 }

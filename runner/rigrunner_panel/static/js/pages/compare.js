@@ -2,14 +2,9 @@
 
 import { get } from "../client.js";
 import { fill, h } from "../dom.js";
+import { changesBySection } from "../parts/changes.js";
 import { tried } from "../steer.js";
-import { has, said, t } from "../texts.js";
-
-// A section is called as in the file of the procedure or station, but for these.
-function sectionWords(section) {
-  const key = `compare.section.${section.replaceAll(" ", "_")}`;
-  return has(key) ? t(key) : said(section);
-}
+import { said, t } from "../texts.js";
 
 export function comparePage(before, after) {
   const body = h("div", {}, h("p", { class: "soft" }, t("loading")));
@@ -17,12 +12,9 @@ export function comparePage(before, after) {
   async function load() {
     const found = await tried(() => get("compare", { before, after }));
     if (!found) return fill(body, h("p", { class: "banner warn" }, t("compare.failed")));
-    const sections = [...new Set(found.changes.map((change) => change.section))];
     return fill(body,
       h("p", { class: `banner ${found.same ? "info" : "warn"}` }, said(found.verdict) || t(found.same ? "compare.same" : "compare.different")),
-      sections.map((section) => h("section", { class: "card" }, h("h2", {}, sectionWords(section)),
-        h("ul", { class: "changes" }, found.changes.filter((change) => change.section === section).map((change) =>
-          h("li", { class: change.matters ? "matters" : "" }, change.matters ? h("span", { class: "mark warn" }, t("compare.matters")) : null, h("span", {}, said(change.text))))))));
+      changesBySection(found.changes).map(([heading, list]) => h("section", { class: "card" }, h("h2", {}, heading), list)));
   }
 
   load();

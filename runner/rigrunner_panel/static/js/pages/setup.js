@@ -1,20 +1,17 @@
 // Before the run: what it will do, the answers that it needs, and the preflight.
 
 import { go } from "../address.js";
-import { get, personName, post } from "../client.js";
+import { personName, post } from "../client.js";
 import { button, fill, h, setText, show } from "../dom.js";
 import { draft, keepDraft } from "../draft.js";
-import { bytes, duration, fixed, plain } from "../format.js";
 import { isBusy } from "../parts/bar.js";
 import { inputForm } from "../parts/inputs.js";
-import { problemList, tell } from "../parts/notices.js";
+import { problemList } from "../parts/notices.js";
+import { planFacts } from "../parts/plan.js";
 import { preflightCard } from "../parts/preflight.js";
-import { stepWords } from "../parts/steps.js";
 import { steer } from "../steer.js";
 import { listen, store } from "../store.js";
 import { said, t } from "../texts.js";
-
-const NEARLY_FULL = 0.8;
 
 export function setupPage() {
   const { procedure, station } = draft();
@@ -64,7 +61,7 @@ export function setupPage() {
       }
     }));
     fill(body,
-      planCard(plan),
+      h("section", { class: "card" }, h("h2", {}, t("setup.plan")), planFacts(plan)),
       h("section", { class: "card" }, h("h2", {}, t("setup.inputs")), inputs.element,
         plan.station.simulated ? h("label", { class: "check", for: "realtime" }, realtime, h("span", {}, t("setup.realtime"))) : null),
       h("div", { class: "stack" }, card.element, h("section", { class: "card start-card" }, why, h("div", { class: "start-buttons" }, start, later))));
@@ -98,26 +95,4 @@ async function enqueue(inputs, realtime, plan) {
   const { procedure, station } = draft();
   const body = { procedure, station, inputs: values, operator: values.operator ? "" : personName(), partners: taken(plan), realtime: realtime.checked };
   if (await steer("queue/add", body)) go("#/queue");
-}
-
-function planCard(plan) {
-  const torques = plan.torques.map((torque) => {
-    const sign = torque.share > 1 ? "✗" : torque.share > NEARLY_FULL ? "!" : "";
-    return h("tr", {},
-      h("td", {}, `${plain(torque.frequency_hz)} Hz`),
-      h("td", {}, `${fixed(torque.peak_nm, 2)} N·m`),
-      h("td", {}, h("meter", { min: "0", max: "1.01", low: String(NEARLY_FULL), high: "1", optimum: "0", value: String(torque.share), "aria-label": t("setup.share") }), ` ${fixed(100 * torque.share, 0)} % `, h("strong", {}, sign)));
-  });
-  const partners = plan.partners.flatMap((each) => [h("dt", {}, said(each.words)), h("dd", { class: each.problem ? "bad-text" : "" }, each.run || said(each.problem), each.hint ? h("span", { class: "hint block" }, said(each.hint)) : null)]);
-  return h("section", { class: "card" }, h("h2", {}, t("setup.plan")),
-    plan.warnings.map((warning) => h("p", { class: "banner warn" }, said(warning))),
-    h("dl", { class: "facts" },
-      h("dt", {}, t("setup.station")), h("dd", {}, said(plan.station.title)),
-      h("dt", {}, t("setup.revision")), h("dd", {}, `${plan.procedure.id} ${plan.procedure.revision}`),
-      h("dt", {}, t("setup.duration")), h("dd", {}, duration(plan.estimated_s)),
-      h("dt", {}, t("setup.steps")), h("dd", {}, String(plan.steps.length)),
-      h("dt", {}, t("setup.disk")), h("dd", {}, t("setup.disk_of", { needs: bytes(plan.disk_bytes), free: bytes(plan.disk_free_bytes) })),
-      partners),
-    torques.length ? h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": t("setup.torques") }, h("table", {}, h("caption", {}, t("setup.torques")), h("thead", {}, h("tr", {}, h("th", {}, t("setup.frequency")), h("th", {}, t("setup.peak")), h("th", {}, t("setup.share")))), h("tbody", {}, torques))) : null,
-    h("details", {}, h("summary", {}, t("setup.all_steps")), h("ol", { class: "step-texts" }, plan.steps.map((step) => h("li", {}, stepWords(step))))));
 }

@@ -55,14 +55,19 @@ function textField(label, { value = "", required = true, rows = 0 } = {}) {
   return { input, row: h("div", { class: "field" }, h("label", { for: "dialog-text" }, label), input) };
 }
 
-export function askName(value) {
+export function askName(value, { title = t("dialog.name.title"), confirm = t("dialog.name.take") } = {}) {
   const { input, row } = textField(t("dialog.name.label"), { value });
-  return ask(t("dialog.name.title"), [row], { confirm: t("dialog.name.take"), read: () => input.value.trim(), check: () => input.value.trim() });
+  return ask(title, [row], { confirm, read: () => input.value.trim(), check: () => input.value.trim() });
 }
 
 export function askReason(title, { confirm, kind = "primary", required = true }) {
   const { input, row } = textField(t("dialog.reason"), { required });
   return ask(title, [row], { confirm, kind, read: () => input.value.trim(), check: () => !required || input.value.trim() });
+}
+
+export function askText(title, label, { value = "", confirm }) {
+  const { input, row } = textField(label, { value });
+  return ask(title, [row], { confirm, read: () => input.value.trim(), check: () => input.value.trim() });
 }
 
 export function confirmTakeOver(name) {

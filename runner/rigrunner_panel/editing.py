@@ -1,0 +1,123 @@
+"""Who edits which procedure, and who saved it last: so that two who edit one file know it."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+from rigrunner.clock import utc_text
+from rigrunner_panel.control import short_name
+from rigrunner_panel.errors import PanelError
+from rigrunner_panel.files import digest_of
+from rigrunner_panel.view.editing import EditedView, EditorView
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner_panel.control import Control
+    from rigrunner_panel.files import ProcedureFiles
+    from rigrunner_panel.view.board import Board
+
+MOST = 200
+GRACE_S = 10.0
+"""For which a screen is listed that has not connected its WebSocket yet."""
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A screen, and what it has open."""
+
+    procedure: str
+    by: str
+    at: datetime
+
+
+@dataclass(frozen=True)
+class Saved:
+    """A file as it was saved at this panel."""
+
+    digest: str
+    by: str
+    utc: str
+
+
+class Editing:
+    """Knows the screens that edit, and tells all of them. For any thread."""
+
+    def __init__(self, board: Board, files: ProcedureFiles) -> None:
+        self._board = board
+        self._files = files
+        self._lock = threading.Lock()
+        self._opened: dict[str, Opened] = {}
+        self._saved: dict[str, Saved] = {}
+
+    def open(self, client: str, procedure: str, by: str, now: datetime) -> None:
+        """List a screen that edits a procedure, and none that it edited before."""
+        self._files.place(procedure)
+        with self._lock:
+            before = self._opened.pop(client, None)
+            since = before.at if before is not None and before.procedure == procedure else now
+            while len(self._opened) >= MOST:
+                self._opened.pop(next(iter(self._opened)))
+            self._opened[client] = Opened(procedure, by, since)
+        self._tell()
+
+    def leave(self, client: str) -> None:
+        """List a screen no more."""
+        with self._lock:
+            self._opened.pop(client, None)
+        self._tell()
+
+    def saved(self, procedure: str, digest: str, by: str, now: datetime) -> None:
+        """Remember who saved a file."""
+        with self._lock:
+            self._saved[procedure] = Saved(digest, by, utc_text(now))
+        self._tell()
+
+    def last_change(self, procedure: str) -> Saved:
+        """Return which change a file has; of another program it has no person."""
+        path = self._files.place(procedure)
+        digest, saved = digest_of(path), self._saved.get(procedure)
+        if saved is not None and saved.digest == digest:
+            return saved
+        return Saved(digest, "", _changed_utc(path))
+
+    def tick(self, control: Control, now: datetime) -> None:
+        """Forget screens that are gone, and look whether files were changed."""
+        with self._lock:
+            for client, opened in list(self._opened.items()):
+                late = (now - opened.at).total_seconds() > GRACE_S
+                if late and not control.is_connected(client):
+                    del self._opened[client]
+        self._tell()
+
+    def _tell(self) -> None:
+        with self._lock:
+            views: dict[str, list[EditorView]] = {}
+            for client, opened in self._opened.items():
+                since = utc_text(opened.at)
+                view = EditorView(client=short_name(client), name=opened.by, since_utc=since)
+                views.setdefault(opened.procedure, []).append(view)
+            self._board.put(editing=tuple(self._view(name, views[name]) for name in sorted(views)))
+
+    def _view(self, procedure: str, editors: list[EditorView]) -> EditedView:
+        try:
+            last = self.last_change(procedure)
+        except PanelError:  # it was removed, or says no more that it is a procedure
+            last = Saved("", "", "")
+        return EditedView(
+            procedure=procedure,
+            digest=last.digest,
+            changed_utc=last.utc,
+            changed_by=last.by,
+            editors=tuple(editors),
+        )
+
+
+def _changed_utc(path: Path) -> str:
+    try:
+        return utc_text(datetime.fromtimestamp(path.stat().st_mtime, UTC))
+    except OSError:
+        return ""

@@ -1,0 +1,139 @@
+"""The procedures in the lab's folder, read and written whole: these files are the only truth."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import threading
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.yamlfile.reader import MAX_BYTES, read_text
+from rigrunner_panel.errors import PanelError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner_panel.catalogue import Catalogue
+
+_NAME = re.compile(r"(procedures/)?\w[\w-]*(\.[\w-]+)*\.ya?ml", re.ASCII)
+LONGEST_NAME = 100
+_PROCEDURE = re.compile(r"^rigrunner:\s*[\"']?procedure/", re.MULTILINE)
+_HEAD = 4096
+"""Characters in which a procedure says that it is one."""
+
+
+@dataclass(frozen=True)
+class ProcedureText:
+    """What a file had when it was read."""
+
+    path: Path
+    text: str
+    digest: str
+    """SHA-256 of the file's bytes, hexadecimal."""
+
+
+class ProcedureFiles:
+    """Reads and replaces the procedures of the lab's folder. Nothing outside of it is touched."""
+
+    def __init__(self, folder: Path, catalogue: Catalogue) -> None:
+        self._folder = folder
+        self._catalogue = catalogue
+        self._lock = threading.Lock()
+
+    def place(self, name: str) -> Path:
+        """Return the file of that name in the list; raise PanelError, of a link out of the folder.
+
+        A shipped one is in the list, too.
+        """
+        path = self._catalogue.path("procedure", name)
+        if not self.is_shipped(name) and not self._is_inside(path):
+            hint = "only files within the folder can be opened here"
+            raise PanelError(422, "invalid", f"{name} leads out of the lab's folder", hint)
+        return path
+
+    def is_shipped(self, name: str) -> bool:
+        """Say whether a name of the list is that of a shipped procedure: these have no ending."""
+        return not name.endswith((".yaml", ".yml"))
+
+    def read(self, name: str) -> ProcedureText:
+        """Return what a file has; raise PanelError, and InvalidFileError for what is no text."""
+        path = self.place(name)
+        text = read_text(path)
+        return ProcedureText(path, text, digest_of(path))
+
+    def write(self, name: str, text: str, digest: str) -> str:
+        """Replace a file that still has that digest, or make a new one where it is ''.
+
+        Returns the new digest. Raises PanelError for a name or a text that is no procedure's, and
+        ChangedError where the file is not as it was.
+        """
+        path = self._to_write(name)
+        content = text.encode()
+        if len(content) > MAX_BYTES:
+            raise PanelError(413, "too_long", f"the procedure is longer than {MAX_BYTES:,} bytes")
+        if not _PROCEDURE.search(text[:_HEAD]):
+            hint = "its first line is 'rigrunner: procedure/2'"
+            raise PanelError(422, "invalid", "the text does not say that it is a procedure", hint)
+        with self._lock:
+            if digest_of(path) != digest:
+                raise ChangedError(name)
+            _replace(path, content)
+        return digest_of(path)
+
+    def _to_write(self, name: str) -> Path:
+        with suppress(PanelError):
+            if not self.is_shipped(name):
+                return self.place(name).resolve()
+        if len(name) > LONGEST_NAME or not _NAME.fullmatch(name):
+            message = f"'{name[:LONGEST_NAME]}' is not a name for a procedure"
+            hint = "letters, digits, '-' and '_', ending with .yaml; such as procedures/wear.yaml"
+            raise PanelError(422, "invalid", message, hint)
+        path = self._folder / name
+        if not self._is_inside(path):
+            hint = "only files within the folder can be opened here"
+            raise PanelError(422, "invalid", f"{name} leads out of the lab's folder", hint)
+        if path.exists():
+            raise PanelError(409, "wrong_state", f"there is a file {name}, which is no procedure")
+        if not path.parent.is_dir():
+            raise PanelError(422, "invalid", f"the lab's folder has no folder '{path.parent.name}'")
+        return path
+
+    def _is_inside(self, path: Path) -> bool:
+        try:
+            return path.resolve().is_relative_to(self._folder.resolve())
+        except (OSError, RuntimeError):  # links in a circle
+            return False
+
+
+class ChangedError(Exception):
+    """A file is not as it was when it was opened."""
+
+
+def digest_of(path: Path) -> str:
+    """Return the SHA-256 of a file, hexadecimal; '' where there is none."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.sha256(file.read(MAX_BYTES + 1)).hexdigest()
+    except OSError:
+        return ""
+
+
+def _replace(path: Path, content: bytes) -> None:
+    """Write a file so that there is always the old one or the new one; raise PanelError."""
+    part = path.with_name(f".{path.name}.part")
+    try:
+        with part.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        if path.exists():
+            part.chmod(path.stat().st_mode & 0o777)
+        part.replace(path)
+    except OSError as error:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+        message = f"{path.name} cannot be written: {error.strerror}"
+        raise PanelError(422, "invalid", message) from error

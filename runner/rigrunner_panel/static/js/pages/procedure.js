@@ -1,0 +1,247 @@
+// One procedure as text: checked while it is typed, with the preview of its run and what is changed.
+
+import { go } from "../address.js";
+import { get, personName, post } from "../client.js";
+import { button, fill, h, setText, show } from "../dom.js";
+import { draft, newDraft } from "../draft.js";
+import { procedureEditor } from "../editor/editor.js";
+import { localTime } from "../format.js";
+import { changesBySection } from "../parts/changes.js";
+import { askText } from "../parts/dialogs.js";
+import { forgetErrors, tell } from "../parts/notices.js";
+import { planFacts } from "../parts/plan.js";
+import { person, tried } from "../steer.js";
+import { listen, store } from "../store.js";
+import { said, t } from "../texts.js";
+
+const TYPING_MS = 400;
+const KEPT = "rigrunner.text."; // what is typed and not saved: kept in this tab
+
+// What is looked at again and again: a failure is no news.
+function quietly(request) {
+  return request.catch(() => null);
+}
+
+export function procedurePage(name) {
+  const title = h("h1", {}, name);
+  const state = h("p", { class: "soft", role: "status" });
+  const notes = h("div", { class: "stack editor-notes" });
+  const place = h("div", { class: "editor-place" });
+  const station = h("select", { id: "procedure-station", onchange: () => stationChosen() });
+  const problems = h("div", { class: "problems-box", role: "status" });
+  const plan = h("div", {});
+  const changes = h("div", {});
+  const save = button(t("procedure.save"), () => saveText(), { kind: "primary" });
+  const approve = button(t("procedure.approve"), () => approveText());
+  const copy = button(t("procedure.copy"), () => copyText());
+  const test = button(t("procedure.test"), () => {
+    newDraft({ procedure: name, station: station.value, inputs: {} });
+    go("#/setup");
+  });
+  let editor = null;
+  let opened = null; // as it is in the file
+  let timer = 0;
+  let asked = 0;
+
+  const isChanged = () => Boolean(opened) && editor.text() !== opened.text;
+
+  async function load() {
+    const [found, stations] = await Promise.all([tried(() => get("procedures/text", { name })), tried(() => get("stations"))]);
+    if (!found || !stations) {
+      fill(place, h("p", { class: "banner warn" }, t("procedure.gone")));
+      return;
+    }
+    const usable = stations.items.filter((each) => !each.problem);
+    const chosen = usable.find((each) => each.name === draft().station) ?? usable.find((each) => !each.shipped);
+    fill(station, h("option", { value: "" }, t("procedure.no_station")), usable.map((each) => h("option", { value: each.name, selected: each === chosen }, each.title || each.name)));
+    take(found);
+    const kept = found.shipped ? null : sessionStorage.getItem(KEPT + name);
+    editor = procedureEditor(kept ?? found.text, { readOnly: found.shipped, changed: later, save: saveText });
+    fill(place, editor.element);
+    if (kept !== null && kept !== found.text) tell(t("procedure.restored"), { kind: "info" });
+    await tellEditing();
+    learn();
+    update();
+    look();
+  }
+
+  function take(found) {
+    opened = found;
+    setText(state, [found.shipped ? t("procedure.shipped") : said(found.approval), found.changed_utc && !found.shipped ? t(found.changed_by ? "procedure.saved_by" : "procedure.saved_elsewhere", { name: found.changed_by, time: localTime(found.changed_utc) }) : ""].filter(Boolean).join(" · "));
+    const heading = /^title:\s*["']?(.*?)["']?\s*$/m.exec(found.text)?.[1];
+    setText(title, heading || name);
+  }
+
+  // Others are told that this file is open here, where it can be changed.
+  async function tellEditing() {
+    if (!opened.shipped) await tried(() => post("procedures/edit", { procedure: name, by: personName() }));
+  }
+
+  async function learn() {
+    const known = await tried(() => get("procedures/schema", { station: station.value }));
+    if (known) editor.know(known);
+  }
+
+  function stationChosen() {
+    learn();
+    look();
+  }
+
+  function later() {
+    if (isChanged()) sessionStorage.setItem(KEPT + name, editor.text());
+    else sessionStorage.removeItem(KEPT + name);
+    update();
+    clearTimeout(timer);
+    timer = setTimeout(look, TYPING_MS);
+  }
+
+  async function look() {
+    const mine = ++asked;
+    const text = editor.text();
+    const body = { procedure: name, text };
+    const found = await quietly(post("procedures/check", { ...body, station: station.value }));
+    if (mine !== asked || !found) return;
+    editor.mark(found.problems);
+    showProblems(found);
+    if (!found.ok) {
+      fill(plan, h("p", { class: "soft" }, t("procedure.not_while_wrong")));
+      fill(changes, h("p", { class: "soft" }, t("procedure.not_while_wrong")));
+      return;
+    }
+    const preview = station.value ? quietly(post("plan", { ...body, station: station.value })) : null;
+    const different = quietly(post("procedures/compare", body));
+    const [planned, compared] = await Promise.all([preview, different]);
+    if (mine !== asked) return;
+    fill(plan, planned ? planFacts(planned) : h("p", { class: "soft" }, t("procedure.choose_station")));
+    showChanges(compared);
+  }
+
+  function showProblems(found) {
+    if (found.ok) {
+      fill(problems, h("p", { class: "good-text" }, t(station.value ? "procedure.good_on" : "procedure.good")));
+      return;
+    }
+    fill(problems, h("p", { class: "bad-text" }, t("procedure.problems", { count: found.problems.length })),
+      h("ul", { class: "problems" }, found.problems.map((each) => h("li", {},
+        each.line && !each.file ? h("button", { type: "button", class: "link", onclick: () => editor.goTo(each) }, t("procedure.line", { line: each.line })) : h("span", { class: "where" }, [each.file, each.line].filter(Boolean).join(":")),
+        each.field ? h("span", { class: "where" }, each.field) : null, h("span", {}, said(each.message)), each.hint ? h("span", { class: "hint" }, said(each.hint)) : null))));
+  }
+
+  function showChanges(compared) {
+    if (!compared) return;
+    const against = compared.run ? t(`procedure.against.${compared.against}`, { run: compared.run }) : t("procedure.against.nothing");
+    fill(changes, h("p", { class: "soft" }, against),
+      compared.run && compared.same ? h("p", {}, said(compared.verdict)) : null,
+      changesBySection(compared.changes).map(([heading, list]) => [h("h3", {}, heading), list]).flat());
+  }
+
+  async function saveText(digest = opened.digest) {
+    if (opened.shipped || !isChanged()) return;
+    const by = await person(t("procedure.who"), t("procedure.save"));
+    if (!by) return;
+    const text = editor.text();
+    try {
+      const saved = await post("procedures/save", { procedure: name, text, digest, by });
+      forgetErrors();
+      await reopened(saved.digest, text);
+    } catch (error) {
+      if (error.code === "changed") conflict();
+      else tell(said(error.message), { hint: said(error.hint), problems: error.problems });
+    }
+  }
+
+  // What is in the file now, while the text in the editor stays.
+  async function reopened(digest, text) {
+    const found = await tried(() => get("procedures/text", { name }));
+    if (!found) return;
+    take(found.digest === digest ? found : { ...found, digest, text });
+    later();
+    update();
+  }
+
+  async function approveText() {
+    const by = await person(t("procedure.who_approves"), t("procedure.approve"));
+    if (!by) return;
+    if (await tried(() => post("procedures/approve", { procedure: name, sha256: opened.sha256, by }))) {
+      tell(t("procedure.approved", { name: by }), { kind: "info" });
+      await reopened(opened.digest, opened.text);
+    }
+  }
+
+  async function copyText() {
+    const file = await askText(t("procedure.copy"), t("procedure.copy_name"), { value: suggested(), confirm: t("procedure.copy_do") });
+    const by = file && (await person(t("procedure.who"), t("procedure.copy_do")));
+    if (!by) return;
+    if (await tried(() => post("procedures/save", { procedure: file, text: editor.text(), by }))) go(`#/procedures/${encodeURIComponent(file)}`);
+  }
+
+  function suggested() {
+    return opened.shipped ? `${name}.yaml` : name.replace(/(\.ya?ml)$/, "_2$1");
+  }
+
+  // The file is not as it was opened: both texts are there, and a person says which one counts.
+  function conflict() {
+    const now = nowEdited();
+    const who = now?.changed_by || t("procedure.another_program");
+    fill(notes, h("section", { class: "banner warn" },
+      h("div", {}, h("strong", {}, t("procedure.changed", { name: who, time: now ? localTime(now.changed_utc) : "" })), h("p", {}, t("procedure.changed_hint"))),
+      h("div", { class: "row" },
+        button(t("procedure.compare_theirs"), async () => {
+          const compared = await tried(() => post("procedures/compare", { procedure: name, text: editor.text(), against: "file" }));
+          if (compared) fill(changes, h("p", { class: "soft" }, t("procedure.against.file")), compared.same ? h("p", {}, said(compared.verdict)) : null, changesBySection(compared.changes).flat());
+          changes.closest("details").open = true;
+        }),
+        button(t("procedure.take_theirs"), async () => {
+          const found = await tried(() => get("procedures/text", { name }));
+          if (!found) return;
+          take(found);
+          editor.replace(found.text);
+          update();
+        }),
+        button(t("procedure.keep_mine"), async () => {
+          const found = await quietly(get("procedures/text", { name }));
+          await saveText(found?.digest ?? ""); // it may have been removed
+        }, { kind: "danger" }))));
+  }
+
+  function nowEdited() {
+    return store.state?.editing?.find((each) => each.procedure === name);
+  }
+
+  // Who else has it open, and whether the file is still as it was opened.
+  function update() {
+    if (!opened) return;
+    const now = nowEdited();
+    const stale = Boolean(now) && now.digest !== opened.digest;
+    const others = (now?.editors ?? []).filter((each) => each.client !== store.state.you);
+    if (!stale) fill(notes, others.map((each) => h("p", { class: "banner info" }, t("procedure.also", { name: each.name, time: localTime(each.since_utc) }))));
+    else if (!notes.querySelector(".warn")) conflict();
+    save.disabled = !isChanged();
+    approve.disabled = isChanged() || !opened.sha256 || opened.state === "approved";
+    test.disabled = isChanged() || !opened.sha256;
+    [save, approve].forEach((each) => show(each, !opened.shipped));
+  }
+
+  const forget = listen((changed) => {
+    if (changed.has("editing") || changed.has("connected")) update();
+  });
+  load();
+  return {
+    title: t("nav.procedures"),
+    element: h("div", { class: "page procedure" },
+      h("div", { class: "head" }, h("div", {}, title, state), h("div", { class: "row" }, h("a", { class: "button", href: "#/procedures" }, t("procedure.back")), test, copy, approve, save)),
+      notes,
+      h("div", { class: "editor-columns" }, place,
+        h("div", { class: "stack editor-side" },
+          h("section", { class: "card" }, h("h2", {}, t("procedure.check")), h("div", { class: "field" }, h("label", { for: "procedure-station" }, t("procedure.on_station")), station), problems),
+          h("section", { class: "card" }, h("details", { open: true }, h("summary", {}, h("h2", {}, t("procedure.changes"))), changes)),
+          h("section", { class: "card" }, h("details", {}, h("summary", {}, h("h2", {}, t("procedure.plan"))), plan))))),
+    leave() {
+      clearTimeout(timer);
+      asked += 1;
+      forget();
+      editor?.leave();
+      post("procedures/leave").catch(() => {});
+    },
+  };
+}

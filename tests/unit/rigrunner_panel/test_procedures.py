@@ -1,0 +1,271 @@
+"""Procedures as text at the panel: opened, checked, compared, saved and approved, and refused."""
+
+from __future__ import annotations
+
+import hashlib
+import threading
+from pathlib import Path
+
+import pytest
+from starlette.testclient import TestClient
+
+from helpers_cli import call
+from rigrunner.api.errors import InvalidFileError
+from rigrunner.run.locate import find_procedure, find_station
+from rigrunner.run.planning import planned_run
+from rigrunner.yamlfile.reader import MAX_BYTES
+from rigrunner_panel.web.app import make_app
+from rigrunner_panel.web.panel import Panel, Settings
+
+ANN = {"X-Rigrunner-Client": "client-ann"}
+BOB = {"X-Rigrunner-Client": "client-bob"}
+NAME = "procedures/sweep.yaml"
+SHIPPED = "no_load_inertia_sweep"
+TEXT = find_procedure(SHIPPED).read_text(encoding="utf-8")
+WRONG = TEXT.replace("title:", "titel:", 1)
+
+
+@pytest.fixture
+def lab(tmp_path):
+    folder = tmp_path / "lab"
+    (folder / "procedures").mkdir(parents=True)
+    (folder / NAME).write_text(TEXT, encoding="utf-8")
+    return folder
+
+
+@pytest.fixture
+def panel(lab):
+    return Panel(settings=Settings(runs=lab / "runs", procedures=lab))
+
+
+@pytest.fixture
+def client(panel):
+    app = make_app(panel)
+    with TestClient(app, base_url="http://127.0.0.1:8750", headers=ANN) as found:
+        yield found
+
+
+def opened(client, name=NAME):
+    return client.get("/api/procedures/text", params={"name": name})
+
+
+def post(client, what, **body):
+    return client.post(f"/api/procedures/{what}", json={"procedure": NAME, **body})
+
+
+def save(client, text, digest, who="Ann", **more):
+    return post(client, "save", text=text, digest=digest, by=who, **more)
+
+
+def sha256(path):
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def test_a_text_comes_with_the_digest_of_its_file(client, lab):
+    found = opened(client).json()
+    assert (found["text"], found["digest"]) == (TEXT, sha256(lab / NAME))
+    assert (found["shipped"], found["state"], found["changed_by"]) == (False, "draft", "")
+    assert opened(client, SHIPPED).json()["shipped"]
+
+
+def test_what_is_saved_stands_in_the_file_and_who_saved_it_is_known(client, lab):
+    (lab / NAME).chmod(0o640)
+    changed = TEXT + "# ü\n"
+    answer = save(client, changed, opened(client).json()["digest"])
+    assert (lab / NAME).read_text(encoding="utf-8") == changed
+    assert answer.json()["digest"] == sha256(lab / NAME)
+    assert (lab / NAME).stat().st_mode & 0o777 == 0o640
+    assert opened(client).json()["changed_by"] == "Ann"
+    assert [each.name for each in (lab / "procedures").iterdir()] == ["sweep.yaml"]
+
+
+def test_a_file_that_was_changed_since_is_not_replaced(client, lab):
+    digest = opened(client).json()["digest"]
+    assert save(client, TEXT + "# Bob\n", digest, "Bob").status_code == 200
+    answer = save(client, TEXT + "# Ann\n", digest)
+    assert (answer.status_code, answer.json()["code"]) == (409, "changed")
+    assert "by Bob at 20" in answer.json()["message"]
+    (lab / NAME).write_text(TEXT + "# vi\n", encoding="utf-8")
+    answer = save(client, TEXT + "# Ann\n", digest)
+    assert "by another program at 20" in answer.json()["message"]
+    assert (lab / NAME).read_text(encoding="utf-8") == TEXT + "# vi\n"
+
+
+def test_of_two_who_save_at_once_one_is_refused(client):
+    digest = opened(client).json()["digest"]
+    begin, codes = threading.Barrier(8), []
+
+    def write(number):
+        begin.wait()
+        codes.append(save(client, TEXT + f"# {number}\n", digest, f"P{number}").status_code)
+
+    threads = [threading.Thread(target=write, args=(n,)) for n in range(8)]
+    for each in threads:
+        each.start()
+    for each in threads:
+        each.join()
+    assert sorted(codes) == [200] + 7 * [409]
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["../x.yaml", "/etc/x.yaml", "procedures/../../x.yaml", "a/b/x.yaml", "x.txt", ".x.yaml",
+     "x\0.yaml", "procedures/.x.yaml", "C:x.yaml", "..\\x.yaml", SHIPPED, "x" * 150 + ".yaml"],
+)  # fmt: skip
+def test_no_other_name_is_written(client, lab, name):
+    answer = save(client, TEXT, "", procedure=name)
+    assert (answer.status_code, answer.json()["code"]) == (422, "invalid")
+    assert opened(client, name).status_code == (200 if name == SHIPPED else 404)
+    assert sorted(each.name for each in lab.parent.rglob("*.y*ml")) == ["sweep.yaml"]
+
+
+def test_what_a_link_leads_to_outside_is_neither_read_nor_written(client, lab, tmp_path):
+    outside = tmp_path / "outside.yaml"
+    outside.write_text(TEXT, encoding="utf-8")
+    (lab / "link.yaml").symlink_to(outside)
+    (lab / "stations").symlink_to(tmp_path)
+    for name in ("link.yaml", "stations/outside.yaml"):
+        answer = opened(client, name)
+        assert answer.status_code == 422, name
+        assert "leads out of the lab's folder" in answer.json()["message"]
+        answer = save(client, TEXT + "#\n", sha256(outside), procedure=name)
+        assert answer.status_code == 422, name
+        assert post(client, "check", procedure=name, text=TEXT).status_code == 422
+    assert outside.read_text(encoding="utf-8") == TEXT
+    (lab / "procedures" / "inner.yaml").symlink_to(lab / NAME)
+    answer = save(client, TEXT + "#\n", sha256(lab / NAME), procedure="procedures/inner.yaml")
+    assert answer.status_code == 200
+    assert (lab / "procedures" / "inner.yaml").is_symlink()
+    assert (lab / NAME).read_text(encoding="utf-8") == TEXT + "#\n"
+
+
+def test_what_is_no_text_of_a_procedure_is_refused(client, lab):
+    digest = opened(client).json()["digest"]
+    answer = save(client, "rigrunner: station/1\n", digest)
+    assert "does not say that it is a procedure" in answer.json()["message"]
+    long = TEXT + "#" + "ü" * (MAX_BYTES // 2)
+    assert save(client, long, digest).status_code == 413
+    assert save(client, TEXT + "#" * MAX_BYTES, digest).status_code == 400
+    assert save(client, TEXT, "no digest").status_code == 400
+    assert save(client, TEXT, digest, " ").status_code == 400
+    (lab / "station.yaml").write_text("rigrunner: station/1\n", encoding="utf-8")
+    answer = save(client, TEXT, "", procedure="station.yaml")
+    assert (answer.status_code, answer.json()["code"]) == (409, "wrong_state")
+    (lab / NAME).write_bytes(TEXT.encode() + b"# \xff\n")
+    assert (opened(client).status_code, opened(client).json()["code"]) == (422, "invalid")
+    assert "UTF-8" in opened(client).json()["problems"][0]["message"]
+
+
+def test_lone_surrogates_do_not_end_in_a_bug(client):
+    digest = opened(client).json()["digest"]
+    body = '{"procedure": "a.yaml", "text": "rigrunner: procedure/2\\n# \\ud800", "by": "A"}'
+    headers = {**ANN, "Content-Type": "application/json"}
+    answer = client.post("/api/procedures/save", content=body, headers=headers)
+    assert answer.status_code == 400
+    assert opened(client).json()["digest"] == digest
+
+
+def test_a_check_finds_what_rigrunner_check_finds_at_its_line(client, lab):
+    (lab / NAME).write_text(WRONG, encoding="utf-8")
+    printed = call("check", lab / NAME).err
+    found = post(client, "check", text=WRONG).json()
+    assert not found["ok"]
+    assert {(each["line"], each["file"]) for each in found["problems"]} >= {(4, "")}
+    for each in found["problems"]:
+        assert f"sweep.yaml:{each['line']}:{each['column']}: " in printed
+        assert each["message"] in printed
+
+
+def test_a_text_is_checked_and_planned_before_it_is_saved(client, lab):
+    fast = TEXT.replace("cycles: 30", "cycles: 20")
+    assert post(client, "check", text=fast, station="simulated").json()["ok"]
+    plan = client.post(
+        "/api/plan", json={"procedure": NAME, "station": "simulated", "text": fast}
+    ).json()
+    (lab / "fast.yaml").write_text(fast, encoding="utf-8")
+    expected = planned_run(lab / "fast.yaml", find_station("simulated")).plan.estimated_s
+    assert plan["estimated_s"] == pytest.approx(expected)
+    assert (lab / NAME).read_text(encoding="utf-8") == TEXT
+    heavy = TEXT.replace("channel: tester.torque", "channel: tester.torqu", 1)
+    found = post(client, "check", text=heavy, station="simulated").json()
+    with pytest.raises(InvalidFileError) as refused:
+        planned_run(lab / NAME, find_station("simulated"), text=heavy)
+    assert [each["message"] for each in found["problems"]] == [
+        each.message for each in refused.value.problems
+    ]
+
+
+def test_changes_are_told_against_the_last_run_and_then_against_the_approved_one(client, lab):
+    nothing = post(client, "compare", text=TEXT).json()
+    assert (nothing["run"], nothing["changes"]) == ("", [])
+    words = ("run", lab / NAME, "--station", "simulated", "--runs", lab / "runs", "--unattended")
+    assert call("approve", lab / NAME, "--by", "Ann").code == 0
+    call(*words)
+    (approved,) = (each.name for each in (lab / "runs").iterdir())
+    (lab / NAME).write_text(TEXT.replace("cycles: 30", "cycles: 20"), encoding="utf-8")
+    call(*words)
+    found = post(client, "compare", text=TEXT.replace("cycles: 30", "cycles: 10")).json()
+    assert (found["against"], found["run"], found["same"]) == ("approved", approved, False)
+    assert any("30" in each["text"] and "10" in each["text"] for each in found["changes"])
+    same = post(client, "compare", text=TEXT + "# only a remark\n").json()
+    assert (same["same"], same["changes"]) == (True, [])
+    assert same["verdict"].startswith("no difference")
+    (lab / "procedures" / "sweep.approval.json").unlink()
+    found = post(client, "compare", text=TEXT.replace("cycles: 30", "cycles: 10")).json()
+    assert found["against"] == "run"
+    assert found["run"] != approved
+    assert any("20" in each["text"] for each in found["changes"])
+    mine = post(client, "compare", text=TEXT, against="file").json()
+    assert (mine["against"], mine["same"]) == ("file", False)
+
+
+def test_what_was_seen_is_approved_and_nothing_else(client, lab):
+    seen = opened(client).json()
+    (lab / NAME).write_text(TEXT + "# later\n", encoding="utf-8")
+    answer = post(client, "approve", sha256=seen["sha256"], by="Cora")
+    assert (answer.status_code, answer.json()["code"]) == (409, "changed")
+    assert opened(client).json()["state"] == "draft"
+    seen = opened(client).json()
+    assert post(client, "approve", sha256=seen["sha256"], by="Cora").status_code == 200
+    assert "approved by Cora" in opened(client).json()["approval"]
+    assert "approved by Cora" in call("approve", lab / NAME, "--show").out
+
+
+def test_a_shipped_procedure_is_not_approved(client):
+    seen = opened(client, SHIPPED).json()
+    answer = post(client, "approve", procedure=SHIPPED, sha256=seen["sha256"], by="Cora")
+    assert answer.status_code == 422
+
+
+def test_two_who_edit_one_file_know_of_each_other(client, panel, lab):
+    assert post(client, "edit", by="").status_code == 200
+    client.post("/api/procedures/edit", json={"procedure": NAME, "by": "Bob"}, headers=BOB)
+    (told,) = panel.board.get("editing")
+    assert [each.name for each in told.editors][1] == "Bob"
+    assert (told.procedure, told.digest) == (NAME, sha256(lab / NAME))
+    save(client, TEXT + "#\n", told.digest)
+    (told,) = panel.board.get("editing")
+    assert (told.digest, told.changed_by) == (sha256(lab / NAME), "Ann")
+    (lab / NAME).write_text(TEXT, encoding="utf-8")
+    panel.editing.tick(panel.control, panel.now())
+    (told,) = panel.board.get("editing")
+    assert (told.digest, told.changed_by) == (sha256(lab / NAME), "")
+    client.post("/api/procedures/leave", json={}, headers=BOB)
+    (told,) = panel.board.get("editing")
+    assert len(told.editors) == 1
+
+
+def test_the_schema_is_that_of_the_command(client):
+    found = client.get("/api/procedures/schema").json()
+    shipped = Path(__file__).parents[3] / "procedures/procedure.schema.json"
+    assert found.keys() >= {"$defs", "properties"}
+    assert shipped.read_text(encoding="utf-8").count("settle") > 0
+    assert "settle" in found["$defs"]["Step"]["properties"]
+
+
+def test_a_file_that_is_gone_can_be_made_again(client, lab):
+    digest = opened(client).json()["digest"]
+    (lab / NAME).unlink()
+    assert save(client, TEXT, digest).status_code == 409
+    assert save(client, TEXT, "").status_code == 200
+    assert (lab / NAME).read_text(encoding="utf-8") == TEXT
