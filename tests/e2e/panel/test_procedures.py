@@ -1,0 +1,148 @@
+"""Procedures edited on the screen: checked as they are typed, completed, saved by two at once."""
+
+from __future__ import annotations
+
+import re
+import shutil
+
+import pytest
+from playwright.sync_api import expect
+
+from e2e.panel.helpers_screen import axe_script, running_panel
+from e2e.panel.test_looks import DESK, assert_on_one_screen, look
+
+QUICK = "procedures/quick_torque.yaml"
+ADDRESS = "#/procedures/procedures%2Fquick_torque.yaml"
+UPRIGHT = {"width": 820, "height": 1180}
+
+
+@pytest.fixture
+def own(lab, tmp_path):
+    """A lab that a test may change."""
+    folder = tmp_path / "lab"
+    shutil.copytree(lab, folder)
+    with running_panel(folder) as running:
+        yield running
+
+
+def open_text(screen):
+    screen.open(ADDRESS)
+    page = screen.page
+    page.wait_for_selector(".problems-box .good-text")
+    return page
+
+
+def type_at_the_end(page, text):
+    page.locator(".cm-content").click()
+    page.keyboard.press("Control+End")
+    page.keyboard.type(text)
+
+
+def test_a_mistake_is_shown_at_its_line_and_what_may_stand_there_is_offered(new_screen, own):
+    page = open_text(new_screen(own))
+    type_at_the_end(page, "# a remark\nint")
+    options = page.locator(".cm-tooltip-autocomplete li")
+    expect(options).to_have_count(1)
+    expect(options).to_contain_text("interlocks")
+    expect(page.locator(".cm-completionInfo")).not_to_be_empty()
+    page.keyboard.press("Enter")
+    page.keyboard.type("1 N")
+    line = page.locator(".problems button").first
+    line.wait_for()
+    number = re.search(r"\d+", line.text_content())[0]
+    expect(page.locator(".cm-lint-marker-error")).to_have_count(1)
+    page.keyboard.press("Control+Home")
+    line.click()
+    gutter = page.locator(".cm-gutterElement.cm-activeLineGutter").first
+    expect(gutter).to_have_text(number)
+    for _ in range(5):
+        page.keyboard.press("Control+z")
+    page.locator(".cm-content").get_by_text("procedure/2").wait_for()
+    word = page.locator(".cm-content").get_by_text("measurand").first
+    word.hover()
+    expect(page.locator(".cm-help")).to_contain_text("measurand")
+
+
+def test_it_is_saved_and_approved_by_name_and_the_changes_are_told(new_screen, own):
+    screen = new_screen(own)
+    page = open_text(screen)
+    file = own.folder / QUICK
+    before = file.read_text(encoding="utf-8")
+    page.get_by_text("cycles: 15").first.wait_for()
+    type_at_the_end(page, "description: Slower\n")
+    expect(page.locator(".editor-side .changes")).to_contain_text("Slower")
+    page.keyboard.press("Control+s")
+    screen.say_name("Ann")
+    expect(page.get_by_role("button", name="Save", exact=True)).to_be_disabled()
+    assert file.read_text(encoding="utf-8") == f"{before}description: Slower\n"
+    page.get_by_role("button", name="Approve").click()
+    expect(page.locator(".procedure .head")).to_contain_text("approved by Ann")
+    assert file.with_suffix(".approval.json").is_file()
+
+
+def test_two_who_edit_one_procedure_are_told_and_nothing_is_lost(new_screen, own):
+    ann, bob = new_screen(own), new_screen(own)
+    first, second = open_text(ann), open_text(bob)
+    expect(first.locator(".editor-notes")).to_contain_text("has this procedure open")
+    type_at_the_end(first, "# Ann\n")
+    first.keyboard.press("Control+s")
+    ann.say_name("Ann")
+    expect(first.get_by_role("button", name="Save", exact=True)).to_be_disabled()
+    warning = second.locator(".editor-notes .warn")
+    expect(warning).to_contain_text("changed by Ann")
+    type_at_the_end(second, "# Bob\n")
+    second.keyboard.press("Control+s")
+    bob.say_name("Bob")
+    expect(warning).to_contain_text("has not been saved")
+    file = own.folder / QUICK
+    assert file.read_text(encoding="utf-8").endswith("# Ann\n")
+    second.reload()
+    expect(second.locator(".cm-content")).to_contain_text("# Bob")
+    expect(warning).to_contain_text("changed by Ann")
+    second.get_by_role("button", name="Overwrite the file").click()
+    expect(second.get_by_role("button", name="Save", exact=True)).to_be_disabled()
+    assert file.read_text(encoding="utf-8").endswith("# Bob\n")
+    expect(first.locator(".editor-notes .warn")).to_contain_text("changed by Bob")
+    first.get_by_role("button", name="Discard mine").click()
+    expect(first.locator(".cm-content")).to_contain_text("# Bob")
+    expect(first.locator(".editor-notes .warn")).to_have_count(0)
+
+
+def test_a_shipped_procedure_is_changed_in_a_copy(new_screen, own):
+    screen = new_screen(own)
+    screen.open("#/procedures/gauge_rr")
+    page = screen.page
+    expect(page.locator(".procedure .head")).to_contain_text("Shipped")
+    expect(page.get_by_role("button", name="Approve")).to_be_hidden()
+    page.get_by_role("button", name="Save a copy").click()
+    page.locator("#dialog-text").fill("procedures/mine.yaml")
+    page.keyboard.press("Enter")
+    screen.say_name()
+    page.wait_for_url("**/procedures/procedures%2Fmine.yaml")
+    expect(page.get_by_role("button", name="Approve")).to_be_visible()
+    assert (own.folder / "procedures/mine.yaml").is_file()
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("locale", ["en-GB", "de-DE"])
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_the_pages_can_be_used_by_everybody(new_screen, own, pictures, theme, locale):
+    screen = new_screen(own, locale=locale, color_scheme=theme)
+    page, grave = screen.page, []
+    page.add_init_script(path=axe_script())
+
+    def seen(name):
+        for size, label in ((DESK, "desk"), (UPRIGHT, "upright")):
+            page.set_viewport_size(size)
+            shown = f"{name}-{theme}-{locale}-{label}"
+            look(page, pictures, shown, grave, colours_alone=theme == "dark")
+            assert_on_one_screen(page)
+
+    screen.open("#/procedures")
+    page.wait_for_selector(".runs tbody tr")
+    seen("procedures")
+    open_text(screen)
+    type_at_the_end(page, "xx: 1")
+    page.locator(".problems").wait_for()
+    seen("procedure")
+    assert grave == []
