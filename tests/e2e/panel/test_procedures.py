@@ -29,13 +29,14 @@ def open_text(screen):
     screen.open(ADDRESS)
     page = screen.page
     page.wait_for_selector(".problems-box .good-text")
+    page.wait_for_load_state("networkidle")  # the schema is there
     return page
 
 
 def type_at_the_end(page, text):
     page.locator(".cm-content").click()
     page.keyboard.press("Control+End")
-    page.keyboard.type(text)
+    page.keyboard.type(text, delay=20)
 
 
 def test_a_mistake_is_shown_at_its_line_and_what_may_stand_there_is_offered(new_screen, own):
