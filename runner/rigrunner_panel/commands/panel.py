@@ -30,6 +30,11 @@ if TYPE_CHECKING:
     help="The laboratory's folder for certificates.",
 )
 @click.option(
+    "--signing-key",
+    type=click.Path(path_type=Path, dir_okay=False, exists=True),
+    help="The laboratory's private key, to sign certificates.",
+)
+@click.option(
     "--port",
     type=click.IntRange(0, 65535),
     default=8750,
@@ -61,6 +66,7 @@ def command(
     runs: Path,
     procedures: Path,
     letterhead: Path,
+    signing_key: Path | None,
     port: int,
     host: str,
     token: str,
@@ -90,6 +96,7 @@ def command(
         runs=runs,
         procedures=procedures,
         letterhead=letterhead,
+        signing_key=signing_key,
         host=host,
         token=token,
         public_name=public_name,

@@ -6,6 +6,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, RootModel
 
+from rigrunner.api.figures import Figure
 from rigrunner_panel.history import RunDetail, RunItem
 from rigrunner_panel.view.sections import FileLink, StepView
 
@@ -258,6 +259,116 @@ class IssuedAnswer(BaseModel):
     number: str
     files: tuple[FileLink, ...]
     notes: tuple[str, ...]
+
+
+class CertificateItem(BaseModel):
+    """A certificate in a run's folder."""
+
+    number: str
+    issued_utc: str
+    by: str
+    for_certification: bool
+    amends: str
+    """The number of the document that it replaces, or ''."""
+    reason: str
+    replaced_by: str
+    signed: bool
+    files: tuple[FileLink, ...]
+
+
+class Certificates(BaseModel):
+    """Oldest first."""
+
+    items: list[CertificateItem]
+    can_sign: bool
+    """Whether the panel was started with a key."""
+
+
+class SignedAnswer(BaseModel):
+    """The signature's file."""
+
+    ok: bool = True
+    files: tuple[FileLink, ...]
+
+
+class VerificationAnswer(BaseModel):
+    """What `rigrunner verify` finds."""
+
+    matches: bool
+    conclusion: str
+    held: list[str]
+    differences: list[str]
+    replaced: list[str]
+    unproven: list[str]
+    not_recomputed: list[str]
+    unchecked: list[str]
+    information: list[str]
+
+
+class OverlayAnswer(BaseModel):
+    """Figures in which each run is a series."""
+
+    recordings: dict[str, list[str]]
+    """The channels of each recording that any of the runs has."""
+    results: tuple[Figure, ...]
+    curve: Figure | None
+    """The channel that was asked for, over time."""
+
+
+class ArchiveUpdated(BaseModel):
+    """What was found in the folder of runs."""
+
+    runs: int
+    new: int
+    changed: int
+    unreadable: int
+
+
+class Quantities(BaseModel):
+    """Names of what the archive has values of."""
+
+    items: list[str]
+
+
+class RunAndReason(BaseModel):
+    """A run that does not count, and why."""
+
+    run: str
+    reason: str
+
+
+class AlarmAt(BaseModel):
+    """A run at which rules are met, after the baseline."""
+
+    run: str
+    utc: str
+    value: float
+    rules: tuple[str, ...]
+
+
+class ChartOfGroup(BaseModel):
+    """The control chart of a group of runs, oldest first."""
+
+    name: str
+    centre: float
+    lower: float
+    upper: float
+    runs: list[str]
+    alarms: list[AlarmAt]
+    warnings: list[str]
+    figure: Figure
+
+
+class TrendAnswer(BaseModel):
+    """Control charts of a quantity."""
+
+    quantity: str
+    unit: str
+    rules: dict[str, str]
+    charts: list[ChartOfGroup]
+    not_charted: dict[str, str]
+    excluded: list[RunAndReason]
+    warnings: list[str]
 
 
 class ChangeView(BaseModel):

@@ -1,14 +1,10 @@
-"""Stored runs: history, one run, its files, comparison, certificate."""
+"""Stored runs: history, one run, its files, comparison."""
 
 from __future__ import annotations
 
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.api.certificate import Authorisation
-from rigrunner.certificate.order import Order
-from rigrunner.documents.certifying.certify import Request, certify
-from rigrunner.registry import load_registry
 from rigrunner.runfile import read
 from rigrunner.tools.comparing.compare import compare_runs
 from rigrunner_panel.errors import not_found
@@ -16,7 +12,6 @@ from rigrunner_panel.web.answers import (
     Again,
     ChangeView,
     ComparisonAnswer,
-    IssuedAnswer,
     OneRun,
     Runs,
 )
@@ -29,7 +24,6 @@ if TYPE_CHECKING:
     from rigrunner_panel.history import RunItem
     from rigrunner_panel.web.asked import Asked
     from rigrunner_panel.web.panel import Panel
-    from rigrunner_panel.web.requests import AskCertificate
 
 MOST = 200
 _EXACT = ("procedure", "station", "outcome", "verdict")
@@ -83,25 +77,6 @@ def compare(panel: Panel, asked: Asked) -> ComparisonAnswer:
             for each in found.changes
         ],
     )
-
-
-def certificate(panel: Panel, asked: Asked) -> IssuedAnswer:
-    """Issue a certificate on a stored run, under the laboratory's letterhead."""
-    body: AskCertificate = asked.body
-    name = asked.path["run"]
-    request = Request(
-        letterhead=panel.settings.letterhead,
-        order=Order(),
-        authorisation=Authorisation(by=body.authorised_by.strip(), role=body.role.strip()),
-        not_for_certification=body.not_for_certification,
-        language=body.language,
-        given=body.order,
-        further_copy=body.further_copy,
-    )
-    issued = certify(panel.history.folder(name), request, load_registry(), panel.now())
-    links = panel.links(name, issued.files)
-    number = issued.certificate.number
-    return IssuedAnswer(number=number, files=links, notes=issued.notes)
 
 
 def file(panel: Panel, asked: Asked) -> Path:

@@ -13,12 +13,14 @@ from rigrunner_panel.view.sections import State
 from rigrunner_panel.web import (
     answers,
     by_hand,
+    certificates,
     choosing,
     editing,
     looking,
     queueing,
     requests,
     running,
+    studying,
 )
 from rigrunner_panel.web.asked import SHORT, Operation
 
@@ -230,13 +232,56 @@ _LOOKING = (
         "runs/{run}/again", "What to start with for the next specimen.", looking.again,
         answers.Again,
     ),
-    _steer(
-        "runs/{run}/certificate", "Issue a certificate.", looking.certificate,
-        requests.AskCertificate, answers.IssuedAnswer,
-    ),
     _get(
         "compare", "Differences between two runs.", looking.compare,
         answers.ComparisonAnswer, before="a run", after="another run",
+    ),
+)  # fmt: skip
+_STUDYING = (
+    _get(
+        "overlay", "Results and a channel of several runs, laid over each other.",
+        studying.overlay, answers.OverlayAnswer, runs="their names, with commas, at most 6",
+        recording="its name", channel="such as tester.torque",
+    ),
+    _post(
+        "archive/update", "Bring the archive up to date with the runs.", studying.update,
+        requests.Nothing, answers.ArchiveUpdated,
+    ),
+    _get(
+        "archive/quantities", "What there is to chart.", studying.quantities, answers.Quantities
+    ),
+    _get(
+        "trend", "Control charts of a quantity.", studying.trend, answers.TrendAnswer,
+        quantity="its name", by="type, lot, rig, mandrel, specimen, operator, procedure, revision",
+        chart="i-mr or ewma", rules="nelson, western-electric or shewhart",
+        baseline="the first N, or FROM..TO in days", procedure="its id",
+        since="a day", until="a day",
+    ),
+)  # fmt: skip
+_CERTIFICATES = (
+    _get(
+        "runs/{run}/certificates", "Certificates of a run.", certificates.certificates,
+        answers.Certificates,
+    ),
+    _post(
+        "runs/{run}/verify", "Verify a run, and compute its result again.",
+        certificates.verify_stored, requests.Nothing, answers.VerificationAnswer,
+    ),
+    _post(
+        "runs/{run}/certificates/{number}/verify", "Verify a certificate.", certificates.verify,
+        requests.Nothing, answers.VerificationAnswer,
+    ),
+    _steer(
+        "runs/{run}/certificate", "Issue a certificate.", certificates.issue,
+        requests.AskCertificate, answers.IssuedAnswer,
+    ),
+    _steer(
+        "runs/{run}/certificates/{number}/amend", "Issue a document that replaces a certificate.",
+        certificates.change, requests.AskAmendment, answers.IssuedAnswer,
+    ),
+    _steer(
+        "runs/{run}/certificates/{number}/sign", "Sign a certificate.", certificates.sign_one,
+        requests.AskSignature, answers.SignedAnswer,
     ),
 )  # fmt: skip
 OPERATIONS = (
@@ -254,4 +299,6 @@ OPERATIONS = (
     *_QUEUE,
     *_BY_HAND,
     *_LOOKING,
+    *_CERTIFICATES,
+    *_STUDYING,
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import hmac
 import secrets
+import threading
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -35,6 +36,8 @@ class Settings:
     runs: Path = Path("runs")
     procedures: Path = Path()
     letterhead: Path = Path("letterhead")
+    signing_key: Path | None = None
+    """The laboratory's private key; None where nothing is signed here."""
     host: str = "127.0.0.1"
     token: str = ""
     """Without one nobody is asked who they are: then the host is this machine."""
@@ -70,6 +73,7 @@ class Panel:
         self.history = History(self.settings.runs)
         self.queue = Queue(self.settings.runs)
         self.sequence = Sequence()
+        self.archiving = threading.Lock()
         self.pictures: dict[str, Path] = {}
         self.looked_at: Overridable | None = None
         self._secret = secrets.token_bytes(32)

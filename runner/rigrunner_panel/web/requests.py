@@ -225,3 +225,19 @@ class AskCertificate(Body):
     not_for_certification: bool = False
     further_copy: Words = ""
     """Why there is to be a further specimen on a run that has one."""
+
+
+class AskAmendment(Body):
+    """What changes in a certificate, why, and who authorises it."""
+
+    reason: Reason
+    authorised_by: Reason
+    role: Words = ""
+    order: Annotated[dict[Name, Words], Field(max_length=50)] = {}
+
+
+class AskSignature(Body):
+    """Who signs; the passphrase of the key, if it has one."""
+
+    by: Person
+    passphrase: Annotated[str, Field(max_length=500)] = ""

@@ -33,9 +33,14 @@ def open_text(screen):
     return page
 
 
-def type_at_the_end(page, text):
+def go_to_the_end(page):
+    """What is not seen of a long text is not on the page."""
     page.locator(".cm-content").click()
     page.keyboard.press("Control+End")
+
+
+def type_at_the_end(page, text):
+    go_to_the_end(page)
     page.keyboard.type(text, delay=20)
 
 
@@ -58,6 +63,7 @@ def test_a_mistake_is_shown_at_its_line_and_what_may_stand_there_is_offered(new_
     expect(gutter).to_have_text(number)
     for _ in range(5):
         page.keyboard.press("Control+z")
+    page.keyboard.press("Control+Home")
     page.locator(".cm-content").get_by_text("procedure/2").wait_for()
     word = page.locator(".cm-content").get_by_text("measurand").first
     word.hover()
@@ -98,6 +104,8 @@ def test_two_who_edit_one_procedure_are_told_and_nothing_is_lost(new_screen, own
     file = own.folder / QUICK
     assert file.read_text(encoding="utf-8").endswith("# Ann\n")
     second.reload()
+    second.wait_for_selector(".problems-box .good-text")
+    go_to_the_end(second)
     expect(second.locator(".cm-content")).to_contain_text("# Bob")
     expect(warning).to_contain_text("changed by Ann")
     second.get_by_role("button", name="Overwrite the file").click()
@@ -105,6 +113,7 @@ def test_two_who_edit_one_procedure_are_told_and_nothing_is_lost(new_screen, own
     assert file.read_text(encoding="utf-8").endswith("# Bob\n")
     expect(first.locator(".editor-notes .warn")).to_contain_text("changed by Bob")
     first.get_by_role("button", name="Discard mine").click()
+    go_to_the_end(first)
     expect(first.locator(".cm-content")).to_contain_text("# Bob")
     expect(first.locator(".editor-notes .warn")).to_have_count(0)
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis.requirements import partner_words
 from rigrunner.tools.comparing.procedures import ProcedureTexts, procedure_changes
+from rigrunner.tools.comparing.results import SECTION as RESULTS
 from rigrunner.tools.comparing.results import result_changes
 from rigrunner.tools.comparing.tree import Change, changes
 from rigrunner.yamlfile import parse
@@ -22,8 +23,19 @@ _STATION = ("id", "rig", "devices", "plugins", "instruments")
 def run_changes(before: StoredRun, after: StoredRun) -> Iterator[Change]:
     """Yield what is different between two runs; when each was made is none.
 
-    Results that differ by no more than their combined uncertainty are told, but do not matter.
+    The results come first, then what matters. Results that differ by no more than their combined
+    uncertainty are told, but do not matter.
     """
+    found = list(_changes(before, after))
+    order = dict.fromkeys(each.section for each in found)
+    heavy = {each.section for each in found if each.matters}
+    sections = sorted(order, key=lambda name: (name != RESULTS, name not in heavy))
+    for section in sections:
+        ours = (each for each in found if each.section == section)
+        yield from sorted(ours, key=lambda each: not each.matters)
+
+
+def _changes(before: StoredRun, after: StoredRun) -> Iterator[Change]:
     first, second = before.header, after.header
     yield from procedure_changes(texts_of(first), texts_of(second))
     yield from changes("state of the procedure", _state(first), _state(second))

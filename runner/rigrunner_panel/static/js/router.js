@@ -7,12 +7,14 @@ import { choosePage } from "./pages/choose.js";
 import { comparePage } from "./pages/compare.js";
 import { historyPage } from "./pages/history.js";
 import { manualPage } from "./pages/manual.js";
+import { overlayPage } from "./pages/overlay.js";
 import { procedurePage } from "./pages/procedure.js";
 import { proceduresPage } from "./pages/procedures.js";
 import { queuePage } from "./pages/queue.js";
 import { resultPage } from "./pages/result.js";
 import { runPage } from "./pages/run.js";
 import { setupPage } from "./pages/setup.js";
+import { trendsPage } from "./pages/trends.js";
 import { listen, store } from "./store.js";
 
 // A page is a function of the words of the address that returns {title, element, leave}.
@@ -26,6 +28,8 @@ const PAGES = {
   history: historyPage,
   runs: resultPage,
   compare: comparePage,
+  overlay: overlayPage,
+  trends: trendsPage,
 };
 
 const RUNNING = new Set(["starting", "running", "asking", "pausing", "paused", "ending", "analysing"]);

@@ -9,6 +9,7 @@ import { tried } from "../steer.js";
 import { said, t } from "../texts.js";
 
 const TYPING_MS = 200;
+const MOST_OVERLAID = 6;
 const PAGE = 50;
 
 export function historyPage() {
@@ -22,6 +23,7 @@ export function historyPage() {
   const nothing = h("p", { class: "nothing", hidden: true }, t("history.nothing"));
   const more = button(t("history.more"), () => load(true), { kind: "big" });
   const compare = button(t("history.compare"), () => go(`#/compare/${[...chosen].sort().map(encodeURIComponent).join("/")}`), { kind: "primary big" });
+  const overlay = button(t("history.overlay"), () => go(`#/overlay/${chosen.map(encodeURIComponent).join("/")}`));
   let timer = 0;
   let last = "";
 
@@ -66,6 +68,8 @@ export function historyPage() {
 
   function update() {
     compare.disabled = chosen.length !== 2;
+    overlay.disabled = chosen.length < 2 || chosen.length > MOST_OVERLAID;
+    setText(overlay.firstChild, t("history.overlay_n", { count: chosen.length }));
     setText(compare.firstChild, t("history.compare_n", { count: chosen.length }));
   }
 
@@ -75,7 +79,7 @@ export function historyPage() {
   return {
     title: t("history.title"),
     element: h("div", { class: "page history" },
-      h("div", { class: "head" }, h("h1", {}, t("history.title")), compare),
+      h("div", { class: "head" }, h("h1", {}, t("history.title")), h("div", { class: "row" }, h("a", { class: "button", href: "#/trends" }, t("trends.title")), overlay, compare)),
       h("div", { class: "filters" },
         labelled("history-search", "history.search", filters.search), labelled("history-verdict", "history.verdict", filters.verdict), labelled("history-outcome", "history.outcome", filters.outcome)),
       h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": t("history.title") }, h("table", { class: "runs" }, h("thead", {}, h("tr", {}, head.map((key) => h("th", { scope: "col" }, t(key))))), rows), nothing, more)),

@@ -54,11 +54,11 @@ export function procedurePage(name) {
     const usable = stations.items.filter((each) => !each.problem);
     const chosen = usable.find((each) => each.name === draft().station) ?? usable.find((each) => !each.shipped);
     fill(station, h("option", { value: "" }, t("procedure.no_station")), usable.map((each) => h("option", { value: each.name, selected: each === chosen }, each.title || each.name)));
-    take(found);
-    const kept = found.shipped ? null : sessionStorage.getItem(KEPT + name);
-    editor = procedureEditor(kept ?? found.text, { readOnly: found.shipped, changed: later, save: saveText });
+    const kept = found.shipped ? null : JSON.parse(sessionStorage.getItem(KEPT + name));
+    take(kept ? { ...found, digest: kept.digest } : found); // of the file that was changed here
+    editor = procedureEditor(kept?.text ?? found.text, { readOnly: found.shipped, changed: later, save: saveText });
     fill(place, editor.element);
-    if (kept !== null && kept !== found.text) tell(t("procedure.restored"), { kind: "info" });
+    if (kept && kept.text !== found.text) tell(t("procedure.restored"), { kind: "info" });
     await tellEditing();
     learn();
     update();
@@ -88,7 +88,7 @@ export function procedurePage(name) {
   }
 
   function later() {
-    if (isChanged()) sessionStorage.setItem(KEPT + name, editor.text());
+    if (isChanged()) sessionStorage.setItem(KEPT + name, JSON.stringify({ text: editor.text(), digest: opened.digest }));
     else sessionStorage.removeItem(KEPT + name);
     update();
     clearTimeout(timer);

@@ -6,6 +6,7 @@ import { button, fill, h } from "../dom.js";
 import { newDraft } from "../draft.js";
 import { bytes, localTime, plain, shownNumber, withUncertainty } from "../format.js";
 import { certificateForm } from "../parts/certificate.js";
+import { certificateList } from "../parts/certificates.js";
 import { endedBanners } from "../parts/ended.js";
 import { resultTables, storedResults } from "../parts/results.js";
 import { SIGNS, verdictText } from "../parts/verdict.js";
@@ -40,12 +41,13 @@ export function resultPage(run) {
   }
 
   function show(found) {
+    const documents = certificateList(run);
     const report = found.files.find((file) => file.name === "report.html");
     const frame = report ? h("iframe", { class: "report", src: report.url, title: t("result.report") }) : h("p", { class: "soft" }, t("result.no_report"));
     fill(body,
       head(found, again),
       h("div", { class: "result-columns" },
-        h("div", { class: "stack" }, facts(found), results(found), limits(found), points(found), checks(found), files(found), CONCLUDED.includes(found.item.outcome) ? certificateForm(run, found.inputs) : null),
+        h("div", { class: "stack" }, facts(found), results(found), limits(found), points(found), checks(found), files(found), documents.element, CONCLUDED.includes(found.item.outcome) ? certificateForm(run, found.inputs, documents.load) : null),
         h("section", { class: "card report-card" },
           h("div", { class: "head" }, h("h2", {}, t("result.report")), report ? h("a", { class: "button", href: report.url, target: "_blank", rel: "noopener" }, t("result.open_report")) : null), frame)));
   }

@@ -38,7 +38,7 @@ export function topBar() {
     const here = location.hash || "#/";
     for (const link of links) {
       const target = link.getAttribute("href");
-      const current = target === "#/" ? !["#/queue", "#/manual", "#/procedures", "#/history", "#/compare"].some((page) => here.startsWith(page)) : here.startsWith(target);
+      const current = target === "#/" ? !["#/queue", "#/manual", "#/procedures", "#/history", "#/runs", "#/compare", "#/overlay", "#/trends"].some((page) => here.startsWith(page)) : here.startsWith(target);
       if (current) link.setAttribute("aria-current", "page");
       else link.removeAttribute("aria-current");
     }

@@ -5,11 +5,24 @@ import { takeControl } from "../steer.js";
 import { fill, h } from "../dom.js";
 import { said, t } from "../texts.js";
 import { problemList } from "./notices.js";
+import { working } from "./working.js";
 
 const KEPT = "rigrunner.order";
 const ORDER = ["customer", "customer_contact", "item", "item_condition", "received"];
 // What a run knows where its procedure asks for it: field of the order, and input of the run.
 const FROM_RUN = [["item_id", "specimen"], ["operator", "operator"]];
+
+// What was issued, with its files.
+export function issuedWords(made) {
+  return [h("p", { class: "good-text" }, t("certificate.done", { number: made.number })),
+    h("ul", { class: "files" }, made.files.map((file) => h("li", {}, h("a", { href: file.url, target: "_blank", rel: "noopener" }, file.name)))),
+    ...made.notes.map((note) => h("p", { class: "soft" }, said(note)))];
+}
+
+// Why it was not, beside the form.
+export function refusal(error) {
+  return [h("p", { class: "bad-text" }, said(error.message)), error.hint ? h("p", { class: "hint" }, said(error.hint)) : null, problemList(error.problems ?? [])];
+}
 
 // The specimens of one order come one after the other: what was said of it is kept in this tab.
 function keptOrder() {
@@ -29,7 +42,8 @@ function textInput(id, value, required) {
   return h("input", { type, id, value, required, autocomplete: "off" });
 }
 
-export function certificateForm(run, inputs) {
+// `issued` is called once a certificate was issued.
+export function certificateForm(run, inputs, issued) {
   const kept = keptOrder();
   const unknown = FROM_RUN.filter(([, input]) => !inputs[input]).map(([name]) => name);
   const order = [...unknown, ...ORDER].map((name) => [name, textInput(`certificate-${name}`, kept[name] ?? "", true)]);
@@ -54,24 +68,19 @@ export function certificateForm(run, inputs) {
     sessionStorage.setItem(KEPT, JSON.stringify({ ...next, role: role.value.trim() }));
     const body = { authorised_by: by.value.trim(), role: role.value.trim(), language: language.value, not_for_certification: specimen.checked, further_copy: copy.value.trim(), order: given };
     send.disabled = true;
-    fill(told, h("p", { class: "soft" }, t("certificate.issuing")));
     try {
-      if (!(await takeControl())) {
-        fill(told);
-        return;
-      }
-      tellIssued(await post(`runs/${encodeURIComponent(run)}/certificate`, body));
+      if (!(await takeControl())) return;
+      tellIssued(await working(told, t("certificate.issuing"), () => post(`runs/${encodeURIComponent(run)}/certificate`, body)));
+      issued();
     } catch (error) {
-      fill(told, h("p", { class: "bad-text" }, said(error.message)), error.hint ? h("p", { class: "hint" }, said(error.hint)) : null, problemList(error.problems ?? []));
+      fill(told, refusal(error));
     } finally {
       send.disabled = false;
     }
   }
 
   function tellIssued(made) {
-    fill(told, h("p", { class: "good-text" }, t("certificate.done", { number: made.number })),
-      h("ul", { class: "files" }, made.files.map((file) => h("li", {}, h("a", { href: file.url, target: "_blank", rel: "noopener" }, file.name)))),
-      made.notes.map((note) => h("p", { class: "soft" }, note)));
+    fill(told, issuedWords(made));
   }
 
   return h("section", { class: "card" }, h("details", {}, h("summary", {}, h("h2", {}, t("certificate.title"))), form));

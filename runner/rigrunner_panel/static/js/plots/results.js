@@ -8,7 +8,7 @@ import { axis, chart, legend } from "./chart.js";
 const CAP_PX = 4;
 const POINT_PX = 4.5;
 const BAND = 0.15;
-const COLOURS = ["compensated", "raw", "ink-soft"];
+const COLOURS = ["compensated", "raw", "ink-soft", "good", "bad", "ink"];
 const DASH_PX = 11;
 
 // Shows the figures that the server sends as data; a chart is made anew where its axes are others.

@@ -1,0 +1,119 @@
+"""Several stored runs in one figure: their results over set-points, and a channel over time."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from itertools import pairwise
+from math import nan
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigrunner.api.figures import Axis, Figure, Series
+from rigrunner.api.units import from_si
+from rigrunner.run.set_points import coordinates_in, other_results
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from rigrunner.api.data import Recording, Samples
+    from rigrunner.runfile import StoredRun
+
+COLUMNS = 500
+"""Of a channel over time: the least and the greatest sample of each are drawn."""
+
+
+def result_figures(runs: Mapping[str, StoredRun]) -> Iterator[Figure]:
+    """Yield a figure of the torque over set-points, and of each named result over a coordinate."""
+    torque = {name: series for name, run in runs.items() if (series := _torque(name, run))}
+    if torque:
+        x, y = Axis("frequency", "Hz"), Axis("torque", "N·m")
+        yield Figure("torque", x, y, tuple(torque.values()))
+    found: dict[tuple[str, Axis, Axis], list[Series]] = defaultdict(list)
+    for name, run in runs.items():
+        for key, columns in _named(run).items():
+            found[key].append(Series.over(*columns[:2], name, "joined", columns[2]))
+    for (title, x, y), series in found.items():
+        yield Figure(title, x, y, tuple(series))
+
+
+def channel_figure(runs: Mapping[str, StoredRun], recording: str, channel: str) -> Figure | None:
+    """Return a channel of the recordings of that name over time; None where no run has it."""
+    series, unit = [], ""
+    for name, run in runs.items():
+        for each in run.recordings:
+            if each.name == recording and channel in each.channels:
+                unit = unit or each.written_in.get(channel) or each.units[channel]
+                series.append(_envelope(name, each, channel, unit))
+    if not series:
+        return None
+    x, y = Axis("time since the recording began", "s"), Axis(channel, unit)
+    return Figure(channel, x, y, tuple(series))
+
+
+def recorded(runs: Mapping[str, StoredRun]) -> dict[str, list[str]]:
+    """Return the channels of each recording that any of the runs has, by its name."""
+    found: dict[str, dict[str, None]] = defaultdict(dict)
+    for run in runs.values():
+        for each in run.recordings:
+            found[each.name] |= dict.fromkeys(each.channels)
+    return {name: list(channels) for name, channels in found.items()}
+
+
+def _torque(name: str, run: StoredRun) -> Series | None:
+    """Return the torque that the primary method found over the set frequency."""
+    document: Any = run.result_document or {}
+    method = (document.get("headline") or {}).get("method")
+    points = ((document.get("compensations") or {}).get(method) or {}).get("points") or ()
+    known = [each for each in points if each["set_frequency"]["value"] is not None]
+    if not known:
+        return None
+    return Series.over(
+        [each["set_frequency"]["value"] for each in known],
+        [each["torque"]["value"] for each in known],
+        name,
+        "joined",
+        [_expanded(each["torque"]) for each in known],
+    )
+
+
+def _named(run: StoredRun) -> dict[tuple[str, Axis, Axis], tuple[list[float], ...]]:
+    """Return x, y and U of each named result of which the first number it goes by is x."""
+    found: dict[tuple[str, Axis, Axis], tuple[list[float], ...]] = {}
+    for each in other_results(run.result_document or {}):
+        numbers = ((key, at) for key, at in coordinates_in(each).items())
+        at = next(((key, one) for key, one in numbers if isinstance(one.value, float)), None)
+        estimate = each["estimate"]
+        if at is None or estimate["value"] is None:
+            continue
+        axes = Axis(at[0], at[1].unit), Axis(each["name"], estimate["unit"])
+        x, y, half = found.setdefault((each["name"], *axes), ([], [], []))
+        x.append(float(at[1].value))
+        y.append(estimate["value"])
+        half.append(_expanded(estimate))
+    return found
+
+
+def _expanded(estimate: Mapping[str, Any]) -> float:
+    expanded = estimate["expanded_uncertainty_95"]
+    return nan if expanded is None else float(expanded)
+
+
+def _envelope(name: str, recording: Recording, channel: str, unit: str) -> Series:
+    """Return a channel over time: all samples, or the least and the greatest of each column."""
+    samples, count = recording.channels[channel], recording.samples
+    if count <= 2 * COLUMNS:
+        at = np.arange(count) / recording.rate_hz
+        return Series.over(at, _shown(samples, 0, count, unit), name, "line")
+    edges = np.linspace(0, count, COLUMNS + 1).astype(int)
+    x, y = [], []
+    for first, last in pairwise(edges):
+        piece = _shown(samples, int(first), int(last), unit)
+        x += 2 * [float(first) / recording.rate_hz]
+        y += [float(piece.min()), float(piece.max())]
+    return Series.over(x, y, name, "line")
+
+
+def _shown(samples: Samples, first: int, last: int, unit: str) -> Any:
+    values = np.asarray(samples[first:last], dtype=float)
+    return from_si(values, unit)

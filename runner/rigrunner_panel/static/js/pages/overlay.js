@@ -1,0 +1,67 @@
+// Several runs in one figure: their results, and a channel of a recording over time.
+
+import { get } from "../client.js";
+import { fill, h } from "../dom.js";
+import { working } from "../parts/working.js";
+import { resultCharts } from "../plots/results.js";
+import { tellError } from "../parts/notices.js";
+import { said, t } from "../texts.js";
+
+const MOST_FIGURES = 6;
+
+export function overlayPage(...runs) {
+  const results = resultCharts(MOST_FIGURES);
+  const curve = resultCharts(1);
+  const recording = h("select", { id: "overlay-recording", onchange: chooseRecording });
+  const channel = h("select", { id: "overlay-channel", onchange: showCurve });
+  const told = h("div", { role: "status" });
+  let known = {};
+
+  async function asked(more = {}) {
+    try {
+      return await working(told, t("overlay.reading"), () => get("overlay", { runs: runs.join(","), ...more }));
+    } catch (error) {
+      tellError(error);
+      return null;
+    }
+  }
+
+  async function load() {
+    const found = await asked();
+    if (!found) return;
+    known = found.recordings;
+    results.show(found.results);
+    if (!found.results.length) fill(results.element, h("p", { class: "soft" }, t("overlay.no_results")));
+    fill(recording, Object.keys(known).map((name) => h("option", { value: name }, name)));
+    chooseRecording();
+  }
+
+  function chooseRecording() {
+    const before = channel.value;
+    fill(channel, (known[recording.value] ?? []).map((name) => h("option", { value: name, selected: name === before }, name)));
+    showCurve();
+  }
+
+  async function showCurve() {
+    if (!channel.value) return;
+    const found = await asked({ recording: recording.value, channel: channel.value });
+    if (found?.curve) curve.show([{ ...found.curve, x: { ...found.curve.x, name: said(found.curve.x.name) } }]);
+  }
+
+  load();
+  return {
+    title: t("overlay.title"),
+    element: h("div", { class: "page overlay" },
+      h("div", { class: "head" }, h("h1", {}, t("overlay.title")), h("p", {}, runs.map((run) => h("a", { class: "run-link", href: `#/runs/${encodeURIComponent(run)}` }, run)))),
+      told,
+      h("div", { class: "two overlay-columns" },
+        h("section", { class: "card" }, h("h2", {}, t("results.title")), results.element),
+        h("section", { class: "card" }, h("h2", {}, t("overlay.curves")),
+          h("div", { class: "row" }, h("div", { class: "field" }, h("label", { for: "overlay-recording" }, t("overlay.recording")), recording), h("div", { class: "field" }, h("label", { for: "overlay-channel" }, t("overlay.channel")), channel)),
+          curve.element))),
+    leave() {
+      results.leave();
+      curve.leave();
+    },
+  };
+}

@@ -1,0 +1,93 @@
+// Control charts of what the runs found: one for each group, with the runs at which a rule is met.
+
+import { get, post } from "../client.js";
+import { fill, h } from "../dom.js";
+import { localTime, plain } from "../format.js";
+import { refusal } from "../parts/certificate.js";
+import { working } from "../parts/working.js";
+import { resultCharts } from "../plots/results.js";
+import { said, t } from "../texts.js";
+
+const GROUPS = ["type", "lot", "rig", "mandrel", "specimen", "operator", "procedure", "revision"];
+
+export function trendsPage() {
+  const quantity = select("trend-quantity", []);
+  const by = select("trend-by", [["", t("trends.by_usual")], ...GROUPS.map((name) => [name, t(`trends.group.${name}`)])]);
+  const chart = select("trend-chart", [["i-mr", t("trends.i-mr")], ["ewma", t("trends.ewma")]]);
+  const baseline = h("input", { type: "text", id: "trend-baseline", value: "20", autocomplete: "off", onchange: load });
+  const told = h("div", { role: "status" });
+  const charts = h("div", { class: "stack" });
+  let shown = [];
+
+  function select(id, choices) {
+    return h("select", { id, onchange: load }, choices.map(([value, text]) => h("option", { value }, text)));
+  }
+
+  async function open() {
+    try {
+      const { items } = await working(told, t("trends.reading"), async () => {
+        await post("archive/update");
+        return get("archive/quantities");
+      });
+      fill(quantity, items.map((name) => h("option", { value: name }, said(name))));
+      if (items.length) load();
+      else fill(told, h("p", { class: "nothing" }, t("trends.nothing")));
+    } catch (error) {
+      fill(told, refusal(error));
+    }
+  }
+
+  async function load() {
+    if (!quantity.value) return;
+    clear();
+    try {
+      const query = { quantity: quantity.value, by: by.value, chart: chart.value, baseline: baseline.value.trim() };
+      const found = await working(told, t("trends.charting"), () => get("trend", query));
+      clear();
+      fill(charts, found.charts.map((each) => group(each, found)));
+      fill(told, found.warnings.map((text) => h("p", { class: "banner warn" }, said(text))), left(found));
+    } catch (error) {
+      fill(told, refusal(error));
+    }
+  }
+
+  function clear() {
+    for (const each of shown) each.leave();
+    shown = [];
+    fill(charts);
+  }
+
+  function group(each, found) {
+    const plot = resultCharts(1);
+    shown.push(plot);
+    plot.show([{ ...each.figure, x: { ...each.figure.x, name: t("trends.run") } }]);
+    const numbers = [["trends.centre", each.centre], ["trends.lower", each.lower], ["trends.upper", each.upper]];
+    return h("section", { class: "card trend-card" }, h("h2", {}, each.name),
+      h("p", {}, numbers.map(([key, value]) => `${t(key)} ${plain(value)} ${found.unit}`).join(" · ")),
+      plot.element,
+      each.alarms.length
+        ? h("ul", { class: "changes" }, each.alarms.map((alarm) => h("li", {}, h("span", { class: "mark bad" }, `${plain(alarm.value)} ${found.unit}`),
+          h("span", {}, h("a", { href: `#/runs/${encodeURIComponent(alarm.run)}` }, `${localTime(alarm.utc)} ${alarm.run}`), h("span", { class: "soft block" }, alarm.rules.map((rule) => found.rules[rule] ?? rule).join("; "))))))
+        : h("p", { class: "good-text" }, t("trends.no_alarm")),
+      each.warnings.map((text) => h("p", { class: "soft" }, said(text))));
+  }
+
+  // What is in no chart, and why.
+  function left(found) {
+    const rows = [...Object.entries(found.not_charted).map(([name, reason]) => `${name}: ${said(reason)}`), ...found.excluded.map((each) => `${each.run}: ${said(each.reason)}`)];
+    return rows.length ? h("details", {}, h("summary", {}, t("trends.left_out", { count: rows.length })), h("ul", {}, rows.map((text) => h("li", {}, text)))) : null;
+  }
+
+  open();
+  return {
+    title: t("trends.title"),
+    element: h("div", { class: "page trends" }, h("div", { class: "head" }, h("h1", {}, t("trends.title")), h("a", { class: "button", href: "#/history" }, t("nav.history"))),
+      h("div", { class: "filters four" }, labelled("trends.quantity", quantity), labelled("trends.by", by), labelled("trends.chart", chart), labelled("trends.baseline", baseline)),
+      told, charts),
+    leave: clear,
+  };
+}
+
+function labelled(key, control) {
+  return h("div", { class: "field" }, h("label", { for: control.id }, t(key)), control);
+}

@@ -1,0 +1,87 @@
+"""Control charts of the archive of the runs' folder, and what there is to chart."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from math import nan
+from typing import TYPE_CHECKING
+
+from rigrunner.api.figures import Axis, Figure, Mark, Series
+from rigrunner_fleet.archive.filters import filters_of
+from rigrunner_fleet.archive.indexing import index
+from rigrunner_fleet.archive.querying import open_archive, rows
+from rigrunner_fleet.monitoring.baseline import baseline_of
+from rigrunner_fleet.monitoring.observing import observe
+from rigrunner_fleet.monitoring.quantities import TORQUES
+from rigrunner_fleet.monitoring.trending import trend
+from rigrunner_fleet.trends.charting import Charting
+
+RULES = ("nelson", "western-electric", "shewhart")
+"""Sets of rules that a chart of individuals is held against."""
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from rigrunner.api.studies import Trend, TrendSeries
+    from rigrunner_fleet.archive.indexing import Indexed
+
+
+def update(runs: Path) -> Indexed | None:
+    """Bring the archive up to date with the folder of runs; None where there is no such folder."""
+    if not runs.is_dir():
+        return None
+    with closing(open_archive(runs)) as archive:
+        (found,) = index(archive, [runs])
+    return found
+
+
+def quantities(runs: Path) -> list[str]:
+    """Return the names of what the archive has values of: results of runs, figures of rigs."""
+    everything = filters_of()
+    with closing(open_archive(runs)) as archive:
+        torques = {
+            name
+            for each in rows(archive, "runs", everything)
+            for name, (column, _) in TORQUES.items()
+            if each[column] is not None
+        }
+        named = {each["name"] for each in rows(archive, "results", everything)} - set(TORQUES)
+        figures = {
+            f"{each['source']}/{each['name']}" for each in rows(archive, "figures", everything)
+        }
+    return [*(name for name in TORQUES if name in torques), *sorted(named), *sorted(figures)]
+
+
+def charts(
+    runs: Path, quantity: str, by: tuple[str, ...], words: Mapping[str, str], how: Charting
+) -> Trend:
+    """Return the charts of a quantity; raises as `trend` and `observe` do."""
+    with closing(open_archive(runs)) as archive:
+        found = observe(archive, quantity, filters_of(**words), by)
+    return trend(found, how, {"quantity": quantity})
+
+
+def charting(chart: str, rules: str, baseline: str) -> Charting:
+    """Return how charts are made; raise UsageError for a baseline that is none."""
+    return Charting(chart, rules, baseline_of(baseline))
+
+
+def figure(found: Trend, series: TrendSeries) -> Figure:
+    """Return the chart of a group: values in their order, limits, and where a rule is met."""
+    plotted = [each.plotted for each in series.points]
+    numbers = range(1, len(plotted) + 1)
+    expanded = [each.observed.expanded or nan for each in series.points]
+    shown = Series.over(numbers, plotted, series.name, "joined", expanded)
+    alarms = [(n, each.plotted) for n, each in zip(numbers, series.points, strict=True)
+              if each.rules and not each.baseline]  # fmt: skip
+    marked = Series.over([n for n, _ in alarms], [y for _, y in alarms], "alarm", "marked")
+    last = series.points[-1]
+    limits = (series.individuals.centre, last.lower, last.upper)
+    return Figure(
+        series.name,
+        Axis("run"),
+        Axis(found.quantity, found.unit),
+        (shown, marked) if alarms else (shown,),
+        tuple(Mark("y", at, is_limit=True) for at in limits),
+    )

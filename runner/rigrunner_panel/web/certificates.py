@@ -1,0 +1,174 @@
+"""Certificates of a stored run: issued, amended, verified and signed."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from rigrunner.api.certificate import Authorisation, parse_certificate
+from rigrunner.api.errors import DataError
+from rigrunner.certificate.numbers import Numbers, prefix_of
+from rigrunner.certificate.order import Order
+from rigrunner.documents.certifying.amend import AmendRequest, amend
+from rigrunner.documents.certifying.certify import Request, certify
+from rigrunner.documents.certifying.sign import Signer, sign
+from rigrunner.documents.verifying.certificate import Means, verify_certificate
+from rigrunner.documents.verifying.forms import paths_of, signature_file_of
+from rigrunner.documents.verifying.run import verify_run
+from rigrunner.registry import load_registry
+from rigrunner_panel.errors import PanelError, not_found
+from rigrunner_panel.web.answers import (
+    CertificateItem,
+    Certificates,
+    IssuedAnswer,
+    SignedAnswer,
+    VerificationAnswer,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from rigrunner.api.certificate import Certificate
+    from rigrunner.documents.certifying.office import Issued
+    from rigrunner.documents.verifying.verification import Verification
+    from rigrunner_panel.web.asked import Asked
+    from rigrunner_panel.web.panel import Panel
+    from rigrunner_panel.web.requests import AskAmendment, AskCertificate, AskSignature
+
+LONGEST = 20_000_000
+"""Bytes of a file that is looked at for a certificate."""
+
+
+def certificates(panel: Panel, asked: Asked) -> Certificates:
+    """Return the certificates in a run's folder, oldest first."""
+    name = asked.path["run"]
+    items = [_item(panel, name, path, each) for path, each in _in(panel.history.folder(name))]
+    key = panel.settings.signing_key is not None
+    ordered = sorted(items, key=lambda each: (each.issued_utc, each.number))
+    return Certificates(items=ordered, can_sign=key)
+
+
+def issue(panel: Panel, asked: Asked) -> IssuedAnswer:
+    """Issue a certificate on a stored run, under the laboratory's letterhead."""
+    body: AskCertificate = asked.body
+    name = asked.path["run"]
+    request = Request(
+        letterhead=panel.settings.letterhead,
+        order=Order(),
+        authorisation=Authorisation(by=body.authorised_by.strip(), role=body.role.strip()),
+        not_for_certification=body.not_for_certification,
+        language=body.language,
+        given=body.order,
+        further_copy=body.further_copy,
+    )
+    issued = certify(panel.history.folder(name), request, load_registry(), panel.now())
+    return _issued(panel, name, issued)
+
+
+def change(panel: Panel, asked: Asked) -> IssuedAnswer:
+    """Issue a document that replaces a certificate; what is not given stays as it is."""
+    body: AskAmendment = asked.body
+    name = asked.path["run"]
+    request = AmendRequest(
+        letterhead=panel.settings.letterhead,
+        reason=body.reason.strip(),
+        authorisation=Authorisation(by=body.authorised_by.strip(), role=body.role.strip()),
+        given={key: text for key, text in body.order.items() if text.strip()},
+    )
+    issued = amend(_file(panel, asked), request, load_registry(), panel.now())
+    return _issued(panel, name, issued)
+
+
+def verify(panel: Panel, asked: Asked) -> VerificationAnswer:
+    """Verify a certificate, and compute its numbers again from the samples."""
+    means = Means(
+        run=panel.history.folder(asked.path["run"]),
+        runs=panel.settings.runs,
+        registry=load_registry(),
+        trusted=_trusted(panel),
+        letterhead=panel.settings.letterhead,
+    )
+    return _told(verify_certificate(_file(panel, asked), means))
+
+
+def verify_stored(panel: Panel, asked: Asked) -> VerificationAnswer:
+    """Verify a stored run, and compute its result again from the samples."""
+    return _told(verify_run(panel.history.folder(asked.path["run"]), load_registry()))
+
+
+def sign_one(panel: Panel, asked: Asked) -> SignedAnswer:
+    """Sign a certificate with the key that the panel was started with."""
+    body: AskSignature = asked.body
+    if panel.settings.signing_key is None:
+        hint = "start the panel with --signing-key"
+        raise PanelError(409, "wrong_state", "this panel has no key to sign with", hint)
+    signer = Signer(
+        key=panel.settings.signing_key,
+        by=body.by.strip(),
+        letterhead=panel.settings.letterhead,
+        passphrase=body.passphrase,
+    )
+    made = sign(_file(panel, asked), signer, load_registry(), panel.now())
+    return SignedAnswer(files=panel.links(asked.path["run"], [made]))
+
+
+def _in(folder: Path) -> Iterator[tuple[Path, Certificate]]:
+    """Yield the certificates of a folder with their files."""
+    for path in folder.glob("*.json"):
+        with suppress(DataError, OSError):
+            if path.is_symlink() or path.stat().st_size > LONGEST:
+                continue
+            yield path, parse_certificate(path.read_bytes(), path.name)
+
+
+def _item(panel: Panel, run: str, path: Path, found: Certificate) -> CertificateItem:
+    numbers = Numbers(panel.settings.letterhead, prefix_of(found.number))
+    signature = signature_file_of(path)
+    files = [*paths_of(path), *([signature] if signature.is_file() else [])]
+    return CertificateItem(
+        number=found.number,
+        issued_utc=found.issued_utc,
+        by=found.authorisation.by,
+        for_certification=not found.restrictions,
+        amends="" if found.amends is None else found.amends.number,
+        reason="" if found.amends is None else found.amends.reason,
+        replaced_by=numbers.replaced_by(found.number),
+        signed=signature.is_file(),
+        files=panel.links(run, files),
+    )
+
+
+def _file(panel: Panel, asked: Asked) -> Path:
+    """Return the JSON of the certificate of that number in a run's folder; raise PanelError."""
+    number = asked.path["number"]
+    for path, found in _in(panel.history.folder(asked.path["run"])):
+        if found.number == number:
+            return path
+    raise not_found(f"the run has no certificate '{number[:80]}'")
+
+
+def _issued(panel: Panel, run: str, issued: Issued) -> IssuedAnswer:
+    links = panel.links(run, issued.files)
+    return IssuedAnswer(number=issued.certificate.number, files=links, notes=issued.notes)
+
+
+def _trusted(panel: Panel) -> tuple[Path, ...]:
+    """Return the public half of the panel's key, where it lies beside it."""
+    key = panel.settings.signing_key
+    public = None if key is None else key.with_name(f"{key.name}.pub")
+    return (public,) if public is not None and public.is_file() else ()
+
+
+def _told(found: Verification) -> VerificationAnswer:
+    return VerificationAnswer(
+        matches=found.matches,
+        conclusion=found.conclusion,
+        held=found.held,
+        differences=found.differences,
+        replaced=found.replaced,
+        unproven=found.unproven,
+        not_recomputed=found.not_recomputed,
+        unchecked=found.unchecked,
+        information=found.information,
+    )

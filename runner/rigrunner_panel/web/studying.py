@@ -1,0 +1,104 @@
+"""Many stored runs: curves laid over each other, and control charts of the archive."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.clock import utc_text
+from rigrunner.runfile import read
+from rigrunner_panel import trends
+from rigrunner_panel.errors import PanelError
+from rigrunner_panel.overlaying import channel_figure, recorded, result_figures
+from rigrunner_panel.web.answers import (
+    AlarmAt,
+    ArchiveUpdated,
+    ChartOfGroup,
+    OverlayAnswer,
+    Quantities,
+    RunAndReason,
+    TrendAnswer,
+)
+
+if TYPE_CHECKING:
+    from rigrunner.api.studies import Trend, TrendSeries
+    from rigrunner_panel.web.asked import Asked
+    from rigrunner_panel.web.panel import Panel
+
+MOST_RUNS = 6
+"""That are laid over each other: more colours nobody tells apart."""
+GROUPS = ("type", "lot", "rig", "mandrel", "specimen", "operator", "procedure", "revision")
+
+
+def overlay(panel: Panel, asked: Asked) -> OverlayAnswer:
+    """Return the results of some runs, and one of their channels, in figures."""
+    names = [each for each in asked.query.get("runs", "").split(",") if each]
+    if not 1 <= len(names) <= MOST_RUNS:
+        message = f"got {len(names)} runs, expected 1 to {MOST_RUNS}"
+        raise PanelError(400, "bad_request", message)
+    runs = {name: read(panel.history.folder(name)) for name in names}
+    recording, channel = asked.query.get("recording", ""), asked.query.get("channel", "")
+    return OverlayAnswer(
+        recordings=recorded(runs),
+        results=tuple(result_figures(runs)),
+        curve=channel_figure(runs, recording, channel) if recording else None,
+    )
+
+
+def update(panel: Panel, _: Asked) -> ArchiveUpdated:
+    """Bring the archive up to date with the runs: a file beside them, made of them alone."""
+    with panel.archiving:
+        found = trends.update(panel.settings.runs)
+    if found is None:
+        return ArchiveUpdated(runs=0, new=0, changed=0, unreadable=0)
+    return ArchiveUpdated(
+        runs=found.runs, new=found.new, changed=found.changed, unreadable=len(found.unreadable)
+    )
+
+
+def quantities(panel: Panel, _: Asked) -> Quantities:
+    """Return what there is to chart."""
+    return Quantities(items=trends.quantities(panel.settings.runs))
+
+
+def trend(panel: Panel, asked: Asked) -> TrendAnswer:
+    """Return control charts of a quantity, one for each group of runs."""
+    query = asked.query
+    by = tuple(each for each in query.get("by", "").split(",") if each)
+    chart, rules = query.get("chart") or "i-mr", query.get("rules") or "nelson"
+    if set(by) - set(GROUPS) or chart not in ("i-mr", "ewma") or rules not in trends.RULES:
+        message = "got by, chart or rules with a value that is not known"
+        raise PanelError(400, "bad_request", message, "GET /api/openapi.json describes it")
+    how = trends.charting(chart, rules, query.get("baseline") or "20")
+    words = {name: query[name] for name in ("procedure", "since", "until") if query.get(name)}
+    found = trends.charts(panel.settings.runs, query.get("quantity", ""), by, words, how)
+    return TrendAnswer(
+        quantity=found.quantity,
+        unit=found.unit,
+        rules=dict(found.rules),
+        charts=[_chart(found, each) for each in found.series],
+        not_charted=dict(found.not_charted),
+        excluded=[RunAndReason(run=each.run_id, reason=each.reason) for each in found.excluded],
+        warnings=list(found.warnings),
+    )
+
+
+def _chart(found: Trend, series: TrendSeries) -> ChartOfGroup:
+    alarms = [
+        AlarmAt(
+            run=each.observed.run_id,
+            utc=utc_text(each.observed.started_utc),
+            value=each.observed.value,
+            rules=each.rules,
+        )
+        for each in series.alarms
+    ]
+    return ChartOfGroup(
+        name=series.name,
+        centre=series.individuals.centre,
+        lower=series.individuals.lower,
+        upper=series.individuals.upper,
+        runs=[each.observed.run_id for each in series.points],
+        alarms=alarms,
+        warnings=list(series.warnings),
+        figure=trends.figure(found, series),
+    )

@@ -1,0 +1,59 @@
+"""Certificates in the panel: issued, refused twice, verified, amended and signed."""
+
+from __future__ import annotations
+
+import shutil
+
+from playwright.sync_api import expect
+
+from e2e.panel.helpers_screen import running_panel
+from helpers_cli import call
+
+ORDER = {
+    "Customer": "A customer", "Customer's address": "1 Street", "Item tested": "Bearing",
+    "Condition when received": "as new", "Received on": "2026-01-01",
+}  # fmt: skip
+
+
+def test_a_certificate_goes_through_its_whole_life(new_screen, lab, tmp_path):
+    folder, key = tmp_path / "lab", tmp_path / "key.pem"
+    shutil.copytree(lab, folder)
+    assert call("sign", "--new-key", key).code == 0
+    with running_panel(folder, options=("--signing-key", str(key))) as panel:
+        screen = new_screen(panel)
+        run = next(each.name for each in panel.runs.iterdir() if "QUICK-ST" in each.name)
+        screen.open(f"#/runs/{run}")
+        page = screen.page
+        page.get_by_role("heading", name="Issue a certificate").click()
+        for label, text in ORDER.items():
+            page.get_by_label(label, exact=True).fill(text)
+        page.get_by_label("Authorised by").fill("Ann Jones")
+        page.get_by_role("button", name="Issue", exact=True).click()
+        screen.say_name()
+        first = page.locator(".issued").first
+        expect(first).to_contain_text("not for certification")
+        page.get_by_role("button", name="Issue", exact=True).click()
+        refused = page.locator("form.inputs .told")
+        expect(refused).to_contain_text("it was issued on")
+
+        first.get_by_role("button", name="Verify").click()
+        expect(first.locator(".told")).to_contain_text("Match:")
+        first.get_by_role("button", name="Amend").click()
+        page.get_by_label("Reason", exact=True).fill("Another address")
+        page.locator("#amend-customer_contact").fill("2 Street")
+        page.locator(".dialog").get_by_role("button", name="Amend").click()
+        expect(page.locator(".issued")).to_have_count(2)
+        expect(first).to_contain_text("replaced by")
+        expect(first.get_by_role("button", name="Amend")).to_have_count(0)
+        second = page.locator(".issued").nth(1)
+        expect(second).to_contain_text("Another address")
+        second.get_by_role("button", name="Sign").click()
+        page.locator(".dialog").get_by_role("button", name="Sign").click()
+        expect(second).to_contain_text("signed")
+        second.get_by_role("button", name="Verify").click()
+        expect(second.locator(".told")).to_contain_text("Match:")
+        first.get_by_role("button", name="Verify").click()
+        expect(first.locator(".told")).to_contain_text("REPLACED")
+        page.get_by_role("button", name="Verify this run").click()
+        expect(page.locator(".card > .told")).to_contain_text("Match:")
+        assert len(list((panel.runs / run).glob("*.sig.json"))) == 1
