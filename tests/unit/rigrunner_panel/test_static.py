@@ -30,8 +30,11 @@ def test_both_languages_say_the_same_with_the_same_values():
     english, german = words("en"), words("de")
     assert list(english) == list(german)
     for key, text in english.items():
-        names = sorted(re.findall(r"\{(?!article|list)(\w+)\}", text))  # German does without
-        assert sorted(re.findall(r"\{(\w+)\}", german[key])) == names, key
+        names, told = (
+            sorted(re.findall(r"\{(?!article|list)(\w+)\}", each))  # German may do without
+            for each in (text, german[key])
+        )
+        assert told == names, key
         assert german[key].strip(), key
 
 

@@ -55,7 +55,7 @@ export function procedureEditor(text, { readOnly = false, changed = () => {}, sa
     syntaxHighlighting(COLOURS), LOOKS, EditorView.lineWrapping,
     EditorState.readOnly.of(readOnly), EditorState.tabSize.of(2),
     EditorState.phrases.of(Object.fromEntries(PHRASES.map((phrase) => [phrase, t(`editor.${phrase.toLowerCase().replaceAll(" ", "_")}`)]))),
-    EditorView.contentAttributes.of({ "aria-label": t("editor.label"), spellcheck: "false" }),
+    EditorView.contentAttributes.of({ "aria-label": t("editor.label"), spellcheck: "false", tabindex: "0" }),
     autocompletion({ override: [(context) => completions(schema, context)] }),
     hoverTooltip((shown, at) => help(schema, shown, at)),
     EditorView.updateListener.of((update) => update.docChanged && changed()),

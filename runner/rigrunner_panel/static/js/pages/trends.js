@@ -13,7 +13,7 @@ const GROUPS = ["type", "lot", "rig", "mandrel", "specimen", "operator", "proced
 export function trendsPage() {
   const quantity = select("trend-quantity", []);
   const by = select("trend-by", [["", t("trends.by_usual")], ...GROUPS.map((name) => [name, t(`trends.group.${name}`)])]);
-  const chart = select("trend-chart", [["i-mr", t("trends.i-mr")], ["ewma", t("trends.ewma")]]);
+  const chart = select("trend-chart", [["i-mr", t("trends.individuals")], ["ewma", t("trends.ewma")]]);
   const baseline = h("input", { type: "text", id: "trend-baseline", value: "20", autocomplete: "off", onchange: load });
   const told = h("div", { role: "status" });
   const charts = h("div", { class: "stack" });
