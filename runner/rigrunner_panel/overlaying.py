@@ -10,44 +10,44 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigrunner.api.figures import Axis, Figure, Series
-from rigrunner.api.units import from_si
+from rigrunner.api.units import unit
 from rigrunner.run.set_points import coordinates_in, other_results
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from rigrunner.api.data import Recording, Samples
+    from rigrunner.api.data import Array, Recording, Samples
     from rigrunner.runfile import StoredRun
 
+Columns = tuple[list[float], list[float], list[float]]
 COLUMNS = 500
 """Of a channel over time: the least and the greatest sample of each are drawn."""
 
 
 def result_figures(runs: Mapping[str, StoredRun]) -> Iterator[Figure]:
     """Yield a figure of the torque over set-points, and of each named result over a coordinate."""
-    torque = {name: series for name, run in runs.items() if (series := _torque(name, run))}
+    torque = [each for name, run in runs.items() if (each := _torque(name, run)) is not None]
     if torque:
-        x, y = Axis("frequency", "Hz"), Axis("torque", "N·m")
-        yield Figure("torque", x, y, tuple(torque.values()))
+        yield Figure("torque", Axis("frequency", "Hz"), Axis("torque", "N·m"), tuple(torque))
     found: dict[tuple[str, Axis, Axis], list[Series]] = defaultdict(list)
     for name, run in runs.items():
-        for key, columns in _named(run).items():
-            found[key].append(Series.over(*columns[:2], name, "joined", columns[2]))
+        for key, (at, values, half) in _named(run).items():
+            found[key].append(Series.over(at, values, name, "joined", half))
     for (title, x, y), series in found.items():
         yield Figure(title, x, y, tuple(series))
 
 
 def channel_figure(runs: Mapping[str, StoredRun], recording: str, channel: str) -> Figure | None:
     """Return a channel of the recordings of that name over time; None where no run has it."""
-    series, unit = [], ""
+    series, symbol = [], ""
     for name, run in runs.items():
         for each in run.recordings:
             if each.name == recording and channel in each.channels:
-                unit = unit or each.written_in.get(channel) or each.units[channel]
-                series.append(_envelope(name, each, channel, unit))
+                symbol = symbol or each.written_in.get(channel) or each.units[channel]
+                series.append(_envelope(name, each, channel, symbol))
     if not series:
         return None
-    x, y = Axis("time since the recording began", "s"), Axis(channel, unit)
+    x, y = Axis("time since the recording began", "s"), Axis(channel, symbol)
     return Figure(channel, x, y, tuple(series))
 
 
@@ -77,9 +77,9 @@ def _torque(name: str, run: StoredRun) -> Series | None:
     )
 
 
-def _named(run: StoredRun) -> dict[tuple[str, Axis, Axis], tuple[list[float], ...]]:
+def _named(run: StoredRun) -> dict[tuple[str, Axis, Axis], Columns]:
     """Return x, y and U of each named result of which the first number it goes by is x."""
-    found: dict[tuple[str, Axis, Axis], tuple[list[float], ...]] = {}
+    found: dict[tuple[str, Axis, Axis], Columns] = {}
     for each in other_results(run.result_document or {}):
         numbers = ((key, at) for key, at in coordinates_in(each).items())
         at = next(((key, one) for key, one in numbers if isinstance(one.value, float)), None)
@@ -99,21 +99,21 @@ def _expanded(estimate: Mapping[str, Any]) -> float:
     return nan if expanded is None else float(expanded)
 
 
-def _envelope(name: str, recording: Recording, channel: str, unit: str) -> Series:
+def _envelope(name: str, recording: Recording, channel: str, symbol: str) -> Series:
     """Return a channel over time: all samples, or the least and the greatest of each column."""
     samples, count = recording.channels[channel], recording.samples
     if count <= 2 * COLUMNS:
         at = np.arange(count) / recording.rate_hz
-        return Series.over(at, _shown(samples, 0, count, unit), name, "line")
+        return Series.over(at, _shown(samples, 0, count, symbol), name, "line")
     edges = np.linspace(0, count, COLUMNS + 1).astype(int)
     x, y = [], []
     for first, last in pairwise(edges):
-        piece = _shown(samples, int(first), int(last), unit)
+        piece = _shown(samples, int(first), int(last), symbol)
         x += 2 * [float(first) / recording.rate_hz]
         y += [float(piece.min()), float(piece.max())]
     return Series.over(x, y, name, "line")
 
 
-def _shown(samples: Samples, first: int, last: int, unit: str) -> Any:
-    values = np.asarray(samples[first:last], dtype=float)
-    return from_si(values, unit)
+def _shown(samples: Samples, first: int, last: int, symbol: str) -> Array:
+    known = unit(symbol)
+    return (np.asarray(samples[first:last]) - known.offset) / known.factor
