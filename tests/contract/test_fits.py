@@ -224,7 +224,7 @@ def test_it_never_extrapolates(name, x):
 @pytest.mark.parametrize("n", [0, 1, 2])
 def test_too_few_points_are_counted(name, n):
     given = points(name)
-    with pytest.raises(DataError, match=rf"there are {n}|{n} points cannot"):
+    with pytest.raises(DataError, match=rf"got {n}|{n} points cannot"):
         fit(name, Points(given.x[:n], given.y[:n], given.u_y[:n]))
 
 

@@ -68,7 +68,7 @@ XY = ("--y", "y", "--x", "x")
         ("x,y\n1,2\n2,two\n", XY, 3, "t.csv:3: error: y: 'two' is not a number"),
         ("x,y\n1,2\n2\n", XY, 3, "t.csv:3: error: 1 cells; the first line has 2"),
         ("", XY, 3, "t.csv:1: error: the table is empty"),
-        ("x,y\n1,2\n2,3\n", XY, 5, "needs 4 different values of x; there are 2"),
+        ("x,y\n1,2\n2,3\n", XY, 5, "needs 4 different values of x, got 2"),
         ("x,y\n1,2\nnan,3\n", XY, 5, "not a finite number"),
         ("x,y\n1,2\n", (*XY, "--fit", "polinomial"), 3, "polinomial"),
         ("x,y\n1,2\n", (*XY, "--fit", "polynomial: {degree: 11}"), 3, "degree"),
@@ -83,3 +83,10 @@ def test_slips_have_their_place(text, words, code, message, tmp_path):
     done = call("fit", path, *words)
     assert done.code == code, done.err
     assert message in done.err
+
+
+def test_a_fit_of_a_table_has_the_names_of_its_columns(tmp_path):
+    wear = tmp_path / "wear.csv"
+    wear.write_text("load,wear\n1,2\n2,4.1\n3,5.9\n4,8.2\n", encoding="utf-8")
+    found = call("fit", wear, "--y", "wear", "--x", "load")
+    assert found.out.startswith("wear = c0 + c1·load + c2·load²\n")

@@ -69,7 +69,7 @@ def test_points_that_are_nearly_the_same_do_not_count_as_many():
     x = np.add.outer([10.0, 20.0, 30.0], [0.0, 6e-3, 12e-3, 18e-3]).ravel()
     points = Points(x, 1 + x**2)
     PolynomialFit(PolynomialSettings(degree=1))(points)
-    with pytest.raises(DataError, match="needs 12 different frequencies; there are 3"):
+    with pytest.raises(DataError, match="needs 12 different values of f, got 3"):
         PolynomialFit(PolynomialSettings(degree=10))(points)
 
 
@@ -79,7 +79,7 @@ def test_a_degree_that_the_data_do_not_allow_is_refused(degree):
     filip = read("Filip").points
     few = Points(filip.x[:11], filip.y[:11], x_unit="s")
     PolynomialFit(PolynomialSettings(degree=8))(few)
-    needs = f"needs {degree + 2} different values of x; there are 10"
+    needs = f"needs {degree + 2} different values of f, got 10"
     with pytest.raises(DataError, match=needs):
         PolynomialFit(PolynomialSettings(degree=degree))(few)
 

@@ -54,7 +54,7 @@ class AiccFit:
     def _tried(
         self, points: Points, powers: tuple[int, ...]
     ) -> tuple[Candidate, FittedCurve | None]:
-        name, count = formula(powers), len(powers)
+        name, count = formula(powers, points), len(powers)
         try:
             curve = fit_chosen_powers(points, powers, weighted=self.settings.weighted)
             score = aicc(curve, float(np.abs(points.y).max()))
@@ -72,7 +72,7 @@ def aicc(curve: FittedCurve, largest_y: float) -> float:
     n, k = len(curve.residuals), len(curve.names) + 1
     needed = least_points_of_aicc(k - 1)
     if n < needed:
-        raise DataError(f"AICc of {k - 1} coefficients needs {needed} points; there are {n}")
+        raise DataError(f"AICc of {k - 1} coefficients needs {needed} points, got {n}")
     rounding = n * (np.finfo(np.float64).eps * largest_y) ** 2
     rss = max(curve.residual_s**2 * curve.dof, rounding, np.finfo(np.float64).tiny)
     return n * log(rss / n) + 2 * k + 2 * k * (k + 1) / (n - k - 1)

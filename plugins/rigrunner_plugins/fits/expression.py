@@ -82,7 +82,7 @@ class ExpressionFit:
             for name, values in zip(model.over, columns.T, strict=True)
         }
         return FittedExpression(
-            formula=f"T = {self.settings.model}",
+            formula=f"{points.y_name} = {self.settings.model}",
             names=model.parameters,
             units=tuple(each.unit for each in self.settings.start.values()),
             coefficients=parameters.astype(np.float64),
@@ -111,7 +111,7 @@ class ExpressionFit:
         if different < needed:
             raise DataError(
                 f"{len(self.settings.start)} parameters with their uncertainty need {needed} "
-                f"different points; there are {different}"
+                f"different points, got {different}"
             )
 
 

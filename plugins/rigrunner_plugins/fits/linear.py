@@ -30,10 +30,9 @@ def refuse_unfit(points: Points, powers: tuple[int, ...]) -> None:
     refuse_not_finite(points)
     found, needed = different(points.x), least_points(len(powers))
     if found < needed:
-        what = "frequencies" if points.x_unit == "Hz" else "values of x"
         raise DataError(
-            f"{formula(powers)} with its uncertainty needs {needed} different {what}; "
-            f"there are {found}"
+            f"{formula(powers, points)} with its uncertainty needs {needed} different values of "
+            f"{points.x_name}, got {found}"
         )
 
 
@@ -60,7 +59,7 @@ def _curve(points: Points, basis: Powers, roots: Array, solution: Solution) -> F
         return value.astype(np.float64), rows.astype(np.float64)
 
     return FittedCurve(
-        formula=formula(basis.powers),
+        formula=formula(basis.powers, points),
         names=tuple(f"c{k}" for k in basis.powers),
         units=tuple(unit(points.y_unit, points.x_unit, k) for k in basis.powers),
         coefficients=(plain @ solution.coefficients).astype(np.float64),

@@ -8,19 +8,20 @@ two points is not in it.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf, nan
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from rigrunner.api import DataError, Points
+from rigrunner.api import DataError
 from rigrunner_plugins.fits.curve import RANGE_TOLERANCE, FittedCurve
 from rigrunner_plugins.fits.points import refuse_not_finite, refuse_several
 from rigrunner_plugins.fits.requirements import LEAST_OF_PCHIP
 
 if TYPE_CHECKING:
-    from rigrunner.api import Array
+    from rigrunner.api import Array, Points
 
 
 def interpolate(points: Points) -> FittedCurve:
@@ -39,8 +40,8 @@ def interpolate(points: Points) -> FittedCurve:
         return value[:, 0], (up - down) / 2
 
     return FittedCurve(
-        formula="T = monotone cubic (PCHIP) through the points",
-        names=tuple(f"T({x:.4g} {points.x_unit})" for x in points.x),
+        formula=f"{points.y_name} = monotone cubic (PCHIP) through the points",
+        names=tuple(f"{points.y_name}({x:.4g} {points.x_unit})" for x in points.x),
         units=(points.y_unit,) * len(points.x),
         coefficients=points.y,
         covariance=np.diag(u_y**2),
@@ -57,7 +58,7 @@ def _ascending(points: Points) -> Points:
     refuse_several(points)
     if len(points.x) < LEAST_OF_PCHIP:
         raise DataError(
-            f"an interpolation needs {LEAST_OF_PCHIP} points; there are {len(points.x)}"
+            f"an interpolation needs {LEAST_OF_PCHIP} points, got {len(points.x)}"
         )
     refuse_not_finite(points)
     order = np.argsort(points.x)
@@ -66,11 +67,11 @@ def _ascending(points: Points) -> Points:
     if close.size:
         first, second = x[close[0]], x[close[0] + 1]
         raise DataError(
-            f"two points at one frequency, {first:.6g} and {second:.6g} {points.x_unit}",
+            f"two points at the same {points.x_name}, {first:.6g} and {second:.6g} {points.x_unit}",
             hint="an interpolation goes through every point; choose a fit that averages",
         )
     u_y = None if points.u_y is None else points.u_y[order]
-    return Points(x, points.y[order], u_y, points.x_unit, points.y_unit)
+    return replace(points, x=x, y=points.y[order], u_y=u_y)
 
 
 def _uncertainty(points: Points) -> Array:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 if TYPE_CHECKING:
-    from rigrunner.api import Array
+    from rigrunner.api import Array, Points
     from rigrunner_plugins.fits.least_squares import Extended
 
 _SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -85,9 +85,10 @@ class MappedPowers:
         return np.longdouble(self.high) - self.low
 
 
-def formula(powers: tuple[int, ...]) -> str:
-    """Return the curve as a person writes it: 'T = c0 + c2·f²'."""
-    return "T = " + " + ".join(f"c{k}·f{_superscript(k)}" if k else "c0" for k in powers)
+def formula(powers: tuple[int, ...], points: Points) -> str:
+    """Return the curve as a person writes it, with the names of the points: 'T = c0 + c2·f²'."""
+    terms = (f"c{k}·{points.x_name}{_superscript(k)}" if k else "c0" for k in powers)
+    return f"{points.y_name} = {' + '.join(terms)}"
 
 
 def unit(y_unit: str, x_unit: str, power: int) -> str:

@@ -76,6 +76,9 @@ class Points:
     x_unit: str = "Hz"
     y_unit: str = "N·m"
     regressors: tuple[str, ...] = ()
+    x_name: str = "f"
+    """What formulas and messages call x; of torque over frequency f."""
+    y_name: str = "T"
 
 
 @dataclass(frozen=True, eq=False)

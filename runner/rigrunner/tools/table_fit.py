@@ -43,6 +43,8 @@ def fit_of_table(
         x_unit="",
         y_unit="",
         regressors=tuple(x) if len(columns) > 1 else (),
+        x_name=x[0],
+        y_name=y,
     )
     curve: Curve = registry.make("fit", reference.name, reference.settings)(points)
     return curve

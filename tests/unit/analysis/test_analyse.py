@@ -148,7 +148,7 @@ def test_without_a_named_fit_refit_is_not_applicable(loaded, no_load):
 def test_a_fit_that_fails_says_why(loaded, no_load):
     result = analysed(loaded, no_load, spec(fits=[{"polynomial": {"degree": 4}}]))
     assert TorqueDetails.of(result).fits[0].curve is None
-    assert "needs 6 different frequencies; there are 5" in TorqueDetails.of(result).fits[0].problem
+    assert "needs 6 different values of f, got 5" in TorqueDetails.of(result).fits[0].problem
 
 
 def test_negative_torque_is_flagged_and_inconclusive(no_load):

@@ -45,6 +45,7 @@ class Values:
     units: tuple[str, ...]
     """The SI units of the columns of x."""
     y_unit: str
+    y_name: str
 
     def points(self) -> Points:
         """Return them as a fit takes them."""
@@ -56,6 +57,8 @@ class Values:
             x_unit="" if several or self.units[0] == "1" else _divisor(self.units[0]),
             y_unit="" if self.y_unit == "1" else self.y_unit,
             regressors=self.names if several else (),
+            x_name=self.names[0].rpartition(".")[2],
+            y_name=self.y_name.rpartition(".")[2],
         )
 
     def with_error(self, column: int | None, acts: str, size: float, read: Array) -> Values:
@@ -171,7 +174,7 @@ def _source(
     asked, counts = _asked(settings, also)
     values = Values(
         x, y, _scatter(found, settings), asked, origin, tuple(settings.over), tuple(units),
-        found[0].units[settings.of],
+        found[0].units[settings.of], settings.of,
     )  # fmt: skip
     if not (np.isfinite(x).all() and np.isfinite(y).all() and np.isfinite(asked).all()):
         raise DataError(f"{settings.of} over {', '.join(settings.over.values())}: a value is not a"

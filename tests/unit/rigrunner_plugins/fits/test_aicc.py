@@ -54,7 +54,7 @@ def test_weights_decide_the_choice():
 def test_what_cannot_be_fitted_says_why_and_the_others_stand():
     curve = fit(Points(X[:6], Y[:6]))
     assert [each.problem for each in curve.candidates] == [
-        "", "", "", "AICc of 4 coefficients needs 7 points; there are 6",
+        "", "", "", "AICc of 4 coefficients needs 7 points, got 6",
     ]  # fmt: skip
     assert np.isnan(curve.candidates[3].score)
     assert len(chosen(curve)) == 1

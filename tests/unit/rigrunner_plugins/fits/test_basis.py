@@ -53,12 +53,12 @@ def test_values_that_vary_by_rounding_have_no_coefficient_of_determination():
 
 
 def test_the_formula_of_the_message_is_that_of_the_fit():
-    with pytest.raises(DataError, match=r"T = c0 \+ c4·f⁴ with its .* needs 3 .* there are 2"):
+    with pytest.raises(DataError, match=r"T = c0 \+ c4·f⁴ with its .* needs 3 .* got 2"):
         fit(Points(X[:2], Y[:2]), [0, 4])
 
 
 def test_zeros_alone_are_too_few():
-    with pytest.raises(DataError, match="there are 1"):
+    with pytest.raises(DataError, match="got 1"):
         fit(Points(np.zeros(5), Y[:5]), [1])
 
 

@@ -97,5 +97,5 @@ def test_what_cannot_be_fitted_is_refused(settings, y, message):
 
 
 def test_points_that_are_the_same_do_not_count():
-    with pytest.raises(DataError, match="need 3 different points; there are 2"):
+    with pytest.raises(DataError, match="need 3 different points, got 2"):
         fitted(Points(np.repeat([1.0, 2.0], 5), np.ones(10)))

@@ -53,5 +53,5 @@ def test_values_known_exactly_have_no_uncertainty():
 @pytest.mark.parametrize("x", [10.0, 10.04])
 def test_two_points_at_one_frequency_are_refused(x):
     points = Points(np.array([5.0, 10.0, x, 20.0]), Y[:4], U[:4])
-    with pytest.raises(DataError, match=rf"two points at one frequency, 10 and {x:.6g} Hz"):
+    with pytest.raises(DataError, match=rf"two points at the same f, 10 and {x:.6g} Hz"):
         interpolate(points)

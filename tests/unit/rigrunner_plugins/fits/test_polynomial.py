@@ -80,7 +80,7 @@ def test_an_end_of_the_range_may_scatter_by_half_a_percent():
 
 def test_too_few_frequencies_are_counted_by_their_values():
     repeated = Points(np.array([1.0, 1.0, 5.0, 5.0, 10.0, 10.0]), np.arange(6.0))
-    with pytest.raises(DataError, match="needs 4 different frequencies; there are 3"):
+    with pytest.raises(DataError, match="needs 4 different values of f, got 3"):
         fit(repeated)
 
 
