@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 def command(folder: Path) -> ExitCode:
     """Run both procedures on the simulated rig and write the report.
 
-    Time is simulated, so that minutes at the rig pass in seconds.
+    Time is simulated: minutes at the rig take seconds.
     """
     from rigrunner.cli.finishing import tell_finished
     from rigrunner.cli.progress import shown_progress

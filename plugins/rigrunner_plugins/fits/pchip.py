@@ -57,9 +57,7 @@ def interpolate(points: Points) -> FittedCurve:
 def _ascending(points: Points) -> Points:
     refuse_several(points)
     if len(points.x) < LEAST_OF_PCHIP:
-        raise DataError(
-            f"an interpolation needs {LEAST_OF_PCHIP} points, got {len(points.x)}"
-        )
+        raise DataError(f"an interpolation needs {LEAST_OF_PCHIP} points, got {len(points.x)}")
     refuse_not_finite(points)
     order = np.argsort(points.x)
     x = points.x[order]

@@ -29,7 +29,7 @@ def worker_options(command: Callable[..., Any]) -> Callable[..., Any]:
     jobs = click.option(
         "--jobs",
         type=click.IntRange(min=1),
-        help="Processes to use; as many as there are cores if it is left out.",
+        help="Processes to use; by default one per core.",
     )
     dask = click.option(
         "--dask",

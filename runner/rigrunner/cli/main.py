@@ -48,7 +48,7 @@ COMMANDS = {
         "diff": "List the differences between two procedures or two runs.",
         "import": "Import recordings made by another program.",
         "fit": "Fit a curve to columns of a CSV file.",
-        "register": "Make entries of the register of instruments.",
+        "register": "Create entries for the register of instruments.",
         "pack": "Pack a sealed run into one file, with the digest of every part.",
         "unpack": "Unpack a packed run into the folder of runs.",
     },

@@ -30,7 +30,7 @@ station_option = click.option(
     help="A station file, or the name of a shipped one.",
 )
 lab_option = click.option(
-    "--station", shell_complete=stations, help="Take in the plugins of this station's own folder."
+    "--station", shell_complete=stations, help="Include the plugins of this station's folder."
 )
 set_option = click.option(
     "--set", "given", multiple=True, metavar="NAME=VALUE", help="Give an input; may be repeated."
@@ -46,13 +46,13 @@ record_option = click.option(
     "--record",
     type=click.Path(path_type=Path, file_okay=False),
     metavar="FOLDER",
-    help="Save every exchange with every instrument, on a tape in this new folder.",
+    help="Save all communication with the instruments on a tape in this new folder.",
 )
 replay_option = click.option(
     "--replay",
     type=click.Path(path_type=Path, file_okay=False),
     metavar="FOLDER",
-    help="Play a tape back: no instrument is asked.",
+    help="Replay a tape; no instrument is used.",
 )
 
 
@@ -63,7 +63,7 @@ def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
         "overridden",
         multiple=True,
         metavar="INSTRUMENT",
-        help="Start although this instrument's calibration is overdue, missing or out of range.",
+        help="Start with this instrument's calibration overdue, missing or out of range.",
     )
     by = click.option("--by", default="", metavar="NAME", help="Who answers for the override.")
     reason = click.option("--reason", default="", metavar="TEXT", help="Why it is overridden.")
@@ -118,7 +118,7 @@ def _partners(pairs: Iterable[str]) -> dict[str, str]:
 debugger_option = click.option(
     "--debugger",
     is_flag=True,
-    help="Give no call of a device up, however long it takes: for a debugging session.",
+    help="Wait for each call of a device without limit, for debugging.",
 )
 
 
@@ -126,7 +126,7 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON."
 raw_option = click.option(
     "--raw",
     is_flag=True,
-    help="CSV: texts as they are, also where a spreadsheet takes them for formulas.",
+    help="CSV: keep texts that a spreadsheet would take for formulas.",
 )
 
 

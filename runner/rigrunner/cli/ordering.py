@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 OPTIONS = {
     "--customer": "The customer's name.",
     "--customer-contact": "The customer's address or other contact.",
-    "--customer-reference": "The customer's own number of the order.",
+    "--customer-reference": "The customer's order number.",
     "--item": "What was tested, in words.",
-    "--item-id": "By what the item is told from others.",
-    "--item-condition": "The state in which the item was received.",
+    "--item-id": "The identification of the item.",
+    "--item-condition": "The condition of the item when received.",
     "--received": "The date of receipt, as 2026-01-31.",
-    "--sampling": "Plan and method of sampling, where the laboratory did it.",
+    "--sampling": "Plan and method of sampling, if the laboratory did it.",
     "--operator": "Who measured.",
 }
 
@@ -38,7 +38,7 @@ letterhead_option = click.option(
 out_option = click.option(
     "--out",
     type=click.Path(path_type=Path, file_okay=False),
-    help="The folder to write into; left out, that of the run or document.",
+    help="The folder to write into; by default that of the run or document.",
 )
 
 

@@ -20,7 +20,7 @@ _analysis_option = click.option(
     "file",
     type=click.Path(path_type=Path, dir_okay=False),
     metavar="FILE",
-    help="What this YAML file has stands in place of the procedures' own analysis.",
+    help="A YAML file that replaces parts of the procedures' analysis.",
 )
 _primary_option = click.option(
     "--primary", default="", metavar="METHOD", help="Another primary compensation."

@@ -32,7 +32,7 @@ database_option = click.option(
     default="",
     metavar="DATABASE",
     envvar="RIGRUNNER_DATABASE",
-    help="The archive: a file, or postgresql://...; else it is in the folder of the runs.",
+    help="The archive: a file, or postgresql://...; by default in the folder of the runs.",
 )
 folders_argument = click.argument(
     "folders", nargs=-1, type=click.Path(path_type=Path, file_okay=False), metavar="[FOLDER]..."
@@ -40,12 +40,12 @@ folders_argument = click.argument(
 jobs_option = click.option(
     "--jobs",
     type=click.IntRange(min=1),
-    help="Processes to read with; as many as there are cores if it is left out.",
+    help="Processes to read with; by default one per core.",
 )
 _TEXTS: Mapping[str, str] = {
     "specimen": "The specimen; * stands for any characters, ? for one.",
-    "type": "The specimen's type, where the procedure asks for it.",
-    "lot": "The specimen's lot, where the procedure asks for it.",
+    "type": "The specimen's type, if the procedure asks for it.",
+    "lot": "The specimen's lot, if the procedure asks for it.",
     "rig": "The station.",
     "procedure": "The procedure's id.",
     "revision": "The procedure's revision.",
@@ -54,7 +54,7 @@ _TEXTS: Mapping[str, str] = {
     "outcome": f"How the run ended: {', '.join(Outcome)}.",
 }
 _RANGES: Mapping[str, str] = {
-    "torque": "The result, such as '0.5..0.8 N·m'; at that set-point where one is asked for.",
+    "torque": "The result, such as '0.5..0.8 N·m'; with --frequency or --load of a set-point.",
     "uncertainty": "Its expanded uncertainty.",
     "raw_peak": "The raw peak.",
     "frequency": "A set-point, such as '10 Hz' or '5..15 Hz'.",
@@ -77,7 +77,7 @@ def filter_options(command: Callable[..., Any]) -> Callable[..., Any]:
             "figures",
             multiple=True,
             metavar="NAME=RANGE",
-            help="What it found of the rig, such as 'inertia=0.002..0.003 kg·m²'.",
+            help="A figure of the rig, such as 'inertia=0.002..0.003 kg·m²'.",
         ),
         click.option(
             "--result",
@@ -90,12 +90,12 @@ def filter_options(command: Callable[..., Any]) -> Callable[..., Any]:
             "--where",
             multiple=True,
             metavar="NAME=VALUE",
-            help="Where it holds, such as 'temperature=100 °C'.",
+            help="The coordinates of a result, such as 'temperature=100 °C'.",
         ),
         click.option("--real", is_flag=True, help="Leave out simulated and replayed runs."),
         click.option("--copies", is_flag=True, help="Count each copy of a run."),
         click.option(
-            "--limit", type=click.IntRange(min=1), metavar="N", help="The newest N runs alone."
+            "--limit", type=click.IntRange(min=1), metavar="N", help="The newest N runs only."
         ),
     ]
     for option in reversed([runs_option, database_option, *options]):

@@ -31,7 +31,7 @@ by_option = click.option(
     "--by",
     multiple=True,
     type=click.Choice(GROUPS),
-    help="Runs that have this in common are a group of their own; may be repeated.",
+    help="Group the runs by this column; may be repeated.",
 )
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     type=click.FloatRange(0.5, 0.9999),
     default=0.95,
     show_default=True,
-    help="Of the two-sided intervals.",
+    help="Confidence level of the two-sided intervals.",
 )
 @by_option
 @filter_options
@@ -43,9 +43,9 @@ def command(
 ) -> None:
     """Compare the results of many runs with limits.
 
-    QUANTITY is as of `trend`. With an upper limit alone the index is Cpu, with a lower one Cpl,
-    with both there are Cp and Cpk besides; each has its confidence interval. Without limits a named
-    result has those that it was held against in its runs.
+    QUANTITY is as in `trend`. With an upper limit alone the index is Cpu, with a lower one Cpl,
+    with both also Cp and Cpk, each with its confidence interval. Without limits a named result is
+    compared with the limits of its runs.
     """
     from rigrunner_fleet.cli.monitoring import finish, in_words, observed, refuse_limit
     from rigrunner_fleet.cli.monitoring_text import capability_text

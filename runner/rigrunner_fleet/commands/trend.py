@@ -30,21 +30,21 @@ if TYPE_CHECKING:
     type=click.Choice(["nelson", "western-electric", "shewhart"]),
     default="nelson",
     show_default=True,
-    help="The set of rules for individuals; shewhart is the limits alone.",
+    help="The set of rules for individuals; shewhart is the limits only.",
 )
 @click.option(
     "--baseline",
     default="20",
     show_default=True,
     metavar="N|FROM..TO",
-    help="What the limits are made of: the first N values, or those of these days (UTC).",
+    help="The values for the limits: the first N, or those of these days (UTC).",
 )
 @click.option(
     "--weight",
     type=click.FloatRange(0.0, 1.0, min_open=True),
     default=0.2,
     show_default=True,
-    help="Of an EWMA: what a new value weighs.",
+    help="The weight of a new value in an EWMA.",
 )
 @filter_options
 @output_options
@@ -66,9 +66,9 @@ def command(
     """Make control charts of the results of many runs.
 
     QUANTITY is a named result, torque, raw_peak, or a figure of the rig: J, fn, damping, zero, or
-    another one by its name, as 'source/name' where several are called so. Each place of a named
+    another one by its name, as 'source/name' where several have this name. Each place of a named
     result has a chart; --where names one. Without --by, results go by type and lot, a figure by
-    rig. Ends with 1 where a rule is met after the baseline.
+    rig. Ends with 1 if a rule is met after the baseline.
     """
     from rigrunner.api.errors import ExitCode
     from rigrunner_fleet.cli.monitoring import finish, in_words, observed, refuse_limit

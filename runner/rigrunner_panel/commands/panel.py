@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path, file_okay=False, exists=True),
     default=Path(),
     show_default=True,
-    help="The lab folder whose procedures and stations there are to choose.",
+    help="The lab folder with the procedures and stations to choose from.",
 )
 @click.option(
     "--letterhead",
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     type=click.IntRange(0, 65535),
     default=8750,
     show_default=True,
-    help="Where to listen; 0 takes a free one.",
+    help="The port to listen on; 0 takes a free one.",
 )
 @click.option(
     "--host",
@@ -52,13 +52,13 @@ if TYPE_CHECKING:
     envvar="RIGRUNNER_PANEL_TOKEN",
     default="",
     metavar="TEXT",
-    help="What a client must know; better given by the variable RIGRUNNER_PANEL_TOKEN.",
+    help="The token that clients need; better set in RIGRUNNER_PANEL_TOKEN.",
 )
 @click.option(
     "--public-name",
     default="",
     metavar="HOST",
-    help="The name by which a proxy with TLS lets others in, with its port unless that is 443.",
+    help="The public name at a proxy with TLS, with its port unless that is 443.",
 )
 @click.option("--no-browser", is_flag=True, help="Do not open a browser.")
 def command(
@@ -75,8 +75,8 @@ def command(
 ) -> ExitCode:
     """Open the operator panel in a browser.
 
-    A run goes on whatever the browser does. Ctrl-C ends the panel; while a run goes on it aborts
-    the run, and a second one stops it at once: the rig is made safe first.
+    A run does not depend on the browser. Ctrl-C ends the panel and aborts a run in progress; a
+    second one stops it at once. The rig is made safe first.
     """
     from rigrunner.cli.output import message
 

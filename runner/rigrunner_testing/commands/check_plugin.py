@@ -32,19 +32,21 @@ LABELS = {"pass": "pass", "fail": "FAIL", "not applicable": "n/a"}
 
 @click.command(name="check-plugin")
 @click.argument("name", shell_complete=plugin_names)
-@click.option("--kind", help="Such as device or fit, where plugins of several kinds have it.")
+@click.option("--kind", help="Its kind, such as device or fit, if several kinds have the name.")
 @click.option(
     "--settings",
     "settings_file",
     type=click.Path(path_type=Path, exists=True, dir_okay=False),
-    help="A YAML file with the settings to check it with.",
+    help="A YAML file with settings for the check.",
 )
 @click.option(
     "--drop-in",
     type=click.Path(path_type=Path, exists=True, file_okay=False),
-    help="Take in the plugins of this folder.",
+    help="Include the plugins of this folder.",
 )
-@click.option("--station", shell_complete=stations, help="Check a device as this station has it.")
+@click.option(
+    "--station", shell_complete=stations, help="Check a device with the settings of this station."
+)
 @click.option("--role", help="The device's role in the station.")
 @click.option("--read-only", is_flag=True, help="Leave out the checks that set drives.")
 @click.option("--yes", is_flag=True, help="Do not ask before drives of a real device are set.")
@@ -64,8 +66,8 @@ def command(
     """Run the conformance checks on a plugin.
 
     Each failed requirement comes with a fix; checks that need what failed are left out.
-    Without settings, those with which its own record says that it can be tried are taken. The exit
-    code is 1 if it fails a check.
+    By default the settings are those under `trial` of its record. The exit code is 1 if a check
+    fails.
     """
     if (station is None) != (role is None):
         raise UsageError("--station and --role go together", hint="--station rig.yaml --role press")

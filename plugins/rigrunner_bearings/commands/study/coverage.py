@@ -36,7 +36,7 @@ def command(
     as_markdown: bool,
     as_json: bool,
 ) -> None:
-    """Measure errors, and how often the stated 95 % interval holds the truth.
+    """Measure errors, and how often the stated 95 % interval contains the true value.
 
     Random simulated rigs with errors from the distributions that the budget states. The same seed
     gives the same rigs and the same tables.

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     help="Healthy rigs of each simulator.",
 )
 @click.option(
-    "--broken", type=click.IntRange(min=1), help="Rigs with each break; left out, as many."
+    "--broken", type=click.IntRange(min=1), help="Rigs with each fault; by default as many."
 )
 @study_options
 def command(

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     type=click.IntRange(min=1),
     default=300,
     show_default=True,
-    help="Recordings with a fault; half as many clean ones are done beside.",
+    help="Recordings with a fault; half as many clean ones are added.",
 )
 @study_options
 def command(
@@ -31,10 +31,10 @@ def command(
     as_markdown: bool,
     as_json: bool,
 ) -> None:
-    """Measure how many results are wrong by more than they state, and nothing says so.
+    """Count results that are wrong beyond their uncertainty without a warning.
 
-    Faults are put into the recordings of random simulated rigs, which the engine and the analysis
-    then take as any others. The same seed gives the same cases and the same tables.
+    Faults are injected into recordings of random simulated rigs, which are then analysed as usual.
+    The same seed gives the same cases and tables.
     """
     from rigrunner_bearings.study.fault_table import printed, study_document
     from rigrunner_bearings.study.faults import run_faults

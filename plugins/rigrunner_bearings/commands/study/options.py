@@ -19,13 +19,17 @@ if TYPE_CHECKING:
     from rigrunner_bearings.study.tables import Part
 
 _seed = click.option(
-    "--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Names the rigs."
+    "--seed",
+    type=click.IntRange(min=0),
+    default=1,
+    show_default=True,
+    help="Seed of the random rigs.",
 )
 _keep = click.option(
     "--keep",
     type=click.Path(path_type=Path, dir_okay=False),
     metavar="FILE",
-    help="Keep what is done here until all is; a study that was interrupted goes on from it.",
+    help="Store progress here, to continue an interrupted study.",
 )
 _markdown = click.option(
     "--markdown", "as_markdown", is_flag=True, help="Print Markdown, as in the documentation."

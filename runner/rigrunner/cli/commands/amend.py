@@ -19,16 +19,16 @@ from rigrunner.cli.ordering import (
 
 @click.command(name="amend")
 @click.argument("certificate", type=click.Path(path_type=Path, dir_okay=False))
-@click.option("--reason", required=True, help="Why; it stands on the document.")
+@click.option("--reason", required=True, help="The reason, which is on the document.")
 @click.option("--by", required=True, metavar="NAME", help="Who amends and authorises it.")
 @click.option("--role", default="", help="That person's function in the laboratory.")
 @letterhead_option
 @order_options
-@click.option("--lang", default="", help="The language, in place of the original's.")
+@click.option("--lang", default="", help="The language; by default the original's.")
 @click.option(
     "--run",
     type=click.Path(path_type=Path, exists=True),
-    help="State the decision that is now in force on this run, its folder or run.h5.",
+    help="State the decision in force on this run, a folder or run.h5.",
 )
 @out_option
 @lab_option
@@ -47,8 +47,8 @@ def command(
 ) -> None:
     """Issue a document that replaces a certificate.
 
-    It has its own number, names the original, what was changed and why. The original stays as it
-    is.
+    It has its own number and states the original, the changes and the reason. The original does not
+    change.
     """
     from rigrunner.cli.progress import shown_progress
     from rigrunner.clock import WallClock

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 @click.option(
     "--out",
     type=click.Path(path_type=Path, dir_okay=False),
-    help="Write the result here, as JSON; the file must be new.",
+    help="Write the result to this new file, as JSON.",
 )
 @json_option
 @short_command()
@@ -44,7 +44,7 @@ def command(
 ) -> ExitCode:
     """Analyse a stored run again.
 
-    The run's own files stay as they are.
+    The run file does not change.
     """
     from rigrunner.analysis.document import document
     from rigrunner.cli.progress import shown_progress

@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     "on",
     type=click.DateTime(["%Y-%m-%d"]),
     metavar="DATE",
-    help="When, such as 2026-01-31; now if it is left out.",
+    help="When, such as 2026-01-31; by default now.",
 )
-@click.option("--show", is_flag=True, help="Show the state, and change nothing.")
+@click.option("--show", is_flag=True, help="Show the state only.")
 def command(procedure: str, by: str | None, on: datetime | None, *, show: bool) -> None:
     """Approve a procedure in its present form, or show its approvals.
 
-    The approval is kept in a file beside it. Once the procedure, or one that it calls, is edited,
-    it is a draft again.
+    The approval is kept in a file beside it. An edit of the procedure, or of one that it calls,
+    makes it a draft again.
     """
     from rigrunner.api.errors import UsageError
     from rigrunner.cli.output import message, result

@@ -27,10 +27,10 @@ from rigrunner.cli.ordering import (
     "--order",
     "order_file",
     type=click.Path(path_type=Path, dir_okay=False),
-    help="A YAML file with what is known of the order; options go first.",
+    help="A YAML file with the data of the order; options override it.",
 )
 @order_options
-@click.option("--lang", default="", help="The language, in place of the letterhead's.")
+@click.option("--lang", default="", help="The language; by default the letterhead's.")
 @click.option(
     "--not-for-certification",
     is_flag=True,

@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 @click.command(name="check")
 @procedure_argument
-@click.option("--station", shell_complete=stations, help="Check how it fits this station, too.")
+@click.option("--station", shell_complete=stations, help="Also check how it fits this station.")
 @runs_option
 def command(procedure: str, station: str | None, runs: Path) -> None:
     """Check a procedure, and how it fits a station, without a rig.
 
-    Every problem is shown with its file, line and column. Partner runs are looked for where there
-    is a folder of runs.
+    Every problem is shown with its file, line and column. Partner runs are looked for if there is a
+    folder of runs.
     """
     path = find_procedure(procedure)
     with brief_command():

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     "--rule",
     shell_complete=decision_rules,
     metavar="NAME",
-    help="Another rule, for the limits that hold.",
+    help="Another rule, for the present limits.",
 )
 @click.option(
     "--fraction",
@@ -67,8 +67,8 @@ def command(
 ) -> ExitCode:
     """Decide a stored run again, by another rule or other limits.
 
-    Nothing is measured again and no file is changed: the decision is put on record beside the run,
-    with name, time and reason, and stands in its report.
+    Nothing is measured again and no file is changed. The decision is stored beside the run with
+    name, time and reason, and is in its report.
     """
     from rigrunner.clock import WallClock
     from rigrunner.run.decisions import Decider, decide_again

@@ -32,7 +32,7 @@ _MILLI = 1e3
 @click.option(
     "--safe-by",
     metavar="NAME",
-    help="Who looked at a rig that was left energised, and says that it is safe.",
+    help="Who confirms that a rig that was left energised is safe.",
 )
 @click.option("--reason", default="", metavar="TEXT", help="What that person saw or did.")
 def command(
@@ -47,8 +47,8 @@ def command(
     """Connect each device of a station, and report its identity and state.
 
     Each is connected on its own, read once, made safe and closed. The exit code is 4 if one fails.
-    A rig that was left energised is reported first. Where a device of it cannot be read back, a
-    person who has looked says so with --safe-by and --reason.
+    A rig that was left energised is reported first. If a device cannot be read back, a person
+    confirms its state with --safe-by and --reason.
     """
     from rigrunner.cli.output import warning_label
     from rigrunner.cli.stopping import stop_on_signals

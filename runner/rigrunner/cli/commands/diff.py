@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 def command(before: str, after: str, runs: Path, *, as_json: bool) -> ExitCode:
     """List the differences between two procedures or two runs.
 
-    A and B are procedures, or stored runs. Ends with 0 where nothing changed that matters, and
-    with 1 otherwise. Results matter where they differ by more than their combined uncertainty.
+    A and B are procedures, or stored runs. Ends with 1 if a relevant difference was
+    found, else with 0. A difference of results is relevant beyond their combined uncertainty.
     """
     from rigrunner.api.errors import ExitCode
     from rigrunner.cli.output import result, result_json

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 def command(runs: Path, station: str | None, *, as_json: bool) -> ExitCode:
     """Check the installation and the machine, and suggest fixes.
 
-    The exit code is 1 if something that is needed does not work.
+    The exit code is 1 if a required part does not work.
     """
     from rigrunner.run.lab_plugins import lab_registry
     from rigrunner.tools.doctor import Surroundings, examine

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False, exists=True))
 @click.option("--y", required=True, metavar="COLUMN", help="The column to fit.")
 @click.option(
-    "--x", multiple=True, required=True, metavar="COLUMN", help="Over which; may be repeated."
+    "--x", multiple=True, required=True, metavar="COLUMN", help="The column of x; may be repeated."
 )
 @click.option("--u", metavar="COLUMN", help="The standard uncertainties of y.")
 @click.option(

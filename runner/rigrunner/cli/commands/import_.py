@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 @click.option(
     "--station",
     shell_complete=stations,
-    help="A station in place of the mapping's; needed where it brings plugins of its own.",
+    help="A station instead of the mapping's; needed if it has plugins of its own.",
 )
 @override_options
 @json_option
@@ -40,7 +40,7 @@ def command(
 ) -> ExitCode:
     """Import recordings made by another program.
 
-    MAPPING is a YAML file that says what stands where, and at which set-points it was recorded.
+    MAPPING is a YAML file that maps files and columns to recordings, channels and set-points.
     """
     from rigrunner.cli.finishing import tell_finished
     from rigrunner.cli.output import message

@@ -15,7 +15,7 @@ from rigrunner.cli.output import message, result
 def command(folder: Path) -> None:
     """Create a lab folder with a station, procedures and a plugin.
 
-    It can be run at once, on simulated devices. Nothing that is there is overwritten.
+    It runs at once on simulated devices. No file is overwritten.
     """
     from rigrunner.registry import load_registry
     from rigrunner.tools.labfolder import STATION, make_lab

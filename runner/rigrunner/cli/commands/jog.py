@@ -33,15 +33,17 @@ if TYPE_CHECKING:
     metavar="DRIVE=VALUE",
     help="Set a drive, such as --set frequency='5 Hz'; may be repeated.",
 )
-@click.option("--read", "names", multiple=True, metavar="CHANNEL", help="Read it after that.")
+@click.option(
+    "--read", "names", multiple=True, metavar="CHANNEL", help="Read a channel after that."
+)
 @click.option(
     "--log",
     type=click.Path(path_type=Path, dir_okay=False),
     default=Path("jog.log"),
     show_default=True,
-    help="What is done is added to this file.",
+    help="Add a log of all actions to this file.",
 )
-@click.option("--realtime", is_flag=True, help="Let a simulated rig take its real time.")
+@click.option("--realtime", is_flag=True, help="Run a simulated rig in real time.")
 @debugger_option
 @record_option
 @replay_option
@@ -61,8 +63,8 @@ def command(  # noqa: PLR0917  (click hands over each option)
 ) -> None:
     """Set and read one device manually, within the limits of its station.
 
-    Without --set and --read it asks what is to be done. Limits, combinations and interlocks hold as
-    in a run; however it ends, the rig is made safe.
+    Without --set and --read it has a prompt. Limits, combinations and interlocks apply as in a
+    run; however it ends, the rig is made safe.
     """
     from rigrunner.cli.jogging import converse
     from rigrunner.cli.left_rig import TerminalPerson

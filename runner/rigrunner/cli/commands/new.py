@@ -16,18 +16,20 @@ PLUGINS = "plugins"
 @click.command(name="new")
 @click.argument("kind")
 @click.argument("name")
-@click.option("--drop-in", is_flag=True, help="Make one file of a lab's folder, not a package.")
+@click.option(
+    "--drop-in", is_flag=True, help="Create one file in a lab's folder instead of a package."
+)
 @click.option(
     "--folder",
     type=click.Path(path_type=Path, file_okay=False),
-    help="Where to make it; left out, 'rigrunner-NAME', or 'plugins' with --drop-in.",
+    help="Where to create it; by default 'rigrunner-NAME', with --drop-in 'plugins'.",
 )
 def command(kind: str, name: str, folder: Path | None, *, drop_in: bool) -> None:
     """Create a plugin that works at once.
 
     A package that can be installed, with its tests and a README, or with --drop-in one file. KIND
     is device, fit, outlier-rule, rule, analysis, importer, report, step or unit, or a kind that a
-    package brings. NAME is what procedures and stations call it. Nothing that is there is
+    package brings. NAME is what procedures and stations call it. No file is
     overwritten.
     """
     from rigrunner.registry import load_registry, with_drop_ins

@@ -19,7 +19,7 @@ from rigrunner.run.locate import find_run
     "--out",
     type=click.Path(path_type=Path, dir_okay=False),
     metavar="FILE",
-    help="The new file; the run's name with .zip if it is left out.",
+    help="The new file; by default the run's name with .zip.",
 )
 def command(run: str, runs: Path, out: Path | None) -> None:
     """Pack a sealed run into one file, with the digest of every part.

@@ -31,7 +31,7 @@ WIDTH = 80
 def command(name: str | None, station: str | None, *, as_json: bool) -> None:
     """List the plugins and their settings.
 
-    With the NAME of a plugin, show its settings as they may stand in YAML.
+    With the NAME of a plugin, show its settings in YAML.
     """
     with brief_command():
         _show(name, station, as_json=as_json)

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 @click.command(name="recover")
 @run_argument
 @runs_option
-@click.option("--by", default="", metavar="NAME", help="Who closes it; else who began it.")
-@click.option("--reason", default="", metavar="TEXT", help="Why it does not go on.")
+@click.option("--by", default="", metavar="NAME", help="Who closes it; by default who began it.")
+@click.option("--reason", default="", metavar="TEXT", help="Why it is not resumed.")
 @click.option(
-    "--salvage", is_flag=True, help="Save what is sound of a damaged run.h5 in a new folder."
+    "--salvage", is_flag=True, help="Save the intact parts of a damaged run.h5 in a new folder."
 )
 @json_option
 def command(run: str, runs: Path, *, by: str, reason: str, salvage: bool, as_json: bool) -> None:
@@ -28,7 +28,7 @@ def command(run: str, runs: Path, *, by: str, reason: str, salvage: bool, as_jso
     An interrupted run ends as 'aborted'; what was recorded is kept, and can be shown and
     reported. The rig is not touched.
 
-    With --salvage the sound recordings of a damaged run.h5 are saved in a new run beside it, which
+    With --salvage the intact recordings of a damaged run.h5 are saved in a new run beside it, which
     names the damaged file and lists what is lost. It is never certified; the damaged file stays.
     """
     if salvage:

@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     "--format",
     "kind",
     metavar="NAME",
-    help="A report format of 'rigrunner plugins'; left out, html.",
+    help="A report format of 'rigrunner plugins'; by default html.",
 )
 @click.option(
     "--out",
     type=click.Path(path_type=Path, dir_okay=False),
-    help="Where to write it; left out, into the run folder.",
+    help="Where to write it; by default the run folder.",
 )
 @short_command()
 def command(run: str, runs: Path, station: str | None, kind: str | None, out: Path | None) -> None:

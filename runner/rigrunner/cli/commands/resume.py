@@ -22,18 +22,18 @@ if TYPE_CHECKING:
 @click.option(
     "--procedure",
     shell_complete=procedures,
-    help="The procedure, where it is not any more where it was.",
+    help="The procedure, if its file was moved.",
 )
 @click.option(
     "--station",
     shell_complete=stations,
-    help="The station, where it was moved, or brings plugins of its own.",
+    help="The station, if its file was moved or it has plugins of its own.",
 )
 @partner_option
-@click.option("--by", default="", metavar="NAME", help="Who resumes it; else who began it.")
-@click.option("--dry-run", is_flag=True, help="Check, and show where it would go on.")
-@click.option("--unattended", is_flag=True, help="Take the procedure's own answers.")
-@click.option("--realtime", is_flag=True, help="Let a simulated rig take its real time.")
+@click.option("--by", default="", metavar="NAME", help="Who resumes it; by default who began it.")
+@click.option("--dry-run", is_flag=True, help="Check, and show where it would continue.")
+@click.option("--unattended", is_flag=True, help="Take the answers in the procedure.")
+@click.option("--realtime", is_flag=True, help="Run a simulated rig in real time.")
 @json_option
 def command(
     run: str,
@@ -50,8 +50,8 @@ def command(
 ) -> ExitCode:
     """Resume an interrupted run.
 
-    Setup and zero are done once more, then the run goes on at its next point. Procedure, station,
-    software and instruments must be as they were.
+    Setup and zero are repeated, then the run continues at its next point. Procedure, station,
+    software and instruments must be unchanged.
     """
     from rigrunner.cli.answers import TerminalAnswers
     from rigrunner.cli.finishing import tell_finished

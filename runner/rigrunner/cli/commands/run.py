@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 @set_option
 @answers_option
 @partner_option
-@click.option("--unattended", is_flag=True, help="Take the procedure's own answers.")
-@click.option("--realtime", is_flag=True, help="Let a simulated rig take its real time.")
+@click.option("--unattended", is_flag=True, help="Take the answers in the procedure.")
+@click.option("--realtime", is_flag=True, help="Run a simulated rig in real time.")
 @click.option("--operator", metavar="NAME", help="Who does the run.")
 @override_options
 @debugger_option

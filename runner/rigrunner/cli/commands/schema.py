@@ -23,7 +23,7 @@ KINDS = ["procedure", "station", "import", "letterhead", "order", "certificate"]
 def command(language: str, station: str | None) -> None:
     """Print the JSON Schema of procedures, stations and other files.
 
-    Those of procedures, stations and imports know the installed plugins: editors check with them.
+    Schemas of procedures, stations and imports include the installed plugins.
     """
     from rigrunner.run.lab_plugins import lab_registry
     from rigrunner.tools.schemas.files import certificate_schema, language_schema

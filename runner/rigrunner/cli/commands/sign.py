@@ -23,13 +23,13 @@ PASSPHRASE = "RIGRUNNER_PASSPHRASE"  # noqa: S105  (the name of a variable)
     "--new-key",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Make a key instead; its public half is FILE.pub.",
+    help="Create a key instead; its public part is FILE.pub.",
 )
 @click.option(
     "--passphrase",
     "protected",
     is_flag=True,
-    help=f"The key has a passphrase: asked for, or taken from {PASSPHRASE}.",
+    help=f"The key has a passphrase, from a prompt or {PASSPHRASE}.",
 )
 @letterhead_option
 @lab_option
@@ -46,7 +46,7 @@ def command(
     """Sign a certificate with the laboratory's key, or create a key.
 
     One signature covers JSON, HTML and PDF; it is written beside them. Before, each page is made
-    again from the content, and compared with it and with the record of numbers.
+    again from its content and compared, also with the record of numbers.
     """
     if new_key is not None:
         if certificate is not None or key is not None:

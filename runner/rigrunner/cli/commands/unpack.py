@@ -16,7 +16,7 @@ from rigrunner.cli.output import result
 def command(file: Path, runs: Path) -> None:
     """Unpack a packed run into the folder of runs.
 
-    Refuses what does not match its digests, and a run that is there already.
+    A file that does not match its digests, or a run that exists already, is refused.
     """
     from rigrunner.documents.packing.unpack import unpack
 

@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     "--out",
     type=click.Path(path_type=Path, file_okay=False),
     metavar="FOLDER",
-    help="Write the new files to this folder, and leave the others as they are.",
+    help="Write the new files to this folder and keep the old ones.",
 )
 @click.option("--dry-run", is_flag=True, help="Show what would change, and write nothing.")
 def command(files: Sequence[Path], out: Path | None, *, dry_run: bool) -> None:
     """Upgrade files of an older version of the language.
 
-    Comments and layout stay. The older text is kept beside the new one, as FILE.old. A procedure is
-    a new text by this: an approval of the older one does not hold for it.
+    Comments and layout stay. The old text is kept as FILE.old. The approval of a procedure must be
+    renewed.
     """
     from rigrunner.cli.output import message, result
     from rigrunner.tools.upgrading import upgrade_of, write_upgrades

@@ -39,7 +39,7 @@ SHOWN = 12
     type=click.Path(path_type=Path, dir_okay=False),
     metavar="FILE",
     envvar="RIGRUNNER_TRUSTED_KEYS",
-    help="Public keys to trust: what none of them signed does not match.",
+    help="Public keys to trust; a document that none of them signed does not match.",
 )
 @click.option(
     "--letterhead",

@@ -9,7 +9,7 @@ SUMMARIES = {
     "search": "Find runs by what they were made on and what they found.",
     "export": "Write runs or set-points to a CSV or Parquet file.",
     "check": "Read all files, and list what is damaged, missing, changed or unknown.",
-    "rebuild": "Make the archive anew from the run files.",
+    "rebuild": "Rebuild the archive from the run files.",
 }
 
 command = lazy_group(
@@ -18,5 +18,5 @@ command = lazy_group(
     SUMMARIES,
     """Index many run folders, search them and export their results.
 
-The run files stay the truth: the archive can be made anew from them at any time.""",
+The archive can be rebuilt from the run files at any time.""",
 )

@@ -31,18 +31,20 @@ _POWERS = {"": 1.0, "k": 1e3, "M": 1e6, "G": 1e9}
     default="50 MB/s",
     show_default=True,
     metavar="RATE",
-    help="Read no faster than this, so that others can work.",
+    help="Read no faster than this.",
 )
 @click.option("--for", "duration", metavar="TIME", help="Stop after this time, such as '6 h'.")
-@click.option("--older", metavar="TIME", help="Leave out runs looked at since, such as '30 d'.")
+@click.option(
+    "--older", metavar="TIME", help="Leave out runs checked within this time, such as '30 d'."
+)
 @json_option
 def command(
     *, runs: Path, database: str, rate: str, duration: str | None, older: str | None, as_json: bool
 ) -> ExitCode:
-    """Read all files of an archive, and list what is damaged, missing, changed or unknown.
+    """Read all files of an archive, and list damaged, missing, changed and unknown ones.
 
-    Those that nobody has looked at for the longest time come first, and what is done is kept: stop
-    it at any time. Ends with 1 if a file is damaged, missing or changed.
+    Files that were checked longest ago come first, and progress is kept: you can stop it at any
+    time. Ends with 1 if a file is damaged, missing or changed.
     """
     from datetime import UTC, datetime, timedelta
 

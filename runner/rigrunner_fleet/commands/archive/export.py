@@ -21,10 +21,10 @@ from rigrunner_fleet.cli.archiving import filter_options, filters_in
 def command(
     *, table: str, file: Path, raw: bool, runs: Path, database: str, limit: int | None, **words: Any
 ) -> None:
-    """Write the rows of a TABLE to a FILE that ends with .csv or .parquet.
+    """Write a TABLE to a FILE that ends with .csv or .parquet.
 
     TABLE is runs, points, results, coordinates, figures, inputs, decisions or files; the options
-    say of which runs. A file that exists is replaced.
+    select the runs. An existing file is replaced.
     """
     from rigrunner.api.errors import UsageError
     from rigrunner_fleet.archive import open_archive

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 @database_option
 @jobs_option
 def command(folders: tuple[Path, ...], database: str, jobs: int | None) -> None:
-    """Bring the archive up to date with folders of runs, at any depth; 'runs' if none is named.
+    """Update the archive from folders of runs, at any depth; by default 'runs'.
 
-    Only what is new or changed is read. A run that cannot be read is listed with its problem.
+    Only new and changed runs are read. An unreadable run is listed with its problem.
     """
     from pathlib import Path
 

@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 @database_option
 @jobs_option
 def command(folders: tuple[Path, ...], database: str, jobs: int | None) -> None:
-    """Make the archive anew from the run files.
+    """Rebuild the archive from the run files.
 
-    With a database and no folder, from all folders that it knows. Runs whose files are gone are
-    forgotten.
+    With a database and no folder, all known folders are read. Runs whose files are gone are
+    removed.
     """
     from pathlib import Path
 

@@ -32,10 +32,10 @@ def command(
     raw: bool,
     **words: Any,
 ) -> None:
-    """Find runs by what they were made on and what they found, oldest first.
+    """Find runs by specimen, rig, procedure and results, oldest first.
 
-    An option that is given several times takes either; all options must hold. With --result or
-    --where the results that fit are listed, instead of runs.
+    Repeated options are alternatives; all options must match. With --result or --where, results
+    are listed instead of runs.
     """
     from rigrunner.api.errors import UsageError
     from rigrunner_fleet.archive import open_archive

@@ -15,5 +15,5 @@ command = lazy_group(
     SUMMARIES,
     """Regression-test new software against reference runs.
 
-The runs' own files stay as they are.""",
+Run files do not change.""",
 )

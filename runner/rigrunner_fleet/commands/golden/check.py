@@ -28,7 +28,7 @@ _FILE = click.Path(path_type=Path, dir_okay=False)
     "--runs",
     type=click.Path(path_type=Path, file_okay=False),
     metavar="FOLDER",
-    help="Where the runs are, if not where they were.",
+    help="Where the runs are, if they were moved.",
 )
 @changes_options
 @click.option(
@@ -43,9 +43,9 @@ _FILE = click.Path(path_type=Path, dir_okay=False)
     "--out",
     type=click.Path(path_type=Path, file_okay=False),
     metavar="FOLDER",
-    help="Keep the results here, to continue an interrupted check.",
+    help="Store the results here, to continue an interrupted check.",
 )
-@click.option("--html", type=_FILE, metavar="FILE", help="Write a report as a page.")
+@click.option("--html", type=_FILE, metavar="FILE", help="Write an HTML report.")
 @click.option("--junit", type=_FILE, metavar="FILE", help="Write a JUnit file.")
 @lab_option
 @worker_options
@@ -65,7 +65,7 @@ def command(
     dask: str | None,
     as_json: bool,
 ) -> ExitCode:
-    """Analyse golden runs again, and tell what moved against their references.
+    """Analyse golden runs again, and list differences from the references.
 
     Ends with 1 where a verdict flipped, a figure moved, or a run is newly refused or accepted, and
     with 5 where a golden run is gone or cannot be read.

@@ -19,7 +19,7 @@ from rigrunner_fleet.cli.analysing import changes_in, changes_options, paths_arg
     required=True,
     type=click.Path(path_type=Path, file_okay=False),
     metavar="FOLDER",
-    help="Write the references here; runs are added to those that are there.",
+    help="Write the references here; existing ones are kept.",
 )
 @click.option("--copy", is_flag=True, help="Copy the run files there too, for version control.")
 @changes_options
@@ -36,7 +36,7 @@ def command(
     jobs: int | None,
     dask: str | None,
 ) -> None:
-    """Make runs golden: what they give with the software that is here becomes the reference.
+    """Record the results of runs with this software as the reference.
 
     PATH: files, run folders, or folders of runs at any depth.
     """

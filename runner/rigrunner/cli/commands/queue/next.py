@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 @click.command(name="next")
 @click.option("--station", default="", help="Take the next specimen of this station only.")
-@click.option("--unattended", is_flag=True, help="Take the procedure's own answers.")
-@click.option("--realtime", is_flag=True, help="Let a simulated rig take its real time.")
+@click.option("--unattended", is_flag=True, help="Take the answers in the procedure.")
+@click.option("--realtime", is_flag=True, help="Run a simulated rig in real time.")
 @by_option
 @runs_option
 @json_option

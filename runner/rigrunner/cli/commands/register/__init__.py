@@ -10,7 +10,7 @@ command = lazy_group(
     "register",
     __name__,
     SUMMARIES,
-    """Make entries of the register of instruments.
+    """Create entries for the register of instruments.
 
-An entry is printed; it is entered in the station by hand.""",
+The entry is printed; copy it into the station.""",
 )

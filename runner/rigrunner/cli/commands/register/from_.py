@@ -43,11 +43,11 @@ def command(
     station: str | None,
     as_json: bool,
 ) -> None:
-    """Make an entry of the register from a calibration.
+    """Create an entry for the register from a calibration run.
 
     RUN is a sealed run with a result 'deviation' (indicated less applied) at each applied value,
-    such as one of the procedure torque_transducer_calibration. It is verified first. The entry is
-    printed, to be put under 'instruments:' of a station.
+    such as one of the procedure torque_transducer_calibration. It is verified first. The
+    printed entry goes under 'instruments:' of a station.
     """
     from rigrunner.run.lab_plugins import lab_registry
     from rigrunner.run.locate import find_run
