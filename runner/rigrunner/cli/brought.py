@@ -34,7 +34,7 @@ class Commands:
 
 def brought() -> Iterator[Commands]:
     """Yield what each installed package brings; one that cannot be imported is reported."""
-    for name, entry in sorted(_entries().items()):
+    for name, entry in sorted(entries(GROUP).items()):
         try:
             groups = entry.load().COMMANDS
             yield Commands(entry.value, {title: dict(group) for title, group in groups.items()})
@@ -42,12 +42,12 @@ def brought() -> Iterator[Commands]:
             message(f"the commands of '{name}' cannot be loaded: {error}")
 
 
-def _entries() -> dict[str, EntryPoint]:
-    """Return the entry points of the group by name; only files that name it are parsed."""
+def entries(group: str) -> dict[str, EntryPoint]:
+    """Return the entry points of a group by name; only files that name it are parsed."""
     return {
         entry.name: entry
         for distribution in distributions()
-        if GROUP in (distribution.read_text("entry_points.txt") or "")
+        if group in (distribution.read_text("entry_points.txt") or "")
         for entry in distribution.entry_points
-        if entry.group == GROUP
+        if entry.group == group
     }

@@ -3,35 +3,63 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.events import Outcome
 from rigrunner.api.verdict import probability_text
+from rigrunner.cli.brought import entries
 from rigrunner.cli.numbers import with_uncertainty
+from rigrunner.cli.output import message
 from rigrunner.cli.table import pairs, table
 from rigrunner.run.set_points import other_results
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     Document = Mapping[str, Any]
 
+GROUP = "rigrunner.summaries"
 UNKNOWN = "-"
 MOST_SHOWN = 20
 """So many values out of limits are told one by one; 'show' has the whole tables."""
 
 
+@dataclass(frozen=True)
+class SummaryParts:
+    """What a package adds to the summary of a result document that has its keys.
+
+    An entry point of the group `rigrunner.summaries` names one.
+    """
+
+    facts: Callable[[Document], Iterable[tuple[str, str]]]
+    """Gives lines with a name, which stand before the verdict."""
+    blocks: Callable[[Document], Iterable[str]]
+    """Gives tables and paragraphs, which stand after the verdict."""
+    checks: Callable[[Document], Iterable[Document]]
+    """Gives checks that stand in its own keys, as `checks` of the document has them."""
+
+
 def summary(document: Document) -> str:
-    """Return headline, verdict, table of the set-points, fits, and the checks that failed."""
+    """Return the verdict, the results, the checks that failed, and what other packages add."""
+    others = tuple(brought())
+    facts = (fact for each in others for fact in each.facts(document))
     parts = [
-        pairs(list(_headline(document))),
-        _points(document),
+        pairs([*facts, *_verdict(document)]),
+        *(block for each in others for block in each.blocks(document)),
         _results(document),
-        "\n".join(_fits(document)),
-        _validation(document),
-        _failed_checks(document),
+        _failed_checks(document, (check for each in others for check in each.checks(document))),
     ]
     return "\n\n".join(part for part in parts if part)
+
+
+def brought() -> Iterator[SummaryParts]:
+    """Yield what each installed package adds; one that cannot be imported is reported."""
+    for name, entry in sorted(entries(GROUP).items()):
+        try:
+            yield entry.load()
+        except Exception as error:  # noqa: BLE001  (a stranger's may raise anything)
+            message(f"the summary of '{name}' cannot be loaded: {error}")
 
 
 def identity(document: Document) -> str:
@@ -60,15 +88,7 @@ def _state(approval: Mapping[str, str]) -> str:
     return "draft: not for certification"
 
 
-def _headline(document: Document) -> Iterator[tuple[str, str]]:
-    headline = document["headline"]
-    if headline["compensated"]:
-        raw, found = headline["raw_peak"], headline["compensated"]
-        yield "raw peak", f"{estimate_text(raw)} {raw['unit']}"
-        yield (
-            document["measurand"]["name"],
-            f"{estimate_text(found)} {found['unit']} (95 %, {headline['method']})",
-        )
+def _verdict(document: Document) -> Iterator[tuple[str, str]]:
     decision = document["decision"]
     if document.get("limits"):
         yield from _limits(document)
@@ -143,28 +163,6 @@ def stated_risk(decision: Document) -> str:
     return f"at most {probability_text(risk)} risk in a pass of this rule"
 
 
-def _points(document: Document) -> str:
-    """Return raw peak and every method that could be used, per set-point."""
-    if not document["points"]:
-        return ""
-    methods = {name: found for name, found in document["compensations"].items() if found["points"]}
-    header = ["set-point", "raw peak", *methods]
-    columns = [
-        [estimate_text(point["torque"]) for point in found["points"]] for found in methods.values()
-    ]
-    rows = [
-        [_set_point(point), _number(point["raw_peak"]["mean"]["value"]), *compensated]
-        for point, *compensated in zip(document["points"], *columns, strict=True)
-    ]
-    missing = [
-        f"{name}: not applicable: {found['not_applicable']}"
-        for name, found in document["compensations"].items()
-        if found["not_applicable"]
-    ]
-    caption = "Torque in N·m, with its expanded uncertainty (95 %)" if methods else "Torque in N·m"
-    return "\n".join([caption, table(header, rows, "r" * len(header)), *missing])
-
-
 def _results(document: Document) -> str:
     """Return what analyses found that name their results: a table of each, by its coordinates."""
     results = other_results(document)
@@ -201,33 +199,12 @@ def coordinate_text(value: str | Mapping[str, Any]) -> str:
     return f"{value['value']:.6g}{unit}"
 
 
-def _fits(document: Document) -> Iterator[str]:
-    """Say what was fitted to a run that is not compensated: there it is what was found."""
-    if document["compensations"] or not document["fits"]:
-        return
-    yield "Fits of the raw peak over frequency, with standard uncertainties"
-    for fit in document["fits"]:
-        curve = fit["curve"]
-        if curve is None:
-            yield f"{fit['name']}: no fit: {fit['problem']}"
-            continue
-        yield f"{fit['name']}: {curve['formula']}"
-        for name, found in curve["coefficients"].items():
-            value = with_uncertainty(found["value"], found["standard_uncertainty"])
-            yield f"  {name} = {value} {found['unit']}"
-
-
-def _validation(document: Document) -> str:
-    """Say whether Monte Carlo agrees with the headline's uncertainty."""
-    found = document.get("validation")
-    return "" if found is None else "\n".join(f"validation: {each}" for each in found["statements"])
-
-
-def _failed_checks(document: Document) -> str:
-    everywhere = [*document["checks"]]
-    for found in document["compensations"].values():
-        everywhere += found["checks"]
-    told = [check for check in everywhere if not check["ok"] or check.get("consequence")]
+def _failed_checks(document: Document, of_methods: Iterable[Document]) -> str:
+    told = [
+        check
+        for check in (*document["checks"], *of_methods)
+        if not check["ok"] or check.get("consequence")
+    ]
     return "\n".join(_check(each) for each in sorted(told, key=lambda each: bool(each["ok"])))
 
 
@@ -243,12 +220,3 @@ def estimate_text(estimate: Mapping[str, Any] | None) -> str:
         return UNKNOWN
     expanded = estimate["expanded_uncertainty_95"]
     return with_uncertainty(estimate["value"], float("nan") if expanded is None else expanded)
-
-
-def _set_point(point: Mapping[str, Any]) -> str:
-    frequency = point["set_frequency"]
-    return f"{frequency['value']:g} {frequency['unit']}"
-
-
-def _number(value: float | None) -> str:
-    return UNKNOWN if value is None else f"{value:.3f}"

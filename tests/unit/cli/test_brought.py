@@ -72,7 +72,7 @@ def test_nothing_is_looked_up_for_a_command_of_its_own(packages):
 
 def test_what_cannot_be_imported_is_reported_and_the_rest_still_works(monkeypatch, capsys):
     entry = EntryPoint("broken", "there_is_no_such_package", GROUP)
-    monkeypatch.setattr(brought_module, "_entries", lambda: {"broken": entry})
+    monkeypatch.setattr(brought_module, "entries", lambda _: {"broken": entry})
     assert list(brought()) == []
     assert main(["--help"]) == 0
     said = capsys.readouterr()

@@ -2,7 +2,8 @@ from __future__ import annotations
 
 import copy
 
-from rigrunner.cli.summary import identity, summary
+from rigrunner.cli import summary as module
+from rigrunner.cli.summary import SummaryParts, identity, summary
 
 
 def estimate(value, expanded):
@@ -120,3 +121,33 @@ def test_an_unknown_number_is_shown_as_unknown():
     document["compensations"]["template_inverse"]["points"][0]["torque"] = estimate(None, None)
     document["points"][0]["raw_peak"]["mean"]["value"] = None
     assert "     1 Hz         -                 -" in summary(document)
+
+
+class Entry:
+    def __init__(self, found):
+        self.found = found
+
+    def load(self):
+        if isinstance(self.found, Exception):
+            raise self.found
+        return self.found
+
+
+def test_a_package_adds_its_own_and_one_that_cannot_be_loaded_is_reported(monkeypatch, capsys):
+    wear = SummaryParts(
+        facts=lambda document: [("wear depth", f"{document['wear']} µm")],
+        blocks=lambda _: ["Wear track\n12 mm", ""],
+        checks=lambda _: [{"name": "stylus", "ok": False, "text": "blunt", "advice": ""}],
+    )
+    there = {"a": Entry(wear), "b": Entry(ImportError("no module"))}
+    monkeypatch.setattr(module, "entries", lambda group: there if group == module.GROUP else {})
+    plain = {"checks": [], "decision": None, "wear": 12.5, "run": {}}
+    assert summary(plain).splitlines() == [
+        "wear depth  12.5 µm",
+        "",
+        "Wear track",
+        "12 mm",
+        "",
+        "check: stylus: blunt",
+    ]
+    assert "the summary of 'b' cannot be loaded: no module" in capsys.readouterr().err
