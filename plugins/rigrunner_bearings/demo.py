@@ -10,7 +10,7 @@ from rigrunner.run.locate import find_procedure, find_station
 from rigrunner.run.partners import partners_for
 from rigrunner.run.prepare import plan_run
 from rigrunner.run.record import execute
-from rigrunner.tools.labfolder import PROCEDURES
+from rigrunner_bearings.labs import PROCEDURES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -5,6 +5,7 @@ from __future__ import annotations
 from rigrunner_bearings.compensations.records import rigrunner_compensations, rigrunner_kinds
 from rigrunner_bearings.devices.records import rigrunner_devices
 from rigrunner_bearings.fits.records import rigrunner_fits
+from rigrunner_bearings.labs import rigrunner_labs
 
 __all__ = [
     "api_version",
@@ -12,6 +13,7 @@ __all__ = [
     "rigrunner_devices",
     "rigrunner_fits",
     "rigrunner_kinds",
+    "rigrunner_labs",
 ]
 
 api_version = 1

@@ -14,6 +14,7 @@ from rigrunner_testing import (
     event_sinks,
     fits,
     importers,
+    labs,
     making,
     outlier_rules,
     settings,
@@ -45,6 +46,7 @@ OF_KIND: dict[str, tuple[AnyCheck, ...]] = {
     "event_sink": event_sinks.CHECKS,
     "step": steps.CHECKS,
     "unit": units.CHECKS,
+    "lab": labs.CHECKS,
     "kind": brought.CHECKS,
 }
 """Those of Rigrunner's own kinds: whoever brings a kind brings its checks."""

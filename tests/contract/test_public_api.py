@@ -127,7 +127,7 @@ TOOLS = "runner/rigrunner/tools"
 OF_AUTHORS = [
     path
     for pattern in (
-        *(f"{TOOLS}/plugin_template/**/*.jinja", f"{TOOLS}/lab_template/**/*.py"),
+        *(f"{TOOLS}/plugin_template/**/*.jinja", "plugins/rigrunner_bearings/lab/**/*.py"),
         "plugins/rigrunner_bearings/plugin_template/*.jinja",
         *("docs/how-to/*.md", "docs/tutorial/*.md", "tests/e2e/stranger/*.py"),
     )
@@ -182,7 +182,7 @@ def test_each_hook_is_implemented_by_a_plugin(monkeypatch):
     bearings = EntryPoint("rigrunner_bearings", "rigrunner_bearings.hooks", "rigrunner")
     strangers = load_registry([bearings, stranger])
     assert strangers.disabled == ()
-    kinds, brought = {each.name for each in ours.kinds}, {"kind", "step"}
+    kinds, brought = {each.name for each in ours.kinds}, {"kind", "lab", "step"}
     theirs = {each.kind for each in strangers.plugins if each.provider.name == "stranger"}
     assert theirs == kinds - brought
     assert brought <= {each.kind for each in ours.plugins}

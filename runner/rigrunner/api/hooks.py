@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pluggy
@@ -316,6 +317,23 @@ class UnitRecord(PluginRecord):
 
 
 @dataclass(frozen=True, kw_only=True)
+class LabRecord(PluginRecord):
+    """A lab folder to begin with, as `rigrunner init` makes it.
+
+    Letterhead, reports and schemas are the same in every one; the rest is its own.
+    """
+
+    files: str
+    """Where its own files stand, 'package:folder': station.yaml, README.md, plugins, procedures."""
+    procedures: tuple[str, ...] = ()
+    """Shipped procedures of which it gets a copy, in the order in which to run them."""
+
+    def factory(self, settings: Any) -> Path:  # noqa: ARG002  (there are none)
+        """Return the folder with its own files."""
+        return _folder_at(self.files)
+
+
+@dataclass(frozen=True, kw_only=True)
 class KindRecord(PluginRecord):
     """A kind of plugin: whoever brings plugins of it has a function of the name `hook`.
 
@@ -339,6 +357,11 @@ class KindRecord(PluginRecord):
     def factory(self, settings: Any) -> type[PluginRecord]:  # noqa: ARG002  (there are none)
         """Return the type of its records."""
         return self.record
+
+    @property
+    def templates(self) -> Path:
+        """The folder of these files."""
+        return _folder_at(self.template)
 
 
 class HookSpecs:
@@ -400,6 +423,11 @@ class HookSpecs:
         raise NotImplementedError
 
     @hookspec
+    def rigrunner_labs(self) -> Iterable[LabRecord]:
+        """Return the lab folders to begin with that this plugin brings."""
+        raise NotImplementedError
+
+    @hookspec
     def rigrunner_kinds(self) -> Iterable[KindRecord]:
         """Return the kinds of plugins that this plugin brings."""
         raise NotImplementedError
@@ -408,6 +436,11 @@ class HookSpecs:
     def rigrunner_units(self) -> Iterable[UnitRecord]:
         """Return the units of measurement that this plugin brings."""
         raise NotImplementedError
+
+
+def _folder_at(place: str) -> Path:
+    package, _, folder = place.partition(":")
+    return Path(str(import_module(package).__file__)).parent / folder
 
 
 def __getattr__(name: str) -> Any:

@@ -41,6 +41,7 @@ OWN_KINDS = (
     _kind("importer", hooks.ImporterRecord),
     _kind("event_sink", hooks.EventSinkRecord, "event"),
     _kind("unit", hooks.UnitRecord),
+    _kind("lab", hooks.LabRecord),
     _kind("kind", hooks.KindRecord),
 )
 """The kinds of plugins that Rigrunner itself uses, in the order in which a procedure does."""

@@ -6,6 +6,8 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rigrunner.api.errors import UsageError
+from rigrunner.api.hooks import LabRecord
 from rigrunner.registry import with_drop_ins
 from rigrunner.run.locate import find_procedure
 from rigrunner.tools.new_files import write_new_files
@@ -18,9 +20,8 @@ if TYPE_CHECKING:
     from rigrunner.tools.schemas.files import Language
 
 TEMPLATE = Path(__file__).parent / "lab_template"
-STATION = "station.yaml"
-PROCEDURES = ("no_load_inertia_sweep", "starting_torque_1000n")
-"""Those that ship and a new folder has, in the order to run them."""
+"""What every lab has."""
+STATION, PLUGINS = "station.yaml", "plugins"
 _UNDER_ANOTHER_NAME = {"gitignore": ".gitignore", "gitattributes": ".gitattributes"}
 """Files that would have an effect where the template lies."""
 _SCHEMAS: dict[str, Language] = {
@@ -31,23 +32,42 @@ _SCHEMAS: dict[str, Language] = {
 }
 
 
-def make_lab(folder: Path, registry: Registry) -> list[str]:
+def make_lab(folder: Path, registry: Registry, name: str = "") -> list[str]:
     """Write a lab folder and return the procedures in it, in the order to run them.
 
+    `name` is that of a plugin of the kind 'lab'; it can be left out where there is one alone.
     Nothing that is there is changed: raises UsageError if a file of that name exists, before any
     is written, and if one cannot be written.
     """
-    texts = _texts(registry)
+    texts = _texts(registry, name or _only(registry))
     write_new_files(folder, texts)
     return [name for name in texts if name.startswith("procedures/") and name.endswith(".yaml")]
 
 
-def _texts(registry: Registry) -> Mapping[str, str]:
+def _only(registry: Registry) -> str:
+    names = registry.names("lab")
+    if len(names) != 1:
+        raise UsageError(
+            f"got no lab to begin with, expected one of: {', '.join(names) or 'none is installed'}",
+            hint="name it with --lab" if names else "install a package that brings one",
+        )
+    return names[0]
+
+
+def _texts(registry: Registry, lab: str) -> Mapping[str, str]:
     """Return what the folder holds: texts by name."""
-    copied = {f"procedures/{name}.yaml": find_procedure(name) for name in PROCEDURES}
-    own = {_name(path): path for path in sorted(TEMPLATE.rglob("*")) if _is_content(path)}
+    record, files = registry.find("lab", lab).record, registry.make("lab", lab, {})
+    assert isinstance(record, LabRecord)  # noqa: S101  (the kind says so)
+    copied = {f"procedures/{name}.yaml": find_procedure(name) for name in record.procedures}
+    own = {
+        _name(path.relative_to(folder)): path
+        for folder in (TEMPLATE, files)
+        for path in sorted(folder.rglob("*"))
+        if _is_content(path)
+    }
     texts = {name: path.read_text(encoding="utf-8") for name, path in (copied | own).items()}
-    with_own = with_drop_ins(registry, TEMPLATE / "plugins")
+    has_own = (files / PLUGINS).is_dir()
+    with_own = with_drop_ins(registry, files / PLUGINS) if has_own else registry
     schemas = {name: language_schema(language, with_own) for name, language in _SCHEMAS.items()}
     return texts | {
         name: json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
@@ -60,5 +80,5 @@ def _is_content(path: Path) -> bool:
 
 
 def _name(path: Path) -> str:
-    name = path.relative_to(TEMPLATE).as_posix()
+    name = path.as_posix()
     return _UNDER_ANOTHER_NAME.get(name, name)

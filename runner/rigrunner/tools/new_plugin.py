@@ -7,7 +7,6 @@ import keyword
 import re
 from collections import Counter
 from dataclasses import dataclass
-from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -121,8 +120,7 @@ class NewPlugin:
     def _environment(self) -> Environment:
         folders = [TEMPLATE]
         if self.brought:
-            package, _, folder = self.brought.template.partition(":")
-            folders.append(Path(str(files(package))) / folder)
+            folders.append(self.brought.templates)
         return Environment(  # noqa: S701  (it writes Python and Markdown, no HTML)
             loader=FileSystemLoader(folders),
             undefined=StrictUndefined,

@@ -1,96 +1,97 @@
-"""A lab folder is complete, and nothing in it is ever overwritten."""
+"""A lab folder is made of what a package brings, and of what every lab has."""
 
 from __future__ import annotations
 
-import json
+import sys
 
 import pytest
 
-from helpers_thorough import first
-from rigrunner.api.errors import UsageError
-from rigrunner.procedure import load_procedure
-from rigrunner.registry import load_registry
-from rigrunner.run.locate import find_procedure
-from rigrunner.station import load_station
+from helpers_cli import call
+from rigrunner.api.errors import ExitCode, UsageError
+from rigrunner.api.hooks import LabRecord
+from rigrunner.registry import Plugin, Provider, Registry, load_registry
 from rigrunner.tools.labfolder import make_lab
+from rigrunner_testing import State, checks, examine_one, subject
 
-FILES = {
-    *("README.md", ".gitignore", "station.yaml", "station.schema.json", "letterhead/README.md"),
-    ".gitattributes",
-    *("plugins/room_thermometer.py", "procedures/procedure.schema.json"),
-    *("procedures/no_load_inertia_sweep.yaml", "procedures/starting_torque_1000n.yaml"),
-    *("letterhead/letterhead.yaml", "letterhead/logo.svg", "letterhead/letterhead.schema.json"),
-    *("procedures/room_temperature.yaml", "plugins/torque_table.py"),
-    *("reports/README.md", "reports/example_order.yaml", "reports/order.schema.json"),
-}
+STATION = """\
+rigrunner: station/1
+id: oven
+title: An oven
+devices: {oven: {type: oven, plugin: none}}
+"""
+PROCEDURE = """\
+rigrunner: procedure/2
+id: HEAT
+revision: "1"
+title: Heat
+uses: {oven: oven}
+main: [{note: {text: warm}}]
+"""
 
 
 @pytest.fixture
-def lab(tmp_path):
-    make_lab(tmp_path / "lab", load_registry())
-    return tmp_path / "lab"
+def oven(tmp_path, monkeypatch):
+    """Give a package that brings the lab of an oven, and return its registry by the files in it."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    def make(**files):
+        folder = tmp_path / "oven_maker"
+        (folder / "lab/procedures").mkdir(parents=True)
+        (folder / "__init__.py").write_text("")
+        for name, text in files.items():
+            (folder / "lab" / name.replace("__", "/").replace("_md", ".md")).write_text(text)
+        record = LabRecord(name="oven", help="An oven.", files="oven_maker:lab")
+        return Registry([Plugin("lab", record, Provider("oven_maker", "1"))])
+
+    yield make
+    sys.modules.pop("oven_maker", None)
 
 
-def files(folder):
-    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+def test_it_has_its_own_files_and_what_every_lab_has(oven, tmp_path):
+    files = {"station.yaml": STATION, "procedures__heat.yaml": PROCEDURE}
+    registry = oven(README_md="An oven.", **files)
+    assert make_lab(tmp_path / "lab", registry) == ["procedures/heat.yaml"]
+    assert (tmp_path / "lab/station.yaml").read_text() == STATION
+    assert (tmp_path / "lab/letterhead/letterhead.yaml").is_file()
+    assert not (tmp_path / "lab/plugins").exists()
 
 
-def test_it_has_all_that_a_lab_needs(lab):
-    assert files(lab) == FILES
-    assert load_station(lab / "station.yaml").model.plugins == "plugins"
-    for path in (lab / "procedures").glob("*.yaml"):
-        load_procedure(path)
+def test_without_a_lab_to_begin_with_it_says_so(tmp_path):
+    with pytest.raises(UsageError, match="expected one of: none is installed"):
+        make_lab(tmp_path / "lab", Registry([]))
 
 
-def test_the_shipped_procedures_are_copied_as_they_are(lab):
-    for name in ("no_load_inertia_sweep", "starting_torque_1000n"):
-        copy = lab / "procedures" / f"{name}.yaml"
-        assert copy.read_bytes() == find_procedure(name).read_bytes()
+def test_of_several_one_must_be_named(oven, tmp_path):
+    known = [each for each in load_registry().plugins if each.kind == "lab"]
+    both = Registry([*oven(README_md="An oven.").plugins, *known])
+    with pytest.raises(UsageError, match="expected one of: bearings, oven") as caught:
+        make_lab(tmp_path / "lab", both)
+    assert "--lab" in caught.value.hint
+    make_lab(tmp_path / "lab", both, "oven")
+    assert (tmp_path / "lab/README.md").read_text() == "An oven."
 
 
-def test_every_yaml_file_names_a_schema_that_is_there(lab):
-    for path in lab.rglob("*.yaml"):
-        first = path.read_text(encoding="utf-8").splitlines()[0]
-        target = first.removeprefix("# yaml-language-server: $schema=")
-        assert (path.parent / target).is_file()
+def test_a_lab_that_is_not_there_is_named(tmp_path):
+    called = call("init", tmp_path / "lab", "--lab", "bearing")
+    assert called.code not in {ExitCode.PASS, ExitCode.BUG}
+    assert "there is no lab 'bearing'" in called.err
+    assert "bearings" in called.err
 
 
-def test_the_schemas_know_the_plugin_of_the_folder(lab):
-    schema = json.loads((lab / "station.schema.json").read_text(encoding="utf-8"))
-    plugins = schema["$defs"]["DeviceBinding"]["properties"]["plugin"]["enum"]
-    assert {"room_thermometer", "swing_tester_sim"} <= set(plugins)
-    assert "mean" in schema["$defs"]["RoomThermometerSettings"]["properties"]
-
-
-@pytest.mark.parametrize("name", first(3, sorted(FILES)))
-def test_where_one_file_is_there_nothing_is_written(tmp_path, name):
-    mine = tmp_path / "lab" / name
-    mine.parent.mkdir(parents=True)
-    mine.write_text("mine")
-    with pytest.raises(UsageError, match=rf"has a {name} already.*nothing is ever overwritten"):
-        make_lab(tmp_path / "lab", load_registry())
-    assert mine.read_text() == "mine"
-    assert files(tmp_path / "lab") == {name}
-
-
-def test_nothing_is_written_through_a_link_that_leads_nowhere(tmp_path):
-    lab, target = tmp_path / "lab", tmp_path / "elsewhere.md"
-    lab.mkdir()
-    (lab / "README.md").symlink_to(target)
-    with pytest.raises(UsageError, match=r"README\.md: File exists"):
-        make_lab(lab, load_registry())
-    assert not target.exists()
-
-
-def test_files_of_others_stay(tmp_path):
-    (tmp_path / "notes.txt").write_text("mine")
-    assert make_lab(tmp_path, load_registry())
-    assert files(tmp_path) == FILES | {"notes.txt"}
-
-
-@pytest.mark.parametrize("name", ["lab", "lab/plugins"])
-def test_a_file_in_the_place_of_a_folder_is_named(tmp_path, name):
-    (tmp_path / name).parent.mkdir(exist_ok=True)
-    (tmp_path / name).write_text("a file")
-    with pytest.raises(UsageError, match=f"{name}.*: (Not a directory|File exists)"):
-        make_lab(tmp_path / "lab", load_registry())
+@pytest.mark.parametrize(
+    ("name", "files", "said"),
+    [
+        ("is_whole", {"station.yaml": STATION}, "it has no README.md"),
+        ("is_whole", {"station.yaml": STATION, "README_md": "x"}, "it has no procedure"),
+        (
+            "can_be_run_at_once",
+            {"station.yaml": STATION, "README_md": "x", "procedures__heat.yaml": PROCEDURE},
+            "there is no device 'none'",
+        ),
+    ],
+)
+def test_the_kit_fails_one_that_is_broken(oven, name, files, said):
+    own = {each.name: each for each in checks("lab")}
+    found = examine_one(subject("lab", "oven", registry=oven(**files)), own[name])
+    assert found.state is State.FAIL
+    assert said in found.text

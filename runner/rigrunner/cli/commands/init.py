@@ -12,7 +12,8 @@ from rigrunner.cli.output import message, result
 
 @click.command(name="init")
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path, file_okay=False))
-def command(folder: Path) -> None:
+@click.option("--lab", default="", help="With which lab to begin, where packages bring several.")
+def command(folder: Path, lab: str) -> None:
     """Create a lab folder with a station, procedures and a plugin.
 
     It runs at once on simulated devices. No file is overwritten.
@@ -20,7 +21,7 @@ def command(folder: Path) -> None:
     from rigrunner.registry import load_registry
     from rigrunner.tools.labfolder import STATION, make_lab
 
-    procedures = make_lab(folder, load_registry())
+    procedures = make_lab(folder, load_registry(), lab)
     message(f"Made the lab folder {folder}; its README.md says what is where. To try it:")
     if folder.resolve() != Path.cwd():
         result(f"cd {shlex.quote(str(folder))}")

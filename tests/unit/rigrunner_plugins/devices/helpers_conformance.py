@@ -70,6 +70,7 @@ NOT_APPLICABLE: dict[tuple[str, str], set[str]] = {
     ("report_format", "html"): _SETTINGS,
     ("study_format", "html"): _SETTINGS,
     ("kind", "compensation"): _SETTINGS,
+    ("lab", "bearings"): _SETTINGS,
     ("compensation", "breakaway_peak"): {
         "truth_is_within_it_on_another_rig",
         "common_offset_falls_out",

@@ -1,0 +1,96 @@
+"""The lab folder for bearings is complete, and nothing in it is ever overwritten."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from helpers_thorough import first
+from rigrunner.api.errors import UsageError
+from rigrunner.procedure import load_procedure
+from rigrunner.registry import load_registry
+from rigrunner.run.locate import find_procedure
+from rigrunner.station import load_station
+from rigrunner.tools.labfolder import make_lab
+
+FILES = {
+    *("README.md", ".gitignore", "station.yaml", "station.schema.json", "letterhead/README.md"),
+    ".gitattributes",
+    *("plugins/room_thermometer.py", "procedures/procedure.schema.json"),
+    *("procedures/no_load_inertia_sweep.yaml", "procedures/starting_torque_1000n.yaml"),
+    *("letterhead/letterhead.yaml", "letterhead/logo.svg", "letterhead/letterhead.schema.json"),
+    *("procedures/room_temperature.yaml", "plugins/torque_table.py"),
+    *("reports/README.md", "reports/example_order.yaml", "reports/order.schema.json"),
+}
+
+
+@pytest.fixture
+def lab(tmp_path):
+    make_lab(tmp_path / "lab", load_registry())
+    return tmp_path / "lab"
+
+
+def files(folder):
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_it_has_all_that_a_lab_needs(lab):
+    assert files(lab) == FILES
+    assert load_station(lab / "station.yaml").model.plugins == "plugins"
+    for path in (lab / "procedures").glob("*.yaml"):
+        load_procedure(path)
+
+
+def test_the_shipped_procedures_are_copied_as_they_are(lab):
+    for name in ("no_load_inertia_sweep", "starting_torque_1000n"):
+        copy = lab / "procedures" / f"{name}.yaml"
+        assert copy.read_bytes() == find_procedure(name).read_bytes()
+
+
+def test_every_yaml_file_names_a_schema_that_is_there(lab):
+    for path in lab.rglob("*.yaml"):
+        first = path.read_text(encoding="utf-8").splitlines()[0]
+        target = first.removeprefix("# yaml-language-server: $schema=")
+        assert (path.parent / target).is_file()
+
+
+def test_the_schemas_know_the_plugin_of_the_folder(lab):
+    schema = json.loads((lab / "station.schema.json").read_text(encoding="utf-8"))
+    plugins = schema["$defs"]["DeviceBinding"]["properties"]["plugin"]["enum"]
+    assert {"room_thermometer", "swing_tester_sim"} <= set(plugins)
+    assert "mean" in schema["$defs"]["RoomThermometerSettings"]["properties"]
+
+
+@pytest.mark.parametrize("name", first(3, sorted(FILES)))
+def test_where_one_file_is_there_nothing_is_written(tmp_path, name):
+    mine = tmp_path / "lab" / name
+    mine.parent.mkdir(parents=True)
+    mine.write_text("mine")
+    with pytest.raises(UsageError, match=rf"has a {name} already.*nothing is ever overwritten"):
+        make_lab(tmp_path / "lab", load_registry())
+    assert mine.read_text() == "mine"
+    assert files(tmp_path / "lab") == {name}
+
+
+def test_nothing_is_written_through_a_link_that_leads_nowhere(tmp_path):
+    lab, target = tmp_path / "lab", tmp_path / "elsewhere.md"
+    lab.mkdir()
+    (lab / "README.md").symlink_to(target)
+    with pytest.raises(UsageError, match=r"README\.md: File exists"):
+        make_lab(lab, load_registry())
+    assert not target.exists()
+
+
+def test_files_of_others_stay(tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    assert make_lab(tmp_path, load_registry())
+    assert files(tmp_path) == FILES | {"notes.txt"}
+
+
+@pytest.mark.parametrize("name", ["lab", "lab/plugins"])
+def test_a_file_in_the_place_of_a_folder_is_named(tmp_path, name):
+    (tmp_path / name).parent.mkdir(exist_ok=True)
+    (tmp_path / name).write_text("a file")
+    with pytest.raises(UsageError, match=f"{name}.*: (Not a directory|File exists)"):
+        make_lab(tmp_path / "lab", load_registry())
