@@ -12,7 +12,7 @@ from functools import cache
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.api.errors import PluginError
+from rigrunner.api import PluginError
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -16,7 +16,7 @@ from rigrunner.api.filters import Fir, LowPass, MeasuredResponse
 from rigrunner_bearings.compensations.response import butterworth
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
     from rigrunner_bearings.compensations.response import Response
 
 Filter = LowPass | Fir | MeasuredResponse

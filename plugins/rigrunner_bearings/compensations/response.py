@@ -15,7 +15,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
 
     Response = NDArray[np.complex128]
 
