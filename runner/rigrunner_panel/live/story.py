@@ -119,8 +119,9 @@ class Story:
                 self._take_event(message)
             case Show(sections=sections):
                 self._show(dict(sections))
-            case Values(values=values, time_s=time_s):
-                self._show_channels(values, time_s)
+            case Values(values=values, time_s=time_s, interval_s=interval_s):
+                utc = utc_text(datetime.fromtimestamp(time_s, UTC))
+                self._show_channels(values, utc, interval_s)
             case Found(findings=findings):
                 self._board.put(live=with_live(self._board.get("live"), findings))
             case Ended(finished=finished, live=live):
@@ -197,28 +198,35 @@ class Story:
         if now_s >= self._channels_due_s and block.samples:
             self._channels_due_s = now_s + CHANNELS_S
             latest = {name: float(each[-1]) for name, each in block.channels.items()}
-            self._show_channels(latest, now_s)
+            self._show_channels(latest, self._time_of(event), CHANNELS_S)
         readings = self._board.get("readings")
-        if self.curves.frequency_hz is not None:
-            known = {"frequency_hz": self.curves.frequency_hz, "frequency_utc": ""}
+        if self.curves.frequency_hz not in (None, readings.frequency_hz):  # of another swing
+            known = {"frequency_hz": self.curves.frequency_hz, "frequency_utc": event.utc}
             self._board.put(readings=readings.model_copy(update=known))
         if self._track is not None:
             self._track.recorded((block.first_sample + block.samples) / block.rate_hz)
             self._board.put(progress=self._progress())
 
-    def _show_channels(self, values: Mapping[str, float], time_s: float) -> None:
-        """Show what channels read at a time, in seconds since the epoch."""
-        utc = utc_text(datetime.fromtimestamp(time_s, UTC))
+    def _show_channels(
+        self, values: Mapping[str, float], utc: str, interval_s: float | None = None
+    ) -> None:
+        """Show what channels read at a time, and how often they are read now if that is known."""
         known: tuple[ChannelView, ...] = self._board.get("channels")
         now = tuple(
-            each.read(values[each.name], utc) if each.name in values else each for each in known
+            each.read(values[each.name], utc, interval_s) if each.name in values else each
+            for each in known
         )
         self._board.put(channels=now)
+        # what an event tells of a drive is among the readings already
         load = next((values[name] for name in values if name.endswith(".load")), None)
-        if load is not None:
+        if load is not None and interval_s is not None:
             readings = self._board.get("readings")
             update = {"load_n": load, "load_utc": utc}
             self._board.put(readings=readings.model_copy(update=update))
+
+    def _time_of(self, event: Event) -> str:
+        """Return when an event was; in simulated time it is as late as it is on the screen."""
+        return event.utc if self.job.realtime else utc_text(datetime.now(UTC))
 
     def _take_event(self, event: Event) -> None:
         match event:
@@ -239,6 +247,7 @@ class Story:
                 self._finish(event)
             case MadeSafe():
                 self._board.put(readings=readings_safe(self._board.get("readings"), event))
+                self._show_channels(event.read_back, self._time_of(event))
             case Intervention(action="skip") if self._track is not None:
                 self._track.skip()
             case Intervention(action="abort") if not self._board.get("asked"):
@@ -268,9 +277,9 @@ class Story:
             self._track.end(event.index, ok=event.ok)
             self._track.leave_out(range(event.index + 1, event.index + 1 + event.leaves))
         readings = readings_after(self._board.get("readings"), event, self._begun)
-        if event.recording and not readings.frequency_utc:  # its swings were measured until now
-            readings = readings.model_copy(update={"frequency_utc": event.utc})
         self._board.put(readings=readings)
+        if event.action in ("set", "ramp", "measure"):  # others tell means over a time
+            self._show_channels(event.values, self._time_of(event))
 
     def _progress(self) -> Progress | None:
         if self._track is None:

@@ -121,6 +121,8 @@ class Values(Struct, frozen=True):
     values: Mapping[str, float]
     time_s: float
     """When they were read, in seconds since the epoch."""
+    interval_s: float
+    """When they are read again."""
 
 
 class Watched(Struct, frozen=True, eq=False):

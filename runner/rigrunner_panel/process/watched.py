@@ -40,17 +40,16 @@ class WatchedChannels:
         self._rig = rig or self._rig
         if self._rig is None:
             return
-        values: dict[str, float] = {}
         for role, names in self._names.items():
             began_s = time.monotonic()
             if began_s < self._due_s[role]:
                 continue
             try:
-                values |= self._rig.read(role, names)
+                values = self._rig.read(role, names)
             except RigrunnerError:  # the run itself finds out, where it needs the device
                 self._due_s[role] = time.monotonic() + AFTER_FAILURE_S
                 continue
-            ended_s = time.monotonic()
-            self._due_s[role] = ended_s + max(EVERY_S, SHARE * (ended_s - began_s))
-        if values:
-            self._send(Values(values, time.time()))
+            took_s = time.monotonic() - began_s
+            pause_s = max(EVERY_S, SHARE * took_s)
+            self._due_s[role] = began_s + took_s + pause_s
+            self._send(Values(values, time.time(), took_s + pause_s))

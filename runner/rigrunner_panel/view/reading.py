@@ -44,7 +44,7 @@ def readings_at(known: Readings, event: Scanned, scan: StepStarted) -> Readings:
             case "load":
                 update |= {"set_load_n": value, "load_n": None, "load_utc": ""}
     units = Units(scan.units, scan.written_in)
-    at_set = _with(known.model_copy(update=update), own, units)
+    at_set = _with(known.model_copy(update=update), own, units, event.utc)
     return _read(at_set, event.values, units, event.utc)
 
 
@@ -76,12 +76,12 @@ def _read(known: Readings, values: Mapping[str, float], units: Units, utc: str) 
                 update |= {"load_n": value, "load_utc": utc}
             case "temperature":
                 update["temperature_c"] = value - ICE_K
-    return _with(known.model_copy(update=update), values, units)
+    return _with(known.model_copy(update=update), values, units, utc)
 
 
-def _with(known: Readings, values: Mapping[str, float], units: Units) -> Readings:
+def _with(known: Readings, values: Mapping[str, float], units: Units, utc: str) -> Readings:
     found = {
-        name: Reading.of(value, units.si.get(name, ""), units.shown_in.get(name, ""))
+        name: Reading.of(value, units.si.get(name, ""), units.shown_in.get(name, ""), utc)
         for name, value in values.items()
     }
     return known.model_copy(update={"values": {**known.values, **found}})

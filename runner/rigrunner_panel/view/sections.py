@@ -144,13 +144,15 @@ class Reading(Section):
     unit: str
     shown: float
     shown_in: str
+    utc: str = ""
+    """When it was read or set."""
 
     @classmethod
-    def of(cls, value: float, unit: str, written_in: str = "") -> Self:
+    def of(cls, value: float, unit: str, written_in: str = "", utc: str = "") -> Self:
         """Return a reading; where nobody wrote a unit, temperatures are shown in °C."""
         symbol = written_in or (usual_unit(unit) if unit else "")
         shown = from_si(value, symbol) if symbol else value
-        return cls(value=value, unit=unit, shown=float(f"{shown:.9g}"), shown_in=symbol)
+        return cls(value=value, unit=unit, shown=float(f"{shown:.9g}"), shown_in=symbol, utc=utc)
 
 
 class ChannelView(Section):
@@ -165,11 +167,14 @@ class ChannelView(Section):
     lower: float | None = None
     """Below it an interlock acts."""
     upper: float | None = None
+    interval_s: float = 0.1
+    """How often it is read now; what is much older is no longer live."""
 
-    def read(self, value: float, utc: str) -> ChannelView:
+    def read(self, value: float, utc: str, interval_s: float | None = None) -> ChannelView:
         """Return the channel with a new value, in its SI unit."""
         shown = Reading.of(value, self.si, self.unit).shown
-        return self.model_copy(update={"value": shown, "utc": utc})
+        known = {"value": shown, "utc": utc, "interval_s": interval_s or self.interval_s}
+        return self.model_copy(update=known)
 
 
 class Readings(Section):

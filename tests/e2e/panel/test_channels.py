@@ -56,3 +56,14 @@ def test_channels_are_live_while_nothing_is_recorded_and_old_afterwards(
     page.wait_for_timeout(2500)
     page.get_by_role("button", name="Channels" if locale == "en-GB" else "Kanäle").click()
     expect(page.locator(".channels tbody tr:not(.old)")).to_have_count(0)
+    safe = {each["name"]: each for each in panel.get("state")["channels"]}["tester.load"]
+    events = [each["event"] for each in panel.get("events")["items"]]
+    (made_safe,) = [
+        each
+        for each in events
+        if each["event"] == "MadeSafe" and each["read_back"].get("tester.load") is not None
+    ]
+    assert abs(safe["value"] - made_safe["read_back"]["tester.load"]) < 1e-6
+    assert safe["utc"] == made_safe["utc"]
+    load = page.locator(".readout.old").nth(1)
+    expect(load).to_contain_text(made_safe["utc"][17:19])  # since when it is so

@@ -27,9 +27,10 @@ from rigrunner.api.events import (
 from rigrunner.api.findings import Findings, MeasurementResult, ResultDefinition
 from rigrunner.api.quantity import Estimate
 from rigrunner_panel.live.story import UNKEPT, Story
-from rigrunner_panel.process.messages import Analysed, Ended, Failed, Found, Show
-from rigrunner_panel.view.board import Board
+from rigrunner_panel.process.messages import Analysed, Ended, Failed, Found, Show, Values
+from rigrunner_panel.view.board import SECTIONS, Board
 from rigrunner_panel.view.sections import (
+    ChannelView,
     Finished,
     JobView,
     LiveView,
@@ -206,6 +207,65 @@ def test_what_was_made_safe_stands_where_it_was_read_back(board, story):
     assert (found.set_load_n, found.load_n, found.load_utc) == (1.5, 1.5, "2026")
     assert (found.set_frequency_hz, found.frequency_hz) == (0.0, 0.0)
     assert found.values["t.load"].unit == "N"
+
+
+CHANNELS = (
+    ChannelView(name="t.load", long_name="load", si="N", unit="N"),
+    ChannelView(name="t.temperature", long_name="", si="K", unit="°C"),
+)
+
+
+def channels_of(board):
+    return {each.name: (each.value, each.utc) for each in board.get("channels")}
+
+
+def test_each_channel_has_the_time_of_its_value_and_the_read_back_after_made_safe(board):
+    story = Story(board, JobView(kind="run", procedure="p", station="s"), NoLinks())
+    story.take(Show({"plan": PLAN, "channels": CHANNELS}))
+    story.take(Values({"t.load": 999.0, "t.temperature": 293.15}, 1795435200.0, 0.5))
+    found = board.get("channels")
+    assert [each.interval_s for each in found] == [0.5, 0.5]
+    assert channels_of(board)["t.temperature"] == (20.0, "2026-11-23T12:00:00.000Z")
+    story.take(event(MadeSafe, what="t", read_back={"t.load": 0.4}, utc="2026-11-23T12:00:07.000Z"))
+    assert channels_of(board) == {
+        "t.load": (0.4, "2026-11-23T12:00:07.000Z"),
+        "t.temperature": (20.0, "2026-11-23T12:00:00.000Z"),
+    }
+    assert board.get("readings").values["t.load"].utc == "2026-11-23T12:00:07.000Z"
+    story.take(ended(1, action="record", values={"t.load": 500.0}))  # a mean over the recording
+    assert channels_of(board)["t.load"][0] == 0.4
+
+
+def test_a_sample_on_the_screen_is_as_old_as_it_was_when_it_was_taken(board):
+    story = Story(board, JobView(kind="run", procedure="p", station="s"), NoLinks())
+    story.take(Show({"plan": PLAN, "channels": CHANNELS}))
+    block = Block(1000.0, 0, 0.0, {"t.load": np.array([1.0, 2.0], np.float32)})
+    story.take(event(Samples, recording="1", block=block, utc="2020-01-01T00:00:00.000Z"))
+    assert channels_of(board)["t.load"] == (2.0, "2020-01-01T00:00:00.000Z")
+
+
+def test_nothing_of_an_earlier_job_stays(board):
+    story = Story(board, JobView(kind="run", procedure="p", station="s"), NoLinks())
+    fresh = {name: board.get(name) for name in SECTIONS}
+    story.take(Show({"plan": PLAN, "channels": CHANNELS}))
+    story.take(event(RunStarted, **STARTED))
+    story.take(begun(1, "001"))
+    story.take(Values({"t.load": 999.0}, 1795435200.0, 0.5))
+    story.take(event(Alarm, source="x", text="hot"))
+    story.take(Failed("it is so", "do this"))
+    changed = {name for name in SECTIONS if board.get(name) != fresh[name]}
+    assert changed == {
+        "phase",
+        "job",
+        "plan",
+        "progress",
+        "channels",
+        "readings",
+        "alarms",
+        "finished",
+    }
+    Story(board, JobView(kind="run", procedure="p", station="s"), NoLinks())
+    assert {name: board.get(name) for name in SECTIONS} == fresh
 
 
 def scan_begun(index):

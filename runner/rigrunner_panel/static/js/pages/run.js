@@ -107,6 +107,9 @@ export function runPage() {
     }
     if (changed.size > 1 || !(changed.has("swing") || changed.has("trend"))) update(changed);
   });
+  const aging = setInterval(() => {
+    if (store.state) numbers.update();
+  }, 500);
   queueMicrotask(() => {
     update(new Set(["live", "plan", "progress"]));
     swing.show(store.lastSwing, store.state?.progress?.recording);
@@ -117,6 +120,7 @@ export function runPage() {
     element,
     leave() {
       forget();
+      clearInterval(aging);
       for (const each of [swing, trend, frequency, curves, channels]) each.leave();
     },
   };

@@ -8,7 +8,7 @@ import { t } from "../texts.js";
 import { colour } from "../theme.js";
 
 const WINDOW_MS = 60000;
-const OLD_MS = 2000; // channels are read ten times a second
+const LEAST_OLD_MS = 1000;
 const DRAW_MS = 250;
 const KEPT = "rigrunner.strips.";
 
@@ -17,6 +17,11 @@ let behind = Infinity;
 
 export function ageMs(utc) {
   return Date.now() - Date.parse(utc) - (Number.isFinite(behind) ? behind : 0);
+}
+
+// Whether a value is older than it would be if it was still read, every so many seconds.
+export function isOld(utc, intervalS = 0.1) {
+  return !(ageMs(utc) < Math.max(LEAST_OLD_MS, 3000 * intervalS));
 }
 
 function keptFor(procedure) {
@@ -84,7 +89,7 @@ export function channelList() {
       const each = rows[i];
       if (!each) return;
       const age = channel.utc ? ageMs(channel.utc) : NaN;
-      const old = !(age < OLD_MS);
+      const old = !channel.utc || isOld(channel.utc, channel.interval_s);
       each.row.classList.toggle("old", old);
       setText(each.age, !channel.utc ? UNKNOWN : old ? t("channels.since", { time: clock(channel.utc) }) : `${plain(Number((Math.max(age, 0) / 1000).toFixed(1)))} s`);
       if (!each.canvas.hidden) strip(each.canvas, past.get(channel.name) ?? []);

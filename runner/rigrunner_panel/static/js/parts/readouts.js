@@ -2,18 +2,21 @@
 
 import { fill, h, setText } from "../dom.js";
 import { clock, fixed, plain, UNKNOWN, withUncertainty } from "../format.js";
-import { ageMs } from "./channels.js";
+import { isOld } from "./channels.js";
 import { store } from "../store.js";
 import { t } from "../texts.js";
 
-function readout(key, kind = "") {
+function readout(name, kind = "") {
   const value = h("span", { class: "readout-value" }, UNKNOWN);
   const small = h("span", { class: "readout-small" });
-  return { element: h("div", { class: `readout ${kind}` }, h("span", { class: "readout-name" }, t(key)), value, small), value, small };
+  return { element: h("div", { class: `readout ${kind}` }, h("span", { class: "readout-name" }, name), value, small), value, small };
 }
 
-function since(text, utc) {
-  return utc ? `${text} · ${t("read.since", { time: clock(utc) })}` : text;
+// What is old looks old, and says since when.
+function age(row, text, utc) {
+  const old = Boolean(utc) && isOld(utc);
+  row.element.classList.toggle("old", old);
+  setText(row.small, [text, old ? t("read.since", { time: clock(utc) }) : ""].filter(Boolean).join(" · "));
 }
 
 // The point that is being recorded, or the last one that was analysed.
@@ -30,7 +33,6 @@ export function hasSwing(state) {
 }
 
 const MOST_VALUES = 5;
-const OLD_MS = 2000;
 
 // The latest values by name, in the units in which they are written.
 function valueText({ shown, shown_in: unit }) {
@@ -38,22 +40,29 @@ function valueText({ shown, shown_in: unit }) {
 }
 
 export function readouts() {
-  const frequency = readout("read.frequency");
-  const load = readout("read.load");
-  const raw = readout("read.raw", "raw");
-  const rig = readout("read.compensation");
-  const torque = readout("read.torque", "compensated");
+  const frequency = readout(t("read.frequency"));
+  const load = readout(t("read.load"));
+  const raw = readout(t("read.raw"), "raw");
+  const rig = readout(t("read.compensation"));
+  const torque = readout(t("read.torque"), "compensated");
   const rows = [frequency, load, raw, rig, torque];
   const element = h("div", { class: "readouts" }, rows.map((row) => row.element));
   let named = "";
+  let shown = [];
 
   function showValues(values) {
     const latest = Object.entries(values).slice(-MOST_VALUES);
-    const newest = JSON.stringify(latest);
-    if (newest === named) return;
-    named = newest;
-    element.classList.add("of-values");
-    fill(element, latest.map(([name, value]) => h("div", { class: "readout" }, h("span", { class: "readout-name" }, name), h("span", { class: "readout-value" }, valueText(value)))));
+    const names = latest.map(([name]) => name).join();
+    if (names !== named) {
+      named = names;
+      shown = latest.map(([name]) => readout(name));
+      element.classList.add("of-values");
+      fill(element, shown.map((row) => row.element));
+    }
+    latest.forEach(([, value], i) => {
+      setText(shown[i].value, valueText(value));
+      age(shown[i], "", value.utc);
+    });
   }
 
   return {
@@ -76,10 +85,10 @@ export function readouts() {
       const here = isNow ? point : null; // what was recorded before may no longer be so
       const turning = state.pause ? null : readings.frequency_hz ?? here?.frequency_hz; // what is paused was measured before
       setText(frequency.value, unit(turning, 2, "Hz"));
-      setText(frequency.small, since(t("read.set", { value: unit(readings.set_frequency_hz, 2, "Hz") }), state.pause ? "" : readings.frequency_utc));
+      age(frequency, t("read.set", { value: unit(readings.set_frequency_hz, 2, "Hz") }), state.pause ? "" : readings.frequency_utc);
       setText(load.value, unit(readings.load_n ?? here?.load_n, 0, "N"));
-      load.element.classList.toggle("old", Boolean(readings.load_utc) && !(ageMs(readings.load_utc) < OLD_MS));
-      setText(load.small, since(t("read.set", { value: unit(readings.set_load_n, 0, "N") }), readings.load_utc));
+      age(load, t("read.set", { value: unit(readings.set_load_n, 0, "N") }), readings.load_utc);
+      for (const row of [raw, rig, torque]) row.element.classList.toggle("old", Boolean(point) && !isNow);
       setText(raw.value, unit(point?.raw_nm, 3, "N·m"));
       setText(raw.small, point ? t("read.cycles", { cycles: point.cycles, value: `${plain(point.set_frequency_hz)} Hz` }) : "");
       setText(rig.value, unit(point?.rig_nm, 3, "N·m"));
