@@ -196,7 +196,7 @@ class Story:
         self.curves.take(event, max(start_s, 0.0))
         now_s = time.time()
         if now_s >= self._channels_due_s and block.samples:
-            self._channels_due_s = now_s + CHANNELS_S
+            self._channels_due_s = now_s + 0.9 * CHANNELS_S  # blocks may come as often as that
             latest = {name: float(each[-1]) for name, each in block.channels.items()}
             self._show_channels(latest, self._time_of(event), CHANNELS_S)
         readings = self._board.get("readings")

@@ -67,3 +67,43 @@ def test_channels_are_live_while_nothing_is_recorded_and_old_afterwards(
     assert safe["utc"] == made_safe["utc"]
     load = page.locator(".readout.old").nth(1)
     expect(load).to_contain_text(made_safe["utc"][17:19])  # since when it is so
+
+
+POINTS = """async ([y, x]) => {
+    const { pastOf, paired } = await import("/js/past.js");
+    return paired(pastOf(x), pastOf(y)).length;
+}"""
+
+
+def test_the_operator_chooses_plots_which_are_kept_for_the_procedure(new_screen, panel, pictures):
+    screen = new_screen()
+    page = screen.page
+    screen.begin(specimen="PLOTS")
+    panel.wait_for("running")
+    expect(page.locator(".step.running")).to_contain_text("Record", timeout=200_000)
+    lags = page.evaluate(LAG)  # of what is recorded
+    told = f"{len(lags)} updates: median {lags[len(lags) // 2]} ms, worst {lags[-1]} ms"
+    (pictures / "lag-recording.txt").write_text(told, encoding="utf-8")
+    assert lags[len(lags) // 2] < 2500, "a tenth of it is the aim on a quiet machine"
+    page.get_by_role("button", name="Plots").click()
+    for over in ("Time", "tester.angle"):
+        page.get_by_label("Channel", exact=True).select_option("tester.torque")
+        page.get_by_label("over", exact=True).select_option(label=over)
+        page.get_by_role("button", name="Add plot").click()
+    page.get_by_role("checkbox", name="Torque over frequency").uncheck()
+    plots = page.locator(".chosen-plots figure")
+    expect(plots).to_have_count(2)
+    expect(plots.nth(1)).to_contain_text("tester.torque over tester.angle")
+    page.wait_for_timeout(1500)
+    assert page.evaluate(POINTS, ["tester.torque", "tester.angle"]) > 3
+    page.screenshot(path=pictures / "plots-desk.png")
+    page.get_by_role("button", name="Plots").click()
+    page.screenshot(path=pictures / "plots-closed.png")
+    page.reload()
+    expect(plots).to_have_count(2)
+    expect(page.get_by_role("group", name="Torque over frequency")).to_be_hidden()
+    page.get_by_role("button", name="Plots").click()
+    page.get_by_role("button", name="Remove: tester.torque over time").click()
+    expect(plots).to_have_count(1)
+    page.get_by_role("button", name="STOP").click()
+    panel.wait_for("finished")

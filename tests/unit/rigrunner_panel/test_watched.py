@@ -76,7 +76,9 @@ def test_a_slow_device_takes_a_fifth_of_the_time_at_most(planned, clock):
     rig = Rig(clock, takes_s=0.5)
     sent = looked(planned, rig, clock, 20.0)
     assert len(rig.reads) <= 9
-    assert [each.interval_s for each in sent] == pytest.approx([2.5] * len(sent))  # so old a value may become
+    assert [each.interval_s for each in sent] == pytest.approx(
+        [2.5] * len(sent)
+    )  # so old a value may become
 
 
 def test_a_device_that_does_not_answer_ends_nothing_and_is_left_alone(planned, clock):

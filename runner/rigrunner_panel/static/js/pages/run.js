@@ -5,6 +5,7 @@ import { channelList } from "../parts/channels.js";
 import { alarmStrip } from "../parts/alarms.js";
 import { askReason } from "../parts/dialogs.js";
 import { abort, pauseOrResume } from "../parts/keys.js";
+import { plotChoice } from "../parts/plots.js";
 import { promptCard } from "../parts/prompt.js";
 import { hasSwing, readouts } from "../parts/readouts.js";
 import { liveResults } from "../parts/results.js";
@@ -27,6 +28,8 @@ export function runPage() {
   const results = liveResults();
   const curves = resultCharts();
   const channels = channelList();
+  const own = [["swing", t("plot.swing")], ["trend", t("plots.trend")], ["frequency", t("plot.over_frequency")], ["results", t("plots.results")], ["figures", t("plots.figures")]];
+  const chosen = plotChoice(own, () => store.state && arrange(store.state));
   const steps = stepList();
   const numbers = readouts();
   const alarms = alarmStrip();
@@ -42,14 +45,18 @@ export function runPage() {
   const override = button(t("run.override"), () => because("run/override", "run.override", {}), { kind: "big" });
   const stopped = button(t("run.abort"), abort, { kind: "big danger" });
   const watch = button(t("channels.title"), () => seeChannels(channels.element.hidden), { kind: "big", "aria-pressed": "false" });
+  const choose = button(t("plots.title"), () => {
+    show(chosen.chooser, chosen.chooser.hidden);
+    choose.setAttribute("aria-pressed", String(!chosen.chooser.hidden));
+  }, { kind: "big", "aria-pressed": "false" });
   const swingHost = h("div", { class: "plot-swing" }, swing.element);
-  const plots = h("div", { class: "run-plots" }, channels.element, swingHost, results.element, curves.element, trend.element, frequency.element);
+  const plots = h("div", { class: "run-plots" }, channels.element, swingHost, results.element, curves.element, trend.element, frequency.element, chosen.element);
   const element = h("div", { class: "page run" },
     h("aside", { class: "run-side" }, steps.element),
     h("div", { class: "run-head" }, h("div", {}, title, step), verdict.element),
     numbers.element,
     plots,
-    h("div", { class: "run-foot" }, alarms.element, paused, nothing, h("div", { class: "run-buttons" }, pause, repeat, skip, override, watch, stopped)),
+    h("div", { class: "run-foot" }, alarms.element, paused, nothing, chosen.chooser, h("div", { class: "run-buttons" }, pause, repeat, skip, override, watch, choose, stopped)),
     prompt.element);
 
   function seeChannels(on) {
@@ -91,9 +98,12 @@ export function runPage() {
   function arrange(state) {
     const swings = hasSwing(state);
     plots.classList.toggle("of-results", !swings);
-    for (const each of [swingHost, frequency.element]) show(each, swings);
-    for (const each of [results.element, curves.element]) show(each, !swings);
-    show(trend.element, swings || store.trend.minimum.length > 0);
+    plots.classList.toggle("of-chosen", !chosen.element.hidden);
+    show(swingHost, swings && chosen.wants("swing"));
+    show(frequency.element, swings && chosen.wants("frequency"));
+    show(results.element, !swings && chosen.wants("results"));
+    show(curves.element, !swings && chosen.wants("figures"));
+    show(trend.element, (swings || store.trend.minimum.length > 0) && chosen.wants("trend"));
     if (swings) return;
     results.show(state.live?.results ?? []);
     curves.show(state.live?.figures ?? []);
@@ -111,6 +121,7 @@ export function runPage() {
     if (store.state) numbers.update();
   }, 500);
   queueMicrotask(() => {
+    chosen.take();
     update(new Set(["live", "plan", "progress"]));
     swing.show(store.lastSwing, store.state?.progress?.recording);
     trend.show(store.trend);
@@ -121,7 +132,7 @@ export function runPage() {
     leave() {
       forget();
       clearInterval(aging);
-      for (const each of [swing, trend, frequency, curves, channels]) each.leave();
+      for (const each of [swing, trend, frequency, curves, channels, chosen]) each.leave();
     },
   };
 }

@@ -3,11 +3,11 @@
 
 import { fill, h, setText } from "../dom.js";
 import { clock, plain, UNKNOWN } from "../format.js";
+import { pastOf, WINDOW_MS } from "../past.js";
 import { listen, store } from "../store.js";
 import { t } from "../texts.js";
 import { colour } from "../theme.js";
 
-const WINDOW_MS = 60000;
 const LEAST_OLD_MS = 1000;
 const DRAW_MS = 250;
 const KEPT = "rigrunner.strips.";
@@ -37,7 +37,6 @@ export function channelList() {
   const head = ["channels.name", "channels.value", "channels.limits", "channels.age", "channels.strip"];
   const element = h("section", { class: "channels", role: "region", tabindex: "0", "aria-label": t("channels.title"), hidden: true },
     h("table", {}, h("thead", {}, h("tr", {}, head.map((key) => h("th", { scope: "col" }, t(key))))), body));
-  const past = new Map(); // name to [[ms, value], ...]
   let rows = [];
   let built = "";
 
@@ -67,17 +66,12 @@ export function channelList() {
     const key = `${state?.job?.run}${channels.map((each) => each.name).join()}`;
     if (key !== built) {
       built = key;
-      past.clear();
       build(channels, state?.job?.procedure ?? "");
     }
     channels.forEach((channel, i) => {
       if (!channel.utc) return;
       const ms = Date.parse(channel.utc);
       behind = Math.min(behind, Date.now() - ms);
-      const known = past.get(channel.name) ?? [];
-      if (known.at(-1)?.[0] !== ms) known.push([ms, channel.value]);
-      while (known.length && known[0][0] < ms - WINDOW_MS) known.shift();
-      past.set(channel.name, known);
       setText(rows[i].value, plain(Number(channel.value.toPrecision(5))));
     });
   }
@@ -92,7 +86,7 @@ export function channelList() {
       const old = !channel.utc || isOld(channel.utc, channel.interval_s);
       each.row.classList.toggle("old", old);
       setText(each.age, !channel.utc ? UNKNOWN : old ? t("channels.since", { time: clock(channel.utc) }) : `${plain(Number((Math.max(age, 0) / 1000).toFixed(1)))} s`);
-      if (!each.canvas.hidden) strip(each.canvas, past.get(channel.name) ?? []);
+      if (!each.canvas.hidden) strip(each.canvas, pastOf(channel.name));
     });
   }
 

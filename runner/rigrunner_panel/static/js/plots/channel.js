@@ -1,0 +1,50 @@
+// A channel over the last minute, or over another channel, as the page has seen them.
+
+import { pastOf, paired, WINDOW_MS } from "../past.js";
+import { t } from "../texts.js";
+import { colour } from "../theme.js";
+import { axis, chart } from "./chart.js";
+
+const EMPTY = [[0, 1], [null, null]];
+
+// `y` and `x` are channels; without `x` it is over time. `show()` draws what is known by now.
+export function channelChart(y, x = null) {
+  let pairs = [];
+  const options = () => ({
+    scales: { x: { time: false, range: x ? padded : [-WINDOW_MS / 1000, 0] }, y: { range: padded } },
+    axes: [axis({ size: 26 }), axis({ size: 62, space: 24 })],
+    series: [{}, { stroke: "transparent", paths: () => null, points: { show: false } }],
+    hooks: { draw: [(plot) => draw(plot, pairs)] },
+  });
+  const words = (channel) => (channel.unit === "1" ? channel.name : `${channel.name} / ${channel.unit}`);
+  const title = x ? t("plot.of_over", { y: y.name, x: x.name }) : t("plot.channel", { channel: y.name });
+  const made = chart(title, t("plot.of_over", { y: words(y), x: x ? words(x) : "s" }), options, EMPTY);
+  return {
+    ...made,
+    show() {
+      const ys = pastOf(y.name);
+      const end = ys.at(-1)?.[0];
+      pairs = x ? paired(pastOf(x.name), ys) : ys.map(([ms, value]) => [(ms - end) / 1000, value]);
+      const sorted = [...pairs].sort((one, other) => one[0] - other[0]);
+      made.set(sorted.length ? [sorted.map((each) => each[0]), sorted.map((each) => each[1])] : EMPTY);
+    },
+  };
+}
+
+function padded(plot, low, high) {
+  if (low === null || high === null) return [0, 1];
+  const margin = (high - low || Math.abs(high) || 1) * 0.08;
+  return [low - margin, high + margin];
+}
+
+// In the order of time, which is not that of the values where one channel is over another.
+function draw(plot, pairs) {
+  const { ctx } = plot;
+  ctx.save();
+  ctx.strokeStyle = colour("accent");
+  ctx.lineWidth = 2 * devicePixelRatio;
+  ctx.beginPath();
+  for (const [x, y] of pairs) ctx.lineTo(plot.valToPos(x, "x", true), plot.valToPos(y, "y", true));
+  ctx.stroke();
+  ctx.restore();
+}
