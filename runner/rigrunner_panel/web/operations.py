@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
+from rigrunner.engine import Choice
 from rigrunner.yamlfile.reader import MAX_BYTES
 from rigrunner_panel.control import short_name
 from rigrunner_panel.errors import PanelError
@@ -145,20 +146,23 @@ _RUNNING = (
     ),
     _steer("run/answer", "Answer the prompt that is up.", running.answer, requests.GiveAnswer),
     _steer("run/pause", "Pause at the next safe point.", running.pause, requests.Nothing),
-    _steer("run/resume", "Resume after a pause.", running.resume, requests.Nothing),
+    _steer(
+        "run/resume", "Resume after a pause.",
+        running.deciding(Choice.RESUME), requests.Nothing,
+    ),
     _steer(
         "run/override", "Resume despite an interlock that may be overridden.",
-        running.override, requests.BecauseOf,
+        running.deciding(Choice.OVERRIDE), requests.BecauseOf,
     ),
     _steer(
         "run/repeat", "Repeat the set-point; a running run is paused first.",
-        running.repeat, requests.Why,
+        running.deciding(Choice.REPEAT), requests.Why,
     ),
     _steer(
         "run/skip", "Skip the rest of the set-point; a running run is paused first.",
-        running.skip, requests.BecauseOf,
+        running.deciding(Choice.SKIP), requests.BecauseOf,
     ),
-    _steer("run/note", "Add a note while paused.", running.note, requests.Remark),
+    _steer("run/note", "Add a note while paused.", running.deciding(Choice.NOTE), requests.Remark),
     _steer(
         "run/abort", "Abort the run: teardown, then the rig is made safe.",
         running.abort, requests.Why,

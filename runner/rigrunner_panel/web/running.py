@@ -21,19 +21,17 @@ from rigrunner_panel.web.choosing import files
 from rigrunner_panel.web.panel import Overridable
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
     from rigrunner_panel.view.sections import Preflight
     from rigrunner_panel.web.asked import Asked
     from rigrunner_panel.web.panel import Panel
     from rigrunner_panel.web.requests import (
-        BecauseOf,
         GiveAnswer,
         OpenManual,
         Overridden,
         Pair,
-        Remark,
         StartPreflight,
         StartRun,
         TakeControl,
@@ -149,38 +147,15 @@ def pause(panel: Panel, asked: Asked) -> Done:
     return Done()
 
 
-def resume(panel: Panel, asked: Asked) -> Done:
-    """Go on."""
-    panel.desk.decide(Choice.RESUME, asked.by, "")
-    return Done()
+def deciding(choice: Choice) -> Callable[[Panel, Asked], Done]:
+    """Return what decides how a paused run goes on, with the reason or the remark of the body."""
 
+    def decide(panel: Panel, asked: Asked) -> Done:
+        said = getattr(asked.body, "text" if choice is Choice.NOTE else "reason", "")
+        panel.desk.decide(choice, asked.by, said.strip())
+        return Done()
 
-def repeat(panel: Panel, asked: Asked) -> Done:
-    """Do the set-point again."""
-    body: Why = asked.body
-    panel.desk.decide(Choice.REPEAT, asked.by, body.reason.strip())
-    return Done()
-
-
-def skip(panel: Panel, asked: Asked) -> Done:
-    """Leave out the rest of the set-point."""
-    body: BecauseOf = asked.body
-    panel.desk.decide(Choice.SKIP, asked.by, body.reason.strip())
-    return Done()
-
-
-def override(panel: Panel, asked: Asked) -> Done:
-    """Go on in spite of an interlock that may be overridden."""
-    body: BecauseOf = asked.body
-    panel.desk.decide(Choice.OVERRIDE, asked.by, body.reason.strip())
-    return Done()
-
-
-def note(panel: Panel, asked: Asked) -> Done:
-    """Put a remark on record."""
-    body: Remark = asked.body
-    panel.desk.decide(Choice.NOTE, asked.by, body.text.strip())
-    return Done()
+    return decide
 
 
 def abort(panel: Panel, asked: Asked) -> Done:
