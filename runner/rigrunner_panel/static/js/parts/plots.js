@@ -43,7 +43,7 @@ export function plotChoice(own, changed) {
     const box = h("input", { type: "checkbox", checked: !kept.hidden.includes(key), onchange: () => {
       keep({ ...kept, hidden: box.checked ? kept.hidden.filter((each) => each !== key) : [...kept.hidden, key] });
     } });
-    return h("label", { class: "tick" }, box, title);
+    return h("label", { class: "plot-box" }, box, title);
   }
 
   function arrange() {
@@ -54,6 +54,7 @@ export function plotChoice(own, changed) {
     fill(element, charts.map((each) => each.element));
     show(element, charts.length > 0);
     const names = [...channels.keys()];
+    const before = [y.value, x.value];
     fill(boxes, own.map(([key, title]) => tick(key, title)), kept.added.map((pair, i) => {
       const title = pair[1] ? t("plot.of_over", { y: pair[0], x: pair[1] }) : t("plot.channel", { channel: pair[0] });
       const drop = () => keep({ ...kept, added: kept.added.filter((_, at) => at !== i) });
@@ -61,6 +62,7 @@ export function plotChoice(own, changed) {
     }));
     fill(y, names.map((name) => h("option", { value: name }, name)));
     fill(x, h("option", { value: "" }, t("plots.time")), names.map((name) => h("option", { value: name }, name)));
+    if (names.includes(before[0])) [y.value, x.value] = before;
     add.disabled = !names.length || kept.added.length >= MOST;
     draw();
   }

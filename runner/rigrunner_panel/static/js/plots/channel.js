@@ -5,6 +5,7 @@ import { t } from "../texts.js";
 import { colour } from "../theme.js";
 import { axis, chart } from "./chart.js";
 
+const POINT_PX = 2.5;
 const EMPTY = [[0, 1], [null, null]];
 
 // `y` and `x` are channels; without `x` it is over time. `show()` draws what is known by now.
@@ -12,9 +13,9 @@ export function channelChart(y, x = null) {
   let pairs = [];
   const options = () => ({
     scales: { x: { time: false, range: x ? padded : [-WINDOW_MS / 1000, 0] }, y: { range: padded } },
-    axes: [axis({ size: 26 }), axis({ size: 62, space: 24 })],
+    axes: [axis({ size: 26 }), axis({ size: 62, space: 16 })],
     series: [{}, { stroke: "transparent", paths: () => null, points: { show: false } }],
-    hooks: { draw: [(plot) => draw(plot, pairs)] },
+    hooks: { draw: [(plot) => draw(plot, pairs, Boolean(x))] },
   });
   const words = (channel) => (channel.unit === "1" ? channel.name : `${channel.name} / ${channel.unit}`);
   const title = x ? t("plot.of_over", { y: y.name, x: x.name }) : t("plot.channel", { channel: y.name });
@@ -37,14 +38,19 @@ function padded(plot, low, high) {
   return [low - margin, high + margin];
 }
 
-// In the order of time, which is not that of the values where one channel is over another.
-function draw(plot, pairs) {
+// Over time a line; over another channel points, as between two readings nothing is known of either.
+function draw(plot, pairs, asPoints) {
   const { ctx } = plot;
   ctx.save();
-  ctx.strokeStyle = colour("accent");
+  ctx.strokeStyle = ctx.fillStyle = colour("accent");
   ctx.lineWidth = 2 * devicePixelRatio;
   ctx.beginPath();
-  for (const [x, y] of pairs) ctx.lineTo(plot.valToPos(x, "x", true), plot.valToPos(y, "y", true));
-  ctx.stroke();
+  for (const [x, y] of pairs) {
+    const at = [plot.valToPos(x, "x", true), plot.valToPos(y, "y", true)];
+    if (asPoints) ctx.rect(at[0] - POINT_PX * devicePixelRatio, at[1] - POINT_PX * devicePixelRatio, 2 * POINT_PX * devicePixelRatio, 2 * POINT_PX * devicePixelRatio);
+    else ctx.lineTo(...at);
+  }
+  if (asPoints) ctx.fill();
+  else ctx.stroke();
   ctx.restore();
 }
