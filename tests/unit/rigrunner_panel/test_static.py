@@ -56,7 +56,8 @@ def test_no_word_is_unused_and_none_is_missing():
     unused = {
         key
         for key in known - named
-        if not key.startswith((*prefixes, "says.")) and key.rpartition(".")[2] not in tails
+        if not key.startswith((*prefixes, "says.", "instead."))
+        and key.rpartition(".")[2] not in tails
     }
     assert unused == set()
 
@@ -285,3 +286,38 @@ def test_the_built_editor_has_what_is_used_and_its_parts_are_pinned():
     built = (folder / "codemirror.js").read_text(encoding="utf-8")
     given = set(re.findall(r"\b\w+(?=[,}])", built[built.rindex("export{") :]))
     assert {each.strip() for each in used.split(",") if each.strip()} <= given
+
+
+AMEND = (
+    "amend it ('rigrunner amend'), or issue a further copy, with a reason (--further-copy REASON)"
+)
+
+
+@pytest.mark.parametrize(
+    ("language", "said"),
+    [
+        ("en", "amend it under Certificates, or give the reason for a further copy"),
+        ("de", "unter Zertifikate ändern, oder den Grund für eine weitere Ausfertigung angeben"),
+    ],
+)
+def test_advice_of_the_command_line_is_said_as_the_screen_has_it(scripts, language, said):
+    english, chosen = json.dumps(words("en")), json.dumps(words(language))
+    say = "m.advice(en)" if language == "en" else f"m.translator(en, {chosen})"
+    shown = f"((en) => [{json.dumps(AMEND)}, 'no advice'].map({say}))({english})"
+    assert evaluated(scripts, "said", shown) == [said, "no advice"]
+
+
+def test_what_is_said_otherwise_on_the_screen_is_said_by_the_program():
+    sources = [
+        each.read_text(encoding="utf-8")
+        for package in ("rigrunner", "rigrunner_panel", "rigrunner_fleet")
+        for each in (ROOT / "runner" / package).rglob("*.py")
+    ]
+    joined = re.sub(r'"\s*f?"', "", "\n".join(sources))
+    english = words("en")
+    told = {key for key in english if key.startswith("instead.") and key.endswith(".of")}
+    assert len(told) >= 10
+    for key in told:
+        literal = max(re.split(r"\{\w+\}", english[key]), key=len)
+        assert literal in joined, key
+        assert not re.search(r"rigrunner \w|--\w", english[key.removesuffix(".of")])

@@ -14,11 +14,15 @@ const KINDS = {
 const OTHERS = "(?:(?!; ).)+?";
 const PLACE = /\{([a-z]+)(\d*)\}/g;
 
+// Advice of the command line ("instead.X.of") is said as it is followed on the screen ("instead.X"), in every language.
+const INSTEAD = /^instead\.(.+)\.of$/;
+
 // Returns what translates a text: a sentence that no pattern knows stays as it is. `number` shows a number with its unit.
 export function translator(english, words, number = String) {
   const patterns = Object.keys(english)
     .filter((key) => key.startsWith(SAYS) && words[key])
     .map((key) => pattern(english[key], words[key]))
+    .concat(Object.keys(english).filter((key) => INSTEAD.test(key)).map((key) => ({ ...pattern(english[key], words[key.replace(/\.of$/, "")]), literal: Infinity })))
     .sort((one, other) => other.literal - one.literal);
 
   const ways = { said: (text) => say(text), number, value: number };
@@ -36,6 +40,11 @@ export function translator(english, words, number = String) {
   }
 
   return say;
+}
+
+// The same for English, whose sentences stay as they are.
+export function advice(english) {
+  return translator(Object.fromEntries(Object.entries(english).filter(([key]) => !key.startsWith(SAYS))), english);
 }
 
 function pattern(sentence, into) {

@@ -1,7 +1,7 @@
 // The words of the screen, from a file per language.
 
 import { shownNumber, useDecimalSign } from "./format.js";
-import { translator } from "./said.js";
+import { advice, translator } from "./said.js";
 
 const LANGUAGES = ["en", "de"];
 const DECIMAL_SIGNS = { en: ".", de: "," };
@@ -16,7 +16,8 @@ export async function loadTexts() {
   language = LANGUAGES.includes(wanted) ? wanted : "en";
   words = await fetched(language);
   useDecimalSign(DECIMAL_SIGNS[language]);
-  if (language !== "en") say = translator(await fetched("en"), words, shownNumber);
+  const english = language === "en" ? words : await fetched("en");
+  say = language === "en" ? advice(english) : translator(english, words, shownNumber);
   document.documentElement.lang = language;
 }
 
