@@ -15,6 +15,8 @@ import { listen, store } from "../store.js";
 import { said, t } from "../texts.js";
 
 const CYCLES = 10;
+const FEWEST_CYCLES = 3;
+const MOST_CYCLES = 1000;
 const WATCHED = "live"; // what is watched now stands among the points, last
 
 export function manualPage() {
@@ -25,8 +27,10 @@ export function manualPage() {
   const opener = openCard();
   const drives = h("div", { class: "drives" });
   const recording = h("p", { class: "soft", role: "status" });
-  const cycles = h("input", { type: "number", id: "cycles", min: "3", max: "1000", value: String(CYCLES) });
-  const record = button(t("manual.record"), () => steer("manual/record", { cycles: Number(cycles.value) }), { kind: "primary big" });
+  const cycles = h("input", { type: "number", id: "cycles", min: "3", max: "1000", value: String(CYCLES), "aria-describedby": "cycles-note" });
+  const cyclesNote = h("p", { class: "field-note", id: "cycles-note", role: "status" });
+  const cyclesField = h("div", { class: "field narrow" }, h("label", { for: "cycles" }, t("manual.cycles")), cycles, cyclesNote);
+  const record = button(t("manual.record"), () => recordPoint(), { kind: "primary big" });
   const close = button(t("manual.close"), () => steer("manual/close"), { kind: "big" });
   const points = h("ul", { class: "manual-points" });
   const bench = h("div", { class: "manual-bench" },
@@ -35,10 +39,19 @@ export function manualPage() {
     h("div", { class: "manual-side" },
       h("section", { class: "card" }, h("h2", {}, t("manual.drives")), drives),
       h("section", { class: "card manual-record" }, h("h2", {}, t("manual.points")),
-        h("div", { class: "row" }, h("div", { class: "field narrow" }, h("label", { for: "cycles" }, t("manual.cycles")), cycles), record), recording, points)),
+        h("div", { class: "row" }, cyclesField, record), recording, points)),
     alarms.element);
   const element = h("div", { class: "page manual" }, h("div", { class: "head" }, h("h1", {}, t("manual.title")), close), opener.element, bench);
   let built = "";
+
+  function recordPoint() {
+    const count = Number(cycles.value);
+    const fits = Number.isInteger(count) && count >= FEWEST_CYCLES && count <= MOST_CYCLES;
+    cyclesField.className = fits ? "field narrow" : "field narrow bad";
+    cycles.setAttribute("aria-invalid", String(!fits));
+    setText(cyclesNote, fits ? "" : t("manual.cycles_range", { low: FEWEST_CYCLES, high: MOST_CYCLES }));
+    if (fits) steer("manual/record", { cycles: count });
+  }
 
   function update(changed) {
     const { state } = store;

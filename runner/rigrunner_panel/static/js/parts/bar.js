@@ -7,6 +7,7 @@ import { chooseLanguage, languages, t } from "../texts.js";
 import { chooseTheme, themeNow } from "../theme.js";
 
 const PAGES = [["#/", "nav.run"], ["#/queue", "nav.queue"], ["#/manual", "nav.manual"], ["#/procedures", "nav.procedures"], ["#/history", "nav.history"]];
+const OF_PAGE = { "#/history": ["#/runs", "#/compare", "#/overlay", "#/trends"] };
 const BUSY = new Set(["checking", "starting", "running", "asking", "pausing", "paused", "ending", "analysing", "manual"]);
 
 export function isBusy(state) {
@@ -38,7 +39,7 @@ export function topBar() {
     const here = location.hash || "#/";
     for (const link of links) {
       const target = link.getAttribute("href");
-      const current = target === "#/" ? !["#/queue", "#/manual", "#/procedures", "#/history", "#/runs", "#/compare", "#/overlay", "#/trends"].some((page) => here.startsWith(page)) : here.startsWith(target);
+      const current = target === "#/" ? !["#/queue", "#/manual", "#/procedures", "#/history", "#/runs", "#/compare", "#/overlay", "#/trends"].some((page) => here.startsWith(page)) : [target, ...(OF_PAGE[target] ?? [])].some((page) => here.startsWith(page));
       if (current) link.setAttribute("aria-current", "page");
       else link.removeAttribute("aria-current");
     }

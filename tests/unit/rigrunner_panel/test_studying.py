@@ -1,0 +1,119 @@
+"""Several stored runs at the panel: laid over each other, charted, and compared results first."""
+
+from __future__ import annotations
+
+from statistics import fmean
+
+import numpy as np
+import pytest
+from starlette.testclient import TestClient
+
+from e2e.helpers_trends import store_results
+from rigrunner.runfile import read
+from rigrunner_panel.web.app import make_app
+from rigrunner_panel.web.panel import Panel, Settings
+
+CLIENT = {"X-Rigrunner-Client": "client-ann"}
+TORQUES = [0.70 + 0.001 * (5 * day % 11) for day in range(20)]
+HIGH = 0.90
+D2 = 1.128
+"""Of moving ranges of two values (ISO 7870-2, table 2)."""
+
+
+@pytest.fixture
+def runs(tmp_path):
+    folder = tmp_path / "runs"
+    folder.mkdir()
+    store_results(folder, [*TORQUES, HIGH])
+    return folder
+
+
+@pytest.fixture
+def client(runs):
+    panel = Panel(settings=Settings(runs=runs, procedures=runs.parent))
+    app = make_app(panel)
+    with TestClient(app, base_url="http://127.0.0.1:8750", headers=CLIENT) as found:
+        yield found
+
+
+def test_the_archive_is_brought_up_to_date_and_says_what_there_is_to_chart(client):
+    updated = client.post("/api/archive/update", json={}).json()
+    assert (updated["runs"], updated["new"], updated["unreadable"]) == (21, 21, 0)
+    assert client.post("/api/archive/update", json={}).json()["new"] == 0
+    items = client.get("/api/archive/quantities").json()["items"]
+    assert items[0] == "torque"
+    assert "template_inverse/inertia" in items
+    assert len(set(items)) == len(items)
+
+
+def test_a_chart_has_the_limits_of_its_baseline_and_names_the_run_beyond_them(client):
+    client.post("/api/archive/update", json={})
+    found = client.get("/api/trend", params={"quantity": "torque"}).json()
+    (chart,) = found["charts"]
+    sigma = fmean(np.abs(np.diff(TORQUES))) / D2
+    assert chart["centre"] == pytest.approx(fmean(TORQUES))
+    assert chart["upper"] == pytest.approx(fmean(TORQUES) + 3 * sigma, rel=1e-3)
+    assert [each["run"] for each in chart["alarms"]] == ["day-20"]
+    assert chart["alarms"][0]["value"] == HIGH
+    shown = chart["figure"]["series"]
+    assert [point["y"] for point in shown[0]["points"]] == pytest.approx([*TORQUES, HIGH])
+    assert [(point["x"], point["y"]) for point in shown[1]["points"]] == [(21, HIGH)]
+    assert {mark["at"] for mark in chart["figure"]["marks"]} == {
+        chart["centre"], chart["lower"], chart["upper"],
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("query", "status"),
+    [
+        ({"quantity": "torque", "by": "nothing"}, 400),
+        ({"quantity": "torque", "chart": "pie"}, 400),
+        ({"quantity": "torque", "baseline": "two"}, 422),
+        ({"quantity": "torque", "baseline": "200"}, 422),
+        ({"quantity": "none such"}, 422),
+    ],
+)
+def test_what_cannot_be_charted_is_refused_with_a_message(client, query, status):
+    client.post("/api/archive/update", json={})
+    answer = client.get("/api/trend", params=query)
+    assert answer.status_code == status
+    assert answer.json()["message"]
+
+
+def test_runs_are_laid_over_each_other_with_their_u(client, runs):
+    names = sorted(each.name for each in runs.iterdir() if each.is_dir())[:2]
+    found = client.get("/api/overlay", params={"runs": ",".join(names)}).json()
+    torque = found["results"][0]
+    assert [each["name"] for each in torque["series"]] == names
+    # the set-points of the document that was stored: 10 Hz and 20 Hz, f/1000 N·m above the headline
+    first = torque["series"][0]["points"]
+    assert [(each["x"], each["y"], each["U"]) for each in first] == [
+        (10.0, pytest.approx(TORQUES[0] + 0.01), 0.01),
+        (20.0, pytest.approx(TORQUES[0] + 0.02), 0.01),
+    ]
+    recording, channels = next(iter(found["recordings"].items()))
+    query = {"runs": ",".join(names), "recording": recording, "channel": channels[0]}
+    curve = client.get("/api/overlay", params=query).json()["curve"]
+    stored = read(runs / names[0]).recordings[0]
+    values = np.asarray(stored.channels[channels[0]])
+    shown = [each["y"] for each in curve["series"][0]["points"]]
+    assert (min(shown), max(shown)) == pytest.approx((values.min(), values.max()))
+    assert len(curve["series"]) == 2
+
+
+@pytest.mark.parametrize("names", ["", ",".join("abcdefg"), "../../etc", "none-such"])
+def test_other_runs_are_not_laid_over(client, names):
+    assert client.get("/api/overlay", params={"runs": names}).status_code in (400, 404)
+
+
+def test_a_comparison_begins_with_the_results(client):
+    names = ("day-00", "day-20")
+    found = client.get("/api/compare", params=dict(zip(("before", "after"), names, strict=True)))
+    changes = found.json()["changes"]
+    sections = list(dict.fromkeys(each["section"] for each in changes))
+    assert sections[0] == "results"
+    assert len(sections) > 1
+    told = [each["matters"] for each in changes if each["section"] == "results"]
+    assert told == sorted(told, reverse=True)
+    heavy = [any(e["matters"] for e in changes if e["section"] == s) for s in sections[1:]]
+    assert heavy == sorted(heavy, reverse=True)
