@@ -251,6 +251,19 @@ def test_two_runs_are_compared_in_all_that_made_them(runs):
     assert not found.same
 
 
+def test_the_results_come_first_and_then_what_matters(runs):
+    folder, first, second = runs
+    found = compare(str(first), second.name, folder).changes
+    sections = list(dict.fromkeys(each.section for each in found))
+    assert sections[0] == "results"
+    assert len(sections) > 2
+    for section in sections:
+        weights = [each.matters for each in found if each.section == section]
+        assert weights == sorted(weights, reverse=True)
+    heavy = [any(e.matters for e in found if e.section == s) for s in sections[1:]]
+    assert heavy == sorted(heavy, reverse=True)
+
+
 def test_a_run_is_the_same_as_itself(runs):
     folder, first, _ = runs
     found = compare(str(first), str(first / "run.h5"), folder)
