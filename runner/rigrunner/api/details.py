@@ -60,7 +60,7 @@ class AnalysisDetails:
     def shown_results(self) -> frozenset[str]:
         """The names of those results that the pages of this analysis show themselves.
 
-        A decision on one names its place alone, and judges it beside what it was uncorrected.
+        A decision on one names its place alone.
         """
         return frozenset()
 
@@ -78,6 +78,11 @@ class AnalysisDetails:
     def method_checks(self) -> tuple[Check, ...]:
         """The checks of that method alone whose result counts."""
         return ()
+
+    @property
+    def corrects(self) -> bool:
+        """Whether its results are corrected, and judged beside what they were uncorrected."""
+        return False
 
     @property
     def undecided(self) -> str:

@@ -78,6 +78,11 @@ class TorqueDetails(AnalysisDetails):
         return frozenset({self.name} if self.compensations else ())
 
     @property
+    def corrects(self) -> bool:
+        """By what the rig itself puts on the sensor."""
+        return True
+
+    @property
     def undecided(self) -> str:
         """What the checks say, and values without scatter."""
         return self.forbids

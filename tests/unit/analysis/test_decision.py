@@ -237,6 +237,8 @@ def test_without_a_result_and_without_a_reason_nothing_is_decided():
 class Depth(AnalysisDetails):
     """What a stranger's analysis of wear says of its results."""
 
+    corrects = True
+
     def impossible(self, value, unit):
         return f"{value:g} {unit} is no depth." if value < 0 else ""
 

@@ -3,18 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import inf
 
 import pytest
 
+from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.document import document
-from rigrunner.api import AnalysisDetails, TorqueDetails
+from rigrunner.api import (
+    AnalysisDetails,
+    AnalysisRecord,
+    Check,
+    Findings,
+    MeasurementResult,
+    ResultDefinition,
+    TorqueDetails,
+    Verdict,
+)
 from rigrunner.api.certificate import CertifiedDetails, Deviation
-from rigrunner.api.data import Measurement
+from rigrunner.api.data import Estimate, Measurement
 from rigrunner.api.errors import DataError
 from rigrunner.api.limits import ValueLimit
 from rigrunner.api.results import Result
 from rigrunner.certificate.results import certified_of
 from rigrunner.certificate.validity import not_calibrated
+from rigrunner.procedure import Acceptance, AnalysisSpec, NamedAnalysisRef
+from rigrunner.registry import Plugin, Provider, Registry, load_registry
 from unit.analysis.helpers_analysis import analysed, no_load_spec, recording, run_of
 
 ALWAYS = {"headline", "points", "no_load_points", "compensations", "fits", "validation"}
@@ -98,3 +111,38 @@ def test_plugins_made_by_the_first_version_still_find_the_compensations():
         assert result(Wear(), TorqueDetails(compensations={"a": None})).compensations == {"a": None}
     with pytest.warns(DeprecationWarning, match=r"TorqueDetails\.of\(result\)"):
         assert result(Wear()).compensations == {}
+
+
+def test_what_a_stranger_s_analysis_keeps_reaches_result_and_document():
+    depth = ResultDefinition(name="wear", unit="mm")
+
+    def measure(run):
+        assert run.run_id == "run-1"
+        value = MeasurementResult(of=depth, estimate=Estimate(0.5, 0.1, inf, "mm"))
+        failed = Check("stylus", ok=False, text="blunt", decisive=True)
+        return Findings(results=(value,), checks=(failed,), details=(Wear(7.0),))
+
+    record = AnalysisRecord(
+        name="track", help="Wear.", factory=lambda _: measure, yields=lambda _: (depth,)
+    )
+    limit = {"of": "wear", "max": "1 mm", "source": "a test"}
+    made = analyse(
+        run_of(),
+        None,
+        AnalysisSpec(),
+        acceptance=Acceptance.model_validate({"limits": [limit], "rule": "simple"}),
+        measurand=None,
+        lookup=Registry(
+            [
+                *(each for each in load_registry().plugins if each.kind == "decision_rule"),
+                Plugin("analysis", record, Provider("lab", "1")),
+            ]
+        ),
+        analyses=[NamedAnalysisRef.model_validate("track")],
+    )
+    assert made.details_of(Wear).depth_um == 7.0
+    assert document(made)["wear_track"]["value"] == 7.0
+    assert made.other_results == ()  # its own pages show it
+    assert made.decision.verdict is Verdict.INCONCLUSIVE
+    assert "The check 'stylus' failed: blunt" in made.decision.reason
+    assert made.decision.deciding.uncompensated is None  # nothing was corrected

@@ -62,7 +62,7 @@ def _decided(limit: Limit, rule: AppliedRule, evidence: Evidence, chosen: Chosen
     known = found if found is not None and _uncertainty_is_known(found) and not without else None
     sure = None if problem else known
     raw = None
-    if details:
+    if details and details.corrects:
         impossible = _impossible(details, limits, chosen.uncorrected)
         raw, _ = _verdict(limits, rule, chosen.uncorrected, impossible)
     decided = LimitDecision(
