@@ -54,7 +54,8 @@ def analyse(
     known = Scrutiny(lookup)
     given = {NO_LOAD: no_load, NO_LOAD_AFTER: no_load_after}
     partners = {name: each for name, each in given.items() if each is not None}
-    run = replace(run, partners={**run.partners, **partners})
+    if partners:
+        run = replace(run, partners={**run.partners, **partners})
     found: tuple[Findings, ...] = ()
     if not spec.asks_nothing:
         torque = TorqueAnalysis(
