@@ -29,8 +29,9 @@ for name in ("one", "two", "three", "four", "five"):
 program()
 """
 OURS = "import re, sys; from rigrunner.cli.main import main; sys.exit(main())"
-HELP, CHECK = at_most(2.0), at_most(5.0)
+HELP, CHECK, PLAN = at_most(2.0), at_most(3.0), at_most(4.0)
 MODELS = "pydantic: a third of it to import, a tenth to build the models"
+DEVICES = "numpy, for the devices"
 COMMANDS = {
     "--help": (HELP, "importing click"),
     "--version": (HELP, "importing click"),
@@ -38,7 +39,8 @@ COMMANDS = {
     "check starting_torque_1000n": (CHECK, MODELS),
     "check paper_reproduction": (CHECK, MODELS),
     "plugins": (None, MODELS),
-    "check starting_torque_1000n --station simulated": (None, f"{MODELS}; numpy, for the devices"),
+    "check starting_torque_1000n --station simulated": (None, f"{MODELS}; {DEVICES}"),
+    "plan starting_torque_1000n --station simulated": (PLAN, f"{MODELS}; {DEVICES}"),
 }
 MS = 1e-3
 COUNT = """

@@ -1,0 +1,160 @@
+"""What a person waits for: whole commands on the demonstration, and what a core install takes.
+
+Each is a fresh process from its start to its end, and each is held against a fresh process that
+does the least that any such program does. For `analyse` and `demo` that imports numpy,
+scipy.special and h5py. For `certify`, which writes HTML, PDF and JSON, it imports WeasyPrint and
+makes a page of one line. `analyse` reads a run and the run without load that belongs to it, checks
+their digests, and compensates twelve set-points by three methods; `demo` records, analyses and
+reports both runs.
+
+The size is that of the files of all packages that `pip install rigrunner` brings, without extras
+and without compiled code of Python.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from functools import partial
+from importlib.metadata import PackageNotFoundError, distribution
+from itertools import count
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from packaging.requirements import Requirement
+
+from benchmarks.frame import Figure, Scale, Spread, Work, at_most, paired
+
+if TYPE_CHECKING:
+    from benchmarks.frame import Target
+
+IMPORTS = "import numpy, scipy.special, h5py"
+ONE_PAGE = "from weasyprint import HTML; HTML(string='<p>One line.').write_pdf()"
+ORDER = (
+    *("--not-for-certification", "--authorised-by", "A", "--customer", "B"),
+    *("--customer-contact", "C", "--item", "bearing", "--item-condition", "new"),
+    *("--received", "2025-11-03"),
+)
+COUNT = """
+import sys
+from rigrunner.cli.main import main
+main(sys.argv[1:])
+print(f"[{len(sys.modules)}]")
+"""
+MEGA = 1e6
+
+
+def measure(scale: Scale) -> list[Figure]:
+    times = scale.of(9, 1)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        start = partial(python, folder / "compiled")
+        ours = partial(start, "-m", "rigrunner")
+        imports, page = partial(start, "-c", IMPORTS), partial(start, "-c", ONE_PAGE)
+        ours("demo", "--dir", folder / "demo")
+        ours("init", folder / "lab")
+        run = max((folder / "demo").iterdir())  # the later one, with the load
+        fresh = (folder / f"turn-{turn}" for turn in count())
+
+        def demo() -> None:
+            ours("demo", "--dir", next(fresh))
+
+        def certify() -> None:
+            out = next(fresh)  # where nothing is issued yet, on this run neither
+            shutil.copytree(folder / "lab/letterhead", out / "letterhead")
+            ours("certify", run, *ORDER, "--letterhead", out / "letterhead", "--out", out)
+
+        analysis = paired(partial(ours, "analyse", run), imports, times)
+        floor = Figure("numpy, scipy.special, h5py imported", analysis.floor, "s", "floor")
+        return [
+            floor,
+            figure("rigrunner analyse", analysis, at_most(2.0), ANALYSE),
+            figure("rigrunner demo", paired(demo, imports, scale.of(5, 1)), at_most(8.0), DEMO),
+            *certificate(paired(certify, page, scale.of(5, 1))),
+            size(),
+        ]
+
+
+ANALYSE = "the drive line is learned five times from the run without load: a quarter of it"
+DEMO = "two fifths are the analysis; the rest recording, sealing, checking and drawing two runs"
+
+
+def certificate(pair: object) -> list[Figure]:
+    note = "the run is read, verified and analysed again before anything is issued"
+    return [
+        Figure("WeasyPrint imported, one page", pair.floor, "s", "floor"),
+        figure("rigrunner certify: HTML, PDF, JSON", pair, at_most(2.0), note),
+    ]
+
+
+def figure(what: str, pair: object, target: Target, note: str) -> Figure:
+    return Figure(what, pair.ours, "s", ratio=pair.ratio, target=target, note=note)
+
+
+def python(compiled: Path, *words: object) -> str:
+    """Run a program from compiled code, which is kept in that folder; return what it prints."""
+    environment = os.environ | {"PYTHONPYCACHEPREFIX": str(compiled)}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
+    done = subprocess.run(
+        [sys.executable, *map(str, words)],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=environment,
+    )
+    return done.stdout
+
+
+def size() -> Figure:
+    sizes = core_install()
+    largest = sorted(sizes, key=sizes.__getitem__, reverse=True)[:3]
+    note = ", ".join(f"{name} {sizes[name] / MEGA:.0f}" for name in largest)
+    whole = Spread.of([sum(sizes.values()) / MEGA])
+    return Figure("files of a core install", whole, "MB", note=f"{len(sizes)} packages; {note}")
+
+
+def core_install() -> dict[str, int]:
+    """Return the bytes of each package that the core requires, itself included."""
+    found: dict[str, int] = {}
+    wanted = ["rigrunner"]
+    while wanted:
+        name = re.sub(r"[-_.]+", "-", wanted.pop()).lower()
+        if name in found:
+            continue
+        try:
+            package = distribution(name)
+        except PackageNotFoundError:  # of another platform
+            continue
+        found[name] = sum(map(_bytes, package.files or ()))
+        required = map(Requirement, package.requires or ())
+        wanted += [
+            each.name
+            for each in required
+            if each.marker is None or each.marker.evaluate({"extra": ""})
+        ]
+    return found
+
+
+def _bytes(file: object) -> int:
+    path = Path(file.locate())
+    return path.stat().st_size if path.is_file() and path.suffix != ".pyc" else 0
+
+
+def work() -> list[Work]:
+    """Count what a run imports that has nothing to analyse."""
+    with tempfile.TemporaryDirectory() as name:
+        lab = Path(name) / "lab"
+        start = partial(python, Path(name) / "compiled")
+        start("-m", "rigrunner", "init", lab)
+        words = ("run", lab / "procedures/room_temperature.yaml", "--station", lab / "station.yaml")
+        printed = start("-c", COUNT, *words, "--unattended", "--runs", lab / "runs")
+    (modules,) = json.loads(printed.splitlines()[-1])
+    return [
+        Work("modules of a run without an analysis", modules, 1_000),
+        Work("packages of a core install", len(core_install()), 40),
+    ]
