@@ -20,6 +20,8 @@ from rigrunner.api.errors import DataError
 from rigrunner.run.locate import find_procedure, find_station
 from rigrunner.runfile import read
 
+pytestmark = pytest.mark.thorough
+
 NEW_NM = 0.7262
 """The starting torque of a new bearing of the simulated tester, at 1000 N."""
 SHORT = (("block: 50 s", "block: 5 s"), ("at_most: 50", "at_most: 12"),
@@ -126,7 +128,6 @@ def test_the_verdict_is_from_the_final_recordings_alone(ended):
     assert value - NEW_NM > u_95  # the new bearing's would be another
 
 
-@pytest.mark.thorough
 def test_the_report_shows_both_over_the_cycles(ended):
     lab, _ = ended
     page = (lab.found() / "report.html").read_text(encoding="utf-8")
@@ -135,7 +136,6 @@ def test_the_report_shows_both_over_the_cycles(ended):
     assert call("verify", lab.found()).code == 0
 
 
-@pytest.mark.thorough
 def test_it_ends_at_the_limit_and_is_judged_all_the_same(tmp_path):
     lab = Lab(tmp_path / "warm", (*SHORT, ("too_warm: 55 °C", "too_warm: 23.5 °C")))
     called = lab.run("friction_endurance.yaml")
@@ -150,7 +150,6 @@ def test_it_ends_at_the_limit_and_is_judged_all_the_same(tmp_path):
     assert lab.document()["verdict"]["verdict"] == "pass"
 
 
-@pytest.mark.thorough
 def test_it_ends_by_its_friction_and_is_judged_all_the_same(tmp_path):
     lab = Lab(tmp_path / "stiff", (*SHORT, ("too_stiff: 2.1 N·m", "too_stiff: 1.88 N·m")))
     called = lab.run("friction_endurance.yaml")
@@ -164,7 +163,6 @@ def test_it_ends_by_its_friction_and_is_judged_all_the_same(tmp_path):
     assert lab.document()["verdict"]["verdict"] == "pass"
 
 
-@pytest.mark.thorough
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kill -9 needs a Unix")
 def test_kill_9_loses_no_finished_block_and_the_cycles_continue(tmp_path):
     lab = Lab(tmp_path / "killed", (("block: 50 s", "block: 20 s"), ("at_most: 50", "at_most: 30"),
@@ -219,7 +217,6 @@ def _finished_blocks(lab, running, at_least):
     raise AssertionError("the run made no progress")
 
 
-@pytest.mark.thorough
 def test_25_000_cycles(tmp_path):
     lab = Lab(tmp_path / "long", wear=None)
     assert "70.2 MB of samples" in call("plan", lab.procedure, "--station", lab.station).out

@@ -112,6 +112,7 @@ def test_a_commit_after_the_tag_is_a_version_of_its_own(release, tmp_path):
     assert re.fullmatch(r"9\.8\.8\.dev1\+g[0-9a-f]+\n", said)
 
 
+@pytest.mark.thorough
 def test_building_leaves_the_sources_as_they_were(release):
     assert called(*GIT, "status", "--porcelain", "--ignored", cwd=release.sources) == ""
     unpacked = release.sources.parent / "unpacked" / f"rigrunner-{VERSION}"
@@ -120,6 +121,7 @@ def test_building_leaves_the_sources_as_they_were(release):
     }
 
 
+@pytest.mark.thorough
 def test_the_wheel_holds_the_packages_and_the_procedures_and_nothing_else(release):
     expected = {"rigrunner/_version.py"}
     for name in release.tracked:
@@ -131,12 +133,14 @@ def test_the_wheel_holds_the_packages_and_the_procedures_and_nothing_else(releas
     assert {name for name in release.in_wheel if ".dist-info/" not in name} == expected
 
 
+@pytest.mark.thorough
 def test_the_sdist_holds_all_sources(release):
     with tarfile.open(release.sdist) as file:
         names = {name.partition("/")[2] for name in file.getnames()}
     assert names == release.tracked | {"PKG-INFO"}
 
 
+@pytest.mark.thorough
 def test_the_metadata_are_those_of_the_project(release):
     metadata, project = release.metadata, PROJECT["project"]
     assert metadata["Name"] == "rigrunner"
@@ -150,6 +154,7 @@ def test_the_metadata_are_those_of_the_project(release):
     assert b"rigrunner = rigrunner.cli.main:main" in release.information["entry_points.txt"]
 
 
+@pytest.mark.thorough
 def test_every_licence_of_what_is_shipped_is_in_the_wheel(release):
     vendored = {
         f"{Path(name).parent.as_posix()}/LICENSE"
@@ -162,6 +167,7 @@ def test_every_licence_of_what_is_shipped_is_in_the_wheel(release):
         assert release.information[f"licenses/{name}"] == (ROOT / name).read_bytes()
 
 
+@pytest.mark.thorough
 def test_the_program_of_the_wheel_says_the_version_and_finds_its_plugins(release, tmp_path):
     venv.create(tmp_path / "env", symlinks=sys.platform != "win32")
     paths = {"base": str(tmp_path / "env")}

@@ -85,6 +85,7 @@ def test_the_next_specimen_is_two_clicks_away(screen, panel):
     assert panel.get("state")["job"]["inputs"]["specimen"] == "SECOND-2"
 
 
+@pytest.mark.thorough
 def test_from_choosing_to_the_certificate_by_keyboard_alone(screen):
     page = screen.page
     press, write, focus_on = page.keyboard.press, page.keyboard.type, screen.focus_on

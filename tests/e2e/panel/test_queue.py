@@ -59,6 +59,7 @@ def row(page, text):
     return page.locator(".queue-table tbody tr", has_text=text)
 
 
+@pytest.mark.thorough
 def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(  # noqa: PLR0915  (a walk through it)
     open_queue, own_lab
 ):
