@@ -67,7 +67,7 @@ class ProcedureFiles:
     def write(self, name: str, text: str, digest: str) -> str:
         """Replace a file that still has that digest, or make a new one where it is ''.
 
-        Returns the new digest. Raises PanelError for a name or a text that is no procedure's, and
+        Returns the new digest. Raises PanelError for a name or text not of a procedure, and
         ChangedError where the file is not as it was.
         """
         path = self._to_write(name)
@@ -96,7 +96,9 @@ class ProcedureFiles:
             hint = "only files within the folder can be opened here"
             raise PanelError(422, "invalid", f"{name} leads out of the lab's folder", hint)
         if path.exists():
-            raise PanelError(409, "wrong_state", f"there is a file {name}, which is no procedure")
+            raise PanelError(
+                409, "wrong_state", f"there is a file {name}, which is not a procedure"
+            )
         if not path.parent.is_dir():
             raise PanelError(422, "invalid", f"the lab's folder has no folder '{path.parent.name}'")
         return path

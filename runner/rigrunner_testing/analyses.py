@@ -49,7 +49,7 @@ def says_what_it_yields(subject: Subject) -> None:
     named = _definitions(subject)
     demand(named, "it yields no result")
     for each in named:
-        demand(re.fullmatch(NAME, each.name), f"'{each.name}' is no name for a result")
+        demand(re.fullmatch(NAME, each.name), f"'{each.name}' is not a name for a result")
         try:
             unit(each.unit)
         except QuantityError as error:
@@ -93,7 +93,7 @@ def refuses_a_run_that_lacks_a_channel(subject: Subject) -> None:
         except DataError:
             continue
         except Exception as error:
-            what = f"{type(error).__name__} without {each.name}, needed is DataError"
+            what = f"{type(error).__name__} without {each.name}, expected DataError"
             raise Nonconformity(f"it raises {what}") from error
         raise Nonconformity(f"it gives a result without {each.name}")
 
@@ -112,7 +112,7 @@ def refuses_a_partner_run_that_lacks_a_channel(subject: Subject) -> None:
                 continue
             except Exception as error:
                 what = f"{type(error).__name__} without {each.name} in the {partner.words}"
-                raise Nonconformity(f"it raises {what}, needed is DataError") from error
+                raise Nonconformity(f"it raises {what}, expected DataError") from error
             raise Nonconformity(f"it gives a result without {each.name} in the {partner.words}")
 
 

@@ -51,7 +51,7 @@ def brings_checks(subject: Subject) -> None:
         raise Nonconformity(f"'{record.conformance}': {type(error).__name__}: {error}") from error
     demand(checks, f"the CHECKS of '{record.conformance}' are empty")
     wrong = [each for each in checks if not isinstance(each, Check) or not each.fix]
-    demand(not wrong, f"among its CHECKS are {wrong[:1]}, needed are checks, each with its fix")
+    demand(not wrong, f"among its CHECKS are {wrong[:1]}, expected checks, each with its fix")
     demand(issubclass(kind, Subject), f"its SUBJECT is {kind!r}, which is no Subject")
 
 

@@ -51,7 +51,7 @@ def says_what_it_does(subject: Subject) -> None:
     except PluginError as error:
         raise Nonconformity(error.message) from error
     strange = [text for text in words.values() if "\n" in text or text.strip() != text]
-    demand(not strange, f"its words are {strange[:1]}, needed is one line without blanks around it")
+    demand(not strange, f"its words are {strange[:1]}, expected one line without blanks around it")
 
 
 @check(

@@ -187,7 +187,7 @@ def _read_or_refusal(
 def _whole(found: Mapping[str, Column], wanted: Wanted, what: str) -> None:
     demand(
         isinstance(found, Mapping) and all(isinstance(each, Column) for each in found.values()),
-        f"{what}: `read` gave {found!r:.80}, needed is a Column for each name that is wanted",
+        f"{what}: `read` gave {found!r:.80}, expected a Column for each name that is wanted",
         fix="return `{name: Column(values), ...}`: is there a `return`?",
     )
     demand(set(found) == set(wanted), f"{what}: wanted {[*wanted]}, it gives {[*found]}")

@@ -27,9 +27,9 @@ SAMPLES = 200
 def gives_rejections(subject: Subject) -> None:
     """It gives a list of what it rejects, each a Rejection."""
     found = _rule(subject)(np.append(_normal(1), GROSS))
-    demand(isinstance(found, (list, tuple)), f"it gave {found!r}, needed is a list of Rejection")
+    demand(isinstance(found, (list, tuple)), f"it gave {found!r}, expected a list of Rejection")
     strange = [each for each in found if not isinstance(each, Rejection)]
-    demand(not strange, f"it gave {strange[:1]!r}, needed is a list of Rejection")
+    demand(not strange, f"it gave {strange[:1]!r}, expected a list of Rejection")
 
 
 @check(

@@ -50,7 +50,7 @@ SUPER = "super().__init__(settings, context)"
 DEVICE = {
     "a unit that is not SI": (
         [('"N", "Force")', '"kN", "Force")'), ('"N", "Force", min', '"kN", "Force", min')],
-        ["is in 'kN', needed is the coherent SI unit, N", "correct Spring (", "spring.py:20)"],
+        ["is in 'kN', expected the coherent SI unit, N", "correct Spring (", "spring.py:20)"],
     ),
     "a unit that is none": (
         [('"N", "Force")', '"Newton", "Force")')],
@@ -62,7 +62,7 @@ DEVICE = {
     ),
     "channels that are names": (
         [(CHANNELS, '["force"]')],
-        ["channels has 'force', needed is a tuple of ChannelInfo"],
+        ["channels has 'force', expected a tuple of ChannelInfo"],
     ),
     "a channel with too few words": (
         [('"force", "N", "Force")', '"force")')],
@@ -78,7 +78,7 @@ DEVICE = {
     ),
     "limits as text": (
         [("minimum=0.0", 'minimum="0 N"')],
-        ["its limits are 0 N and 1000.0, needed are two finite numbers"],
+        ["its limits are 0 N and 1000.0, expected two finite numbers"],
     ),
     "a safe value beyond the limits": (
         [("minimum=0.0", "minimum=10.0")],
@@ -173,7 +173,7 @@ DEVICE = {
     ),
     "get that gives no number": (
         [(GET, '        return float("nan")\n')],
-        ["force reads nan", "needed is a finite float"],
+        ["force reads nan", "expected a finite float"],
     ),
     "a misspelt call in get": (
         [('self.ask(f"{channel', 'self.aks(f"{channel')],
@@ -233,7 +233,7 @@ DEVICE = {
     ),
     "a hook that returns one record": (
         [("    return [\n", "    return (\n"), ("        )\n    ]", "        )\n    )")],
-        ["returned one DeviceRecord, needed is a list of DeviceRecord", "put it into a list"],
+        ["returned one DeviceRecord, expected a list of DeviceRecord", "put it into a list"],
     ),
     "a name that YAML cannot have": (
         [('name="spring"', 'name="Spring-1"')],
@@ -292,13 +292,13 @@ OTHERS = {
         ),
         "a hook of another kind": (
             [("def rigrunner_fits", "def rigrunner_devices")],
-            ["returned a FitRecord, needed is a DeviceRecord", "from the hook for a fit"],
+            ["returned a FitRecord, expected a DeviceRecord", "from the hook for a fit"],
         ),
     },
     "rule": {
         "forgetting to return": (
             [("        return [\n            Zone", "        [\n            Zone")],
-            ["gave None, needed are zones"],
+            ["gave None, expected zones"],
         ),
         "the worst verdict first": (
             [
@@ -317,7 +317,7 @@ OTHERS = {
         ),
         "words in German alone": (
             [('            "en": f', '            "fr": f')],
-            ["needed are {'en': ...}"],
+            ["expected {'en': ...}"],
         ),
         "a pass outside the limits": (
             [("Verdict.PASS, guard, width", "Verdict.PASS, -guard / 2, width")],
@@ -331,14 +331,14 @@ OTHERS = {
     "outlier-rule": {
         "forgetting to return": (
             [("        return [\n            Rejection", "        [\n            Rejection")],
-            ["it gave None, needed is a list of Rejection"],
+            ["it gave None, expected a list of Rejection"],
         ),
         "indices for rejections": (
             [
                 (", float(values[index]), NAME, float(distance[index]), limit)", ")"),
                 ("            Rejection(int(index)", "            int(index"),
             ],
-            ["it gave [24], needed is a list of Rejection"],
+            ["it gave [24], expected a list of Rejection"],
         ),
         "a crash": (
             [("np.median(values))", "np.medain(values))")],
@@ -356,7 +356,7 @@ OTHERS = {
     "compensation": {
         "forgetting to return": (
             [("    return Compensation(", "    Compensation(")],
-            ["gave None, needed is a Compensation", "give one CompensatedPoint for each point"],
+            ["gave None, expected a Compensation", "give one CompensatedPoint for each point"],
         ),
         "a crash": (
             [("raw.value - rig.value", "raw.valeu - rig.value")],
@@ -374,11 +374,11 @@ OTHERS = {
     "importer": {
         "forgetting to return": (
             [("        return {wanted: Column(np", "        {wanted: Column(np")],
-            ["`read` gave None, needed is a Column for each name", "is there a `return`?"],
+            ["`read` gave None, expected a Column for each name", "is there a `return`?"],
         ),
         "arrays for columns": (
             [("Column(np.array(values))", "np.array(values)")],
-            ["needed is a Column for each name that is wanted"],
+            ["expected a Column for each name that is wanted"],
         ),
         "no read": (
             [("    def read(", "    def raed(")],
@@ -396,11 +396,11 @@ OTHERS = {
     "report": {
         "a text for bytes": (
             [('.getvalue().encode("utf-8")', ".getvalue()")],
-            ["gave a str, needed are bytes", "encode('utf-8')"],
+            ["gave a str, expected bytes", "encode('utf-8')"],
         ),
         "forgetting to return": (
             [("    return text.getvalue()", "    text.getvalue()")],
-            ["gave a NoneType, needed are bytes"],
+            ["gave a NoneType, expected bytes"],
         ),
         "a suffix without its dot": (
             [('suffix=".csv"', 'suffix="csv"')],

@@ -306,7 +306,7 @@ CURVE = """\
         ("degree: 1", "grade: 1", "analysis[2].curve.fit.polynomial.grade"),
         ("over: bench.current", "over: bench.curent", "bench.curent is measured or set in no step"),
         ("unit: mΩ", "unit: V", "slope.unit: got 'V', a voltage; it is a resistance"),
-        ("slope: {", "slope: {at: 1 V, ", "slope.at: got '1 V', a voltage; needed is a current"),
+        ("slope: {", "slope: {at: 1 V, ", "slope.at: got '1 V', a voltage; expected a current"),
         (
             "slope: {name: resistance",
             "hysteresis: {between: {way: [up, down]}, name: resistance",

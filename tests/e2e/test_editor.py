@@ -206,7 +206,7 @@ def test_what_the_pages_show_is_not_complained_of(server, text):
 
 
 ERROR_LIMIT = "expected a limit of error with its unit, such as '0.5 % FS'"
-QUANTITY = "needed is a number with its unit: such as '10 Hz'"
+QUANTITY = "expected a number with its unit: such as '10 Hz'"
 
 # old part, new part, where the finger points, what is said
 WRONG_PROCEDURES = [
@@ -223,13 +223,13 @@ WRONG_PROCEDURES = [
     ("over: $frequencies", "over: frequencies", "frequencies\n      steps",
      "expected a list, or $name for a parameter"),
     ("max_age: 30 d", "max_age: 30 N", "30 N",
-     "needed is a number with its unit: s, ms, min, h, d"),
+     "expected a number with its unit: s, ms, min, h, d"),
     ("{alpha: 0.05}", "{alfa: 0.05}", "alfa", "Property alfa is not allowed."),
     ("{alpha: 0.05}", "{alpha: 5}", "5}}", "Value is above the exclusive maximum of 0.5."),
     ("        - template_inverse", "        - template_invers", "template_invers\n",
      "Value is not accepted. Valid values:"),
     ("        - energy", "        - energy: {frequency_match: 1 N}", "1 N}",
-     "needed is a number with its unit: 1, %"),
+     "expected a number with its unit: 1, %"),
     ("        - energy", "        - energy: {wind: 1 deg}", "wind:",
      "Property wind is not allowed."),
     ("rule: guard_band_u", "rule: guard", "guard\n",
@@ -248,7 +248,7 @@ WRONG_STATIONS = [
      "Value is not accepted. Valid values:"),
     ("settings: {seed: 1}", "settings: {sead: 1}", "sead", "Property sead is not allowed."),
     ("settings: {seed: 1}", "settings: {eccentric: 2}", "2}",
-     "needed is a number with its unit: m, mm, µm"),
+     "expected a number with its unit: m, mm, µm"),
     ("plugin: swing_tester_sim\n    settings: {seed: 1}", "plugin: replay", "tester:\n",
      'Missing property "settings".'),
     ("gain: 0.3 %", "gain: 0.3", "0.3,", ERROR_LIMIT),

@@ -59,7 +59,7 @@ def test_the_devices_of_the_station_are_asked_who_they_are():
         ("unit_id: 1 ", "unit_id: 300 ", 3, "unit_id"),
         ("      channels:", "      chanels:", 3, "did you mean 'channels'?"),
         ("simulated: yes ", "simulated: no ", 3, "go together"),
-        ("model: SIM-VFD", "model: FC-51", 4, "has the model 'SIM-VFD', expected is 'FC-51'"),
+        ("model: SIM-VFD", "model: FC-51", 4, "has the model 'SIM-VFD', expected 'FC-51'"),
         ("holding: 1 ", "holding: 9 ", 4, "holding 9 is number 10 of manuals that count from 1"),
         ("{input: 2,", "{input: 20,", 4, "read input 20"),
         ("max: 35 Hz", "max: 60 Hz", 0, ""),

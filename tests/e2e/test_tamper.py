@@ -125,7 +125,7 @@ def test_a_signature_that_was_changed_is_told(certified, copies, tmp_path):
 def test_what_is_no_certificate_is_told(certified, name):
     done = call("verify", certified[0] / name)
     assert done.code == 5
-    assert "is no certificate: it has neither a seal nor" in done.err
+    assert "is not a certificate: it has neither a seal nor" in done.err
     assert call("verify", certified[0] / "nothing.pdf").code == 2
     other = call("verify", certified[0] / "run.log")
     assert (other.code, "is neither a certificate nor a run" in other.err) == (2, True)

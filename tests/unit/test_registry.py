@@ -91,9 +91,9 @@ def test_a_name_provided_twice_is_refused_naming_both(entry):
         (f"{HEAD}\n@hookimpl\ndef rigrunner_fits():\n    return [1 / 0]", ".py:6)"),
         (
             GOOD.replace("def rigrunner_fits", "def rigrunner_devices"),
-            "rigrunner_devices returned a FitRecord, needed is a DeviceRecord",
+            "rigrunner_devices returned a FitRecord, expected a DeviceRecord",
         ),
-        (GOOD.replace("return [", "return ").replace(")]", ")"), "needed is a list of FitRecord"),
+        (GOOD.replace("return [", "return ").replace(")]", ")"), "expected a list of FitRecord"),
         (GOOD.replace('"line"', "None"), "the record None of rigrunner_fits: a name has small"),
         (GOOD.replace('"line"', '"my line"'), "'my line' of rigrunner_fits: a name has small"),
         (GOOD.replace("lambda s: s", "None"), "'line' of rigrunner_fits: its factory cannot be"),
@@ -129,13 +129,13 @@ def force(*limits, **changes):
     ("device", "said"),
     [
         (None, "its factory gave a NoneType, which has no channels, drives"),
-        (Pressed(None), "got None, needed is a sequence of ChannelInfo"),
-        (Pressed(["force"]), "got 'force', needed is a sequence of ChannelInfo"),
-        (Pressed([ChannelInfo("torque", "mN·m", "")]), "'torque': is in 'mN·m', needed is the"),
-        (Pressed([ChannelInfo("oil", "°C", "")]), "needed is the coherent SI unit, K"),
+        (Pressed(None), "got None, expected a sequence of ChannelInfo"),
+        (Pressed(["force"]), "got 'force', expected a sequence of ChannelInfo"),
+        (Pressed([ChannelInfo("torque", "mN·m", "")]), "'torque': is in 'mN·m', expected the"),
+        (Pressed([ChannelInfo("oil", "°C", "")]), "expected the coherent SI unit, K"),
         (Pressed([ChannelInfo("a", "N", ""), ChannelInfo("a", "K", "")]), "the name stands twice"),
         (Pressed([ChannelInfo("a.b", "N", "")]), "'a.b': a name has letters, digits and '_'"),
-        (force(1.0, 0.0), "its limits are 1.0 and 0.0, needed are two finite numbers"),
+        (force(1.0, 0.0), "its limits are 1.0 and 0.0, expected two finite numbers"),
         (force(0.0, float("inf")), "its limits are 0.0 and inf"),  # 1 % of which all is within
         (force(float("nan"), float("nan")), "its limits are nan and nan"),
         (force("0", "1"), "its limits are 0 and 1"),
@@ -186,7 +186,7 @@ def test_a_format_gives_the_bytes_of_a_file(given):
         name="mine", help="", suffix=".x", factory=lambda _: lambda _: given
     )
     registry = Registry([Plugin("report_format", record, Provider("lab", "1"))])
-    with pytest.raises(PluginError, match=r"the report format 'mine' gave a .*, needed are bytes"):
+    with pytest.raises(PluginError, match=r"the report format 'mine' gave a .*, expected bytes"):
         registry.make("report_format", "mine", {})(None)
 
 
@@ -404,7 +404,7 @@ def test_settings_given_by_their_place_are_imported_when_they_are_asked_for(entr
         ("rigrunner.api.settings:NoSuch", "NoSuch"),
         ("rigrunner.api.settings", "cannot be loaded"),
         ("", "cannot be loaded"),
-        ("pathlib:Path", "'pathlib:Path' is no model of settings"),
+        ("pathlib:Path", "'pathlib:Path' is not a model of settings"),
         ("rigrunner.api.settings:Torque", "is no model of settings"),
     ],
 )

@@ -99,7 +99,7 @@ def scaled(settings: BenchSettings, name: str, factor: float) -> BenchSettings:
     """Return the settings with one of them multiplied."""
     value = settings[name]
     if isinstance(value, str):
-        raise TypeError(f"{name} is no quantity")
+        raise TypeError(f"{name} is not a quantity")
     return {**settings, name: value.times(factor)}
 
 

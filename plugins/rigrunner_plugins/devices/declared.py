@@ -75,7 +75,7 @@ class DeclaredChannel(DeclaredQuantity):
 
 
 class DeclaredReading(Settings):
-    """What an instrument tells that is no number: a text, a yes or no, an array."""
+    """What an instrument tells that is not a number: a text, a yes or no, an array."""
 
     kind: ReadingKind
     """text, boolean or array."""
@@ -150,7 +150,7 @@ class DeclaredDrive(DeclaredQuantity):
             )
         if not self.min.si <= self.safe.si <= self.max.si or self.min.si == self.max.si:
             raise ValueError(
-                f"needed is min <= safe <= max, got {self.min}, {self.safe}, {self.max}"
+                f"expected min <= safe <= max, got {self.min}, {self.safe}, {self.max}"
             )
         return self
 

@@ -35,8 +35,8 @@ class Drives:
         info = self._info(name)
         if not info.minimum <= value <= info.maximum:
             raise DeviceRejectedError(
-                f"{name} cannot be set to {value:g} {info.unit}",
-                hint=f"allowed: {info.minimum:g} to {info.maximum:g} {info.unit}",
+                f"{name}: {value:g} {info.unit} is out of range "
+                f"({info.minimum:g} to {info.maximum:g} {info.unit})"
             )
         self._move(info, value)
 

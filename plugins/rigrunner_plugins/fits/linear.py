@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def refuse_unfit(points: Points, powers: tuple[int, ...]) -> None:
-    """Raise DataError for what is no number, and for no more different x than coefficients."""
+    """Raise DataError for what is not a number, and for no more different x than coefficients."""
     refuse_several(points)
     refuse_not_finite(points)
     found, needed = different(points.x), least_points(len(powers))

@@ -171,5 +171,5 @@ def names(text: str) -> set[str]:
     found = {name for _, name, _, _ in Formatter().parse(text) if name is not None}
     wrong = [name for name in found if not name.isidentifier()]
     if wrong:
-        raise ValueError(f"'{{{wrong[0]}}}' is no name")
+        raise ValueError(f"'{{{wrong[0]}}}' is not a name")
     return found

@@ -138,7 +138,7 @@ class _Rule:
         _protect(values)
         with self.subject.named():
             found = self.rule(values)
-        self.subject.need(isinstance(found, (list, tuple)), f"{_shown(found)}, needed is a list")
+        self.subject.need(isinstance(found, (list, tuple)), f"{_shown(found)}, expected a list")
         rejections = tuple(self._checked(each, values) for each in found)
         indices = [each.index for each in rejections]
         self.subject.need(len(set(indices)) == len(indices), "one rejection twice")
@@ -146,7 +146,7 @@ class _Rule:
 
     def _checked(self, found: object, values: Array) -> Rejection:
         if not isinstance(found, Rejection):
-            self.subject.refuse(f"{_shown(found)}, needed is a Rejection")
+            self.subject.refuse(f"{_shown(found)}, expected a Rejection")
         whole = not isinstance(found.index, bool) and hasattr(found.index, "__index__")
         inside = whole and 0 <= found.index < len(values)
         self.subject.need(inside, f"the index {found.index!r} of {len(values)} values")
@@ -168,7 +168,7 @@ class _Fit:
         try:
             self._check(curve, points)
         except (AttributeError, TypeError, ValueError) as error:
-            self.subject.refuse(f"{_shown(curve)}, which is no curve: {error}")
+            self.subject.refuse(f"{_shown(curve)}, which is not a curve: {error}")
         return curve
 
     def _check(self, curve: Curve, points: Points) -> None:
@@ -203,7 +203,7 @@ class _Method:
             found = self.method(sweep)
         need = self.subject.need
         if not isinstance(found, Compensation):
-            self.subject.refuse(f"{_shown(found)}, needed is a Compensation")
+            self.subject.refuse(f"{_shown(found)}, expected a Compensation")
         if found.not_applicable:
             need(not found.points, "points, and says that it is not applicable")
             return found
@@ -217,18 +217,18 @@ class _Method:
     ) -> None:
         for point in points:
             if not isinstance(point, CompensatedPoint):  # its arrays are told only where needed
-                self.subject.refuse(f"{_shown(point)}, needed is a CompensatedPoint")
+                self.subject.refuse(f"{_shown(point)}, expected a CompensatedPoint")
         given = [point.set_frequency_hz for point in points]
         due = [point.set_frequency_hz for point in loaded]
         self.subject.need(
-            given == due, f"points at {_hertz(given)}; needed is one for each of {_hertz(due)}"
+            given == due, f"points at {_hertz(given)}; expected one for each of {_hertz(due)}"
         )
 
     def _check(self, point: CompensatedPoint) -> None:
         need, at = self.subject.need, f"at {point.set_frequency_hz:g} Hz"
         torque = point.torque
         need(isinstance(torque, Estimate), f"the torque {_shown(torque)} {at}, no Estimate")
-        need(torque.unit == UNIT, f"a torque in '{torque.unit}' {at}, needed is {UNIT}")
+        need(torque.unit == UNIT, f"a torque in '{torque.unit}' {at}, expected {UNIT}")
         values = (torque.value, point.raw_nm, point.rig_nm, point.frequency_hz)
         need(all(map(_is_finite, values)), f"torque, raw, rig and frequency {_shown(values)} {at}")
         u, dof = torque.u, torque.dof
@@ -258,7 +258,7 @@ class _Verdicts:
             isinstance(each, str) and each for each in (*words, *words.values())
         )
         self.subject.need(
-            told and "en" in words, f"the words {_shown(words)}, needed are {{'en': ...}}"
+            told and "en" in words, f"the words {_shown(words)}, expected {{'en': ...}}"
         )
         return words
 
@@ -267,10 +267,10 @@ class _Verdicts:
         with self.subject.named():
             found = self.rule(limits, estimate)
         if not (isinstance(found, (list, tuple)) and found):
-            refuse(f"{_shown(found)}, needed are zones")
+            refuse(f"{_shown(found)}, expected zones")
         for each in found:
             if not isinstance(each, Zone):
-                refuse(f"{_shown(each)}, needed is a Zone")
+                refuse(f"{_shown(each)}, expected a Zone")
             if not _is_finite(each.margin):
                 refuse(f"the margin {each.margin!r} of a zone")
             if each.verdict not in WORST_FIRST or each.verdict is Verdict.FAIL:
@@ -296,7 +296,7 @@ class _Analysis:
             found = self.analysis(run, *results)
         need = self.subject.need
         if not isinstance(found, Findings):
-            self.subject.refuse(f"{_shown(found)}, needed are Findings")
+            self.subject.refuse(f"{_shown(found)}, expected Findings")
         places = [(each.name, each.place) for each in found.results]
         need(len(set(places)) == len(places), "two results of one name and place")
         means = [each.name for each in found.means]

@@ -145,7 +145,7 @@ class Measurement:
     cycles: int | None = None
     """How many cycles the device had moved in when the step began, as of a recording."""
     readings: Mapping[str, Reading] = field(default_factory=dict)
-    """By channel, 'role.name', what was read that is no number: a text, a yes or no, an array."""
+    """By channel, 'role.name', readings that are not numbers: a text, a yes or no, an array."""
     expected: tuple[ReadingLimit, ...] = ()
     """What these may be, where the procedure says so."""
     written_in: Mapping[str, str] = field(default_factory=dict)

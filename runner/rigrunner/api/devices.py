@@ -259,7 +259,7 @@ class Readable(Protocol):
 
 @runtime_checkable
 class Observing(Protocol):
-    """Tells what is no number. The names are none of its channels."""
+    """Tells what is not a number. The names are none of its channels."""
 
     @property
     def readings(self) -> Sequence[ReadingInfo]:

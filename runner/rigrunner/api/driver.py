@@ -77,7 +77,7 @@ class Driver:
     drives: Sequence[DriveInfo] = ()
     """The same, in the order in which they are made safe."""
     readings: Sequence[ReadingInfo] = ()
-    """What it tells that is no number; it needs `get_reading` then."""
+    """What it tells that is not a number; it needs `get_reading` then."""
     non_blocking = False
     poll_s = 0.05
     """How often a drive that is on its way is read back."""
@@ -237,8 +237,8 @@ class Driver:
         self._need_connection()
         if not info.minimum <= value <= info.maximum:
             raise DeviceRejectedError(
-                f"{drive} cannot be set to {value:g} {info.unit}",
-                hint=f"allowed: {info.minimum:g} to {info.maximum:g} {info.unit}",
+                f"{drive}: {value:g} {info.unit} is out of range "
+                f"({info.minimum:g} to {info.maximum:g} {info.unit})"
             )
         with self._watched():
             self._mapped(f"set {drive}", lambda: self.put(drive, value))
@@ -327,13 +327,13 @@ def _need_several(what: str, infos: Iterable[object]) -> None:
     if isinstance(infos, (ChannelInfo, DriveInfo)):
         kind = type(infos).__name__
         raise PluginError(
-            f"{what} is one {kind}, needed is a tuple of them",
+            f"{what} is one {kind}, expected a tuple of them",
             hint=f"a tuple of one has a comma: `{what} = ({kind}(...),)`",
         )
     needed = ChannelInfo if what == "channels" else DriveInfo
     for each in infos:
         if not isinstance(each, needed):
-            raise PluginError(f"{what} has {each!r}, needed is a tuple of {needed.__name__}")
+            raise PluginError(f"{what} has {each!r}, expected a tuple of {needed.__name__}")
 
 
 def _find(kind: str, name: str, known: Mapping[str, _Info]) -> _Info:

@@ -178,7 +178,7 @@ class StepEnded(Event, frozen=True, kw_only=True):
     """Of a recording: those of its samples that are kept or have limits, 'role.name.statistic'."""
     units: Mapping[str, str] = {}
     readings: Mapping[str, Reading] = {}
-    """What it read that is no number, by 'role.name'."""
+    """What it read that is not a number, by 'role.name'."""
     leaves: int = 0
     """Of a condition: how many of the steps that follow in the plan it leaves out."""
     cycles: Mapping[str, float] = {}

@@ -455,5 +455,5 @@ def _model_at(place: str) -> type[Settings]:
         reason = f"{type(error).__name__}: {error}"
         raise PluginError(f"the settings '{place}' cannot be loaded: {reason}") from error
     if not (isinstance(found, type) and issubclass(found, Settings)):
-        raise PluginError(f"'{place}' is no model of settings")
+        raise PluginError(f"'{place}' is not a model of settings")
     return found

@@ -50,7 +50,7 @@ def _name_quantities(schema: dict[str, Any]) -> None:
 def _kind(text: str) -> str:
     if text not in kinds():
         hint = did_you_mean(text, kinds(), f"expected one of: {', '.join(kinds())}")
-        raise QuantityError(f"'{text[:40]}' is no quantity", hint=hint)
+        raise QuantityError(f"'{text[:40]}' is not a quantity", hint=hint)
     return text
 
 

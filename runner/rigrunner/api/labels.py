@@ -42,7 +42,7 @@ def _value(value: object) -> Quantity | Coordinate:
             f"got {'nothing' if value is None else 'no such value'}, expected {allowed}"
         )
     if len(value) > _LONGEST:
-        raise ValueError(f"a text of {len(value)} characters, allowed are {_LONGEST}")
+        raise ValueError(f"a text of {len(value)} characters, expected at most {_LONGEST}")
     try:
         return parse_quantity(value)
     except QuantityError:

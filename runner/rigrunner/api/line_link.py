@@ -132,7 +132,7 @@ class LineLink:
         line = got.removesuffix(self._end)
         if self._end in line or not line.isascii():
             raise DeviceRejectedError(
-                f"'{request}' was answered by {line[:40]!r}, needed is one line of text"
+                f"'{request}' was answered by {line[:40]!r}, expected one line of text"
             )
         return line.decode("ascii")
 

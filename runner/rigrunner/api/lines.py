@@ -82,7 +82,7 @@ class LineDriver(Driver):
     """A Driver that asks its instrument by lines of text; give it `get` and, with drives, `put`.
 
     Every exchange goes over the wire: its DeviceRecord is `wired`. A ValueError, such as that of
-    `float` for an answer that is no number, is a DeviceRejectedError.
+    `float` for an answer that is not a number, is a DeviceRejectedError.
     """
 
     simulator: ClassVar[type[Answering]]
@@ -116,7 +116,7 @@ class LineDriver(Driver):
         identity = self.identify()
         if not isinstance(identity, Identity):
             raise PluginError(
-                f"`identify` of {type(self).__name__} gave {identity!r}, needed is an Identity",
+                f"`identify` of {type(self).__name__} gave {identity!r}, expected an Identity",
                 hint="return Identity(maker, model, serial, firmware) of rigrunner.api.devices",
             )
         return replace(identity, simulated=self.settings.simulated)
@@ -130,7 +130,7 @@ class LineDriver(Driver):
         fields = [field.strip() for field in answer.split(",")]
         if len(fields) != 4:  # noqa: PLR2004  (maker, model, serial number, firmware)
             raise DeviceNotFoundError(
-                f"*IDN? was answered by '{answer}', needed is 'maker,model,serial,firmware'",
+                f"*IDN? was answered by '{answer}', expected 'maker,model,serial,firmware'",
                 hint="is it the right instrument at this address?",
             )
         maker, model, serial, firmware = fields
@@ -209,7 +209,7 @@ class _Simulated:
         if not isinstance(answer, str):
             kind = type(self._instrument).__name__
             raise PluginError(
-                f"`answer` of {kind} gave {answer!r} to '{request}', needed is a str",
+                f"`answer` of {kind} gave {answer!r} to '{request}', expected a str",
                 hint="is there a `return`? where the instrument keeps silent it is ''",
             )
         if not answer:

@@ -40,7 +40,7 @@ class JudgedValue:
 
     @property
     def value(self) -> float:
-        """The value as it was read, in its SI unit; nan of what is no number."""
+        """The value as it was read, in its SI unit; nan of what is not a number."""
         return self.row.values.get(self.decision.of, nan)
 
     @property

@@ -167,7 +167,7 @@ class QuantitySchema:
             "type": "string",
             "pattern": quantity_pattern(dimension),
             "description": f"{dimension} in {units}" if dimension else "number with its unit",
-            "errorMessage": f"needed is a number with its unit: {units}",
+            "errorMessage": f"expected a number with its unit: {units}",
             "x-dimension": dimension,
         }
 

@@ -77,7 +77,7 @@ class Found:
     missed: str = ""
     """Of a step that judges its values itself: the one out of limits that ended it, in words."""
     readings: Mapping[str, Reading] = field(default_factory=dict)
-    """What was read that is no number, by 'role.name'."""
+    """What was read that is not a number, by 'role.name'."""
     leaves: bool = False
     """Of a condition: whether the steps that hang on it are left out."""
 
@@ -272,7 +272,7 @@ class Doing(Protocol):
         ...
 
     def observe(self, readings: Sequence[Member]) -> dict[str, Reading]:
-        """Return what devices tell that is no number: a text, a yes or no, a tuple of numbers."""
+        """Return readings that are not numbers: a text, a yes or no, a tuple of numbers."""
         ...
 
     def set(self, role: str, drive: str, value: float) -> float:

@@ -87,7 +87,7 @@ class StreamingDriver(Driver):
         shapes = [array.shape for array in values]
         if shapes != [(count,)] * len(channels):
             raise DeviceRejectedError(
-                f"{request}: got arrays of the shapes {shapes}, needed is ({count},) for each"
+                f"{request}: got arrays of the shapes {shapes}, expected ({count},) for each"
             )
         return values
 
@@ -97,5 +97,5 @@ def _real(channel: str, values: object) -> Array:
         return as_samples(values)
     except TypeError as error:
         raise DeviceRejectedError(
-            f"{channel}: the samples are {error}, needed are real numbers"
+            f"{channel}: the samples are {error}, expected real numbers"
         ) from error

@@ -150,7 +150,7 @@ def _logo(folder: Path, entry: LogoEntry, where: Location) -> Logo:
 
 def _logo_problem(folder: Path, path: Path, media_type: str) -> str:
     if not media_type:
-        return f"'{path.name}' is no picture; allowed are {', '.join(MEDIA_TYPES)}"
+        return f"'{path.name}' is not a picture, expected {', '.join(MEDIA_TYPES)}"
     if not path.is_file():
         return f"there is no file {path}"
     if not path.resolve().is_relative_to(folder.resolve()):

@@ -110,7 +110,7 @@ def _show_usage_error(error: click.ClickException) -> None:
     message(f"{error_label()} {error.format_message()}")
     context = getattr(error, "ctx", None)
     if context is not None:
-        message(f"  hint: '{context.command_path} --help' shows what it takes")
+        message(f"  hint: '{context.command_path} --help' lists the options")
 
 
 def show_bug(error: BaseException) -> None:

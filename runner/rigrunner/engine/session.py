@@ -212,7 +212,7 @@ class Session:
         return self.reader(channels)()
 
     def observe(self, readings: Sequence[Member]) -> dict[str, Reading]:
-        """Return what devices tell that is no number."""
+        """Return what devices tell that is not a number."""
         found: dict[str, Reading] = {}
         for role in dict.fromkeys([each.role for each in readings]):
             found |= self.rig.observe(role, [each.name for each in readings if each.role == role])

@@ -133,7 +133,7 @@ def _samples(role: str, name: str, block: Block, received: int) -> Array:
     try:
         values = as_samples(values)
     except TypeError as error:
-        what = f"the samples from {received} on are {error}, needed are numbers, float64"
+        what = f"the samples from {received} on are {error}, expected numbers, float64"
         raise DeviceRejectedError(f"{role}.{name}: {what}") from error
     finite = np.isfinite(values)
     if not finite.all():

@@ -60,7 +60,7 @@ class Bench:
         }
 
     def reading(self, member: Member) -> ReadingInfo | None:
-        """Return what a role's device tells that is no number; None for any other name."""
+        """Return what a role's device tells that is not a number; None for any other name."""
         device = self._devices.get(member.role) if member.role in self._uses else None
         told: Sequence[ReadingInfo] = device.readings if isinstance(device, Observing) else ()
         return next((info for info in told if info.name == member.name), None)

@@ -41,7 +41,7 @@ def picture_beside(folder: Path, name: str) -> Path:
     """Return the picture of that relative name; raise FileBesideError."""
     path = file_beside(folder, name)
     if path.suffix.lower() not in PICTURES:
-        raise FileBesideError(f"'{name}' is no picture", hint=f"allowed: {', '.join(PICTURES)}")
+        raise FileBesideError(f"'{name}' is not a picture", hint=f"allowed: {', '.join(PICTURES)}")
     return path
 
 

@@ -83,7 +83,7 @@ class ValueBand(Settings):
 
     @property
     def texts(self) -> tuple[bool | str, ...]:
-        """What a reading that is no number may be; empty for a number."""
+        """What a reading that is not a number may be; empty for a number."""
         return self.one_of if self.equals is None else (self.equals,)
 
     @model_validator(mode="after")

@@ -58,7 +58,7 @@ def _of_readings(device: Device) -> Iterator[str]:
 
 
 def _strange(infos: object, kind: type[ChannelInfo | DriveInfo]) -> str:
-    needed = f"needed is a sequence of {kind.__name__}"
+    needed = f"expected a sequence of {kind.__name__}"
     if not isinstance(infos, (tuple, list)):
         return f"got {infos!r}, {needed}"
     return next((f"got {each!r}, {needed}" for each in infos if not isinstance(each, kind)), "")
@@ -80,22 +80,22 @@ def _of_unit(symbol: str) -> Iterator[str]:
     except (QuantityError, AttributeError):
         return
     if not is_coherent(known):
-        yield f"is in '{symbol}', needed is the coherent SI unit, {si_symbol(known.dimension)}"
+        yield f"is in '{symbol}', expected the coherent SI unit, {si_symbol(known.dimension)}"
 
 
 def _of_drive(info: DriveInfo) -> Iterator[str]:
     limits = f"its limits are {info.minimum} and {info.maximum}"
     if not _finite((info.minimum, info.maximum)) or not info.minimum < info.maximum:
-        yield f"{limits}, needed are two finite numbers, the lower one first"
+        yield f"{limits}, expected two finite numbers, the lower one first"
         return
     if not _finite([info.safe_value]):
         yield f"its safe value is {info.safe_value}"
     elif not info.minimum <= info.safe_value <= info.maximum:
         yield f"its safe value is {info.safe_value:g}, and {limits}"
     if info.rate_per_s is not None and not (_finite([info.rate_per_s]) and info.rate_per_s > 0):
-        yield f"its rate is {info.rate_per_s}, needed is a number above 0, or None"
+        yield f"its rate is {info.rate_per_s}, expected a number above 0, or None"
     if info.tolerance is not None and not (_finite([info.tolerance]) and info.tolerance >= 0):
-        yield f"its tolerance is {info.tolerance}, needed is a number of at least 0, or None"
+        yield f"its tolerance is {info.tolerance}, expected a number of at least 0, or None"
     if not (_finite([info.settle_s]) and info.settle_s >= 0):
         yield f"it settles in {info.settle_s} s"
     if info.sets_cycle_frequency and info.unit != "Hz":

@@ -381,7 +381,7 @@ def _writing(plugin: Plugin, write: Callable[[Any], object]) -> Callable[[Any], 
             got, what = type(content).__name__, plugin.kind.replace("_", " ")
             hint = "a text becomes bytes by its encode('utf-8')"
             raise PluginError(
-                f"the {what} '{plugin.record.name}' gave a {got}, needed are bytes", hint=hint
+                f"the {what} '{plugin.record.name}' gave a {got}, expected bytes", hint=hint
             )
         return content
 

@@ -81,9 +81,7 @@ def checked_records(
         is_record = isinstance(returned, hooks.PluginRecord)
         got = f"one {type(returned).__name__}" if is_record else repr(returned)
         hint = "is there a `return`?" if returned is None else "put it into a list: [...]"
-        raise PluginError(
-            f"{hook} returned {got}, needed is a list of {needed.__name__}", hint=hint
-        )
+        raise PluginError(f"{hook} returned {got}, expected a list of {needed.__name__}", hint=hint)
     for record in returned:  # type: ignore[attr-defined]  # what else is no list says so itself
         if not isinstance(record, hooks.PluginRecord):
             raise PluginError(f"{hook} returned {record!r}, which is not a plugin record")
@@ -91,7 +89,7 @@ def checked_records(
             given = f"a {type(record).__name__}"
             fitting = [each.name for each in kinds if type(record) is each.record]
             raise PluginError(
-                f"{hook} returned {given}, needed is a {needed.__name__}",
+                f"{hook} returned {given}, expected a {needed.__name__}",
                 hint=f"return it from the hook for a {fitting[0]}" if fitting else "",
             )
         _check(record, hook)
@@ -109,7 +107,7 @@ def _check(record: PluginRecord, hook: str) -> None:
     if not callable(record.factory):  # type: ignore[attr-defined]  # every kind has one
         raise PluginError(f"{where}: its factory cannot be called")
     if type(record.revision) is not int or record.revision < 1:
-        raise PluginError(f"{where}: its revision is {record.revision!r}, needed is 1, 2, ...")
+        raise PluginError(f"{where}: its revision is {record.revision!r}, expected 1, 2, ...")
     if isinstance(record, KindRecord) and not (
         isinstance(record.hook, str)
         and isinstance(record.record, type)

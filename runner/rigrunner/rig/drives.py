@@ -33,7 +33,7 @@ def as_number(value: object) -> float:
     if isinstance(value, SupportsFloat) and not _is_complex(value):
         with suppress(TypeError, ValueError, OverflowError):  # as of an array of several
             return float(value)
-    raise DeviceRejectedError(f"the driver gave {value!r}, which is no number")
+    raise DeviceRejectedError(f"the driver gave {value!r}, which is not a number")
 
 
 def _is_complex(value: object) -> bool:

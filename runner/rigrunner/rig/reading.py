@@ -74,7 +74,7 @@ class HeldChannels:
 
 
 def told(role: Role, names: Sequence[str], answer_s: float) -> dict[str, Reading]:
-    """Return what a device tells that is no number, each looked at; raise a DeviceError."""
+    """Return what a device tells that is not a number, each looked at; raise a DeviceError."""
     device = role.need(Observing)  # type: ignore[type-abstract]  # a Protocol
     kinds = {info.name: info.kind for info in device.readings}
     values = role.call("read", device.observe, answer_s, names)
@@ -94,7 +94,7 @@ def _told(role: Role, name: str, kind: str, values: Mapping[str, object]) -> Rea
             return numbers
     raise DeviceRejectedError(
         f"{role.name}: the driver gave {value!r:.80} for '{name}'",
-        hint=f"needed is {_NEEDED[kind]}",
+        hint=f"expected {_NEEDED[kind]}",
     )
 
 

@@ -269,7 +269,7 @@ class Rig:
         return self.reader(role, channels)()
 
     def observe(self, role: str, readings: Sequence[str]) -> dict[str, Reading]:
-        """Return what a device tells that is no number, by 'role.name'; raise a DeviceError."""
+        """Return what a device tells that is not a number, by 'role.name'; raise a DeviceError."""
         return told(self._roles[role], readings, self._patience.answer_s)
 
     def reader(self, role: str, channels: Sequence[str]) -> Callable[[], dict[str, float]]:

@@ -163,7 +163,7 @@ def _shown_in(name: str, told: Mapping[str, str]) -> str:
 
 
 def _with_readings(row: Measurement, event: StepEnded, started: StepStarted | None) -> Measurement:
-    """Return a row with what was read that is no number."""
+    """Return a row with what was read that is not a number."""
     units = {name: event.units[name] for name in event.readings if name in event.units}
     expected = started.expected if started is not None else ()
     known = {**row.units, **units}

@@ -91,7 +91,7 @@ def writing(path: Path) -> Iterator[None]:
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file whole, in place of one that is there, or leave all as it was; raise DataError.
 
-    What is no regular file, such as a pipe, is written to as it is.
+    What is not a regular file, such as a pipe, is written to as it is.
     """
     with writing(path):
         if path.exists() and not path.is_file():

@@ -117,7 +117,7 @@ def _write_columns(
 
 
 def _write_readings(table: h5py.Group, rows: Sequence[Measurement]) -> None:
-    """Write a column for each reading that is no number.
+    """Write a column for each reading that is not a number.
 
     Arrays of one length are a table of float64, a row each time, not-a-number where there is none.
     Arrays of several lengths, texts, and yes or no are texts, empty where there is none.

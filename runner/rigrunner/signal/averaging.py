@@ -39,7 +39,7 @@ def median_over_cycles(cycles: Array) -> Array:
     count = len(cycles)
     ranked = np.sort(np.ascontiguousarray(cycles.T), axis=-1)
     median: Array = ranked[:, (count - 1) // 2 : count // 2 + 1].mean(axis=-1)
-    median[np.isnan(ranked[:, -1:]).any(axis=-1)] = np.nan  # what is no number is sorted last
+    median[np.isnan(ranked[:, -1:]).any(axis=-1)] = np.nan  # what is not a number is sorted last
     return median
 
 

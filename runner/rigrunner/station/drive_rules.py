@@ -41,8 +41,8 @@ class DriveRules:
         """
         if not allowed.minimum <= value <= allowed.maximum:
             raise DeviceRejectedError(
-                f"{_in_words(member)} cannot be set to {value:g} {allowed.unit}",
-                hint=f"allowed: {allowed.minimum:g} to {allowed.maximum:g} {allowed.unit}",
+                f"{_in_words(member)}: {value:g} {allowed.unit} is out of range "
+                f"({allowed.minimum:g} to {allowed.maximum:g} {allowed.unit})"
             )
         for combination in self.combinations:
             if member not in combination.drives:

@@ -57,7 +57,7 @@ class Measure(Action):
     sample_rate_hz: float | None = None
     """Of the stream that is averaged; None: the channels are read, again and again."""
     told: tuple[Member, ...] = ()
-    """What is read beside them that is no number."""
+    """What is read beside them that is not a number."""
 
     @property
     def streamed(self) -> str:
@@ -108,7 +108,7 @@ def plan(measure: MeasureStep, planning: Planning) -> None:
         return
     seconds = measure.duration or 0.0
     if seconds and told:
-        message = f"{', '.join(told)}: what is no number has no mean"
+        message = f"{', '.join(told)}: what is not a number has no mean"
         planning.complain(("channels",), message, "a measure step of its own, without a duration")
     rate_hz = _averaging_rate_hz(numbers, planning) if seconds and numbers else None
     if rate_hz is None:

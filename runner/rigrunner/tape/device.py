@@ -96,7 +96,7 @@ class _Readable(TapedDevice):
 class _Observing(TapedDevice):
     @property
     def readings(self) -> Sequence[ReadingInfo]:
-        """What the device tells that is no number."""
+        """What the device tells that is not a number."""
         return cast("Sequence[ReadingInfo]", self._inner.readings)
 
     def observe(self, readings: Sequence[str]) -> Mapping[str, Reading]:

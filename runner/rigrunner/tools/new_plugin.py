@@ -173,7 +173,7 @@ def _written(folder: Path, texts: Mapping[str, str]) -> list[str]:
 def _check(plugin: NewPlugin, registry: Registry) -> None:
     name = plugin.name
     if len(name) > _LONGEST:
-        raise UsageError(f"'{name}' has {len(name)} characters, allowed are {_LONGEST}")
+        raise UsageError(f"'{name}' has {len(name)} characters, expected at most {_LONGEST}")
     if not _NAME.fullmatch(name) or keyword.iskeyword(name) or name in _YAML_WORDS:
         words = re.findall(r"[^\W_]+", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower())
         usable = "_".join(words)

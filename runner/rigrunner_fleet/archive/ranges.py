@@ -90,7 +90,7 @@ def _moment(text: str) -> datetime:
         return found.astimezone(UTC) if found.tzinfo else found.replace(tzinfo=UTC)
     except (ValueError, OverflowError) as error:
         raise UsageError(
-            f"'{text}' is no date or time",
+            f"'{text}' is not a date or time",
             hint="such as 2026-01-31, or 2026-01-31T13:30+01:00; UTC where no zone is given",
         ) from error
 

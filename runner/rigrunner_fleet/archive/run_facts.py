@@ -63,7 +63,7 @@ def _refuse(found: FoundRun) -> None:
     """Raise DataError for what no archive can hold, or nobody should open."""
     sealed = found.folder / RUN_FILE
     if sealed.exists() and not sealed.is_file():  # to open a pipe would never end
-        raise DataError(f"{sealed} is no regular file")
+        raise DataError(f"{sealed} is not a regular file")
 
 
 def _facts(found: FoundRun, summary: RunSummary, later: Sequence[DecisionFile]) -> RunFacts:

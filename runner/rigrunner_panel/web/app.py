@@ -114,7 +114,7 @@ async def _asked(request: Request, panel: Panel, operation: Operation) -> Asked:
 
 
 async def _body(request: Request, longest: int) -> bytes:
-    """Return the body; raise PanelError for one that is no JSON by its name, or too long."""
+    """Return the body; raise PanelError for one that is not JSON by its name, or too long."""
     kind = request.headers.get("content-type", "").partition(";")[0].strip().casefold()
     if kind != "application/json":
         raise PanelError(400, "bad_request", "the body must be application/json")

@@ -149,7 +149,7 @@ def is_loopback(host: str) -> bool:
 
 
 def check_public_name(name: str) -> None:
-    """Raise UsageError for what is no name of a host, with or without a port."""
+    """Raise UsageError for what is not a name of a host, with or without a port."""
     if _PUBLIC_NAME.fullmatch(name):
         return
     hint = "as it stands in a browser between 'https://' and the next '/': rig.example.org"

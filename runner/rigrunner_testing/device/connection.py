@@ -44,7 +44,7 @@ def connects_and_says_who_it_is(subject: DeviceSubject) -> None:
         raise Nonconformity(f"it does not connect: {error.message}", fix=error.hint) from error
     demand(
         isinstance(identity, Identity),
-        f"connecting gave {identity!r}{at(device, 'open') or at(device, 'connect')}, needed is an"
+        f"connecting gave {identity!r}{at(device, 'open') or at(device, 'connect')}, expected an"
         " Identity",
     )
     missing = [each for each in ("maker", "model") if not getattr(identity, each).strip()]

@@ -49,7 +49,7 @@ def quantities_declared(subject: DeviceSubject) -> None:
     for group in (names(device.channels), names(device.drives)):
         demand(len(set(group)) == len(group), f"a name stands twice: {', '.join(group)}")
     for info in infos:
-        demand(re.fullmatch(NAME, info.name), f"'{info.name}' is no name for YAML")
+        demand(re.fullmatch(NAME, info.name), f"'{info.name}' is not a name for YAML")
         demand(info.long_name.strip(), f"{info.name} has no long name")
         objection = _objection(info.unit)
         demand(not objection, f"{info.name} is in '{info.unit}'; {objection}")
@@ -69,7 +69,7 @@ def _objection(symbol: str) -> str:
         return "that is no unit that is known here"
     if is_coherent(known) and known.symbol == symbol:
         return ""
-    return f"needed is the coherent SI unit, {si_symbol(known.dimension)}"
+    return f"expected the coherent SI unit, {si_symbol(known.dimension)}"
 
 
 def _declared(info: DriveInfo) -> None:
@@ -113,7 +113,7 @@ def readings_are_true(subject: DeviceSubject) -> None:
             finite = isinstance(value, float) and math.isfinite(value)
             demand(
                 finite,
-                f"{name} reads {value!r}{at(device, 'get')}, needed is a finite float",
+                f"{name} reads {value!r}{at(device, 'get')}, expected a finite float",
                 fix=_made_a_float(value),
             )
         units = {info.name: info.unit for info in device.channels}

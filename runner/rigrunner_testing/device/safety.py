@@ -220,7 +220,7 @@ def left_safe(subject: DeviceSubject) -> None:
 def _at_safe_values(device: Device, read_back: Mapping[str, float]) -> None:
     demand(
         isinstance(read_back, Mapping),
-        f"`make_safe` gave {read_back!r}{at(device, 'make_safe')}, needed is what each drive reads",
+        f"`make_safe` gave {read_back!r}{at(device, 'make_safe')}, expected what each drive reads",
     )
     missing = [info.name for info in device.drives if info.name not in read_back]
     demand(not missing, f"making safe says nothing of {', '.join(missing)}")

@@ -144,5 +144,5 @@ def test_the_register_takes_an_instrument_of_a_new_kind():
     entry = {"channel": "tester.grade", "measures": "test grade", "serial": "G-1"}
     found = Instrument.model_validate(entry | {"accuracy": "3 tstH"})
     assert found.limit_of_error(10.0) == 1.5
-    with pytest.raises(ValidationError, match="'test grad' is no quantity"):
+    with pytest.raises(ValidationError, match="'test grad' is not a quantity"):
         Instrument.model_validate(entry | {"measures": "test grad"})

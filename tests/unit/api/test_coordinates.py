@@ -50,7 +50,7 @@ def test_a_value_is_stored_as_what_it_is(written, stored, unit):
         ("", "expected a text, a number, true or false, or a quantity"),
         (None, "got nothing, expected"),
         ([1], "expected a text"),
-        ("x" * 81, "a text of 81 characters, allowed are 80"),
+        ("x" * 81, "a text of 81 characters, expected at most 80"),
         ("a\x07b", "control characters"),
     ],
 )

@@ -334,7 +334,7 @@ def test_records_of_the_class_that_lack_a_comma_are_refused(made):
         pass
 
     setattr(Careless, what, made("load", "N", "Load", *bounds))
-    with pytest.raises(PluginError, match=f"^{what} is one {made.__name__}, needed is a tuple"):
+    with pytest.raises(PluginError, match=f"^{what} is one {made.__name__}, expected a tuple"):
         Careless(DeviceContext("press", SimulatedClock(), Path()))
 
 

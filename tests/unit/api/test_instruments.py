@@ -107,7 +107,7 @@ def test_an_impossible_torque_transducer_is_refused(changes, words):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"measures": "torqe"}, "'torqe' is no quantity"),
+        ({"measures": "torqe"}, "'torqe' is not a quantity"),
         ({"measures": "temperature"}, "got '5 kN', a force, expected a temperature"),
         ({"accuracy": "0.2 °C"}, "is a temperature, not a difference of two"),
         ({"accuracy": "exact"}, "is not a number with a unit"),

@@ -164,8 +164,8 @@ def test_an_answer_may_come_in_pieces(tmp_path):
         (b"0.25\r", DeviceTimeoutError, r"b'0.25\r' and no b'\n' within 0.2 s (is it the term"),
         (HANG_UP, DeviceLostError, "closed the connection at 'LEVEL?'"),
         (b"n/a\n", DeviceRejectedError, "'n/a'"),
-        (b"\xff1\n", DeviceRejectedError, "needed is one line of text"),
-        (b"1\n2\n", DeviceRejectedError, "needed is one line of text"),
+        (b"\xff1\n", DeviceRejectedError, "expected one line of text"),
+        (b"1\n2\n", DeviceRejectedError, "expected one line of text"),
         (b"9" * 70000, DeviceRejectedError, "more than 65536 bytes"),
     ],
 )

@@ -118,7 +118,7 @@ def test_an_error_in_the_middle_is_mapped_and_halts(counter):
 
 def test_less_than_was_asked_for_is_no_block(counter):
     counter.short = 1
-    with pytest.raises(DeviceRejectedError, match=r"shapes \[\(99,\)\], needed is \(100,\)"):
+    with pytest.raises(DeviceRejectedError, match=r"shapes \[\(99,\)\], expected \(100,\)"):
         list(counter.stream(["force"], 1.0, threading.Event()))
 
 

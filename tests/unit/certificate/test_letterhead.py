@@ -61,7 +61,7 @@ def test_no_folder_is_told_with_what_makes_one(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("file: logo.svg", "file: logo.gif", "is no picture"),
+        ("file: logo.svg", "file: logo.gif", "is not a picture"),
         ("file: logo.svg", "file: other.svg", "there is no file"),
         ("file: logo.svg", "file: ../outside.svg", "outside the letterhead folder"),
         ("prefix: DEMO", "prefix: A/B", "prefix"),

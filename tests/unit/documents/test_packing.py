@@ -269,7 +269,7 @@ def test_the_commands(run, tmp_path, monkeypatch):
     for words, code, said in (
         (["unpack", f"{run.name}.zip"], 2, "exists"),
         (["unpack", "none.zip"], 2, "there is no none.zip"),
-        (["unpack", run / "result.json"], 5, "is no packed run"),
+        (["unpack", run / "result.json"], 5, "is not a packed run"),
         (["pack", "none"], 2, "there is no run 'none'"),
     ):
         found = call(*words)

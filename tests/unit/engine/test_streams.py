@@ -70,7 +70,7 @@ def later(block: Block, seconds: float) -> Block:
         (with_value(np.nan), DeviceLostError, "tester.torque: sample 117 is nan"),
         (with_value(-np.inf), DeviceLostError, "tester.torque: sample 117 is -inf"),
         (with_samples(lambda torque: torque + 1j), DeviceRejectedError,
-         "tester.torque: the samples from 100 on are complex128, needed are numbers, float64"),
+         "tester.torque: the samples from 100 on are complex128, expected numbers, float64"),
         (with_samples(lambda torque: np.ma.array(torque, mask=torque > 0)), DeviceRejectedError,
          "tester.torque: the samples from 100 on are masked"),
         (with_samples(lambda torque: torque.astype("timedelta64[s]")), DeviceRejectedError,

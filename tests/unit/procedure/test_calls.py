@@ -228,7 +228,7 @@ def test_a_picture_stands_beside_the_procedure(files, tmp_path, step):
     [
         ("side.jpg", "there is no file 'side.jpg'", "did you mean 'side.png'?"),
         ("../side.png", "'../side.png' leads out of this file's folder", "beside this one"),
-        ("outer.yaml", "'outer.yaml' is no picture", "allowed: .png, .jpg"),
+        ("outer.yaml", "'outer.yaml' is not a picture", "allowed: .png, .jpg"),
     ],
 )
 def test_a_picture_that_cannot_be_shown(files, tmp_path, picture, message, hint):

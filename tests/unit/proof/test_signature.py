@@ -154,7 +154,7 @@ def test_openssl_agrees_on_fingerprint_and_signature(key, tmp_path):
         ([], "to sign needs a certificate, a key and a name"),
         (["x.json", "--key", "k"], "to sign needs a certificate, a key and a name"),
         (["x.json", "--key", "k", "--by", "Z"], "there is no certificate x.json"),
-        (["x.txt", "--key", "k", "--by", "Z"], "x.txt is no certificate"),
+        (["x.txt", "--key", "k", "--by", "Z"], "x.txt is not a certificate"),
         (["x.json", "--new-key", "k"], "signs nothing"),
     ],
 )

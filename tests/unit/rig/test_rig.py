@@ -130,7 +130,7 @@ def test_set_gives_the_read_back():
 def test_set_beyond_the_limits_never_reaches_the_device(value):
     device = FakeTester()
     with pytest.raises(
-        DeviceRejectedError, match=r"tester: load cannot be set to .* N .*0 to 3000"
+        DeviceRejectedError, match=r"tester: load: .* N is out of range .*0 to 3000"
     ):
         rig_of(device).set("tester", "load", value)
     assert device.calls == []
@@ -306,7 +306,7 @@ def test_a_drive_is_looked_up_anew_once_its_device_is_connected():
     assert rig.set("tester", "load", 900.0) == 900.0
     tester.drives = (DriveInfo("load", "N", "load", 0.0, 500.0),)
     rig.connect()
-    with pytest.raises(DeviceRejectedError, match=r"load cannot be set to 900 N .*0 to 500 N"):
+    with pytest.raises(DeviceRejectedError, match=r"load: 900 N is out of range .*0 to 500 N"):
         rig.set("tester", "load", 900.0)
 
 

@@ -274,7 +274,7 @@ REFUSED = [
     (
         {"statistic": "settling_time", "within": "1 A", "result": {"name": "x", "unit": "s"}},
         ("within",),
-        "needed is a voltage",
+        "expected a voltage",
     ),
     (
         {"of": "room.temperature", "statistic": "range", "result": {"name": "x", "unit": "°C"}},

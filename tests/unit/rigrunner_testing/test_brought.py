@@ -120,7 +120,7 @@ def test_a_record_of_another_kind_is_refused(installed):
     source = user().replace("LubricantRecord(", "FitRecord(").replace("grams=3.0, ", "")
     source = source.replace("import hookimpl", "import FitRecord, hookimpl")
     (disabled,) = installed(a_user=source, lubricant_maker=MAKER).disabled
-    assert "rigrunner_lubricants returned a FitRecord, needed is a LubricantRecord" in str(disabled)
+    assert "rigrunner_lubricants returned a FitRecord, expected a LubricantRecord" in str(disabled)
 
 
 def test_a_kind_that_two_bring_is_that_of_the_first(installed):

@@ -98,4 +98,7 @@ def test_a_wrong_accuracy_of_any_quantity_is_one_problem():
 def test_an_unknown_quantity_is_one_problem():
     meter = "  - {channel: tester.amps, measures: amps, serial: A-1, calibration: recorded}\n"
     problem = only_problem(parse_station, STATION.rstrip() + f"\n{meter}", "s.yaml")
-    assert (problem.field, problem.message) == ("instruments[1].measures", "'amps' is no quantity")
+    assert (problem.field, problem.message) == (
+        "instruments[1].measures",
+        "'amps' is not a quantity",
+    )

@@ -179,7 +179,7 @@ ASKED = [
     ("there", "extra", "state", "text"),
     [
         ({"pymodbus": "3.16.2"}, "modbus", "ok", "pymodbus 3.16.2"),
-        ({"pymodbus": "3.9.9"}, "modbus", "warn", "pymodbus 3.9.9 is too old: needed is 3.16"),
+        ({"pymodbus": "3.9.9"}, "modbus", "warn", "pymodbus 3.9.9 is too old: expected 3.16"),
         (
             {"pymodbus": "3.17.0"},
             "modbus",

@@ -111,7 +111,7 @@ def test_what_cannot_be_a_name_is_refused(name, hint, tmp_path):
 
 
 def test_a_name_that_is_too_long_is_refused(tmp_path):
-    with pytest.raises(UsageError, match="has 31 characters, allowed are 30"):
+    with pytest.raises(UsageError, match="has 31 characters, expected at most 30"):
         make_package(new_plugin("device", "a" * 31, REGISTRY), tmp_path / "new", REGISTRY)
 
 

@@ -117,7 +117,7 @@ class BothWays(Deviation):
     def _two_values(self) -> Self:
         if len(self.ways) != BOTH_WAYS:
             raise ValueError(
-                f"got {len(self.ways)} values, allowed are {BOTH_WAYS}: rising and falling"
+                f"got {len(self.ways)} values, expected {BOTH_WAYS}: rising and falling"
             )
         return self
 
@@ -290,7 +290,7 @@ def _other(key: tuple[str | int, ...], given: Quantity | None, si: str) -> Itera
     if given is not None and given.dimension != wanted:
         yield (
             key,
-            f"got '{given}', {with_article(given.dimension)}; needed is {with_article(wanted)}",
+            f"got '{given}', {with_article(given.dimension)}; expected {with_article(wanted)}",
             "",
         )
 

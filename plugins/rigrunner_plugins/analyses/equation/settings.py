@@ -310,7 +310,7 @@ class EquationSettings(Settings):
         if one == other or pairs.count({one, other}) > 1:
             raise ValueError(f"{where}: '{one}' and '{other}' are named twice")
         if (one in self.inputs) != (other in self.inputs):
-            raise ValueError(f"{where}: an input and a constant; allowed are two of one sort")
+            raise ValueError(f"{where}: an input and a constant; expected two of one kind")
         if any(name in self.from_results for name in (one, other)):
             raise ValueError(f"{where}: how results are correlated follows from their budgets")
         if one in self.constants:

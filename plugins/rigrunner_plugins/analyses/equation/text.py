@@ -96,7 +96,7 @@ def read(text: str, known: Collection[str], wanted: Collection[str]) -> Model:
 
 def _refuse_many(beginnings: list[re.Match[str]]) -> None:
     if len(beginnings) > MOST_EQUATIONS:
-        raise ExpressionError(f"it has {len(beginnings)} equations", hint=f"allowed are at most"
+        raise ExpressionError(f"it has {len(beginnings)} equations", hint=f"expected at most"
                               f" {MOST_EQUATIONS}")  # fmt: skip
 
 

@@ -38,7 +38,7 @@ class Reads(Composite):
 
 
 class Observes(Composite):
-    """Tells what of its parts is no number."""
+    """Tells what of its parts is not a number."""
 
     @property
     def readings(self) -> Sequence[ReadingInfo]:
@@ -66,8 +66,8 @@ class Sets(Composite):
         info = route.info
         if not info.minimum <= value <= info.maximum:
             raise DeviceRejectedError(
-                f"{drive} cannot be set to {value:g} {info.unit}",
-                hint=f"allowed: {info.minimum:g} to {info.maximum:g} {info.unit}",
+                f"{drive}: {value:g} {info.unit} is out of range "
+                f"({info.minimum:g} to {info.maximum:g} {info.unit})"
             )
         self.parts[route.part].begin(route.name, value)
         self.set_points[drive] = value

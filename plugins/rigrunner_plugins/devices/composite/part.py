@@ -99,7 +99,7 @@ class Part:
         return self._means(channels)
 
     def observe(self, readings: Sequence[str]) -> Mapping[str, Reading]:
-        """Return what is no number."""
+        """Return what is not a number."""
         return self.call("read", lambda: self.device.observe(readings))
 
     def begin(self, drive: str, value: float) -> None:

@@ -29,7 +29,7 @@ class ChannelRoute:
 
 @dataclass(frozen=True)
 class ReadingRoute:
-    """A reading of the role that is no number: of which part, and what it is called there."""
+    """A reading of the role that is not a number: of which part, and what it is called there."""
 
     info: ReadingInfo
     part: str

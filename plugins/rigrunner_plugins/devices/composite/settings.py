@@ -64,7 +64,7 @@ class CompositeSettings(MadeOfOthers):
     channels: dict[QuantityName, Place] = Field(default_factory=dict)
     """Each channel of the role, and of which part it is: torque: daq.torque."""
     readings: dict[QuantityName, Place] = Field(default_factory=dict)
-    """Each reading of the role that is no number, and of which part it is: door: plc.door."""
+    """Each reading of the role that is not a number, and of which part it is: door: plc.door."""
     drives: dict[QuantityName, Place | DriveSource] = Field(default_factory=dict)
     """Each drive of the role, and which part's it is; parts are made safe in this order."""
 

@@ -183,7 +183,7 @@ class Daq(Driver):
         for what, (wanted, found) in told.items():
             if wanted is not None and wanted.strip().upper() != found.upper():
                 raise DeviceNotFoundError(
-                    f"{device} has the {what} '{found}', expected is '{wanted}'",
+                    f"{device} has the {what} '{found}', expected '{wanted}'",
                     hint="see device and expect in the station, and the names in NI MAX",
                 )
 

@@ -75,7 +75,7 @@ class VoltageChannel(DeclaredChannel):
     @model_validator(mode="after")
     def _has_a_range(self) -> Self:
         if self.low >= self.high:
-            raise ValueError(f"needed is low < high, got {self.low:g} V and {self.high:g} V")
+            raise ValueError(f"expected low < high, got {self.low:g} V and {self.high:g} V")
         return self
 
 

@@ -274,7 +274,7 @@ def _with_samples(blocks: Iterator[Block], channel: str, spoil: Spoil) -> Iterat
         try:
             values = as_samples(block.channels[channel])
         except TypeError as error:
-            told = f"{channel}: the samples are {error}, needed are real numbers"
+            told = f"{channel}: the samples are {error}, expected real numbers"
             raise DeviceRejectedError(told) from error
         spoilt = spoil(block.first_sample, values)
         yield replace(block, channels={**block.channels, channel: spoilt})

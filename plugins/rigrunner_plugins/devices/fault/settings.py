@@ -133,7 +133,7 @@ class FaultSettings(Settings):
             return
         if self.extent.dimension != wanted:
             raise ValueError(
-                f"'{self.kind}': extent: got '{self.extent}', needed is {with_article(wanted)}"
+                f"'{self.kind}': extent: got '{self.extent}', expected {with_article(wanted)}"
             )
 
 

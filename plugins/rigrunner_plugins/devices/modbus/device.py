@@ -150,7 +150,7 @@ class ModbusDevice(Driver):
         asked = f"read {wanted.table} {span(wanted.address, wanted.count)}{_of(wanted.unit_id)}"
         words = self.exchange(asked, lambda: self._line.read(wanted))
         if len(words) != wanted.count:  # of a played-back exchange
-            raise DeviceRejectedError(f"{asked}: {len(words)} came, needed are {wanted.count}")
+            raise DeviceRejectedError(f"{asked}: {len(words)} came, expected {wanted.count}")
         return words
 
     def read_identification(self) -> list[str]:

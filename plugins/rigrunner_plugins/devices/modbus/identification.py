@@ -49,7 +49,7 @@ def identify(settings: ModbusSettings, unit: Asks) -> Identity:
     for name, expected in wanted.expect.items():
         if texts[name] != expected:
             raise DeviceNotFoundError(
-                f"{settings.where} has the {name} '{texts[name]}', expected is '{expected}'",
+                f"{settings.where} has the {name} '{texts[name]}', expected '{expected}'",
                 hint="is it another instrument, or the station out of date?",
             )
     return Identity(

@@ -100,7 +100,7 @@ class Place(Settings):
         if len(given) != 1:
             got = " and ".join(given) or "none"
             raise ValueError(
-                f"needed is one of holding, input, coil, discrete and reference, got {got}"
+                f"expected one of holding, input, coil, discrete and reference, got {got}"
             )
         if self.reference is not None:
             _refer(self.reference)
@@ -138,7 +138,7 @@ class Number(Place):
         if self.table.of_bits and (self.type or self.bit is not None):
             raise ValueError(f"a {self.table} is one bit: it has neither type nor bit")
         if self.type is not None and self.bit is not None:
-            raise ValueError("type and bit are given, needed is one of them")
+            raise ValueError("type and bit are given, expected one of them")
         if self.address + self.count - 1 > 0xFFFF:  # noqa: PLR2004  (16 bits)
             raise ValueError(f"{self.count} registers from {self.address} end beyond 65535")
         return self

@@ -129,7 +129,7 @@ class ModbusChannel(Number, DeclaredChannel):
 
 
 class ModbusReading(Number, DeclaredReading):
-    """What is no number, and where it stands: a yes or no in a bit, texts, arrays in registers."""
+    """What is not a number, and its place: a yes or no in a bit, texts, arrays in registers."""
 
     text: Annotated[int, Field(ge=1, le=125)] | None = None
     """How many registers a text of two characters each takes."""
@@ -250,7 +250,7 @@ class ModbusSettings(SimulableSettings):
     channels: dict[QuantityName, ModbusChannel] = Field(default_factory=dict)
     """What is read, by name."""
     readings: dict[QuantityName, ModbusReading] = Field(default_factory=dict)
-    """What is read that is no number: a text, a yes or no, an array."""
+    """What is read that is not a number: a text, a yes or no, an array."""
     drives: dict[QuantityName, ModbusDrive] = Field(default_factory=dict)
     """In the order in which they are made safe."""
 
@@ -259,14 +259,14 @@ class ModbusSettings(SimulableSettings):
         given = [key for key in ("tcp", "rtu", "simulator") if getattr(self, key) is not None]
         if len(given) != 1:
             got = " and ".join(given) or "none"
-            raise ValueError(f"needed is one of tcp, rtu and simulator, got {got}")
+            raise ValueError(f"expected one of tcp, rtu and simulator, got {got}")
         if self.simulated != (self.simulator is not None):
             raise ValueError(
                 "simulator and 'simulated: yes' go together: got one without the other"
             )
         refuse_shared_names(self.channels, self.readings)
         if not self.channels and not self.drives and not self.readings:
-            raise ValueError("there are neither channels nor drives, needed is at least one")
+            raise ValueError("there are neither channels nor drives, expected at least one")
         if self.rtu is not None and not 1 <= self.unit_id <= _HIGHEST_ON_A_LINE:
             raise ValueError(f"unit_id is {self.unit_id}, allowed on a serial line is 1 to 247")
         return self

@@ -121,7 +121,7 @@ class OpcUa(Driver):
             if texts.get(part) != expected:
                 raise DeviceNotFoundError(
                     f"{self._settings.endpoint} has the {part} '{texts.get(part, '')}',"
-                    f" expected is '{expected}'",
+                    f" expected '{expected}'",
                     hint="is it another instrument, or the station out of date?",
                 )
         maker, model, serial, firmware = (texts.get(part) or _NOT_TOLD for part in _PARTS)
@@ -167,7 +167,7 @@ class OpcUa(Driver):
         known = next((each for each in TYPES if found and found[0] == each), None)
         if known is None or len(found) != 3:  # noqa: PLR2004  (type, unit, rights)
             what = found[0] if found else "nothing"
-            raise DeviceRejectedError(f"{node} holds {what}, needed is a number or a Boolean")
+            raise DeviceRejectedError(f"{node} holds {what}, expected a number or a Boolean")
         self._types[node] = known
         return known, found[1], found[2]
 
@@ -175,7 +175,7 @@ class OpcUa(Driver):
         asked = f"read {', '.join(each.node for each in nodes)}"
         numbers = self.exchange(asked, lambda: self._session.read(nodes))
         if len(numbers) != len(nodes):  # of a played-back exchange
-            raise DeviceRejectedError(f"{asked}: {len(numbers)} came, needed are {len(nodes)}")
+            raise DeviceRejectedError(f"{asked}: {len(numbers)} came, expected {len(nodes)}")
         return numbers
 
     def _write_one(self, write: Write) -> None:

@@ -95,7 +95,7 @@ async def _secure(client: Client, security: Security, folder: Path) -> None:
     except (ValueError, TypeError, ua.UaError) as error:
         raise DeviceRejectedError(
             f"the certificates of `security` cannot be used: {said(error)}",
-            hint="needed are X.509 certificates and a private key without a password, PEM or DER",
+            hint="expected X.509 certificates and a private key without a password, PEM or DER",
         ) from error
 
 

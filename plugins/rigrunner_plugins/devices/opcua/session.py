@@ -174,7 +174,7 @@ class Session:
             )
         value = None if found.Value is None else found.Value.Value
         if not isinstance(value, (bool, int, float)):
-            raise DeviceRejectedError(f"{node} holds {_shown(value)}, needed is a number")
+            raise DeviceRejectedError(f"{node} holds {_shown(value)}, expected a number")
         self._look_at_age(wanted, found)
         return float(value)
 

@@ -182,5 +182,5 @@ class OpcUaSettings(Settings):
     @model_validator(mode="after")
     def _is_complete(self) -> Self:
         if not self.channels and not self.drives:
-            raise ValueError("there are neither channels nor drives, needed is at least one")
+            raise ValueError("there are neither channels nor drives, expected at least one")
         return self

@@ -23,7 +23,7 @@ def step(type_: Type) -> float:
 def encode(number: float, type_: Type) -> bool | int | float:
     """Return the nearest value of that type; raise ValueError where the number does not fit."""
     if not math.isfinite(number):
-        raise ValueError(f"{number:g} is no number that can be written")
+        raise ValueError(f"{number:g} is not a number that can be written")
     if type_ == "Double":
         return number
     if type_ == "Float":

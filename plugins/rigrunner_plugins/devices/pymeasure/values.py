@@ -15,7 +15,7 @@ def number_of(value: object, name: str, item: int | None = None) -> float:
     one = _one_of(value, name, item)
     if not isinstance(one, SupportsFloat):
         raise DeviceRejectedError(
-            f"the property {name} gives {shown(str(one))}, which is no number"
+            f"the property {name} gives {shown(str(one))}, which is not a number"
         )
     number = float(one)
     if not abs(number) < OVERLOAD:

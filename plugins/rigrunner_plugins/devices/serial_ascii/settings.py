@@ -25,7 +25,7 @@ class LineChannel(DeclaredChannel, NumberInText):
 
 
 class LineReading(ReadingInText):
-    """What stands in every line and is no number."""
+    """What stands in every line and is not a number."""
 
 
 class SerialAsciiSettings(SimulableSettings):
@@ -42,7 +42,7 @@ class SerialAsciiSettings(SimulableSettings):
     channels: Annotated[dict[QuantityName, LineChannel], Field(min_length=1)]
     """What every line holds."""
     readings: dict[QuantityName, LineReading] = Field(default_factory=dict)
-    """What every line holds beside them that is no number: a text, a yes or no, an array."""
+    """What every line holds beside them that is not a number: a text, a yes or no, an array."""
     example: str = ""
     """A line as the instrument's manual has it: refused unless every channel can be read."""
     ignore: Regex = ""
@@ -89,7 +89,7 @@ class SerialAsciiSettings(SimulableSettings):
         }
 
     def readings_in(self, line: str) -> dict[str, Reading]:
-        """Return what is no number of a line; raise DeviceRejectedError."""
+        """Return what is not a number of a line; raise DeviceRejectedError."""
         return {
             name: reading.reading_in(line, f"for {name}, a line")
             for name, reading in self.readings.items()

@@ -63,7 +63,7 @@ class TabulatedSettings(Settings):
         missing = [name for name in self.set_points if name not in self.columns]
         if missing:
             raise ValueError(
-                f"set_points names '{missing[0]}', which is no column;"
+                f"set_points names '{missing[0]}', which is not a column;"
                 f" the first row has: {', '.join(self.columns)}"
             )
         if not self.channels:
@@ -94,5 +94,5 @@ class TabulatedSettings(Settings):
             wanted = self.rows[0][name].dimension
             if value.dimension != wanted:
                 raise ValueError(
-                    f"row {number}, {name}: got '{value}', needed is {with_article(wanted)}"
+                    f"row {number}, {name}: got '{value}', expected {with_article(wanted)}"
                 )

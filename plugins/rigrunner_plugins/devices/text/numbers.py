@@ -93,8 +93,7 @@ class NumberInText(Settings):
             return
         wanted = f"'{self.unit_in_answer}'" if self.unit_in_answer else "nothing more"
         raise DeviceRejectedError(
-            f"{what} is {shown(text)}: behind the number stands {shown(rest)},"
-            f" expected is {wanted}",
+            f"{what} is {shown(text)}: behind the number stands {shown(rest)}, expected {wanted}",
             hint="a unit? set the instrument to the station's, or change `unit_in_answer`"
             " together with `unit`",
         )

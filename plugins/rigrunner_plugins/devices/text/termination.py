@@ -22,7 +22,7 @@ def _characters(text: str) -> str:
         return NAMES[text]
     if text and all(character < " " for character in text):
         return text
-    raise ValueError(f"got '{text}', allowed are: {', '.join(NAMES)}")
+    raise ValueError(f"got '{text}', expected one of: {', '.join(NAMES)}")
 
 
 Termination = Annotated[str, AfterValidator(_characters)]

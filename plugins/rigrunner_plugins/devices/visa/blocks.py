@@ -24,7 +24,7 @@ def digits_of_length(start: bytes, query: str) -> int:
 
 
 def data_length(digits: bytes, query: str) -> int:
-    """Return how many bytes of data follow; raise DeviceRejectedError for what is no number."""
+    """Return how many bytes of data follow; raise DeviceRejectedError for what is not a number."""
     if not digits.isdigit():
         raise DeviceRejectedError(
             f"the block that answers '{query}' says {digits!r} where its length should be"

@@ -66,7 +66,7 @@ class Visa(CommandedDriver):
         return self._number(asked.query, asked)
 
     def get_reading(self, reading: str) -> Reading:
-        """Ask for what is no number."""
+        """Ask for what is not a number."""
         asked = self._settings.readings[reading]
         answer = self.ask(asked.query)
         try:

@@ -26,8 +26,8 @@ def samples_in(data: bytes, stream: Stream, query: str) -> Array:
     channels = len(stream.channels)
     if numbers.size % channels:
         raise DeviceRejectedError(
-            f"'{query}' gives {numbers.size} numbers, which is no multiple of {channels} channels:"
-            f" {', '.join(stream.channels)}",
+            f"'{query}' gives {numbers.size} numbers, which is not a multiple of {channels}"
+            f" channels: {', '.join(stream.channels)}",
             hint="which channels does the instrument record?",
         )
     values = numbers.reshape(-1, channels)
@@ -53,7 +53,7 @@ def _numbers(data: bytes, stream: Stream, query: str) -> Array:
     if len(data) % size:
         raise DeviceRejectedError(
             f"the block that answers '{query}' has {len(data)} bytes,"
-            f" which is no multiple of the {size} of {stream.format}",
+            f" which is not a multiple of the {size} of {stream.format}",
             hint="is `format` right?",
         )
     order = "<" if stream.byte_order == "little" else ">"

@@ -68,7 +68,7 @@ class VisaChannel(DeclaredChannel, NumberInText):
 
 
 class VisaReading(ReadingInText):
-    """What is asked for that is no number."""
+    """What is asked for that is not a number."""
 
     query: Command
     """What the instrument is asked for it."""
@@ -136,7 +136,7 @@ class Stream(Settings):
             raise ValueError(f"format {self.format} needs byte_order: little or big")
         if self.samples > self.rate * LONGEST_BLOCK_S:
             raise ValueError(
-                f"{self.samples} samples take {self.samples / self.rate:g} s; allowed are"
+                f"{self.samples} samples take {self.samples / self.rate:g} s, expected at most"
                 f" {LONGEST_BLOCK_S:g} s, since a stop is looked at between blocks"
             )
         if len(set(self.channels)) < len(self.channels):
@@ -175,7 +175,7 @@ class VisaSettings(SimulableSettings):
     channels: dict[QuantityName, VisaChannel] = Field(default_factory=dict)
     """What can be read."""
     readings: dict[QuantityName, VisaReading] = Field(default_factory=dict)
-    """What can be read that is no number: a text, a yes or no, an array."""
+    """What can be read that is not a number: a text, a yes or no, an array."""
     drives: dict[QuantityName, VisaDrive] = Field(default_factory=dict)
     """What can be set, in the order of making safe."""
     safe_commands: ListOf[Command] = ()
@@ -200,7 +200,7 @@ class VisaSettings(SimulableSettings):
                 f"termination is none, but on {self.resource} nothing else ends a message"
             )
         if self.serial != SerialLine() and not self.resource.startswith("ASRL"):
-            raise ValueError(f"serial is said, but {self.resource} is no serial line (ASRL)")
+            raise ValueError(f"serial is said, but {self.resource} is not a serial line (ASRL)")
         unknown = [
             name
             for name in (self.stream.channels if self.stream else ())

@@ -119,15 +119,15 @@ def parse_certificate(text: str | bytes, name: str) -> Certificate:
         found = Certificate.model_validate_json(text)
         json.loads(text, object_pairs_hook=_once)
     except _TwiceError as error:  # of two members of one name some programs read the first
-        raise DataError(f"{name} is no certificate: '{error}' is there twice") from error
+        raise DataError(f"{name} is not a certificate: '{error}' is there twice") from error
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(step) for step in first["loc"])
         count = error.error_count()
         more = f" (and {count - 1} more)" if count > 1 else ""
         raise DataError(
-            f"{name} is no certificate: {f'{where}: ' if where else ''}{first['msg']}{more}",
-            hint="needed is the JSON file that 'rigrunner certify' wrote",
+            f"{name} is not a certificate: {f'{where}: ' if where else ''}{first['msg']}{more}",
+            hint="expected the JSON file that 'rigrunner certify' wrote",
         ) from error
     return found
 

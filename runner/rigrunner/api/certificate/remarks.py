@@ -1,4 +1,4 @@
-"""What is said besides the results: opinions, deviations, why it is no certificate."""
+"""What is said besides the results: opinions, deviations, why it is not a certificate."""
 
 from __future__ import annotations
 

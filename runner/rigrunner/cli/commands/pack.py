@@ -31,7 +31,7 @@ def command(run: str, runs: Path, out: Path | None) -> None:
     folder = find_run(run, runs)
     if not folder.is_dir():
         raise UsageError(
-            f"{folder} is no run folder", hint="the folder is packed with all its files"
+            f"{folder} is not a run folder", hint="the folder is packed with all its files"
         )
     target = out or Path(f"{folder.resolve().name}.zip")
     contents = pack(folder, target)

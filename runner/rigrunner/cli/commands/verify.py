@@ -78,7 +78,8 @@ def command(
         found = verify_certificate(Path(what), means)
     elif run is not None:
         raise UsageError(
-            f"'{what}' is no certificate", hint=f"it is a file {', '.join(FORMS)}, before the run"
+            f"'{what}' is not a certificate",
+            hint=f"it is a file {', '.join(FORMS)}, before the run",
         )
     else:
         found = verify_run(_run(what, runs), registry)

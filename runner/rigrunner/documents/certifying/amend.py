@@ -61,7 +61,7 @@ def amend(
     """Issue a document that replaces the one at a path (its JSON, or a form beside that).
 
     Raises UsageError for what is missing, was replaced before or changes nothing it could, and
-    DataError if the original is no certificate or not what was issued.
+    DataError if the original is not a certificate or not what was issued.
     """
     if not request.reason.strip():
         raise UsageError("an amendment needs its --reason")

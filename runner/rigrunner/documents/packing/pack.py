@@ -70,7 +70,7 @@ def _listed(folder: Path) -> Iterator[PackedFile]:
         if is_hidden(name):  # such as what a file manager leaves; `unpack` would not take it
             continue
         if path.is_symlink() or not (path.is_file() or path.is_dir()):
-            raise DataError(f"{path} is no regular file", hint="take it out of the run folder")
+            raise DataError(f"{path} is not a regular file", hint="take it out of the run folder")
         if path.is_dir() or name in _LEFT_OUT:
             continue
         if not is_safe(name):

@@ -28,7 +28,7 @@ def unpack(packed: Path, runs: Path) -> Path:
     """Take a packed run into a folder of runs, and return its run folder.
 
     It appears whole or not at all. Raises UsageError where a run of that name is there already, and
-    DataError for a file that is no packed run, or of which anything does not match its digests.
+    DataError for a file that is not a packed run, or of which anything does not match its digests.
     """
     with _opened(packed) as file:
         contents = _contents(packed, file)
@@ -117,7 +117,7 @@ def _opened(packed: Path) -> Iterator[ZipFile]:
         with ZipFile(packed) as file:
             yield file
     except (BadZipFile, EOFError, NotImplementedError) as error:
-        raise DataError(f"{packed} is no packed run, or is damaged: {error}") from error
+        raise DataError(f"{packed} is not a packed run, or is damaged: {error}") from error
     except FileNotFoundError as error:
         raise UsageError(f"there is no {packed}") from error
     except OSError as error:

@@ -64,7 +64,7 @@ class Means:
 def verify_certificate(path: Path, means: Means) -> Verification:
     """Check every form of a document, its signature, its run, and each number against the run.
 
-    Raises UsageError where there is no such file, and DataError where it is no certificate.
+    Raises UsageError where there is no such file, and DataError where it is not a certificate.
     """
     found = Verification()
     forms = list(read_forms(found, path))
@@ -82,7 +82,7 @@ def _refuse_others(path: Path, forms: Sequence[Form]) -> None:
     content = next((each.content for each in forms if each.path == path), b"")
     if not any(mark in content for mark in _MARKS):
         raise DataError(
-            f"{path} is no certificate: it has neither a seal nor a certificate's content",
+            f"{path} is not a certificate: it has neither a seal nor a certificate's content",
             hint="'rigrunner certify' makes certificates; reports and results have no seal",
         )
 
@@ -292,4 +292,4 @@ def _date(text: str) -> date | None:
     try:
         return date.fromisoformat(text)
     except ValueError as error:
-        raise DataError(f"item.received: '{text}' is no date") from error
+        raise DataError(f"item.received: '{text}' is not a date") from error

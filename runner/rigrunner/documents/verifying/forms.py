@@ -57,7 +57,7 @@ def paths_of(certificate: Path) -> list[Path]:
     """
     if certificate.suffix not in FORMS or certificate.name.endswith(SIGNATURE_SUFFIX):
         raise UsageError(
-            f"{certificate} is no certificate", hint=f"it is a file {', '.join(FORMS)}"
+            f"{certificate} is not a certificate", hint=f"it is a file {', '.join(FORMS)}"
         )
     if not certificate.is_file():
         raise UsageError(f"there is no certificate {certificate}")

@@ -88,7 +88,7 @@ class Jog:
         value = _quantity(text, info)
         if not info.minimum <= value <= info.maximum:
             allowed = f"{info.minimum:g} to {info.maximum:g} {info.unit}"
-            raise UsageError(f"{drive} cannot be set to {text}", hint=f"allowed: {allowed}")
+            raise UsageError(f"{drive}: {text} is out of range ({allowed})")
         self.look()
         action = SetDrive(self.role, drive, value, info.unit)
         what = f"set {drive} {text}"

@@ -81,7 +81,7 @@ def _wrong(package: str, found: dict[str, str], bounds: str) -> str:
         return f"{package} is missing"
     for sign, bound in _BOUND.findall(bounds):
         if sign == ">=" and numbers(installed) < numbers(bound):
-            return f"{package} {installed} is too old: needed is {bound}"
+            return f"{package} {installed} is too old: expected {bound}"
         if sign == "<" and numbers(installed) >= numbers(bound):
             return f"{package} {installed} is too new: tested is what comes before {bound}"
     return ""

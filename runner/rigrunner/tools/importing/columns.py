@@ -91,14 +91,14 @@ def _columns(
         place = error.location or Location(str(mapping.file(part.file)))
         raise fault(mapping, path, f"{place}: {error.message}", error.hint) from error
     if not isinstance(found, Mapping):
-        raise _not_given(mapping, f"{type(found).__name__}, needed is a Column for each name")
+        raise _not_given(mapping, f"{type(found).__name__}, expected a Column for each name")
     return {name: _checked(mapping, name, found.get(name)) for name in asked}
 
 
 def _checked(mapping: LoadedMapping, name: str, column: object) -> Column:
     """Return a column as an importer must give it; raise PluginError."""
     if not isinstance(column, Column):
-        raise _not_given(mapping, f"{column!r} for '{name}', needed is a Column")
+        raise _not_given(mapping, f"{column!r} for '{name}', expected a Column")
     try:
         values = as_samples(column.values)
     except TypeError as error:

@@ -69,7 +69,7 @@ Moment = Annotated[
         {
             "type": "string",
             "pattern": r"^\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d+)?)?(Z|[+-]\d\d:\d\d)$",
-            "errorMessage": "needed is a time with its zone, such as 2026-01-31T09:15:00+01:00",
+            "errorMessage": "expected a time with its zone, such as 2026-01-31T09:15:00+01:00",
         }
     ),
 ]

@@ -136,7 +136,7 @@ NOT_APPLICABLE: dict[tuple[str, str], set[str]] = {
 }
 
 
-NOT_APPLICABLE |= {  # none is tried with settings by which it tells what is no number
+NOT_APPLICABLE |= {  # none is tried with settings by which it tells what is not a number
     ("device", name): {*NOT_APPLICABLE.get(("device", name), ()), "readings_are_told"}
     for name in REGISTRY.names("device")
 }

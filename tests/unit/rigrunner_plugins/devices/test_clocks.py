@@ -297,7 +297,7 @@ def test_a_part_with_complex_samples_is_named(part):
             yield replace(block, channels=spoilt)
 
     sampler.stream = imaginary
-    with pytest.raises(DeviceRejectedError, match="the samples are complex128, needed are real"):
+    with pytest.raises(DeviceRejectedError, match="the samples are complex128, expected real"):
         bench.recorded()
 
 

@@ -264,7 +264,7 @@ def test_a_load_that_the_cell_does_not_see_is_not_reached():
 def test_a_drive_is_not_set_beyond_its_limits():
     bench = Bench()
     device = bench.connected()
-    with pytest.raises(DeviceRejectedError, match=r"load cannot be set to 4000 N \(allowed: 0 to"):
+    with pytest.raises(DeviceRejectedError, match=r"load: 4000 N is out of range \(0 to"):
         device.begin("load", 4000.0)
     assert not [call for call in bench.press.calls if "begin" in call]
 

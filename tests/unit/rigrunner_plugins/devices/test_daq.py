@@ -152,7 +152,7 @@ def test_it_says_who_it_is_and_refuses_another_one(bench):
     assert (identity.serial, identity.firmware) == ("1A2B3C4", "NI-DAQmx 26.0.0")
     assert not identity.simulated
     bench({"expect": {"model": "NI 9237", "serial": "1a2b3c4"}})
-    with pytest.raises(DeviceNotFoundError, match="has the serial '1A2B3C4', expected is '99'"):
+    with pytest.raises(DeviceNotFoundError, match="has the serial '1A2B3C4', expected '99'"):
         bench({"expect": {"serial": "99"}})
 
 
@@ -389,7 +389,7 @@ def test_the_names_of_its_errors_are_those_of_the_library():
             [{"ratio": "2 mV/V", "torque": "10 N·m"}, {"ratio": "2 mV/V", "torque": "20 N·m"}],
             "have to rise, or fall, together",
         ),
-        (("channels", "load", "low"), "20 V", "needed is low < high"),
+        (("channels", "load", "low"), "20 V", "expected low < high"),
         (("drives", "frequency", "read_back"), "speed", "no channel 'speed'"),
     ],
 )

@@ -278,7 +278,7 @@ def test_chance_follows_from_the_seed_and_not_from_the_order():
     ("fault", "message"),
     [
         ({"kind": "spikes"}, "'spikes' needs an extent: a quantity in the channel's unit"),
-        ({"kind": "gap", "extent": "1 N"}, "got '1 N', needed is a time"),
+        ({"kind": "gap", "extent": "1 N"}, "got '1 N', expected a time"),
         ({"kind": "lost", "extent": "1 s"}, "'lost' has no extent"),
         ({"kind": "clipped", "on": "set", "extent": "1 N·m"}, "does not affect 'set'"),
         ({"kind": "noise", "extent": "1 N"}, "got a force, torque takes a torque"),

@@ -101,7 +101,7 @@ def test_it_says_who_it_is_and_another_one_is_refused(server):
     unit.close()
     assert (identity.maker, identity.model, identity.firmware) == ("Rigrunner", "SIM-VFD", "1.0")
     other = device(settings(server, identification={**standard, "expect": {"model": "FC-51"}}))
-    with pytest.raises(DeviceNotFoundError, match="the model 'SIM-VFD', expected is 'FC-51'"):
+    with pytest.raises(DeviceNotFoundError, match="the model 'SIM-VFD', expected 'FC-51'"):
         other.connect(2.0)
     assert threading.active_count() == before
 

@@ -101,7 +101,7 @@ def test_where_a_number_stands(given_, table, address):
 @pytest.mark.parametrize(
     ("given_", "told"),
     [
-        ({}, "needed is one of holding, input, coil, discrete and reference, got none"),
+        ({}, "expected one of holding, input, coil, discrete and reference, got none"),
         ({"holding": 1, "input": 1}, "got holding and input"),
         ({"reference": 40000}, "counted from 1"),
         ({"reference": 3}, "counted from 1"),

@@ -32,8 +32,8 @@ def test_the_defaults_are_those_of_the_standards():
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        ({"channels": CHANNEL}, "needed is one of tcp, rtu and simulator"),
-        (settings(rtu={"port": "COM3"}), "needed is one of tcp, rtu and simulator"),
+        ({"channels": CHANNEL}, "expected one of tcp, rtu and simulator"),
+        (settings(rtu={"port": "COM3"}), "expected one of tcp, rtu and simulator"),
         (TCP, "neither channels nor drives"),
         ({"rtu": {"port": "COM3"}, "unit_id": 248, "channels": CHANNEL}, "1 to 247"),
         (settings(unit_id=256), "less than or equal to 255"),

@@ -121,7 +121,7 @@ def test_it_says_who_it_is(bench):
     unit.close()
     assert (identity.maker, identity.serial) == ("FreeOpcUa", "bench 7")
     told = refused(bench, identification={**identification, "expect": {"serial": "bench 8"}})
-    assert "has the serial 'bench 7', expected is 'bench 8'" in told
+    assert "has the serial 'bench 7', expected 'bench 8'" in told
 
 
 @pytest.mark.parametrize("mode", ["sign", "sign_and_encrypt"])

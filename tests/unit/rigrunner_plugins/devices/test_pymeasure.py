@@ -163,7 +163,7 @@ class TestWhatASocketSays:
     @pytest.mark.parametrize(
         ("answer", "told"),
         [
-            (b"OVERFLOW\n", "the property voltage gives 'OVERFLOW', which is no number"),
+            (b"OVERFLOW\n", "the property voltage gives 'OVERFLOW', which is not a number"),
             (b"+9.90000000E+37\n", r"gives 9\.9e\+37: overload"),
             (b"1,2,3\n", "gives 3 values.*`item`"),
         ],

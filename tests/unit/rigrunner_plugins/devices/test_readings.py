@@ -1,4 +1,4 @@
-"""What instruments tell that is no number: in texts, in Modbus, and by whoever breaks the rules."""
+"""Readings that are not numbers: in texts, in Modbus, and by devices that break the rules."""
 
 from __future__ import annotations
 
@@ -193,7 +193,7 @@ def test_the_rig_takes_nothing_of_another_kind(kind, value, needed):
     rig.connect()
     with pytest.raises(DeviceRejectedError) as caught:
         rig.observe("role", ["x"])
-    assert caught.value.hint == f"needed is {needed}"
+    assert caught.value.hint == f"expected {needed}"
 
 
 def test_the_rig_names_what_it_was_told():

@@ -188,7 +188,7 @@ class TestRubbish:
     def test_another_unit(self):
         with cell(make=lambda n: line(n).replace(b"kN", b"lbf")) as device:
             told = r"[3-9] lines in a row are not understood; the last: for load, a line is '.*':"
-            told += r" behind the number stands 'lbf', expected is 'kN'"
+            told += r" behind the number stands 'lbf', expected 'kN'"
             with pytest.raises(DeviceRejectedError, match=told):
                 device.connect(1.0)
 
@@ -451,7 +451,7 @@ def test_the_trial_of_the_record():
         ({"channels": {}}, "channels"),
         ({"request": "P"}, "rate is of lines that come by themselves"),
         ({"simulated": "yes"}, "needs an example"),
-        ({"example": "1.0 lbf; 2 Nm"}, "example: for load, a line is .* 'lbf', expected is 'kN'"),
+        ({"example": "1.0 lbf; 2 Nm"}, "example: for load, a line is .* 'lbf', expected 'kN'"),
         ({"serial": {"parity": "evn"}}, "parity"),
         ({"ignore": "("}, "no regular expression"),
     ],

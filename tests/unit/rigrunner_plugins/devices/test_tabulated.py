@@ -60,7 +60,10 @@ def test_a_set_point_can_be_the_frequency_of_a_motion():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"set_points": ["load", "speed"]}, "'speed', which is no column.*load, frequency, torque"),
+        (
+            {"set_points": ["load", "speed"]},
+            "'speed', which is not a column.*load, frequency, torque",
+        ),
         ({"set_points": ["load", "frequency", "torque"]}, "nothing to read"),
         ({"cycle_frequency": "torque"}, "'torque', which is not among set_points"),
         ({"rows": [*ROWS, ROWS[0]]}, "rows 1 and 4 have the same set-points"),
@@ -75,7 +78,7 @@ def test_a_set_point_can_be_the_frequency_of_a_motion():
         ({"rows": [*ROWS, {"load": "2 N"}]}, "row 4 has load; the first row has load, frequency"),
         (
             {"rows": [ROWS[0], ROWS[1] | {"torque": "2.2 N"}]},
-            "row 2, torque: got '2.2 N', needed is a torque",
+            "row 2, torque: got '2.2 N', expected a torque",
         ),
         ({"rows": []}, "at least 1"),
         ({"rows": [ROWS[0] | {"torque": 0.83}]}, "not a number with a unit"),

@@ -113,7 +113,7 @@ def test_line_ends_by_name_or_as_they_are(named, characters):
 
 @pytest.mark.parametrize("wrong", ["crlf", "", "LF ", ";", "\\n"])
 def test_other_line_ends_are_refused(wrong):
-    with pytest.raises(ValidationError, match="allowed are: LF, CR, CRLF"):
+    with pytest.raises(ValidationError, match="expected one of: LF, CR, CRLF"):
         ENDING.validate_python(wrong)
 
 

@@ -258,7 +258,7 @@ class TestAnswersThatAreWrong:
         [
             (
                 "12.0 Nm",
-                r"behind the number stands 'Nm', expected is 'mNm'.*change `unit_in_answer`",
+                r"behind the number stands 'Nm', expected 'mNm'.*change `unit_in_answer`",
             ),
             ("1,5 mNm", r"behind the number stands ',5 mNm'"),
             ("OVER", "'OVER' is no decimal number"),
@@ -439,7 +439,7 @@ class TestAcknowledgedCommands:
     [
         ({"resource": "COM3"}, "got 'COM3', expected a VISA name such as TCPIP::192"),
         ({"resource": "192.168.0.7:5025"}, "expected a VISA name"),
-        ({"termination": "CLRF"}, "got 'CLRF', allowed are: LF, CR, CRLF"),
+        ({"termination": "CLRF"}, "got 'CLRF', expected one of: LF, CR, CRLF"),
         ({"termination": None}, "termination: Field required"),
         ({"termination": "none"}, "nothing else ends a message"),
         ({"backend": "@evil"}, "got '@evil', expected @py, @ivi or FILE.yaml@sim"),
@@ -447,7 +447,7 @@ class TestAcknowledgedCommands:
         ({"backend": "@sim"}, "backend @sim is a simulation: say 'simulated: yes'"),
         ({"simulated": "yes"}, "backend @py talks to an instrument: simulated needs @sim"),
         ({"serial": {"baud": 9600, "parity": "even"}}, "is no serial line"),
-        ({"identification": {"expect": "(ACME"}}, "is no regular expression"),
+        ({"identification": {"expect": "(ACME"}}, "is not a regular expression"),
         ({"channels": {}, "drives": {}}, "neither channels nor drives"),
         ({"channels": {"torque": {"query": "T?", "unit": "N·m", "pattern": "T=.*"}}}, "one group"),
         ({"channels": {"t": {"query": "T?", "unit": "K", "pattern": "(.*)", "field": 2}}}, "two"),

@@ -189,7 +189,7 @@ def test_without_trouble_the_run_completes(device, tester):
         pytest.param(
             Trouble("MEAS:LOAD?", 0, b"12.0 kN\n"),
             DeviceRejectedError,
-            r"behind the number stands 'kN', expected is nothing more",
+            r"behind the number stands 'kN', expected nothing more",
             id="another unit",
         ),
         pytest.param(

@@ -42,9 +42,9 @@ def test_real_numbers_become_float64_in_si(values):
 @pytest.mark.parametrize(
     ("found", "said"),
     [
-        (None, "NoneType, needed is a Column for each name"),
-        ({}, "None for 'tester.torque', needed is a Column"),
-        ({TORQUE: GOOD}, "needed is a Column"),
+        (None, "NoneType, expected a Column for each name"),
+        ({}, "None for 'tester.torque', expected a Column"),
+        ({TORQUE: GOOD}, "expected a Column"),
         ({TORQUE: Column(GOOD + 1j)}, "values that are complex128"),
         ({TORQUE: Column(np.ma.array(GOOD, mask=GOOD > 5))}, "values that are masked"),
         ({TORQUE: Column(GOOD.astype(str))}, "values that are <U32"),

@@ -147,5 +147,5 @@ def test_a_quantity_says_its_units_and_bounds(procedure):
     assert window["description"].endswith(
         "Angle in rad or mrad or deg, more than 0. Default: 1 deg."
     )
-    message = "needed is a number with its unit: rad, mrad, deg"
+    message = "expected a number with its unit: rad, mrad, deg"
     assert procedure["$defs"]["angle"]["errorMessage"] == message

@@ -133,5 +133,5 @@ def _of(channels: Mapping[str, Array], names: Sequence[str]) -> Iterator[Array]:
         try:
             yield as_samples(channels.get(name, ()))
         except TypeError as error:
-            told = f"{name}: the samples are {error}, needed are real numbers"
+            told = f"{name}: the samples are {error}, expected real numbers"
             raise DeviceRejectedError(told) from error
