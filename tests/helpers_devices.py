@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.devices import StopToken
     from rigrunner.api.events import Event
-    from rigrunner.engine import Pauses, RunSummary, Seam
+    from rigrunner.engine import Pauses, ResumePoint, RunSummary
 
 RATE_HZ = 1000.0
 BLOCK = 100
@@ -190,7 +190,7 @@ def run(
     answers: object = None,
     clock: SimulatedClock | None = None,
     pauses: Pauses | None = None,
-    seam: Seam | None = None,
+    resume_at: ResumePoint | None = None,
     inputs: Mapping[str, str] | None = None,
     results: object = None,
 ) -> RunSummary:
@@ -207,7 +207,7 @@ def run(
         stop or threading.Event(),
         "test-run",
         pauses=pauses,
-        seam=seam,
+        resume_at=resume_at,
         inputs=inputs or {},
         results=results,
     )

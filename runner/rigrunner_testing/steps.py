@@ -13,7 +13,7 @@ from rigrunner.api.errors import DataError, InvalidFileError
 from rigrunner.api.events import Outcome, StepEnded, StepStarted
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
-from rigrunner.engine import UnattendedAnswers, find_seam, run_plan
+from rigrunner.engine import UnattendedAnswers, find_resume_point, run_plan
 from rigrunner.plan import make_plan, plan_text
 from rigrunner.procedure import parse_procedure, step_kinds
 from rigrunner.registry import load_registry
@@ -182,10 +182,10 @@ def is_resumed_or_refuses(subject: Subject) -> None:
     failed = [each.index for each in done.events if isinstance(each, StepEnded) and not each.ok]
     demand(failed, "it ended as if it was done, though it was stopped in the middle")
     try:
-        seam = find_seam(done.plan.steps, done.events, "the kit")
+        resume_at = find_resume_point(done.plan.steps, done.events, "the kit")
     except DataError:
         return
-    again = {*seam.before, *range(seam.start, len(done.plan.steps))}
+    again = {*resume_at.before, *range(resume_at.start, len(done.plan.steps))}
     demand(failed[0] in again, "a resumed run would not do it again, nor refuse to")
 
 

@@ -220,8 +220,8 @@ def test_a_run_that_was_killed_after_it_brings_the_drive_back_and_measures_nothi
     assert [one.point for one in resumed.events if isinstance(one, Scanned)] == [0, 1, 2, 3]
     (record,) = resumed.recordings
     assert record.conditions["tester.load"] == pytest.approx(1000.0, abs=3)
-    (seam,) = [one for one in resumed.events if isinstance(one, Intervention)]
-    assert seam.subject.endswith("; rows measured before: 4")
+    (resume_at,) = [one for one in resumed.events if isinstance(one, Intervention)]
+    assert resume_at.subject.endswith("; rows measured before: 4")
     ends = [one for one in resumed.events if isinstance(one, StepEnded) and one.index == 1]
     assert [one.action for one in ends] == ["scan", "set"]
 

@@ -51,7 +51,7 @@ class Mutant:
     path: str
     """Relative to the root of the sources, with '/'."""
     scope: str
-    """The function or class that it is in, such as 'HeldDrive.move'."""
+    """The function or class that it is in, such as 'ConnectedDrive.move'."""
     operator: str
     old: str
     new: str

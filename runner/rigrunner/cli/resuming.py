@@ -12,7 +12,7 @@ from rigrunner.run.resume import how_it_ended
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.engine import Seam
+    from rigrunner.engine import ResumePoint
     from rigrunner.plan import Plan
     from rigrunner.run.resume import ResumableRun
     from rigrunner.runfile import StoredRun
@@ -22,10 +22,10 @@ def tell_resumable(run: ResumableRun) -> None:
     """Say on stderr what is on the disk and what comes next."""
     message(f"{run.stored.header.run_id}: {how_it_ended(run.stored)}")
     message(on_disk(run.stored))
-    if run.seam is None:
+    if run.resume_at is None:
         message("  the run had come to its end: only analysis, file and report are missing")
         return
-    for line in _next(run.planned.plan, run.seam):
+    for line in _next(run.planned.plan, run.resume_at):
         message(f"  {line}")
 
 
@@ -42,13 +42,14 @@ def on_disk(stored: StoredRun) -> str:
     return "\n".join(f"  {line}" for line in lines)
 
 
-def _next(plan: Plan, seam: Seam) -> Iterator[str]:
-    if seam.before:
-        again = (brought_back(plan.steps[index]).text for index in seam.before)
+def _next(plan: Plan, resume_at: ResumePoint) -> Iterator[str]:
+    if resume_at.before:
+        again = (brought_back(plan.steps[index]).text for index in resume_at.before)
         yield f"once more: {'; '.join(again)}"
-    if seam.start < len(plan.steps):
-        step = plan.steps[seam.start]
-        yield f"goes on at {step.path}: {step.text} (step {seam.start + 1} of {len(plan.steps)})"
+    if resume_at.start < len(plan.steps):
+        step = plan.steps[resume_at.start]
+        number, count = resume_at.start + 1, len(plan.steps)
+        yield f"goes on at {step.path}: {step.text} (step {number} of {count})"
 
 
 def _names(names: tuple[str, ...]) -> str:

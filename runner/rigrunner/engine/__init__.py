@@ -4,8 +4,14 @@ from rigrunner.engine.answers import AnswerSource, UnattendedAnswers
 from rigrunner.engine.by_hand import run_by_hand
 from rigrunner.engine.overrides import Override
 from rigrunner.engine.pausing import Choice, Decision, Interference, Paused, Pauses, StopNow
+from rigrunner.engine.resume_point import (
+    ResumePoint,
+    brought_back,
+    find_resume_point,
+    passed_over,
+    streams_before,
+)
 from rigrunner.engine.run import RunSummary, run_plan
-from rigrunner.engine.seam import Seam, brought_back, find_seam, passed_over, streams_before
 
 __all__ = [
     "AnswerSource",
@@ -15,12 +21,12 @@ __all__ = [
     "Override",
     "Paused",
     "Pauses",
+    "ResumePoint",
     "RunSummary",
-    "Seam",
     "StopNow",
     "UnattendedAnswers",
     "brought_back",
-    "find_seam",
+    "find_resume_point",
     "passed_over",
     "run_by_hand",
     "run_plan",

@@ -14,7 +14,7 @@ from rigrunner.engine.notes import Notes
 from rigrunner.engine.pausing import PauseWantedError
 from rigrunner.engine.run import Run
 from rigrunner.engine.session import Session
-from rigrunner.engine.tries import do_step
+from rigrunner.engine.step_attempts import do_step
 from rigrunner.plan.actions import Plan
 
 if TYPE_CHECKING:

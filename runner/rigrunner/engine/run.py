@@ -24,9 +24,9 @@ from rigrunner.engine.interlocks import Guard, InterlockError
 from rigrunner.engine.notes import Notes
 from rigrunner.engine.pausing import Choice, Forbearing, PauseWantedError, StopNow
 from rigrunner.engine.points import point_at, point_name, settles_before, teardowns_within
-from rigrunner.engine.seam import brought_back
+from rigrunner.engine.resume_point import brought_back
 from rigrunner.engine.session import Session
-from rigrunner.engine.tries import Done, do_step
+from rigrunner.engine.step_attempts import Done, do_step
 from rigrunner.plan.actions import Phase
 from rigrunner.rig import problems_text, unsafe_text
 
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from rigrunner.engine.answers import AnswerSource
     from rigrunner.engine.overrides import Override
     from rigrunner.engine.pausing import Decision, Interference, Pauses
-    from rigrunner.engine.seam import Seam
+    from rigrunner.engine.resume_point import ResumePoint
     from rigrunner.plan.actions import Plan, PlannedStep
     from rigrunner.rig import Rig, SafetyReport
 
@@ -83,7 +83,7 @@ def run_plan(  # noqa: PLR0917  (the things that a run is made of)
     overrides: Sequence[Override] = (),
     *,
     pauses: Pauses | None = None,
-    seam: Seam | None = None,
+    resume_at: ResumePoint | None = None,
     before: Sequence[Interference] = (),
     watches_drives: bool = True,
     inputs: Mapping[str, str] = NONE,
@@ -93,21 +93,21 @@ def run_plan(  # noqa: PLR0917  (the things that a run is made of)
 
     Whatever happens, Ctrl-C and the failure of a critical sink included: every teardown step is
     tried, and then the rig is made safe. `StopNow` alone skips the teardown. Without `pauses`
-    whatever asks for a pause aborts the run. With a `seam` an interrupted run is resumed there.
+    whatever asks for a pause aborts the run. With `resume_at` an interrupted run is resumed.
     What happened `before` it is put on record with its start. `watches_drives`: they are read back
     beside each reading; not in the replay of a tape that has none of that. `inputs` are the answers
     that conditions look at, and `results` computes a result for them. Connecting and closing the
     rig is the caller's.
     """
-    emit = Emitter(bus, clock, 0 if seam is None else seam.next_seq)
+    emit = Emitter(bus, clock, 0 if resume_at is None else resume_at.next_seq)
     guard = Guard(plan.interlocks, rig, emit)
     drives = DriveWatch(rig, emit) if watches_drives else None
     known = dict(inputs)
     session = Session(
         rig, emit, answers, stop, guard, pauses, drives=drives, inputs=known, results=results
     )
-    notes = Notes(bus, emit, stop, seam.passed_over if seam else ())
-    run = Run(plan, session, notes, overrides, seam, before=before)
+    notes = Notes(bus, emit, stop, resume_at.passed_over if resume_at else ())
+    run = Run(plan, session, notes, overrides, resume_at, before=before)
     reports: tuple[SafetyReport, ...] = ()
     try:
         run.attempt(partial(run.forward, run_id))
@@ -128,23 +128,27 @@ class Run:
         session: Session,
         notes: Notes,
         overrides: Sequence[Override],
-        seam: Seam | None = None,
+        resume_at: ResumePoint | None = None,
         *,
         before: Sequence[Interference] = (),
     ) -> None:
         self._plan = plan
         self._before = before
         self._overrides = overrides
-        self._seam = seam
+        self._resume_at = resume_at
         self._session = session
         self.notes = notes
-        self._tries = Counter[int](seam.tries if seam else {})
+        self._attempts = Counter[int](resume_at.attempts if resume_at else {})
         self._begun = -1
 
     def forward(self, run_id: str) -> None:
         """Do all steps up to the teardown, those of called procedures included."""
         steps, counts = self._plan.steps, False
-        index = self._begin(run_id) if self._seam is None else self._take_up(run_id, self._seam)
+        index = (
+            self._begin(run_id)
+            if self._resume_at is None
+            else self._take_up(run_id, self._resume_at)
+        )
         before = settles_before(steps, index) if index < len(steps) else []
         while index < len(steps) and self.notes.goes_on:
             step = steps[index]
@@ -156,7 +160,9 @@ class Run:
                 continue
             if not counts and step.phase is Phase.MAIN:
                 counts = True
-                self._session.rig.cycles.start_from(self._seam.cycles if self._seam else {})
+                self._session.rig.cycles.start_from(
+                    self._resume_at.cycles if self._resume_at else {}
+                )
             try:
                 for one in before:
                     self._go_on(one, at=index)
@@ -231,27 +237,27 @@ class Run:
             self._session.intervene("override", each.by, each.reason, each.subject)
         return 0
 
-    def _take_up(self, run_id: str, seam: Seam) -> int:
+    def _take_up(self, run_id: str, resume_at: ResumePoint) -> int:
         """Bring the rig to where a run was interrupted, and return the step that it goes on at.
 
         Nothing here is left out: without its zero and its drives the rest would not be comparable.
         """
-        before = [brought_back(self._plan.steps[index]) for index in seam.before]
-        self._tell_start(run_id, (*before, *self._plan.steps[seam.start :]))
-        self._session.intervene(RESUME_RUN, seam.by, subject=seam.subject)
+        before = [brought_back(self._plan.steps[index]) for index in resume_at.before]
+        self._tell_start(run_id, (*before, *self._plan.steps[resume_at.start :]))
+        self._session.intervene(RESUME_RUN, resume_at.by, subject=resume_at.subject)
         unpaused = replace(self._session, pauses=None)
-        for index, step in zip(seam.before, before, strict=True):
+        for index, step in zip(resume_at.before, before, strict=True):
             unpaused.check(anew=True)
             self._begun = index
             try:
-                done = do_step(index, step, unpaused, self.notes, self._tries)
+                done = do_step(index, step, unpaused, self.notes, self._attempts)
                 if done.missed:
                     self.notes.stopped_at = done.missed
                     break
             except PauseWantedError as wanted:
                 text = f"{wanted.message}, while the run was being resumed"
                 raise AbortedError(text, by=wanted.by) from wanted
-        return seam.start
+        return resume_at.start
 
     def _tell_start(self, run_id: str, to_do: Iterable[PlannedStep]) -> None:
         """Say that these steps are begun, and how long they take."""
@@ -265,7 +271,7 @@ class Run:
         """Do a step on the way forward; `at` is how far the run has come. Return as `do_step`."""
         self._session.check(anew=True)
         self._begun = at
-        return do_step(index, self._plan.steps[index], self._session, self.notes, self._tries)
+        return do_step(index, self._plan.steps[index], self._session, self.notes, self._attempts)
 
     def _next(self, index: int, decision: Decision) -> int:
         """Return the step that follows upon a decision."""
@@ -289,7 +295,7 @@ class Run:
         """
         self._begun = index
         undisturbed = replace(self._session.ending(), emit=self.notes.tell)
-        return self.attempt(partial(do_step, index, step, undisturbed, self.notes, self._tries))
+        return self.attempt(partial(do_step, index, step, undisturbed, self.notes, self._attempts))
 
     def _tell_safe(self, reports: tuple[SafetyReport, ...]) -> None:
         """Put on record how each drive and device was made safe, in order."""

@@ -20,9 +20,9 @@ from rigrunner.api.devices import (
 )
 from rigrunner.api.errors import DeviceRejectedError
 from rigrunner.api.member import Member
+from rigrunner.rig.connected_drive import ConnectedDrive, Shared
 from rigrunner.rig.cycles import CycleCount
 from rigrunner.rig.drives import staying_away
-from rigrunner.rig.held import HeldDrive, Shared
 from rigrunner.rig.messages import DeviceMessages
 from rigrunner.rig.pulse import NotedClock
 from rigrunner.rig.reading import (
@@ -92,7 +92,7 @@ class Rig:
         self._shared = Shared(
             self._rules, self._patience, clock, self._set_points, self._standing, self.cycles, marks
         )
-        self._drives: dict[tuple[str, str], HeldDrive] = {}
+        self._drives: dict[tuple[str, str], ConnectedDrive] = {}
         self._channels: dict[tuple[str, tuple[str, ...]], HeldChannels] = {}
 
     def __enter__(self) -> Self:
@@ -161,17 +161,17 @@ class Rig:
         needs and `Patience` adds, or for `timeout_s`. `meanwhile` is called again and again while
         a drive that can be asked is on its way; what it raises ends the waiting.
         """
-        return self._held(role, drive).move(timeout_s, meanwhile, value)
+        return self._connected_drive(role, drive).move(timeout_s, meanwhile, value)
 
     def setter(
         self, role: str, drive: str, timeout_s: float | None, meanwhile: Callable[[], None]
     ) -> Callable[[float], float]:
         """Return what sets one drive as `set` does, again and again."""
-        return partial(self._held(role, drive).move, timeout_s, meanwhile)
+        return partial(self._connected_drive(role, drive).move, timeout_s, meanwhile)
 
     def led_rate_per_s(self, role: str, drive: str) -> float | None:
         """Return how fast a drive is to be led, as the station says; None: it moves by itself."""
-        return self._held(role, drive).led_rate_per_s
+        return self._connected_drive(role, drive).led_rate_per_s
 
     def allowed(self, role: str, drive: str) -> DriveInfo:
         """Return a drive with the limits that the station sets it."""
@@ -183,7 +183,7 @@ class Rig:
 
     def read_back(self, role: str, drive: str) -> float:
         """Return where a drive is read back to stand."""
-        return self._held(role, drive).read_back()
+        return self._connected_drive(role, drive).read_back()
 
     def drives_astray(self, but: Container[str] = ()) -> Iterator[tuple[Member, str]]:
         """Read back each drive that was set; yield each that is elsewhere, and where, in words.
@@ -196,7 +196,7 @@ class Rig:
         for member, value in tuple(self._set_points.items()):
             if member.role in but:
                 continue
-            held = self._held(member.role, member.name)
+            held = self._connected_drive(member.role, member.name)
             if held.stands_at(held.read_back(), value):
                 continue
             actual = held.read_back()
@@ -367,10 +367,10 @@ class Rig:
     def _drive(self, role: str, drive: str) -> DriveInfo:
         return self._roles[role].drive(drive)
 
-    def _held(self, role: str, drive: str) -> HeldDrive:
+    def _connected_drive(self, role: str, drive: str) -> ConnectedDrive:
         held = self._drives.get((role, drive))
         if held is None:
-            held = HeldDrive(self._roles[role], drive, self._shared)
+            held = ConnectedDrive(self._roles[role], drive, self._shared)
             self._drives[role, drive] = held
         return held
 

@@ -44,8 +44,8 @@ if TYPE_CHECKING:
         Interference,
         Override,
         Pauses,
+        ResumePoint,
         RunSummary,
-        Seam,
     )
     from rigrunner.rig import Pulse
     from rigrunner.rig_state import RigMarks
@@ -115,7 +115,7 @@ def carry_out(
     overrides: Sequence[Override] = (),
     pauses: Pauses | None = None,
     progress: Progress = unseen,
-    seam: Seam | None = None,
+    resume_at: ResumePoint | None = None,
     person: Person = NOBODY,
     told: Sequence[Interference] = (),
 ) -> FinishedRun:
@@ -126,8 +126,8 @@ def carry_out(
     asked = stop if planned.tape is None else planned.tape.stop(stop)
 
     def work(rig: Rig, bus: Bus, folder: Path, before: Sequence[Interference]) -> RunSummary:
-        if seam is not None:
-            rig.continue_after(streams_before(planned.plan.steps, seam))
+        if resume_at is not None:
+            rig.continue_after(streams_before(planned.plan.steps, resume_at))
         return run_plan(
             planned.plan,
             rig,
@@ -138,7 +138,7 @@ def carry_out(
             folder.name,
             overrides,
             pauses=pauses,
-            seam=seam,
+            resume_at=resume_at,
             before=(*told, *before),
             watches_drives=planned.tape is None or planned.tape.watches_drives,
             inputs=inputs,

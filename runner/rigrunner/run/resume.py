@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from rigrunner.analysis.progress import unseen
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.api.events import Outcome
-from rigrunner.engine import find_seam, passed_over
+from rigrunner.engine import find_resume_point, passed_over
 from rigrunner.run.finish import finish, stoppable
 from rigrunner.run.interrupted import has_ended, may_go_on, used_partners
 from rigrunner.run.left_energised import NOBODY
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from rigrunner.analysis.progress import Progress
     from rigrunner.api.devices import Identity, StopToken
     from rigrunner.api.events import EventSink
-    from rigrunner.engine import AnswerSource, Pauses, Seam
+    from rigrunner.engine import AnswerSource, Pauses, ResumePoint
     from rigrunner.run.finish import FinishedRun
     from rigrunner.run.left_energised import Person
     from rigrunner.run.prepare import Planned
@@ -45,7 +45,7 @@ class ResumableRun:
     planned: Planned
     partners: Mapping[str, Path]
     """By name; those after it too, where the procedure asks for any and it had come to its end."""
-    seam: Seam | None
+    resume_at: ResumePoint | None
     """None where the run had come to its end, and only its file is to be made."""
 
 
@@ -83,19 +83,19 @@ def prepare_resume(
     it is given the first one that fits.
     """
     check_same(stored.header, planned)
-    seam = None
+    resume_at = None
     started = datetime.fromisoformat(stored.header.started_utc)
     if may_go_on(stored):
         require_still_allowed(planned, started)
-        seam = find_seam(planned.plan.steps, stored.events, by, _subject(stored))
-    later, ended = later_partners(planned), None if seam is not None else started
+        resume_at = find_resume_point(planned.plan.steps, stored.events, by, _subject(stored))
+    later, ended = later_partners(planned), None if resume_at is not None else started
     known = {name: str(path) for name, path in used_partners(stored.header).items()} | dict(named)
     before = {name: each for name, each in known.items() if name not in later}
     chosen = partners_for(planned, folder.parent, before, ended)
     if ended is not None and stored.info.outcome == Outcome.COMPLETED:
         after = {name: each for name, each in named.items() if name in later}
         chosen |= partners_after_for(planned, folder.parent, after, ended)
-    return ResumableRun(folder, stored, planned, chosen, seam)
+    return ResumableRun(folder, stored, planned, chosen, resume_at)
 
 
 def resume(
@@ -113,7 +113,7 @@ def resume(
     Raises a DeviceError if the rig cannot be connected or another run has it, and DataError if
     another instrument answers; the rig is made safe on every way.
     """
-    if run.seam is None:
+    if run.resume_at is None:
         return _finish(run, stoppable(progress, stop))
 
     @contextmanager
@@ -133,7 +133,7 @@ def resume(
         listeners=listeners,
         pauses=pauses,
         progress=progress,
-        seam=run.seam,
+        resume_at=run.resume_at,
         person=person,
     )
 

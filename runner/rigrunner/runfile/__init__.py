@@ -4,6 +4,7 @@ from rigrunner.runfile.folder import create_run_folder
 from rigrunner.runfile.lock import is_going_on, run_lock
 from rigrunner.runfile.loose import NEVER_ENDED
 from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun
+from rigrunner.runfile.parts import end_of
 from rigrunner.runfile.probe import refuse_crashing
 from rigrunner.runfile.reading import (
     file_differences,
@@ -16,7 +17,6 @@ from rigrunner.runfile.reading import (
 )
 from rigrunner.runfile.salvage import DamagedRun, read_damaged, write_salvaged
 from rigrunner.runfile.sealing import seal
-from rigrunner.runfile.seams import end_of
 from rigrunner.runfile.summary import RunSummary, read_summary
 from rigrunner.runfile.tail import Tail, tail_of
 from rigrunner.runfile.writer import RunWriter

@@ -39,9 +39,9 @@ from rigrunner.runfile.measurements import (
     write_measurements,
 )
 from rigrunner.runfile.model import DRAFT, RunHeader, RunInfo, StoredRun
+from rigrunner.runfile.parts import parts_of, zeros_in_force
 from rigrunner.runfile.recordings import read_recording, stored_bytes
 from rigrunner.runfile.scratch import Scratch
-from rigrunner.runfile.seams import parts_of, zeros_in_force
 from rigrunner.runfile.stored_samples import IN_MEMORY
 
 if TYPE_CHECKING:

@@ -18,6 +18,7 @@ from rigrunner.runfile.hdf5 import objects, open_file
 from rigrunner.runfile.journal import Kind, read_records, unread_bytes
 from rigrunner.runfile.measurements import measurement_digest
 from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun
+from rigrunner.runfile.parts import end_of, zeros_in_force
 from rigrunner.runfile.recordings import (
     Shape,
     assemble,
@@ -28,7 +29,6 @@ from rigrunner.runfile.recordings import (
 )
 from rigrunner.runfile.rows import Rows
 from rigrunner.runfile.scratch import Scratch
-from rigrunner.runfile.seams import end_of, zeros_in_force
 from rigrunner.runfile.stored_samples import IN_MEMORY
 
 if TYPE_CHECKING:

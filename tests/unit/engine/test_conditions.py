@@ -10,7 +10,7 @@ from helpers_devices import FakeTester, Listener, run
 from helpers_language import STATION, edited, only_problem
 from rigrunner.api.data import Estimate
 from rigrunner.api.events import Note, Outcome, StepEnded, StepStarted
-from rigrunner.engine import find_seam, streams_before
+from rigrunner.engine import find_resume_point, streams_before
 from rigrunner.engine.points import may_be_skipped
 from rigrunner.plan import make_plan
 from rigrunner.procedure import parse_procedure
@@ -57,9 +57,11 @@ def plan_of(text):
     return make_plan(parse_procedure(HEAD + text, "p.yaml"), station, {"tester": FakeTester()})
 
 
-def done(plan, device=None, seam=None, **inputs):
+def done(plan, device=None, resume_at=None, **inputs):
     listener = Listener()
-    summary = run(device or FakeTester(), plan, guarded=[listener], seam=seam, inputs=inputs)
+    summary = run(
+        device or FakeTester(), plan, guarded=[listener], resume_at=resume_at, inputs=inputs
+    )
     assert summary.outcome is Outcome.COMPLETED, summary.reason
     return listener.events
 
@@ -161,9 +163,9 @@ def test_a_loop_that_was_interrupted_goes_on_with_its_pass(killed):
     events = done(plan, Loaded(*loads))
     at = next(n for n, each in enumerate(events)
               if isinstance(each, StepStarted) and each.step == killed)  # fmt: skip
-    seam = find_seam(plan.steps, events[: at + 1], "Ada")
-    assert plan.steps[seam.start].path == KILLED[0]
-    assert passes(done(plan, Loaded(1200.0), seam)) == [2]
+    resume_at = find_resume_point(plan.steps, events[: at + 1], "Ada")
+    assert plan.steps[resume_at.start].path == KILLED[0]
+    assert passes(done(plan, Loaded(1200.0), resume_at)) == [2]
 
 
 def test_a_loop_that_was_left_is_not_begun_again():
@@ -171,12 +173,12 @@ def test_a_loop_that_was_left_is_not_begun_again():
     events = done(plan, Loaded(1200.0))
     at = next(n for n, each in enumerate(events)
               if isinstance(each, StepStarted) and each.step == "main[1].measure")  # fmt: skip
-    seam = find_seam(plan.steps, events[: at + 1], "Ada")
-    assert plan.steps[seam.start].path == "main[1].measure"
-    assert seam.left_out == frozenset(range(3, 12))
-    again = done(plan, Loaded(1200.0), seam)
+    resume_at = find_resume_point(plan.steps, events[: at + 1], "Ada")
+    assert plan.steps[resume_at.start].path == "main[1].measure"
+    assert resume_at.left_out == frozenset(range(3, 12))
+    again = done(plan, Loaded(1200.0), resume_at)
     assert passes(again) == []
-    assert len(streams_before(plan.steps, seam)["tester"]) == 1
+    assert len(streams_before(plan.steps, resume_at)["tester"]) == 1
 
 
 def test_a_look_that_was_interrupted_is_done_without_its_pass():
@@ -184,9 +186,9 @@ def test_a_look_that_was_interrupted_is_done_without_its_pass():
     events = done(plan, Loaded(900.0, 900.0, 1200.0))
     at = next(n for n, each in enumerate(events) if isinstance(each, StepStarted)
               and each.step == "main[0].repeat[0].until")  # fmt: skip
-    seam = find_seam(plan.steps, events[: at + 1], "Ada")
-    assert plan.steps[seam.start].path == "main[0].repeat[0].until"
-    assert passes(done(plan, Loaded(1200.0), seam)) == []
+    resume_at = find_resume_point(plan.steps, events[: at + 1], "Ada")
+    assert plan.steps[resume_at.start].path == "main[0].repeat[0].until"
+    assert passes(done(plan, Loaded(1200.0), resume_at)) == []
 
 
 ANY = """\
@@ -227,9 +229,9 @@ def test_what_a_condition_left_out_of_the_setup_stays_out_when_resumed():
     events = done(plan, side="left")
     at = next(n for n, each in enumerate(events)
               if isinstance(each, StepStarted) and each.step == "main[2].wait")  # fmt: skip
-    seam = find_seam(plan.steps, events[: at + 1], "Ada")
+    resume_at = find_resume_point(plan.steps, events[: at + 1], "Ada")
     brought_back = "main[0].group.steps[2].set.tester.load"
-    assert steps_of(done(plan, seam=seam, side="left")) == [brought_back, "main[2].wait"]
+    assert steps_of(done(plan, resume_at=resume_at, side="left")) == [brought_back, "main[2].wait"]
 
 
 def test_an_answer_that_was_confirmed_counts():

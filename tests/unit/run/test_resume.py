@@ -127,10 +127,10 @@ def test_the_seam_is_on_record_with_time_person_and_what_was_made_before(third):
     before, _, resumed = third
     events = read(resumed.folder).events
     assert [event.seq for event in events if event.seq >= 0] == sorted(e.seq for e in events)
-    (seam,) = (e for e in events if isinstance(e, Intervention) and e.action == RESUME_RUN)
-    assert seam.by == "A. Jones"
-    assert "001_8Hz, 002_15Hz" in seam.subject
-    assert before.info.ended_utc in seam.subject
+    (resume_at,) = (e for e in events if isinstance(e, Intervention) and e.action == RESUME_RUN)
+    assert resume_at.by == "A. Jones"
+    assert "001_8Hz, 002_15Hz" in resume_at.subject
+    assert before.info.ended_utc in resume_at.subject
     with h5py.File(resumed.folder / "run.h5") as file:
         recordings = [*file["entry/recordings"].values(), *file["entry/incomplete"].values()]
         parts = {one.attrs["name"]: int(one.attrs["part"]) for one in recordings}
@@ -334,13 +334,13 @@ def test_a_run_whose_recording_could_not_be_folded_goes_on_and_tells_its_former_
     former = next(one for one in stored.events if isinstance(one, RunEnded))
     assert "No space left" in former.reason
     assert former.read_back["tester.load"] == 0.0
-    seam = next(one for one in stored.events if isinstance(one, Intervention))
-    assert "No space left" in seam.subject
+    resume_at = next(one for one in stored.events if isinstance(one, Intervention))
+    assert "No space left" in resume_at.subject
     assert verify_run(resumed.folder, load_registry()).matches
 
     killed = read(again.folder)  # its former end is not its end any more
     assert (killed.info.outcome, killed.info.reason) == ("error", NEVER_ENDED)
-    assert resumable(again.folder).seam is not None
+    assert resumable(again.folder).resume_at is not None
 
 
 def test_recover_leaves_a_run_that_could_not_be_kept_its_reason(unkept):

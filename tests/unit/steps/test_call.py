@@ -11,7 +11,7 @@ from rigrunner.api.errors import DeviceLostError
 from rigrunner.api.events import Outcome, StepEnded, StepStarted
 from rigrunner.api.limits import ValueLimit
 from rigrunner.api.member import Member
-from rigrunner.engine import find_seam
+from rigrunner.engine import find_resume_point
 from rigrunner.plan.actions import Phase, Plan, PlannedStep, Terms
 from rigrunner.steps.measure import Measure
 from rigrunner.steps.set_drives import SetDrive
@@ -133,13 +133,13 @@ def test_a_failure_while_a_run_is_taken_up_inside_a_call_is_followed_by_its_tear
     first, second = Listener(), Listener()
     run(FakeTester(), plan, critical=[first])
     at = first.events.index(first.of(StepStarted)[1])
-    seam = find_seam(plan.steps, first.events[: at + 1], "Ada")
-    assert (seam.start, seam.before) == (1, (0,))
+    resume_at = find_resume_point(plan.steps, first.events[: at + 1], "Ada")
+    assert (resume_at.start, resume_at.before) == (1, (0,))
 
     def refuse(call):
         if call == "set load 1":
             raise DeviceLostError("cable")
 
-    run(FakeTester(before=refuse), plan, critical=[second], seam=seam)
+    run(FakeTester(before=refuse), plan, critical=[second], resume_at=resume_at)
 
     assert [one.step for one in second.of(StepEnded)] == ["in", "out", "last"]

@@ -25,8 +25,8 @@ from rigrunner.api.quantity import parse_quantity
 from rigrunner.api.units import unit
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
-from rigrunner.engine import Choice, UnattendedAnswers, find_seam, run_plan, streams_before
-from rigrunner.engine.seam import brought_back
+from rigrunner.engine import Choice, UnattendedAnswers, find_resume_point, run_plan, streams_before
+from rigrunner.engine.resume_point import brought_back
 from rigrunner.plan.actions import Interlock, Phase, Plan, PlannedStep, Terms
 from rigrunner.rig import Rig
 from rigrunner.runfile.attempts import measured
@@ -272,17 +272,17 @@ def test_a_run_that_goes_on_after_it_brings_the_drive_back_without_measuring_aga
         n for n, one in enumerate(listener.events)
         if isinstance(one, StepStarted) and one.step == "main[3]"
     )  # fmt: skip
-    seam = find_seam(plan.steps, listener.events[: at + 1], "Ada")
-    assert (seam.start, seam.before) == (3, (0, 1))
+    resume_at = find_resume_point(plan.steps, listener.events[: at + 1], "Ada")
+    assert (resume_at.start, resume_at.before) == (3, (0, 1))
     back = brought_back(plan.steps[0])
     assert back.action == SetDrive("tester", "load", 30.0, "N")
     assert back.text == "Set tester.load to 30 N, where the scan left it"
     device, more = Press(), Listener()
-    run(device, plan, critical=[more], seam=seam)
+    run(device, plan, critical=[more], resume_at=resume_at)
     assert [c for c in device.calls if c.startswith("set load")] == ["set load 30"]
     assert not more.of(Scanned)
     assert len(measured([*listener.events[: at + 1], *more.events]).rows) == len(LOADS)
-    assert streams_before(plan.steps, replace(seam, start=4)) == {
+    assert streams_before(plan.steps, replace(resume_at, start=4)) == {
         "tester": [{"load": 30.0, "frequency": 5.0}]
     }
 
@@ -294,9 +294,9 @@ def test_in_a_setup_it_is_done_once_more_as_setup_is(repeatable, loads):
     listener = Listener()
     run(Press(), plan, critical=[listener])
     at = next(n for n, one in enumerate(listener.events) if getattr(one, "step", "") == "main[0]")
-    seam = find_seam(plan.steps, listener.events[: at + 1], "Ada")
+    resume_at = find_resume_point(plan.steps, listener.events[: at + 1], "Ada")
     device, more = Press(), Listener()
-    run(device, plan, critical=[more], seam=seam)
+    run(device, plan, critical=[more], resume_at=resume_at)
     assert [c for c in device.calls if c.startswith("set load")] == [
         f"set load {load:g}" for load in loads
     ]
@@ -311,13 +311,13 @@ def test_one_that_must_not_be_done_twice_leaves_the_drive_where_it_was_and_is_no
     run(Press(), plan, critical=[listener])
     steps = [n for n, one in enumerate(listener.events) if isinstance(one, StepStarted)]
     device, more = Press(), Listener()
-    seam = find_seam(plan.steps, listener.events[: steps[2] + 1], "Ada")
-    run(device, plan, critical=[more], seam=seam)
+    resume_at = find_resume_point(plan.steps, listener.events[: steps[2] + 1], "Ada")
+    run(device, plan, critical=[more], resume_at=resume_at)
     assert [c for c in device.calls if c.startswith("set load")] == ["set load 30"]
     assert not more.of(Scanned)
     within = listener.events.index(listener.of(Scanned)[1])
     with pytest.raises(DataError, match=r"main\[0\] was interrupted, and must not be done twice"):
-        find_seam(plan.steps, listener.events[: within + 1], "Ada")
+        find_resume_point(plan.steps, listener.events[: within + 1], "Ada")
 
 
 def test_a_run_that_was_interrupted_within_it_begins_it_anew():
@@ -325,10 +325,10 @@ def test_a_run_that_was_interrupted_within_it_begins_it_anew():
     listener = Listener()
     run(Press(), plan, critical=[listener])
     at = listener.events.index(listener.of(Scanned)[1])
-    seam = find_seam(plan.steps, listener.events[: at + 1], "Ada")
-    assert (seam.start, seam.before) == (1, (0,))
+    resume_at = find_resume_point(plan.steps, listener.events[: at + 1], "Ada")
+    assert (resume_at.start, resume_at.before) == (1, (0,))
     more = Listener()
-    run(Press(), plan, critical=[more], seam=seam)
+    run(Press(), plan, critical=[more], resume_at=resume_at)
     found = measured([*listener.events[: at + 1], *more.events]).rows
     assert [one.setpoints["tester.load"] for one in found] == list(LOADS)
 

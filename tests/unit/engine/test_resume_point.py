@@ -19,7 +19,7 @@ from rigrunner.api.events import (
 )
 from rigrunner.api.limits import ValueLimit
 from rigrunner.api.member import Member
-from rigrunner.engine import Choice, find_seam, streams_before
+from rigrunner.engine import Choice, find_resume_point, streams_before
 from rigrunner.plan.actions import Terms
 from rigrunner.steps.measure import Measure
 from rigrunner.steps.set_drives import SetDrive
@@ -42,8 +42,8 @@ def until(plan, path, *, ended=False):
     return listener.events[: at + 1]
 
 
-def seam_at(plan, path, *, ended=False):
-    return find_seam(plan.steps, until(plan, path, ended=ended), "Ada")
+def resume_point_at(plan, path, *, ended=False):
+    return find_resume_point(plan.steps, until(plan, path, ended=ended), "Ada")
 
 
 @pytest.mark.parametrize(
@@ -56,16 +56,16 @@ def seam_at(plan, path, *, ended=False):
     ],
 )
 def test_a_set_point_that_was_interrupted_is_begun_anew(broken, ended, start):
-    seam = seam_at(sweep(), broken, ended=ended)
-    assert seam.start == start
-    assert seam.before == ()
+    resume_at = resume_point_at(sweep(), broken, ended=ended)
+    assert resume_at.start == start
+    assert resume_at.before == ()
 
 
 def test_setup_zero_and_drives_are_brought_back():
     plan = plan_of()
-    seam = seam_at(plan, "main[5]")
-    assert plan.steps[seam.start].action is MAIN[5]
-    again = [plan.steps[index].action for index in seam.before]
+    resume_at = resume_point_at(plan, "main[5]")
+    assert plan.steps[resume_at.start].action is MAIN[5]
+    again = [plan.steps[index].action for index in resume_at.before]
     asked = SETUP[1]
     assert asked not in again  # it was answered, and a run has one answer
     assert again == [SETUP[0], SETUP[2], SETUP[3], MAIN[0], MAIN[4]]
@@ -74,8 +74,8 @@ def test_setup_zero_and_drives_are_brought_back():
 def test_a_zero_within_the_run_is_taken_again_where_the_drives_stood():
     zero = Zero("tester", "torque", "N·m", within=0.05, duration_s=0.2)
     plan = plan_of((), (MAIN[0], zero, MAIN[1], record("a"), MAIN[4], record("b")))
-    seam = seam_at(plan, "main[5]")
-    assert [plan.steps[index].action for index in seam.before] == [MAIN[0], zero, MAIN[4]]
+    resume_at = resume_point_at(plan, "main[5]")
+    assert [plan.steps[index].action for index in resume_at.before] == [MAIN[0], zero, MAIN[4]]
 
 
 def unrepeatable(plan, path):
@@ -88,50 +88,50 @@ def unrepeatable(plan, path):
 
 def test_what_must_not_be_done_twice_is_kept_or_ends_the_matter():
     plan = unrepeatable(plan_of(), "setup[3]")
-    assert 3 not in seam_at(plan, "main[3]").before
+    assert 3 not in resume_point_at(plan, "main[3]").before
     with pytest.raises(DataError, match=r"setup\[3\] was interrupted, and must not be done twice"):
-        seam_at(plan, "setup[3]")
+        resume_point_at(plan, "setup[3]")
 
 
 def test_a_drive_that_must_not_be_led_twice_is_not_taken_to_stand_where_it_stood():
     kept = unrepeatable(plan_of(), "main[0]")
     refused = r"main\[0\] must not be done twice, and what follows needs the drive where it left it"
     with pytest.raises(DataError, match=refused):
-        seam_at(kept, "main[5]")
+        resume_point_at(kept, "main[5]")
     of_the_zero = unrepeatable(plan_of(), "setup[2]")
     with pytest.raises(DataError, match=r"setup\[2\] must not be done twice"):
-        seam_at(of_the_zero, "main[5]")
+        resume_point_at(of_the_zero, "main[5]")
     led_anew = unrepeatable(plan_of(), "main[1]")  # the frequency, which main[4] sets again
-    assert 1 not in seam_at(led_anew, "main[5]").before
-    assert seam_at(unrepeatable(plan_of(), "main[0]"), "main[5]", ended=True).before == ()
+    assert 1 not in resume_point_at(led_anew, "main[5]").before
+    assert resume_point_at(unrepeatable(plan_of(), "main[0]"), "main[5]", ended=True).before == ()
 
 
 def test_a_completed_step_that_must_not_be_redone_keeps_its_point_from_being_redone():
     plan = unrepeatable(sweep(), f"{SECOND}.settle")
-    assert seam_at(plan, f"{SECOND}.record").start == 5
+    assert resume_point_at(plan, f"{SECOND}.record").start == 5
 
 
 def test_skipped_and_repeated_points_are_gone_on_with_as_was_decided():
     _, listener, _, _ = pausing_run(f"{SECOND}.record", decided(Choice.SKIP, "too hot"))
     at = next(i for i, e in enumerate(listener.events) if getattr(e, "action", "") == "skip")
-    seam = find_seam(sweep().steps, listener.events[: at + 1], "Ada")
-    assert seam.start == 6
-    assert seam.passed_over == (f"{SECOND}: skipped by Ada: too hot",)
+    resume_at = find_resume_point(sweep().steps, listener.events[: at + 1], "Ada")
+    assert resume_at.start == 6
+    assert resume_at.passed_over == (f"{SECOND}: skipped by Ada: too hot",)
     _, listener, _, _ = pausing_run(f"{SECOND}.record", decided(Choice.REPEAT))
     at = next(i for i, e in enumerate(listener.events) if getattr(e, "action", "") == "repeat")
-    assert find_seam(sweep().steps, listener.events[: at + 1], "Ada").start == 3
+    assert find_resume_point(sweep().steps, listener.events[: at + 1], "Ada").start == 3
 
 
 def test_the_streams_behind_the_seam_are_counted_at_their_set_points():
     plan = plan_of()
-    streams = streams_before(plan.steps, seam_at(plan, "main[5]"))
+    streams = streams_before(plan.steps, resume_point_at(plan, "main[5]"))
     assert streams == {"tester": [{"load": 1000.0, "frequency": 10.0}]}
 
 
 def resumed(plan, events, device=None, **known):
     listener, device = Listener(), device or FakeTester()
-    seam = find_seam(plan.steps, events, "Ada", "as it was")
-    return run(device, plan, guarded=[listener], seam=seam, **known), listener, device
+    resume_at = find_resume_point(plan.steps, events, "Ada", "as it was")
+    return run(device, plan, guarded=[listener], resume_at=resume_at, **known), listener, device
 
 
 def test_a_run_that_is_taken_up_does_the_rest_and_says_so():
@@ -142,8 +142,8 @@ def test_a_run_that_is_taken_up_does_the_rest_and_says_so():
     (started,) = listener.of(RunStarted)
     # confirm, set load, zero, set load, set frequency; then record and the teardown of two
     assert (started.run_id, started.steps, started.estimated_s) == ("test-run", 12, 8.0)
-    (seam,) = listener.of(Intervention)
-    assert (seam.action, seam.by, seam.subject) == (RESUME_RUN, "Ada", "as it was")
+    (resume_at,) = listener.of(Intervention)
+    assert (resume_at.action, resume_at.by, resume_at.subject) == (RESUME_RUN, "Ada", "as it was")
     assert [e.recording for e in listener.of(StepEnded) if e.recording] == ["002_20Hz_try2"]
     assert listener.events[0].seq == before[-1].seq + 1
     assert device.drives_at == {"load": 0.0, "frequency": 0.0}
@@ -187,9 +187,9 @@ def test_a_step_that_failed_and_must_not_be_done_twice_ends_the_matter():
     run(device, plan, guarded=[listener])
     at = next(n for n, e in enumerate(listener.events) if isinstance(e, StepEnded) and not e.ok)
     with pytest.raises(DataError, match=r"record was interrupted, and must not be done twice"):
-        find_seam(plan.steps, listener.events[: at + 1], "Ada")
+        find_resume_point(plan.steps, listener.events[: at + 1], "Ada")
     with pytest.raises(DataError, match=r"record was interrupted, and must not be done twice"):
-        seam_at(plan, f"{SECOND}.record")
+        resume_point_at(plan, f"{SECOND}.record")
 
 
 def test_a_run_goes_on_behind_a_step_that_failed_and_was_left():
@@ -208,7 +208,7 @@ def test_a_run_goes_on_behind_a_step_that_failed_and_was_left():
         n for n, one in enumerate(listener.events)
         if isinstance(one, StepStarted) and one.step == "main[1]"
     )  # fmt: skip
-    assert find_seam(plan.steps, listener.events[: at + 1], "Ada").start == 1
+    assert find_resume_point(plan.steps, listener.events[: at + 1], "Ada").start == 1
 
 
 def test_a_mean_over_a_stream_is_a_stream_behind_the_seam():
@@ -217,7 +217,9 @@ def test_a_mean_over_a_stream_is_a_stream_behind_the_seam():
     )
     read = replace(mean, sample_rate_hz=None)
     plan = plan_of((), (MAIN[0], mean, read, record("a")), ())
-    assert streams_before(plan.steps, seam_at(plan, "main[3]")) == {"tester": [{"load": 1000.0}]}
+    assert streams_before(plan.steps, resume_point_at(plan, "main[3]")) == {
+        "tester": [{"load": 1000.0}]
+    }
 
 
 def test_a_setup_step_that_failed_and_must_not_be_done_twice_is_not_taken_as_done():
@@ -236,7 +238,7 @@ def test_a_setup_step_that_failed_and_must_not_be_done_twice_is_not_taken_as_don
         if isinstance(one, StepStarted) and one.step == "main[3]"
     )  # fmt: skip
     with pytest.raises(DataError, match=r"setup\[3\] was interrupted, and must not be done twice"):
-        find_seam(plan.steps, listener.events[: at + 1], "Ada")
+        find_resume_point(plan.steps, listener.events[: at + 1], "Ada")
 
 
 def test_what_settled_before_settles_again_where_a_run_goes_on_inside_a_set_point():
@@ -246,7 +248,7 @@ def test_what_settled_before_settles_again_where_a_run_goes_on_inside_a_set_poin
     settle = replace(sweep(1).steps[1], path=f"{point}.again")
     plan = replace(plan, steps=(plan.steps[0], once, settle, *plan.steps[2:]))
     begun = until(plan, f"{point}.record")
-    assert find_seam(plan.steps, begun, "Ada").start == 3
+    assert find_resume_point(plan.steps, begun, "Ada").start == 3
     _, listener, _ = resumed(plan, begun)
     steps = [each.step for each in listener.of(StepStarted)]
     assert steps.index(f"{point}.again") < steps.index(f"{point}.record")
@@ -255,7 +257,7 @@ def test_what_settled_before_settles_again_where_a_run_goes_on_inside_a_set_poin
 def test_a_run_of_which_everything_is_done_ends_without_doing_it_again():
     plan = replace(plan_of(), steps=sweep(1).steps[:3])
     begun = until(plan, plan.steps[2].path, ended=True)
-    assert find_seam(plan.steps, begun, "Ada").start == 3
+    assert find_resume_point(plan.steps, begun, "Ada").start == 3
     summary, listener, _ = resumed(plan, begun)
     assert summary.outcome is Outcome.COMPLETED
     assert listener.of(StepStarted) == []
@@ -273,8 +275,8 @@ def test_drives_that_a_set_point_sets_itself_are_not_set_before_it():
     plan = replace(plan, steps=tuple(steps))
     led = [each.action.drive for each in plan.steps[4:6] if isinstance(each.action, SetDrive)]
     assert led == ["load", "frequency"]
-    seam = seam_at(plan, f"{SECOND}.record")
-    assert (seam.start, seam.before) == (4, ())
+    resume_at = resume_point_at(plan, f"{SECOND}.record")
+    assert (resume_at.start, resume_at.before) == (4, ())
 
 
 def test_a_value_out_of_limits_while_a_run_is_taken_up_stops_it():
@@ -300,7 +302,7 @@ def test_a_decision_on_record_behind_the_last_step_leaves_nothing_to_do(choice):
     done = until(plan, plan.steps[2].path, ended=True)
     known = {"seq": len(done), "monotonic_s": 0.0, "utc": "", "by": "Ada", "reason": "too late"}
     late = Intervention(action=choice, **known)
-    assert find_seam(plan.steps, [*done, late], "Ada").start == 3
+    assert find_resume_point(plan.steps, [*done, late], "Ada").start == 3
 
 
 def test_cycles_are_counted_on_from_the_last_step_that_is_on_record():
@@ -314,7 +316,7 @@ def test_cycles_are_counted_on_from_the_last_step_that_is_on_record():
         for number, event in enumerate(events)
         if isinstance(event, (StepStarted, StepEnded)) and event.step.startswith("main")
     )
-    assert find_seam(plan.steps, events, "Ada").cycles == {"tester": 10.0 * last}
+    assert find_resume_point(plan.steps, events, "Ada").cycles == {"tester": 10.0 * last}
 
 
 def replace_cycles(event, cycles):

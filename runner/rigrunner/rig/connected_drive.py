@@ -1,4 +1,4 @@
-"""One drive of a connected device, with all looked up that stays so while it is connected."""
+"""One drive of a connected device, with what does not change while it is connected."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Shared:
     """Where it is kept, for whoever comes after this process, that a drive is energised."""
 
 
-class HeldDrive:
+class ConnectedDrive:
     """Sets a drive and reads it back; raises DeviceErrors that name the role."""
 
     def __init__(self, role: Role, name: str, shared: Shared) -> None:

@@ -1,4 +1,4 @@
-"""Where a run that was interrupted goes on: found among its events and the steps of its plan."""
+"""Where an interrupted run continues: found among its events and the steps of its plan."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Seam:
+class ResumePoint:
     """How a run goes on that was interrupted."""
 
     start: int
@@ -44,9 +44,9 @@ class Seam:
     """What was there when it went on, in a sentence."""
 
 
-def find_seam(
+def find_resume_point(
     steps: Sequence[PlannedStep], events: Sequence[Event], by: str, subject: str = ""
-) -> Seam:
+) -> ResumePoint:
     """Return where a run of these steps goes on; raise DataError where it cannot.
 
     The set-point that was interrupted is begun anew. A step that must not be done twice is left as
@@ -69,7 +69,7 @@ def find_seam(
                 f"{steps[index].path} must not be done twice, and what follows needs"
                 " the drive where it left it"
             )
-    return Seam(
+    return ResumePoint(
         start=start,
         before=before,
         tries=dict(tries),
@@ -107,17 +107,19 @@ def brought_back(step: PlannedStep) -> PlannedStep:
     )  # its way is not known
 
 
-def streams_before(steps: Sequence[PlannedStep], seam: Seam) -> dict[str, list[dict[str, float]]]:
+def streams_before(
+    steps: Sequence[PlannedStep], resume_at: ResumePoint
+) -> dict[str, list[dict[str, float]]]:
     """Return by role the set-points, by drive, of each stream that is not repeated, in order."""
     standing: dict[str, dict[str, float]] = {}
     found: dict[str, list[dict[str, float]]] = {}
-    for index, step in enumerate(steps[: seam.start]):
+    for index, step in enumerate(steps[: resume_at.start]):
         action = step.action
-        if index in seam.left_out:
+        if index in resume_at.left_out:
             continue
         if action.led:
             standing.setdefault(action.led.role, {})[action.led.name] = action.passes[-1]
-        if index not in seam.before and (role := action.streamed):
+        if index not in resume_at.before and (role := action.streamed):
             found.setdefault(role, []).append(dict(standing.get(role, {})))
     return found
 

@@ -38,7 +38,7 @@ def zeros_in_force(events: Iterable[Event]) -> dict[str, dict[str, float]]:
 
 
 def parts_of(events: Iterable[Event]) -> dict[str, int]:
-    """Return for each recording in which part of the run it was made: 1 up to the first seam."""
+    """Return the part of the run in which each recording was made; 1 up to a resumption."""
     part = 1
     found: dict[str, int] = {}
     for event in events:

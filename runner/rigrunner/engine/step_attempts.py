@@ -1,4 +1,4 @@
-"""A step and its tries: done, tried again, passed over, or the end of the run."""
+"""A step and its attempts: completed, repeated, skipped, or the end of the run."""
 
 from __future__ import annotations
 
