@@ -70,11 +70,11 @@ class _ByHand(Run):
     def follow(self, steps: Steps, run_id: str) -> None:
         """Do each step when it comes."""
         self._begin(run_id)
-        tries: Counter[int] = Counter()
+        attempts: Counter[int] = Counter()
         try:
             for index, step in enumerate(steps(self._session)):
                 self._session.check(anew=True)
-                done = do_step(index, step, self._session, self.notes, tries)
+                done = do_step(index, step, self._session, self.notes, attempts)
                 self.notes.stopped_at = done.missed
                 if self.notes.stopped_at:
                     break

@@ -29,7 +29,7 @@ class ResumePoint:
     """The step that it goes on at; where the teardown begins if nothing else is left."""
     before: tuple[int, ...]
     """The steps to be done once more ahead of it, in order: setup, zeros, where drives stood."""
-    tries: Mapping[int, int]
+    attempts: Mapping[int, int]
     """How often each step was begun, by index."""
     passed_over: tuple[str, ...]
     """What the run went on after, though it was not as it should be."""
@@ -55,12 +55,12 @@ def find_resume_point(
     done = {one.index for one in events if isinstance(one, StepEnded) and one.ok}
     reached = _reached(steps, events)
     start = _start(steps, reached, done)
-    tries = Counter(one.index for one in events if isinstance(one, StepStarted))
+    attempts = Counter(one.index for one in events if isinstance(one, StepStarted))
     over = start == len(steps) or _is_final(steps[start])
     left_out = frozenset(_left_out(events))
     before = () if over else tuple(_again(steps, start, done, left_out))
     for index in (*before, *range(start, reached + 1)):
-        begun = index < len(steps) and tries[index]
+        begun = index < len(steps) and attempts[index]
         if begun and not _may_come_again(steps[index], done=index in done):
             raise _refused(f"{steps[index].path} was interrupted, and must not be done twice")
     for index in () if over else _led_before(steps, start, before, left_out):
@@ -72,7 +72,7 @@ def find_resume_point(
     return ResumePoint(
         start=start,
         before=before,
-        tries=dict(tries),
+        attempts=dict(attempts),
         passed_over=tuple(passed_over(events)),
         next_seq=max((one.seq for one in events), default=-1) + 1,
         by=by,

@@ -29,16 +29,16 @@ class Done(NamedTuple):
 
 
 def do_step(
-    index: int, step: PlannedStep, session: Session, notes: Notes, tries: Counter[int]
+    index: int, step: PlannedStep, session: Session, notes: Notes, attempts: Counter[int]
 ) -> Done:
     """Do one step, and again after a failure for as long as its terms allow.
 
-    Return whether values out of limits stop the run, and what follows is left out. `tries` counts
+    Return whether values out of limits stop the run, and what follows is left out. `attempts` has
     by index how often each step was begun, so that no two recordings have the same name. Raises
     what ends the run otherwise, and PauseWantedError if a pause broke the step off.
     """
     for number in range(1, step.terms.tries + 1):
-        tries[index] = total = tries.get(index, 0) + 1
+        attempts[index] = total = attempts.get(index, 0) + 1
         done = _try(Attempt(index, step, number, total, session.rig.cycles), session, notes)
         if done is not None:
             return done
@@ -102,8 +102,8 @@ def _failed(attempt: Attempt, error: BaseException, notes: Notes) -> tuple[bool,
         return False, False
     again, passed_over = attempt.is_tried_again(error), attempt.is_passed_over(error)
     if again:
-        tries = attempt.step.terms.tries
-        text = f"{words(error)}; try {attempt.number} of {tries}"
+        attempts = attempt.step.terms.tries
+        text = f"{words(error)}; try {attempt.number} of {attempts}"
         notes.tell(Alarm, source=path, text=text)
         notes.trace(error)
     elif passed_over:
