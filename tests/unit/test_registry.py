@@ -82,7 +82,7 @@ def test_a_name_provided_twice_is_refused_naming_both(entry):
             "is not the name of a hook (call it rigrunner_fits)",
         ),
         (f"{HEAD}@hookimpl\ndef rigrunner_fits(): return [1]", "not a plugin record"),
-        (f"{HEAD}@hookimpl\ndef rigrunner_fits(): pass", "rigrunner_fits returned None, needed is"),
+        (f"{HEAD}@hookimpl\ndef rigrunner_fits(): pass", "rigrunner_fits returned None, expected"),
         (f"{HEAD}@hookimpl\ndef rigrunner_fits(): return 1", "TypeError: 'int' object is not iter"),
         (f"{HEAD}@hookimpl\ndef rigrunner_fits(x): return []", "{'x'}"),
         (HEAD, "it brings nothing: no function of it is a hook"),
@@ -405,7 +405,7 @@ def test_settings_given_by_their_place_are_imported_when_they_are_asked_for(entr
         ("rigrunner.api.settings", "cannot be loaded"),
         ("", "cannot be loaded"),
         ("pathlib:Path", "'pathlib:Path' is not a model of settings"),
-        ("rigrunner.api.settings:Torque", "is no model of settings"),
+        ("rigrunner.api.settings:Torque", "is not a model of settings"),
     ],
 )
 def test_settings_that_are_not_at_their_place_harm_no_other_plugin(entry, place, reason):

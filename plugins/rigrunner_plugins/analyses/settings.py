@@ -225,8 +225,8 @@ class ReadingsSettings(Settings):
         if self.within is not None and self.within.dimension != unit(value).dimension:
             wanted = unit(value).dimension
             message = (
-                f"got '{self.within}', {with_article(self.within.dimension)}; needed"
-                f" is {with_article(wanted)}"
+                f"got '{self.within}', {with_article(self.within.dimension)}; expected"
+                f" {with_article(wanted)}"
             )
             yield ("within",), message, ""
         try:

@@ -117,6 +117,6 @@ def _check_ascending(lowest: float, highest: float) -> None:
 def _same_dimension(quantity: Quantity, wanted: str, name: str) -> None:
     if quantity.dimension != wanted:
         raise ValueError(
-            f"{name} is '{quantity}', {with_article(quantity.dimension)}; needed"
-            f" is {with_article(wanted)}"
+            f"{name} is '{quantity}', {with_article(quantity.dimension)}; expected"
+            f" {with_article(wanted)}"
         )

@@ -108,7 +108,7 @@ def test_a_run_that_is_not_sealed_or_not_whole_is_not_packed(run, tmp_path):
     linked.mkdir()
     (linked / "run.h5").write_bytes((run / "run.h5").read_bytes())
     (linked / "passwd").symlink_to("/etc/passwd")
-    with pytest.raises(DataError, match="no regular file"):
+    with pytest.raises(DataError, match="not a regular file"):
         pack(linked, tmp_path / "linked.zip")
     damaged = tmp_path / "damaged"
     damaged.mkdir()

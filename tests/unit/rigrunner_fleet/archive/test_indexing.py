@@ -291,7 +291,7 @@ def test_a_file_of_a_far_future_and_a_pipe_end_nothing(archive, runs):
     os.mkfifo(runs / "pipe" / "run.h5")
     (done,) = index(archive, [runs])
     assert [path for path, _ in done.unreadable] == ["pipe"]
-    assert "no regular file" in done.unreadable[0][1]
+    assert "not a regular file" in done.unreadable[0][1]
 
 
 def test_a_run_that_is_not_sealed_is_looked_at_each_time(archive, runs):

@@ -284,7 +284,7 @@ def test_the_command_sets_and_reads_once(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "code", "says"),
     [
-        (("--set", "frequency=50 Hz"), ExitCode.USAGE, "allowed: 0 to 35 Hz"),
+        (("--set", "frequency=50 Hz"), ExitCode.USAGE, "out of range (0 to 35 Hz)"),
         (("--set", "frequency"), ExitCode.USAGE, "'--set frequency' gives no input"),
         (("--read", "torqeu"), ExitCode.USAGE, "did you mean 'torque'?"),
         (("--log", "/proc/x"), ExitCode.DATA, "cannot write the log /proc/x"),
