@@ -74,7 +74,7 @@ DEVICE = {
     ),
     "minimum and maximum swapped": (
         [("minimum=0.0, maximum=1000.0", "minimum=1000.0, maximum=0.0")],
-        ["drive 'force': its limits are 1000.0 and 0.0, needed are", "the lower one first"],
+        ["drive 'force': its limits are 1000.0 and 0.0, expected", "the lower one first"],
     ),
     "limits as text": (
         [("minimum=0.0", 'minimum="0 N"')],

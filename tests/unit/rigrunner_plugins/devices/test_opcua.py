@@ -174,7 +174,7 @@ def test_certificates_that_are_none(bench):
         ({"channels": {"torque": {**TORQUE, "type": "Float"}}}, "is a Double, the station says"),
         ({"channels": {"torque": {**TORQUE, "node": "ns=2;s=Torqe"}}}, "BadNodeIdUnknown"),
         ({"channels": {"torque": {**TORQUE, "node": "nsu=urn:x;s=T"}}}, "no namespace 'urn:x'"),
-        ({"channels": {"label": {"node": "ns=2;s=Label", "unit": "1"}}}, "holds String, needed"),
+        ({"channels": {"label": {"node": "ns=2;s=Label", "unit": "1"}}}, "holds String, expected"),
         ({"drives": {"f": {**DRIVE, "node": "ns=2;s=Locked"}}}, "s=Locked cannot be written"),
         ({"drives": {"f": {**DRIVE, "node": "ns=2;s=Coarse"}}}, "UInt16 has steps of 1 Hz"),
         (
@@ -369,7 +369,7 @@ def test_every_type_has_its_bounds():
         with pytest.raises(ValueError, match="does not fit"):
             encode(high * 1.01 + 1, type_)
     for type_ in TYPES:
-        with pytest.raises(ValueError, match="no number"):
+        with pytest.raises(ValueError, match="not a number"):
             encode(float("nan"), type_)
     with pytest.raises(ValueError, match=r"0\.5 does not fit into Boolean"):
         encode(0.5, "Boolean")

@@ -77,7 +77,7 @@ class TestFourMakers:
         assert device.connect(2.0) == Identity("agilent", "Agilent33220A", "", simulated=True)
         device.set("frequency", 12.5)
         assert device.read_back("frequency") == 12.5
-        with pytest.raises(DeviceRejectedError, match="allowed: 1 to 20000 Hz"):
+        with pytest.raises(DeviceRejectedError, match="1 to 20000 Hz"):
             device.set("frequency", 30e3)
         assert device.make_safe() == {"frequency": 1.0}
         device.close()

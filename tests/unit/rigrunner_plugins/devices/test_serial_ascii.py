@@ -453,7 +453,7 @@ def test_the_trial_of_the_record():
         ({"simulated": "yes"}, "needs an example"),
         ({"example": "1.0 lbf; 2 Nm"}, "example: for load, a line is .* 'lbf', expected 'kN'"),
         ({"serial": {"parity": "evn"}}, "parity"),
-        ({"ignore": "("}, "no regular expression"),
+        ({"ignore": "("}, "not a regular expression"),
     ],
 )
 def test_wrong_settings_are_told(changes, told):

@@ -446,7 +446,7 @@ class TestAcknowledgedCommands:
         ({"backend": "/opt/evil.so@ivi"}, "backend"),
         ({"backend": "@sim"}, "backend @sim is a simulation: say 'simulated: yes'"),
         ({"simulated": "yes"}, "backend @py talks to an instrument: simulated needs @sim"),
-        ({"serial": {"baud": 9600, "parity": "even"}}, "is no serial line"),
+        ({"serial": {"baud": 9600, "parity": "even"}}, "is not a serial line"),
         ({"identification": {"expect": "(ACME"}}, "is not a regular expression"),
         ({"channels": {}, "drives": {}}, "neither channels nor drives"),
         ({"channels": {"torque": {"query": "T?", "unit": "N·m", "pattern": "T=.*"}}}, "one group"),
