@@ -9,7 +9,6 @@ from pydantic import ValidationError
 
 from rigrunner.api.errors import PluginError
 from rigrunner.clock import SimulatedClock, WallClock
-from rigrunner.procedure import check_measurands, check_result_limits, load_procedure
 from rigrunner.registry import load_registry
 from rigrunner.run.prepare import plan_run_in
 
@@ -17,7 +16,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.api.devices import Clock
-    from rigrunner.procedure import LoadedProcedure
     from rigrunner.registry import Registry
     from rigrunner.run.prepare import Planned
     from rigrunner.station import LoadedStation, Station
@@ -47,18 +45,6 @@ def planned_run(
 
     registry = load_registry()
     return plan_run_in(procedure, station, registry, time, tape, time_limits=time_limits, text=text)
-
-
-def checked_alone(procedure: Path, text: str | None = None) -> LoadedProcedure:
-    """Load and check a procedure as far as that needs no station; raise InvalidFileError.
-
-    `text` is taken for what its file has.
-    """
-    loaded = load_procedure(procedure, text=text)
-    registry = load_registry()
-    check_measurands(loaded, registry)
-    check_result_limits(loaded, registry)
-    return loaded
 
 
 def clock_for(station: Station, registry: Registry, *, realtime: bool) -> Clock:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import InvalidFileError, RigrunnerError
 from rigrunner.procedure import load_procedure
 from rigrunner.run.approval import approval_file, approval_state, approve, approved_in, moment_of
+from rigrunner.run.checked import checked_alone
 from rigrunner.run.lab_plugins import lab_registry
-from rigrunner.run.planning import checked_alone, planned_run
+from rigrunner.run.planning import planned_run
 from rigrunner.run.runs import listed_run
 from rigrunner.tools.comparing.compare import compare_procedures, compare_with_run
 from rigrunner.tools.schemas.files import language_schema

@@ -14,7 +14,10 @@ from rigrunner.cli.output import result
 from rigrunner.run.locate import find_procedure, find_station
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
+
+    from rigrunner.run.prepare import Planned
 
 
 @click.command(name="check")
@@ -37,7 +40,7 @@ def command(procedure: str, station: str | None, runs: Path) -> None:
 
 def _check_alone(path: Path) -> None:
     from rigrunner.run.approval import approval_state
-    from rigrunner.run.planning import checked_alone
+    from rigrunner.run.checked import checked_alone
 
     loaded = checked_alone(path)
     result(
@@ -47,20 +50,26 @@ def _check_alone(path: Path) -> None:
 
 
 def _check_on(path: Path, station: str, runs: Path) -> None:
-    from rigrunner.api.analysis.requirements import partner_words
     from rigrunner.run.calibration import require_calibrated
     from rigrunner.run.guardian.guarded import guardian_text, real_roles
-    from rigrunner.run.partners import require_partners
     from rigrunner.run.planning import planned_run
 
     planned = planned_run(path, find_station(station))
     require_calibrated(planned)
-    partners = require_partners(planned, runs)
+    partners = list(_partners(planned, runs)) if runs.is_dir() else []
     steps, seconds = planned.plan.steps, planned.plan.estimated_s
     result(f"{path}: can be run on {station}: {steps_text(len(steps), seconds)}")
     result(planned.approval.sentence())
-    for name, run in partners.items():
-        result(f"Its {partner_words(name)} would be {run.name}.")
+    for text in partners:
+        result(text)
     real = real_roles(planned.station, planned.registry)
     if text := guardian_text(planned.station, planned.registry, real):
         result(f"{text[0].upper()}{text[1:]}.")
+
+
+def _partners(planned: Planned, runs: Path) -> Iterator[str]:
+    from rigrunner.api.analysis.requirements import partner_words
+    from rigrunner.run.partners import require_partners
+
+    for name, run in require_partners(planned, runs).items():
+        yield f"Its {partner_words(name)} would be {run.name}."

@@ -138,4 +138,4 @@ def test_an_analysis_is_of_what_it_says():
     assert [
         point.torque.value for point in TorqueDetails.of(result).compensations[spec.primary].points
     ] == (pytest.approx([0.7] * 4))
-    assert result.run is run
+    assert result.run.measurements is run.measurements

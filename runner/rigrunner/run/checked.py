@@ -1,0 +1,25 @@
+"""A procedure checked as far as that needs no station; imports neither stations nor plans."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.procedure import check_measurands, check_result_limits, load_procedure
+from rigrunner.registry import load_registry
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner.procedure import LoadedProcedure
+
+
+def checked_alone(procedure: Path, text: str | None = None) -> LoadedProcedure:
+    """Load and check a procedure as far as that needs no station; raise InvalidFileError.
+
+    `text` is taken for what its file has.
+    """
+    loaded = load_procedure(procedure, text=text)
+    registry = load_registry()
+    check_measurands(loaded, registry)
+    check_result_limits(loaded, registry)
+    return loaded
