@@ -9,6 +9,10 @@ import { said, t } from "../texts.js";
 
 const MOST_FIGURES = 6;
 
+function translated({ title, x, y, ...more }) {
+  return { title: said(title), x: { ...x, name: said(x.name) }, y: { ...y, name: said(y.name) }, ...more };
+}
+
 export function overlayPage(...runs) {
   const results = resultCharts(MOST_FIGURES);
   const curve = resultCharts(1);
@@ -30,7 +34,7 @@ export function overlayPage(...runs) {
     const found = await asked();
     if (!found) return;
     known = found.recordings;
-    results.show(found.results);
+    results.show(found.results.map(translated));
     if (!found.results.length) fill(results.element, h("p", { class: "soft" }, t("overlay.no_results")));
     fill(recording, Object.keys(known).map((name) => h("option", { value: name }, name)));
     chooseRecording();
@@ -45,7 +49,7 @@ export function overlayPage(...runs) {
   async function showCurve() {
     if (!channel.value) return;
     const found = await asked({ recording: recording.value, channel: channel.value });
-    if (found?.curve) curve.show([{ ...found.curve, x: { ...found.curve.x, name: said(found.curve.x.name) } }]);
+    if (found?.curve) curve.show([translated(found.curve)]);
   }
 
   load();
