@@ -57,16 +57,7 @@ def serve(
         hint = "python -c 'import secrets; print(secrets.token_urlsafe())' makes one"
         raise UsageError(f"the token has less than {LEAST_TOKEN} characters", hint=hint)
     panel = Panel(settings=settings)
-    config = uvicorn.Config(
-        make_app(panel),
-        log_level="warning",
-        http=Bounded,
-        backlog=_AT_ONCE,
-        ws="websockets-sansio",
-        ws_max_size=4096,
-        timeout_graceful_shutdown=_GRACE_S,
-        server_header=False,
-    )
+    config = server_config(panel)
     listening = _bound(settings.host, port)
     address = _address(settings, listening.getsockname()[1])
     ending = Ending(panel, tell)
@@ -81,6 +72,20 @@ def serve(
     finally:
         panel.desk.close()
     return ending.exit_code
+
+
+def server_config(panel: Panel) -> uvicorn.Config:
+    """Return how the panel is served."""
+    return uvicorn.Config(
+        make_app(panel),
+        log_level="warning",
+        http=Bounded,
+        backlog=_AT_ONCE,
+        ws="websockets-sansio",
+        ws_max_size=4096,
+        timeout_graceful_shutdown=_GRACE_S,
+        server_header=False,
+    )
 
 
 class Ending:
