@@ -1,1 +1,1 @@
-"""Fits of torque over frequency."""
+"""Fits of y over x, such as torque over frequency."""

@@ -1,4 +1,4 @@
-"""Chosen powers of the frequency, with an intercept (power 0) or without.
+"""Chosen powers of x, with an intercept (power 0) or without.
 
 A drive whose peaks are support friction and inertia alone needs no linear term: {1, f²}.
 """

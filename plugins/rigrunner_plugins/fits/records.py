@@ -1,4 +1,4 @@
-"""The fits of torque over frequency that ship; each `_name` function is a record's factory."""
+"""The fits that ship; each `_name` function is a record's factory."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @hookimpl
 def rigrunner_fits() -> list[FitRecord]:
-    """Return the fits of torque over frequency."""
+    """Return the shipped fits."""
     return [
         FitRecord(
             name="polynomial",
@@ -32,7 +32,7 @@ def rigrunner_fits() -> list[FitRecord]:
         ),
         FitRecord(
             name="basis",
-            help="Least squares of chosen powers of the frequency",
+            help="Least squares of chosen powers of x",
             settings="rigrunner_plugins.fits.settings:BasisSettings",
             trial={"powers": [0, 1, 2]},
             factory=_basis,

@@ -58,7 +58,7 @@ class BasisSettings(WeightedSettings):
     """Of the fit `basis`."""
 
     powers: Annotated[
-        PowerSet, Field(description="of the frequency; 0 is the intercept, such as [0, 2]")
+        PowerSet, Field(description="of x; 0 is the intercept, such as [0, 2]")
     ]
 
 
@@ -67,7 +67,7 @@ class AiccSettings(WeightedSettings):
 
     candidates: Annotated[
         ListOf[PowerSet],
-        Field(min_length=1, description="sets of powers of the frequency; 0 is the intercept"),
+        Field(min_length=1, description="sets of powers of x; 0 is the intercept"),
         AfterValidator(_different),
     ] = ((0, 1, 2), (0, 2), (0, 1, 4), (0, 1, 2, 3))
 

@@ -156,7 +156,7 @@ class FitExample:
 
 @dataclass(frozen=True, kw_only=True)
 class FitRecord(PluginRecord):
-    """A fit of torque over frequency: `factory(settings)`."""
+    """A fit of y over x: `factory(settings)`."""
 
     factory: Callable[[Any], Fit]
     """Makes the fit, of the settings."""

@@ -73,7 +73,7 @@ class OutlierRuleRef(PluginRef):
 
 
 class FitRef(PluginRef):
-    """A fit of torque over frequency: by its name, or as `name: {setting: value}`."""
+    """A fit of y over x: by its name, or as `name: {setting: value}`."""
 
     kind = "fit"
 
