@@ -57,9 +57,7 @@ class PolynomialSettings(WeightedSettings):
 class BasisSettings(WeightedSettings):
     """Of the fit `basis`."""
 
-    powers: Annotated[
-        PowerSet, Field(description="of x; 0 is the intercept, such as [0, 2]")
-    ]
+    powers: Annotated[PowerSet, Field(description="of x; 0 is the intercept, such as [0, 2]")]
 
 
 class AiccSettings(WeightedSettings):
