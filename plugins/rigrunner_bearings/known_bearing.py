@@ -103,7 +103,6 @@ def support_friction(path: Path, registry: Registry) -> SupportFriction:
     unstated = run.rig.model_copy(update={**dict.fromkeys(_STATED), "support_drift": 0.0})
     result = analyse(
         replace(run, rig=unstated),
-        None,
         procedure.torque_analysis,
         acceptance=None,
         measurand=procedure.measurand,

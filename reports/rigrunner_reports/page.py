@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from rigrunner.api.analysis.requirements import partner_words
 from rigrunner.signal.recording_figures import of_recording, of_table
 from rigrunner_reports.figures.results import given, over_coordinate
 from rigrunner_reports.section import BELOW, TILES, brought
@@ -101,12 +102,14 @@ def make_page(report: ReportInput) -> Page:
 
 
 def _provenance(report: ReportInput) -> run.Facts:
-    runs = (("Run", report.result.run), ("No-load run", report.result.no_load_run))
+    run = report.result.run
+    partners = {partner_words(name): each for name, each in run.partners.items()}
+    runs = {"run": run, **partners}
     told = set(report.provenance.values())
     digests = tuple(
-        (f"{name}, SHA-256 of the recordings", each.digest)
-        for name, each in runs
-        if each is not None and each.digest and each.digest not in told
+        (f"{name[0].upper()}{name[1:]}, SHA-256 of the recordings", each.digest)
+        for name, each in runs.items()
+        if each.digest and each.digest not in told
     )
     return (*digests, *report.provenance.items())
 

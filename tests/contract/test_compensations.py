@@ -54,7 +54,8 @@ def compensated(method, loaded, no_load):
             "compensations": [method],
         }
     )
-    result = analyse(loaded, no_load, spec, acceptance=None, measurand=MEASURAND, lookup=registry())
+    run = replace(loaded, partners={"no_load": no_load} if no_load else {})
+    result = analyse(run, spec, acceptance=None, measurand=MEASURAND, lookup=registry())
     return TorqueDetails.of(result).compensations[method]
 
 

@@ -464,8 +464,8 @@ def test_traceability_is_claimed_where_torque_and_load_are_calibrated(source):
     torque = source.result.run.instruments["tester.torque"]
     paper = torque.model_copy(update={"certificate": "D-K-2", "calibration": None})
     entries = {"tester.torque": paper, "tester.load": CELL}
-    run = replace(source.result.run, instruments=entries)
-    result = replace(source.result, run=run, no_load_run=None)
+    run = replace(source.result.run, instruments=entries, partners={})
+    result = replace(source.result, run=run)
     found = traceability_of(result, tuple(instruments_of(run)))
     assert (found.claimed, found.certificates) == (True, ("D-K-2", "D-K-1"))
     alone = replace(run, instruments={"tester.torque": paper})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -51,8 +51,7 @@ def day(natural_hz: float, seed: int, no_load: RunData | None = None) -> Day:
     shared = tools()
     recorded = record_bench(bench, shared.registry, shared.measured_station)
     result = analyse(
-        recorded.loaded,
-        no_load or recorded.no_load,
+        replace(recorded.loaded, partners={"no_load": no_load or recorded.no_load}),
         primary_alone(shared.spec),
         acceptance=None,
         measurand=shared.measurand,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from rigrunner.analysis.analyse import analyse
 from rigrunner.api import Condition, DataError, TorqueDetails
 from rigrunner.procedure import AnalysisSpec
+from rigrunner.procedure.analysis_spec import NO_LOAD
 from rigrunner.registry import Registry, load_registry
 from rigrunner.signal.coverage import expanded
 from rigrunner_bearings.api import CompensationRecord
@@ -82,9 +83,9 @@ class CompensationSubject(Subject):
                 "fits": [{"polynomial": {"degree": 2}}],
                 "no_load": {"from": "latest", "procedure": "SSPB-NLI"},
             }
+        partners = {} if runs.no_load is None else {NO_LOAD: runs.no_load}
         result = analyse(
-            runs.loaded,
-            runs.no_load,
+            replace(runs.loaded, partners=partners),
             AnalysisSpec.model_validate(told),
             acceptance=None,
             measurand=tools().measurand,

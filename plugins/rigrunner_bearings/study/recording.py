@@ -21,6 +21,7 @@ from rigrunner.engine import UnattendedAnswers
 from rigrunner.engine.interlocks import Guard
 from rigrunner.engine.session import Session
 from rigrunner.engine.streams import checked_stream
+from rigrunner.procedure.analysis_spec import NO_LOAD, NO_LOAD_AFTER
 from rigrunner.rig import Rig
 from rigrunner_bearings.study.bench import LOAD_N, nested
 
@@ -52,6 +53,13 @@ class RecordedBench:
     """The load-induced starting torque at each set-point."""
     no_load_after: RunData | None = None
     """A second no-load run, after the loaded one."""
+
+    @property
+    def whole(self) -> RunData:
+        """The loaded run with its partner runs."""
+        runs = {NO_LOAD: self.no_load, NO_LOAD_AFTER: self.no_load_after}
+        partners = {name: run for name, run in runs.items() if run is not None}
+        return replace(self.loaded, partners=partners)
 
     @property
     def truth_nm(self) -> float:

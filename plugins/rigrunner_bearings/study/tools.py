@@ -50,13 +50,11 @@ class Tools:
     def analysed(self, recorded: RecordedBench, spec: AnalysisSpec) -> Result:
         """Return the result of both runs; raise DataError where `analyse` does."""
         return analyse(
-            recorded.loaded,
-            recorded.no_load,
+            recorded.whole,
             spec,
             acceptance=None,
             measurand=self.measurand,
             lookup=self.registry,
-            no_load_after=recorded.no_load_after,
         )
 
 

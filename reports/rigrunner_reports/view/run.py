@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from rigrunner.api.analysis.requirements import partner_words
 from rigrunner.api.events import Outcome
 from rigrunner.api.results import REPLAYED
 from rigrunner_reports.section import Section
@@ -29,7 +30,7 @@ Facts = tuple[tuple[str, str], ...]
 
 def facts(result: Result) -> Facts:
     """Return what stands at the head of the report."""
-    run, no_load = result.run, result.no_load_run
+    run = result.run
     pairs = [
         ("Run", run.run_id),
         ("Procedure", f"{run.procedure_id}, revision {run.procedure_revision}"),
@@ -39,20 +40,19 @@ def facts(result: Result) -> Facts:
         *((name.capitalize(), value) for name, value in {**run.inputs, **run.people}.items()),
         ("Outcome", run.outcome),
     ]
-    if no_load is not None:
-        pairs.append(("No-load run", no_load.run_id))
+    pairs += [(_capital(partner_words(name)), each.run_id) for name, each in run.partners.items()]
     return tuple(pairs)
 
 
 def warnings(result: Result) -> tuple[str, ...]:
     """Return what must stand above the number: a run that did not end as it should."""
-    runs = [("This run", result.run), ("The no-load run", result.no_load_run)]
+    runs = [(_capital(name), run) for name, run in _runs(result)]
     return tuple(
         f"{name} stopped at a limit: what the procedure does after it was not measured."
         if run.outcome == Outcome.STOPPED_AT_LIMIT
         else f"{name} ended as '{run.outcome}', not as completed: it is no full test."
         for name, run in runs
-        if run is not None and run.outcome != Outcome.COMPLETED
+        if run.outcome != Outcome.COMPLETED
     )
 
 
@@ -79,19 +79,18 @@ def replayed(provenance: Mapping[str, str]) -> tuple[str, ...]:
 
 def restrictions(result: Result) -> tuple[str, ...]:
     """Return for what the run must not be used, as its procedure was no approved one."""
-    runs = [("this run", result.run), ("the no-load run", result.no_load_run)]
     return tuple(
         f"Not for certification: the procedure of {name} was a draft{_why(run)}."
-        for name, run in runs
-        if run is not None and run.approval.get("state") != APPROVED
+        for name, run in _runs(result)
+        if run.approval.get("state") != APPROVED
     )
 
 
 def imported(result: Result) -> tuple[str, ...]:
     """Return by whom else the recordings were made, and by whose word the rest is known."""
     runs: dict[tuple[str, str], list[str]] = {}
-    for name, run in (("this run", result.run), ("the no-load run", result.no_load_run)):
-        if run is not None and run.imported:
+    for name, run in _runs(result):
+        if run.imported:
             whose = run.imported.get("program", ""), run.imported.get("by", "")
             runs.setdefault(whose, []).append(name)
     return tuple(
@@ -100,6 +99,16 @@ def imported(result: Result) -> tuple[str, ...]:
         " was not seen."
         for (program, by), names in runs.items()
     )
+
+
+def _runs(result: Result) -> tuple[tuple[str, RunData], ...]:
+    """Return the run and its partner runs, in words."""
+    partners = ((f"the {partner_words(n)}", each) for n, each in result.run.partners.items())
+    return (("this run", result.run), *partners)
+
+
+def _capital(words: str) -> str:
+    return words[0].upper() + words[1:]
 
 
 def _why(run: RunData) -> str:

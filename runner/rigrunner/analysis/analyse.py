@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.asked import settings_as_asked
@@ -32,7 +31,6 @@ if TYPE_CHECKING:
 
 def analyse(
     run: RunData,
-    no_load: RunData | None,
     spec: AnalysisSpec,
     *,
     acceptance: Acceptance | None,
@@ -41,27 +39,22 @@ def analyse(
     progress: Progress = unseen,
     prepare: Prepare = prepare_point,
     analyses: Sequence[NamedAnalysisRef] = (),
-    no_load_after: RunData | None = None,
 ) -> Result:
-    """Return the result of a run, with the no-load run that belongs to it where it needs one.
+    """Return the result of a run, with the partner runs that it has.
 
     A compensation that the data forbid is marked not applicable, and the others stand. `progress`
     is told how far a validation is, which takes minutes; what it raises ends the analysis.
     `prepare` may remember what it prepared before. `analyses` are those that name their results;
-    the spec is that of the torque. With `no_load_after`, a second no-load run, what drifts between
-    both is taken out. Raises DataError where a recording cannot be prepared at all.
+    the spec is that of the torque. Raises DataError where a recording cannot be prepared at all, or
+    a partner run is missing.
     """
     known = Scrutiny(lookup)
-    given = {NO_LOAD: no_load, NO_LOAD_AFTER: no_load_after}
-    partners = {name: each for name, each in given.items() if each is not None}
-    if partners:
-        run = replace(run, partners={**run.partners, **partners})
     found: tuple[Findings, ...] = ()
     if not spec.asks_nothing:
         torque = TorqueAnalysis(
             run=chosen(run, spec.where),
-            no_load_run=no_load,
-            no_load_after=no_load_after,
+            no_load_run=run.partners.get(NO_LOAD),
+            no_load_after=run.partners.get(NO_LOAD_AFTER),
             spec=spec,
             measurand=measurand,
             lookup=known,
@@ -78,8 +71,6 @@ def analyse(
         decision = decide(acceptance, rule, _evidence(found, findings))
     return Result(
         run=run,
-        no_load_run=no_load,
-        no_load_run_after=no_load_after,
         measurand="" if measurand is None else measurand.name,
         symbol="" if measurand is None else measurand.symbol,
         decision=decision,

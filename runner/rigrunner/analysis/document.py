@@ -21,6 +21,7 @@ from rigrunner.analysis.document_values import (
 from rigrunner.analysis.verdict.document import decision, limits, verdict
 from rigrunner.api.checks import effect_words
 from rigrunner.api.instruments import torque_instruments
+from rigrunner.procedure.analysis_spec import NO_LOAD, NO_LOAD_AFTER
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -50,18 +51,15 @@ ALWAYS: Json = {
 def document(result: Result) -> Json:
     """Return the result as plain dicts, lists, texts, numbers, bools and null."""
     details = ALWAYS | {key: each for own in result.details for key, each in own.document().items()}
-    named, after = [_named(each) for each in result.results], result.no_load_run_after
-    partners = {
-        name: _run(run)
-        for name, run in result.run.partners.items()
-        if run not in (result.no_load_run, after)
-    }
+    named = [_named(each) for each in result.results]
+    partners = {name: _run(run) for name, run in result.run.partners.items()}
+    no_load, after = (partners.pop(name, None) for name in (NO_LOAD, NO_LOAD_AFTER))
     return {
         "format": FORMAT,
         "measurand": {"symbol": result.symbol, "name": result.measurand, "unit": TORQUE},
         "run": _run(result.run),
-        "no_load_run": None if result.no_load_run is None else _run(result.no_load_run),
-        **({} if after is None else {"no_load_run_after": _run(after)}),
+        "no_load_run": no_load,
+        **({} if after is None else {"no_load_run_after": after}),
         **({"partner_runs": partners} if partners else {}),
         "analysis": plain(result.settings),
         "revisions": dict(result.revisions),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping
 
     from rigrunner.api.analysis import Check
     from rigrunner.api.certificate import CertifiedDetails
@@ -110,10 +110,10 @@ class AnalysisDetails:
         """Return what a viewer of `run.h5` shows first; None leaves that to others."""
         return None
 
-    def certified(self, run: RunData, partners: Sequence[RunData]) -> CertifiedDetails | None:
-        """Return what it adds to a certificate of a run, measured with `partners`; None: nothing.
+    def certified(self, run: RunData) -> CertifiedDetails | None:
+        """Return what it adds to a certificate of a run; None: nothing.
 
         Raises DataError where it gave no result that a certificate could state.
         """
-        del run, partners
+        del run
         return None

@@ -101,7 +101,6 @@ class Result:
     """The outcome of the one analysis that serves online, stored and batch."""
 
     run: RunData
-    no_load_run: RunData | None
     measurand: str
     symbol: str
     results: tuple[MeasurementResult, ...] = ()
@@ -123,8 +122,6 @@ class Result:
     """The analysis as it was asked for, resolved to defaults."""
     revisions: Mapping[str, int] = field(default_factory=dict)
     """By which revision of each method it was computed: 'analysis', 'fit linear', ..."""
-    no_load_run_after: RunData | None = None
-    """The second no-load run, after this one, where there are two."""
 
     def details_of(self, kind: type[_Details]) -> _Details | None:
         """Return what an analysis keeps besides, by its class; None of one that was not made."""

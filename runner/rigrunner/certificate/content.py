@@ -36,6 +36,7 @@ from rigrunner.certificate.results import (
 )
 from rigrunner.certificate.surroundings import conditions_of, instruments_of
 from rigrunner.certificate.validity import traceability_of
+from rigrunner.procedure.analysis_spec import NO_LOAD, NO_LOAD_AFTER
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -239,8 +240,8 @@ def _evidence(source: Source, software: Mapping[str, str]) -> Evidence:
     partners = {name: _run_evidence(each, "") for name, each in run.partners.items()}
     return Evidence(
         run=_run_evidence(run, source.file_sha256),
-        no_load_run=partners.pop("no_load", None),
-        no_load_run_after=partners.pop("no_load_after", None),
+        no_load_run=partners.pop(NO_LOAD, None),
+        no_load_run_after=partners.pop(NO_LOAD_AFTER, None),
         partner_runs=partners,
         station_sha256=_sha256(run.header.station_text),
         software=dict(run.header.provenance),

@@ -80,8 +80,7 @@ def _measured_value(found: JudgedValue) -> MeasuredValue:
 
 def certified_of(result: Result) -> tuple[CertifiedDetails, ...]:
     """Return what the analyses bring; raise DataError where there is nothing to certify."""
-    partners = [each for each in (result.no_load_run, result.no_load_run_after) if each is not None]
-    brought = (each.certified(result.run, partners) for each in result.details)
+    brought = (each.certified(result.run) for each in result.details)
     found = tuple(each for each in brought if each is not None)
     has_results = any(each.results for each in found)
     if not (has_results or result.other_results or result.limits.values):

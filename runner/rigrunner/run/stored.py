@@ -17,7 +17,6 @@ from rigrunner.api.instruments import TORQUE
 from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import own_keys
 from rigrunner.procedure import AnalysisSpec, parse_procedure
-from rigrunner.procedure.analysis_spec import NO_LOAD, NO_LOAD_AFTER
 from rigrunner.run.interrupted import used_partners
 from rigrunner.runfile import read
 from rigrunner.station import parse_station
@@ -97,14 +96,12 @@ def analyse_stored(
         spec, limits, run = AnalysisSpec(), None, replace(run, partners={})
     return analyse(
         run,
-        run.partners.get(NO_LOAD),
         spec,
         acceptance=limits,
         measurand=procedure.measurand,
         lookup=registry,
         progress=progress,
         analyses=procedure.named_analyses if analysed else (),
-        no_load_after=run.partners.get(NO_LOAD_AFTER),
     )
 
 

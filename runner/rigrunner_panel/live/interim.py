@@ -11,7 +11,6 @@ from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.analysis.torque.prepare import prepare_point
 from rigrunner.api.errors import DataError
 from rigrunner.procedure import parse_procedure
-from rigrunner.procedure.analysis_spec import NO_LOAD
 from rigrunner.run.stored import run_data
 from rigrunner.runfile import read
 
@@ -49,7 +48,6 @@ class LiveAnalysis:
         """
         found = analyse(
             run,
-            run.partners.get(NO_LOAD),
             self.spec,
             acceptance=None,
             measurand=self.measurand,

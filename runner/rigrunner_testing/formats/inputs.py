@@ -47,7 +47,6 @@ def report_inputs() -> tuple[ReportInput, ...]:
     results = (
         analyse(
             run,
-            None,
             procedure.torque_analysis,
             acceptance=acceptance,
             measurand=procedure.measurand,

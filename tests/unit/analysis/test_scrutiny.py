@@ -64,8 +64,9 @@ def _analysed(kind, made):
         "fit": {"fits": ["strange"]},
         "compensation": {"compensations": ["strange", PAPER_PEAK], "primary": "strange"},
     }[kind]
+    run, no_load = _runs()
     return analyse(
-        *_runs(),
+        replace(run, partners={"no_load": no_load}),
         AnalysisSpec.model_validate(LOADED_SPEC | changes),
         acceptance=acceptance(),
         measurand=Measurand(symbol="Td", name="torque"),

@@ -311,13 +311,14 @@ def loaded_result(**changes):
     """Return the result of a loaded run with its no-load run."""
     loaded = tuple(swing_point(f, 1000.0, outlier=7 if f == 8 else None) for f in FREQUENCIES)
     no_load = tuple(swing_point(f, 0.0) for f in FREQUENCIES)
+    no_load_run = run_data("20260302T085000Z_SSPB-NLI", "SSPB-NLI", "No-load inertia sweep")
     result = Result(
         run=run_data(
             "20260302T091500Z_SSPB-STT-1000_DEMO-0001",
             "SSPB-STT-1000",
             "Starting torque under 1000 N",
+            partners={"no_load": no_load_run},
         ),
-        no_load_run=run_data("20260302T085000Z_SSPB-NLI", "SSPB-NLI", "No-load inertia sweep"),
         measurand="load-induced starting torque",
         symbol="Td",
         details=(
@@ -402,7 +403,6 @@ def no_load_result(**changes):
         run=run_data(
             "20260302T085000Z_SSPB-NLI", "SSPB-NLI", "No-load inertia sweep, 1 Hz to 35 Hz"
         ),
-        no_load_run=None,
         measurand="no-load torque of the rig",
         symbol="Tg",
         details=(

@@ -98,10 +98,9 @@ def approved(source):
     no_load = of(source.stored.partners["no_load"])
     stored = replace(of(source.stored), partners={"no_load": no_load})
     result = source.result
-    no_load_run = calibrated(result.no_load_run)
+    no_load_run = calibrated(result.run.partners["no_load"])
     run = replace(calibrated(result.run), partners={"no_load": no_load_run})
-    runs = {"run": run, "no_load_run": no_load_run}
-    return replace(source, stored=stored, result=replace(result, **runs), simulated=False)
+    return replace(source, stored=stored, result=replace(result, run=run), simulated=False)
 
 
 @pytest.mark.parametrize("language", shipped_languages())

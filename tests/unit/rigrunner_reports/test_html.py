@@ -247,7 +247,7 @@ def test_a_run_of_one_point_without_fits_is_reported():
         base,
         loaded=torque_of(base).loaded[:1],
         no_load=(),
-        no_load_run=None,
+        run=replace(base.run, partners={}),
         fits=(),
         compensations={
             name: replace(each, points=each.points[:1])

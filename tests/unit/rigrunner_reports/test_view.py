@@ -120,6 +120,10 @@ def test_an_entry_says_what_its_calibration_covers(result):
     assert encoder["Calibration"] == "none: the instrument is simulated"
 
 
+def with_no_load(result, run):
+    return replace(result, run=replace(result.run, partners={"no_load": run}))
+
+
 def test_a_run_on_a_draft_is_not_for_certification(result):
     approved = {"state": "approved", "by": "A. Jones", "utc": "2026-02-01T10:00:00Z"}
     changed = {"state": "draft", "note": "the procedure was changed after its approval"}
@@ -128,9 +132,9 @@ def test_a_run_on_a_draft_is_not_for_certification(result):
         for name, approval in (("approved", approved), ("changed", changed), ("unknown", {}))
     }
     no_load = replace(of["changed"].run, approval=approved)
-    of["approved"] = replace(of["approved"], no_load_run=no_load)
+    of["approved"] = with_no_load(of["approved"], no_load)
     assert run.restrictions(of["approved"]) == ()
-    on_draft = replace(of["approved"], no_load_run=replace(no_load, approval={}))
+    on_draft = with_no_load(of["approved"], replace(no_load, approval={}))
     assert run.restrictions(on_draft) == (
         "Not for certification: the procedure of the no-load run was a draft.",
     )
@@ -162,7 +166,7 @@ def test_settings_are_shown_by_the_name_of_their_plugin(result):
 
 def test_an_unfinished_no_load_run_is_said_above_the_number(result):
     assert run.warnings(result) == ()
-    stopped = replace(result, no_load_run=replace(result.no_load_run, outcome="error"))
+    stopped = with_no_load(result, replace(result.run.partners["no_load"], outcome="error"))
     assert run.warnings(stopped) == (
         "The no-load run ended as 'error', not as completed: it is no full test.",
     )
@@ -195,9 +199,9 @@ def test_an_imported_run_says_who_made_it(result):
     assert run.imported(result) == ()
     by = {"program": "Old.vi", "by": "A. Jones"}
     loaded, no_load = (replace(each, imported=by) for each in (result.run, result.run))
-    (text,) = run.imported(replace(result, run=loaded, no_load_run=no_load))
+    (text,) = run.imported(with_no_load(replace(result, run=loaded), no_load))
     assert "Old.vi made the recordings of this run and of the no-load run, not Rigrunner." in text
     other = replace(no_load, imported=by | {"by": "B. Lee"})
-    first, second = run.imported(replace(result, run=loaded, no_load_run=other))
+    first, second = run.imported(with_no_load(replace(result, run=loaded), other))
     assert "of this run, not" in first
     assert "as B. Lee states them" in second

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from rigrunner.api.analysis import NeededChannel, Requirements
+from rigrunner.api.analysis import NeededChannel, NeededRun, Requirements
 from rigrunner.api.findings import Findings, ResultDefinition
 from rigrunner.api.hooks import AnalysisRecord, NoSettings
 from rigrunner.registry import load_registry
@@ -18,6 +18,7 @@ TOLD = {
 READINGS = load_registry().make("analysis", "readings", TOLD)
 VOLTAGE = ResultDefinition(name="voltage", unit="V", per=("load.current",))
 METER = NeededChannel(name="meter.voltage", key=("of",), enters=("voltage",))
+DARK = NeededRun(name="dark", key=("dark",), procedure="DARK", channels=(METER,))
 
 
 def changed(**parts):
@@ -132,6 +133,9 @@ ANALYSES = {
     "says_what_it_requires": lambda: analysis_registry(requires=lambda _: Requirements()),
     "gives_what_it_yields": lambda: analysis_registry(changed(of=replace(VOLTAGE, unit="mV"))),
     "refuses_a_run_that_lacks_a_channel": lambda: analysis_registry(forgiving),
+    "refuses_a_partner_run_that_lacks_a_channel": lambda: analysis_registry(
+        requires=lambda _: Requirements(channels=(METER,), partners=(DARK,))
+    ),
     "is_pure": lambda: analysis_registry(Moody()),
     "a_worse_instrument_is_no_surer": lambda: analysis_registry(surer_when_worse),
     "the_order_of_recordings_means_nothing": lambda: analysis_registry(first_comes_first),

@@ -22,7 +22,7 @@ def loaded_run(finished, tmp_path):
 
 def test_the_latest_fitting_no_load_run_is_taken(finished):
     _, no_load, loaded = finished
-    assert loaded.result.no_load_run.run_id == no_load.folder.name
+    assert loaded.result.run.partners["no_load"].run_id == no_load.folder.name
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_of_an_earlier_and_a_later_no_load_run_the_earlier_one_is_taken(tmp_path
     run(procedure, runs, clock=SimulatedClock(START + timedelta(hours=4)))
     between = SimulatedClock(START + timedelta(hours=2))
     loaded = run(quick_procedure(tmp_path, "starting_torque_1000n"), runs, clock=between)
-    assert loaded.result.no_load_run.run_id == earlier.folder.name
+    assert loaded.result.run.partners["no_load"].run_id == earlier.folder.name
 
 
 @pytest.mark.thorough
@@ -80,7 +80,7 @@ def test_a_later_no_load_run_is_taken_where_it_is_named(loaded_run, finished):
     _, no_load, _ = finished
     before = SimulatedClock(START - timedelta(hours=1))
     loaded = loaded_run(clock=before, no_load=no_load.folder.name)
-    assert loaded.result.no_load_run.run_id == no_load.folder.name
+    assert loaded.result.run.partners["no_load"].run_id == no_load.folder.name
 
 
 def test_a_named_no_load_run_from_far_in_the_future_is_refused(loaded_run, finished):

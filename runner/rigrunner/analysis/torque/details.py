@@ -11,9 +11,10 @@ from rigrunner.analysis.document import TORQUE
 from rigrunner.analysis.torque.document import torque_document
 from rigrunner.api.details import PlotColumn, RunPlot
 from rigrunner.api.torque import TorqueDetails
+from rigrunner.procedure.analysis_spec import NO_LOAD
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from rigrunner.api.certificate import CertifiedDetails
     from rigrunner.api.data import RunData
@@ -56,8 +57,8 @@ class DocumentedTorque(TorqueDetails):
             beside=("raw",),
         )
 
-    def certified(self, run: RunData, partners: Sequence[RunData]) -> CertifiedDetails:
+    def certified(self, run: RunData) -> CertifiedDetails:
         """Return its parts of a certificate; raise DataError where it gave no result."""
         from rigrunner.analysis.torque.certified import certified_torque  # noqa: PLC0415  (pydantic)
 
-        return certified_torque(self, run, next(iter(partners), None))
+        return certified_torque(self, run, run.partners.get(NO_LOAD))

@@ -35,7 +35,6 @@ def command(procedure: str, station: str, runs: Path, *, as_json: bool) -> None:
     partner run that is not in the folder of runs is an error, shown with its line after the plan.
     """
     from rigrunner.run.calibration import calibration_findings
-    from rigrunner.run.partners import require_partners
     from rigrunner.run.planning import planned_run
 
     planned = planned_run(find_procedure(procedure), find_station(station))
@@ -48,7 +47,10 @@ def command(procedure: str, station: str, runs: Path, *, as_json: bool) -> None:
             message(f"warning: {torque.recording} would overload the instrument")
         for finding in calibration_findings(planned):
             message(f"warning: {finding.problem.message}")
-    require_partners(planned, runs)
+    if runs.is_dir():
+        from rigrunner.run.partners import require_partners
+
+        require_partners(planned, runs)
 
 
 def _sections(planned: Planned, prediction: Prediction) -> Iterator[str]:

@@ -63,8 +63,12 @@ def found(run, **no_load):
             "compensations": ["template_inverse"],
         }
     )
-    result = analyse(run, None, spec, acceptance=None, measurand=MEASURAND, lookup=load_registry())
+    result = analyse(run, spec, acceptance=None, measurand=MEASURAND, lookup=load_registry())
     return TorqueDetails.of(result).compensations["template_inverse"]
+
+
+def between(before, loaded, after):
+    return replace(loaded, partners={"no_load": before, "no_load_after": after})
 
 
 def found_of_three(friction, **no_load):
@@ -81,7 +85,7 @@ def found_of_three(friction, **no_load):
         }
     )
     known = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
-    return analyse(loaded, before, spec, no_load_after=after, **known)
+    return analyse(between(before, loaded, after), spec, **known)
 
 
 def errors_nm(compensation):
@@ -164,7 +168,7 @@ def test_runs_before_and_after_are_as_good_as_points_of_the_run_itself(drifting)
     np.testing.assert_allclose(errors_nm(apart), errors_nm(drifting), atol=1e-6)
     both = ([line(point).u for point in each.points] for each in (apart, drifting))
     np.testing.assert_allclose(*both, rtol=1e-3)
-    assert result.no_load_run_after.run_id == "after"
+    assert result.run.partners["no_load_after"].run_id == "after"
 
 
 def test_two_runs_that_are_not_around_the_loaded_one_are_refused():
@@ -175,7 +179,7 @@ def test_two_runs_that_are_not_around_the_loaded_one_are_refused():
     )
     known = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
     with pytest.raises(DataError, match="before and loaded are not before and after after"):
-        analyse(after, before, spec, no_load_after=loaded, **known)
+        analyse(between(before, after, loaded), spec, **known)
 
 
 def test_this_run_has_no_run_after_it():
