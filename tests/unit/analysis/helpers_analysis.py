@@ -137,7 +137,8 @@ def acceptance(maximum="0.95 N·m", minimum=None, rule="guard_band_u") -> Accept
 
 def analysed(run, no_load=None, analysis_spec=None, accept=None):
     chosen = analysis_spec or (spec() if no_load is not None else no_load_spec())
-    run = replace(run, partners={} if no_load is None else {"no_load": no_load})
+    if no_load is not None:
+        run = replace(run, partners={"no_load": no_load})
     return analyse(run, chosen, acceptance=accept, measurand=MEASURAND, lookup=registry())
 
 
