@@ -37,28 +37,62 @@ class Entry:
     """Why it cannot be used as it is."""
     note: str = ""
     """Of a procedure: its revision and its approval."""
+    changed_ns: int = 0
+    """When the file had been changed that was read."""
 
 
 class Catalogue:
     """The files of a laboratory's folder and the shipped ones. Names are those of its lists."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, stations: tuple[str, ...] = ()) -> None:
         self._folder = folder
+        self._stations = stations
+        """Those that may be used; all of them where none is named."""
 
     def entries(self, what: What) -> list[Entry]:
         """Return what there is, the laboratory's own first, each by name."""
         found: dict[Path, Entry] = {}
         for path, name, shipped in self._files():
-            if path.resolve() not in found and _kind(path) == what:
+            if path.resolve() not in found and self._is(path, name, what):
                 found[path.resolve()] = _entry(path, name, what, shipped=shipped)
         return sorted(found.values(), key=lambda each: (each.shipped, each.name))
 
     def path(self, what: What, name: str) -> Path:
         """Return the file of that name in the list; raise PanelError."""
-        for path, known, _ in self._files():
-            if known == name and _kind(path) == what:
-                return path
+        return self._file(what, name)[0]
+
+    def station(self, name: str) -> Entry:
+        """Return the station of that name in the list; raise PanelError."""
+        path, shipped = self._file("station", name)
+        return _entry(path, name, "station", shipped=shipped)
+
+    def _file(self, what: What, name: str) -> tuple[Path, bool]:
+        for path, known, shipped in self._files():
+            if known == name and self._is(path, name, what):
+                return path, shipped
         raise not_found(f"there is no {what} '{name[:80]}'", f"see GET /api/{what}s")
+
+    def reread(self, entry: Entry) -> Entry:
+        """Return a station's entry as its file is now."""
+        if _changed_ns(entry.path) == entry.changed_ns:
+            return entry
+        return _entry(entry.path, entry.name, "station", shipped=entry.shipped)
+
+    def rigs(self) -> list[str]:
+        """Return the names of the stations that are the panel's own: named ones, or the lab's."""
+        if self._stations:
+            return list(self._stations)
+        found = {
+            path.resolve(): name
+            for path, name, shipped in self._files()
+            if not shipped and self._is(path, name, "station")
+        }
+        return sorted(found.values())
+
+    def _is(self, path: Path, name: str, what: What) -> bool:
+        if what == "station" and self._stations and name not in self._stations:
+            return False
+        return _kind(path) == what
 
     def _files(self) -> Iterator[tuple[Path, str, bool]]:
         for below in _FOLDERS:
@@ -80,7 +114,15 @@ def _kind(path: Path) -> str:
     return found[1] if found else ""
 
 
+def _changed_ns(path: Path) -> int:
+    try:
+        return path.stat().st_mtime_ns
+    except OSError:
+        return 0
+
+
 def _entry(path: Path, name: str, what: What, *, shipped: bool) -> Entry:
+    changed_ns = _changed_ns(path)
     try:
         if what == "procedure":
             procedure = load_procedure(path)
@@ -88,6 +130,7 @@ def _entry(path: Path, name: str, what: What, *, shipped: bool) -> Entry:
             note = f"revision {model.revision}, {state.sentence()}"
             return Entry(name, path, model.id, model.title, shipped, note=note)
         station = load_station(path).model
-        return Entry(name, path, station.id, station.title, shipped)
+        return Entry(name, path, station.id, station.title, shipped, changed_ns=changed_ns)
     except RigrunnerError as error:
-        return Entry(name, path, path.stem, "", shipped, problem=str(error))
+        problem = str(error)
+        return Entry(name, path, path.stem, "", shipped, problem=problem, changed_ns=changed_ns)

@@ -1,4 +1,4 @@
-"""Who may steer: one client at a time, the others watch."""
+"""Who may steer a rig: one client at a time, the others watch."""
 
 from __future__ import annotations
 
@@ -69,12 +69,10 @@ class Control:
         with self._lock:
             return self._required(client)
 
-    def name_of(self, client: str) -> str:
-        """Return how a client is called on record: by name if it has control."""
-        with self._lock:
-            if self._holder is not None and self._holder.client == client:
-                return self._holder.name
-        return f"panel client {short_name(client)}" if client else "panel"
+    def holds(self, client: str) -> str:
+        """Return the name under which a client has control; '' if it has not."""
+        holder = self._holder
+        return holder.name if holder is not None and holder.client == client else ""
 
     def connected(self, client: str, step: int) -> None:
         """Count a WebSocket of a client that came (1) or went (-1)."""

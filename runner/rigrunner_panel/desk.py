@@ -15,9 +15,9 @@ from rigrunner_panel.live.story import Story
 from rigrunner_panel.live.watcher import Watcher
 from rigrunner_panel.process.launch import Process
 from rigrunner_panel.process.messages import Abort, Answer, Decide, Pause, PutOnRecord, Stop
-from rigrunner_panel.view.alarms import alarms_of_rigs
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from rigrunner.engine import Interference
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from rigrunner_panel.live.story import Links
     from rigrunner_panel.process.messages import ByHand, Job
     from rigrunner_panel.view.board import Board
+    from rigrunner_panel.view.sections import AlarmView
 
 _log = logging.getLogger("rigrunner_panel")
 
@@ -34,9 +35,12 @@ RIG_PROCESS = "rigrunner_panel.jobs.main"
 class Desk:
     """Starts jobs, hears how they go, and passes on what people want. For any thread."""
 
-    def __init__(self, board: Board, runs: Path) -> None:
+    def __init__(
+        self, board: Board, runs: Path, left_energised: Callable[[], tuple[AlarmView, ...]]
+    ) -> None:
         self.board = board
         self.runs = runs
+        self._left_energised = left_energised
         self._lock = threading.RLock()
         self._story: Story | None = None
         self._process: Process | None = None
@@ -66,7 +70,7 @@ class Desk:
         with self._lock:
             self._refuse_second()
             process = Process(RIG_PROCESS)
-            story = Story(self.board, job.view, links)
+            story = Story(self.board, job.view, links, self._left_energised())
             watcher = Watcher(self.runs, job.station) if job.view.kind != "preflight" else None
             self._story, self._process, self._watcher = story, process, watcher
             process.send(job)
@@ -147,7 +151,7 @@ class Desk:
 
     def tick(self) -> None:
         """Let time pass on the screen, and look for rigs that were left energised."""
-        rigs = alarms_of_rigs()
+        rigs = self._left_energised()
         with self._lock:
             if self._story is None:
                 self.board.put(alarms=rigs)
@@ -183,7 +187,7 @@ class Desk:
 
     def _lost(self, story: Story, code: int | None) -> None:
         with self._lock:
-            story.left(alarms_of_rigs())
+            story.left(self._left_energised())
             story.lost(code)
             if self._watcher is not None and story is self._story:
                 self._watcher.close()

@@ -14,11 +14,10 @@ from rigrunner_panel.files import digest_of
 from rigrunner_panel.view.editing import EditedView, EditorView
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
-    from rigrunner_panel.control import Control
     from rigrunner_panel.files import ProcedureFiles
-    from rigrunner_panel.view.board import Board
 
 MOST = 200
 GRACE_S = 10.0
@@ -46,8 +45,10 @@ class Saved:
 class Editing:
     """Knows the screens that edit, and tells all of them. For any thread."""
 
-    def __init__(self, board: Board, files: ProcedureFiles) -> None:
-        self._board = board
+    def __init__(
+        self, tell: Callable[[tuple[EditedView, ...]], None], files: ProcedureFiles
+    ) -> None:
+        self._tell_screens = tell
         self._files = files
         self._lock = threading.Lock()
         self._opened: dict[str, Opened] = {}
@@ -84,12 +85,12 @@ class Editing:
             return saved
         return Saved(digest, "", _changed_utc(path))
 
-    def tick(self, control: Control, now: datetime) -> None:
+    def tick(self, is_connected: Callable[[str], bool], now: datetime) -> None:
         """Forget screens that are gone, and look whether files were changed."""
         with self._lock:
             for client, opened in list(self._opened.items()):
                 late = (now - opened.at).total_seconds() > GRACE_S
-                if late and not control.is_connected(client):
+                if late and not is_connected(client):
                     del self._opened[client]
         self._tell()
 
@@ -100,7 +101,7 @@ class Editing:
                 since = utc_text(opened.at)
                 view = EditorView(client=short_name(client), name=opened.by, since_utc=since)
                 views.setdefault(opened.procedure, []).append(view)
-            self._board.put(editing=tuple(self._view(name, views[name]) for name in sorted(views)))
+            self._tell_screens(tuple(self._view(name, views[name]) for name in sorted(views)))
 
     def _view(self, procedure: str, editors: list[EditorView]) -> EditedView:
         try:

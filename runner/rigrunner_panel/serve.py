@@ -57,6 +57,9 @@ def serve(
         hint = "python -c 'import secrets; print(secrets.token_urlsafe())' makes one"
         raise UsageError(f"the token has less than {LEAST_TOKEN} characters", hint=hint)
     panel = Panel(settings=settings)
+    for name in set(settings.stations) - {rig.name for rig in panel.opened()}:
+        hint = f"name it as seen from {settings.procedures}, or a shipped one"
+        raise UsageError(f"there is no station '{name}'", hint=hint)
     config = server_config(panel)
     listening = _bound(settings.host, port)
     address = _address(settings, listening.getsockname()[1])
@@ -70,7 +73,8 @@ def serve(
                 webbrowser.open(address)
             asyncio.run(_served(_Server(config), listening, ending))
     finally:
-        panel.desk.close()
+        for rig in panel.opened():
+            rig.desk.close()
     return ending.exit_code
 
 
@@ -124,21 +128,23 @@ class Ending:
         """Do what the signals since the last time ask for; return whether the server is to end."""
         if not self.wanted:
             return False
-        if not self._panel.desk.is_busy:
+        busy = [rig.desk for rig in self._panel.opened() if rig.desk.is_busy]
+        if not busy:
             return True
         if self._presses and not self._aborted:
             self._aborted, self._presses = True, 0
-            run = self._panel.desk.name
-            self._say(
-                f"{run} is running. Aborting: teardown, then the rig is made safe."
-                " Ctrl-C stops at once."
-            )
-            with contextlib.suppress(PanelError):  # it has ended just now
-                self._panel.desk.abort(*self._who())
+            for desk in busy:
+                self._say(
+                    f"{desk.name} is running. Aborting: teardown, then the rig is made safe."
+                    " Ctrl-C stops at once."
+                )
+                with contextlib.suppress(PanelError):  # it has ended just now
+                    desk.abort(*self._who())
         elif self._presses:
             self._presses = 0
             self._say("Stopping now: no teardown, the rig is made safe. Please wait.")
-            self._panel.desk.stop(*self._who())
+            for desk in busy:
+                desk.stop(*self._who())
         return False
 
     def _take(self, number: int, _frame: FrameType | None) -> None:

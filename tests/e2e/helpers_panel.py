@@ -69,6 +69,7 @@ class Screen:
         self._socket = self._held.enter_context(events)
         self.state = {}
         self.frames = []
+        self.rigs = []
         self.events = []
         self.phases = []
         self.is_closed = False
@@ -119,6 +120,8 @@ class Screen:
                 self.state = told["state"]
             elif told["type"] == "event":
                 self.events.append(told)
+            elif told["type"] == "rigs":
+                self.rigs = told["rigs"]
             else:
                 assert told["seq"] == self.state["seq"] + 1
                 self.state = {**self.state, **told["changes"], "seq": told["seq"]}

@@ -1,10 +1,11 @@
-"""The file of the queue: read, changed and written whole by one process at a time."""
+"""The files of the queues, one per station: each is changed and written whole by one process."""
 
 from __future__ import annotations
 
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+from urllib.parse import quote
 
 from filelock import FileLock, Timeout
 from pydantic import ValidationError
@@ -18,14 +19,16 @@ from rigrunner.runfile import NEVER_ENDED
 from rigrunner.runfile.durable import write_whole, writing
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
     from datetime import datetime
     from pathlib import Path
 
     from rigrunner.api.events import Event, EventSink
     from rigrunner.queue.entries import Draft, State, Status
 
-FILE = "queue.json"
+FILES = "queue-*.json"
+COMMON_FILE = "queue.json"
+"""In which versions before had the entries of all stations."""
 MOST_ENTRIES = 5000
 PATIENCE_S = 5.0
 _MOVABLE = ("proposed", "waiting", "held")
@@ -41,85 +44,115 @@ class Shown:
 
 
 class Queue:
-    """The queue of a folder of runs. Any process may open it; each change is atomic and synced."""
+    """The queues of a folder of runs, one per station.
+
+    Any process may open them; each change is atomic and synced. A number belongs to one entry,
+    whatever its station.
+    """
 
     def __init__(self, runs: Path) -> None:
         self._runs = runs
         self._outcomes: dict[str, str] = {}
         """Of runs that are over, which do not change any more."""
-        self.path = runs / FILE
 
-    def changed_ns(self) -> int:
-        """Return when the file was changed last, in ns; 0 where there is none."""
+    def path(self, station: str) -> Path:
+        """Return the file of a station's queue."""
+        return self._runs / f"queue-{quote(station, safe='')}.json"
+
+    def changed_ns(self, station: str) -> int:
+        """Return when a station's file was changed last, in ns; 0 where there is none."""
         try:
-            return self.path.stat().st_mtime_ns
+            return self.path(station).stat().st_mtime_ns
         except OSError:
             return 0
 
-    def entries(self) -> tuple[Entry, ...]:
-        """Return all entries in order; raise DataError for a file that cannot be read."""
-        return self._read().entries
+    def stations(self) -> list[str]:
+        """Return the stations that have entries; raise DataError for a file that cannot be read."""
+        return list(dict.fromkeys(each.station for each in self.entries()))
+
+    def entries(self, station: str = "") -> tuple[Entry, ...]:
+        """Return the entries in order, by station; raise DataError for what cannot be read."""
+        self._part_common_file()
+        if station:
+            return _read(self.path(station)).entries
+        return tuple(each for stored in self._all() for each in stored.entries)
 
     def shown(self, station: str = "") -> list[Shown]:
         """Return the entries in order, each with its status; of one station only, if named."""
-        return [
-            self._shown(each) for each in self.entries() if not station or each.station == station
-        ]
+        return [self._shown(each) for each in self.entries(station)]
 
     def get(self, number: int) -> Entry:
-        """Return one entry; raise UsageError."""
-        return _found(self.entries(), number)
+        """Return one entry; raise UsageError, or DataError where its file cannot be read."""
+        self._part_common_file()
+        unread: DataError | None = None
+        for path in self._files():
+            try:
+                found = [each for each in _read(path).entries if each.id == number]
+            except DataError as error:  # the other stations need not care
+                unread = error
+                continue
+            if found:
+                return found[0]
+        raise unread or _unknown(number)
 
     def next(self, station: str = "") -> Entry | None:
         """Return the first entry that waits; None where none does.
 
-        Raises UsageError while an interrupted entry needs an answer first.
+        Raises UsageError while an interrupted entry needs an answer first, and where entries of
+        several stations wait and none is named.
         """
         shown = self.shown(station)
         for each in shown:
             if each.status == "interrupted":
                 raise _unanswered(each.entry)
-        return next((each.entry for each in shown if each.status == "waiting"), None)
+        waiting = [each.entry for each in shown if each.status == "waiting"]
+        stations = list(dict.fromkeys(each.station for each in waiting))
+        if len(stations) > 1:
+            message = f"entries of {len(stations)} stations wait: {', '.join(stations)}"
+            raise UsageError(message, hint="name one of them: --station")
+        return waiting[0] if waiting else None
 
     def add(
         self, drafts: Sequence[Draft], by: str, now: datetime, *, proposed: bool = False
     ) -> list[Entry]:
-        """Add entries at the end, all or none; those proposed wait for their release.
+        """Add entries of one station at its end, all or none; those proposed wait for release.
 
-        Raises InvalidFileError for a specimen that is in the queue for the same procedure already.
+        Raises InvalidFileError for a specimen that is in a queue for the same procedure already.
         """
+        (station,) = {each.station for each in drafts}
         made: list[Entry] = []
 
         def change(stored: Stored) -> Stored:
-            entries = list(stored.entries)
-            if len(entries) + len(drafts) > MOST_ENTRIES:
+            if len(stored.entries) + len(drafts) > MOST_ENTRIES:
                 raise UsageError(
                     f"the queue has room for {MOST_ENTRIES} entries",
                     hint="clear those that are over first",
                 )
+            everywhere = self._all()
+            free = max((each.next for each in everywhere), default=1)
+            known = [entry for each in everywhere for entry in each.entries]
             problems = []
             for draft in drafts:
-                if (twin := self._twin(entries, draft)) is not None:
-                    problems.append(_duplicate(twin))
+                if (twin := self._twin([*known, *made], draft)) is not None:
+                    problems.append(_duplicate(twin, draft))
                     continue
                 entry = Entry(
                     **draft.model_dump(include=set(type(draft).model_fields)),
-                    id=stored.next + len(made),
+                    id=free + len(made),
                     state="proposed" if proposed else "waiting",
                     by=by,
                     added_utc=utc_text(now),
                 )
                 made.append(entry)
-                entries.append(entry)
             if problems:
                 raise InvalidFileError(problems)
-            return Stored(next=stored.next + len(made), entries=tuple(entries))
+            return Stored(next=free + len(made), entries=(*stored.entries, *made))
 
-        self._change(change)
+        self._change(station, change)
         return made
 
     def move(self, number: int, before: int | None) -> None:
-        """Put an entry that has not started in front of another one, or last."""
+        """Put an entry that has not started in front of another one of its station, or last."""
 
         def change(stored: Stored) -> Stored:
             entry = self._in(stored, number, *_MOVABLE)
@@ -130,7 +163,7 @@ class Queue:
                 at = len(rest) if before is None else stored.entries.index(entry)
             return stored.model_copy(update={"entries": (*rest[:at], entry, *rest[at:])})
 
-        self._change(change)
+        self._change(self.get(number).station, change)
 
     def hold(self, number: int, by: str, reason: str = "") -> None:
         """Keep an entry back until it is released."""
@@ -155,9 +188,10 @@ class Queue:
             again = [each for each in stored.entries if each.repeats == number]
             if any(self._shown(each).status in OPEN for each in again):
                 raise UsageError(f"entry {number} is repeated already: entry {again[-1].id}")
+            free = max(each.next for each in self._all())
             new = old.model_copy(
                 update={
-                    "id": stored.next, "state": "waiting", "by": by, "added_utc": utc_text(now),
+                    "id": free, "state": "waiting", "by": by, "added_utc": utc_text(now),
                     "reason": reason, "repeats": number, "repeated_by": by, "run": "",
                 }
             )  # fmt: skip
@@ -166,9 +200,9 @@ class Queue:
                 old = old.model_copy(update={"state": "closed", "by": by, "reason": reason})
             at = [each.id for each in stored.entries].index(number)
             entries = (*stored.entries[:at], old, new, *stored.entries[at + 1 :])
-            return Stored(next=stored.next + 1, entries=entries)
+            return Stored(next=free + 1, entries=entries)
 
-        self._change(change)
+        self._change(self.get(number).station, change)
         return made[0]
 
     def clear(self, station: str = "") -> int:
@@ -177,15 +211,12 @@ class Queue:
 
         def change(stored: Stored) -> Stored:
             nonlocal removed
-            left = tuple(
-                each
-                for each in stored.entries
-                if self._shown(each).status in OPEN or (station and each.station != station)
-            )
-            removed = len(stored.entries) - len(left)
+            left = tuple(each for each in stored.entries if self._shown(each).status in OPEN)
+            removed += len(stored.entries) - len(left)
             return stored.model_copy(update={"entries": left})
 
-        self._change(change)
+        for each in [station] if station else self.stations():
+            self._change(each, change)
         return removed
 
     @contextmanager
@@ -239,7 +270,7 @@ class Queue:
                 return Shown(entry, "done", run.info.outcome)
         return Shown(entry, "interrupted")
 
-    def _twin(self, entries: Sequence[Entry], draft: Draft) -> Shown | None:
+    def _twin(self, entries: Iterable[Entry], draft: Draft) -> Shown | None:
         for each in entries:
             if each.state not in ("skipped", "closed") and each.is_same_test(draft):
                 return self._shown(each)
@@ -251,13 +282,14 @@ class Queue:
             new = entry.model_copy(update={"state": state, "by": by, "reason": reason})
             return _with(stored, new)
 
-        self._change(change)
+        self._change(self.get(number).station, change)
 
     def _replace(self, number: int, **fields: str) -> None:
         self._change(
+            self.get(number).station,
             lambda stored: _with(
                 stored, _found(stored.entries, number).model_copy(update=dict(fields))
-            )
+            ),
         )
 
     def _in(self, stored: Stored, number: int, *allowed: str) -> Entry:
@@ -268,35 +300,55 @@ class Queue:
             raise UsageError(f"entry {number} is {status}, expected {expected}")
         return entry
 
-    def _read(self) -> Stored:
-        try:
-            content = self.path.read_bytes()
-        except FileNotFoundError:
-            return Stored()
-        except OSError as error:
-            raise DataError(f"cannot read {self.path}: {error.strerror or error}") from error
-        try:
-            return Stored.model_validate_json(content)
-        except ValidationError as error:
-            first = error.errors(include_url=False)[0]
-            where = ".".join(map(str, first["loc"]))
-            raise DataError(
-                f"{self.path} is not a queue of this version: {where}: {first['msg']}",
-                hint="correct the file, or move it away to begin a new queue",
-            ) from error
+    def _files(self) -> list[Path]:
+        return sorted(self._runs.glob(FILES))
 
-    def _change(self, change: Callable[[Stored], Stored]) -> None:
-        with writing(self.path):
+    def _all(self) -> list[Stored]:
+        return [_read(path) for path in self._files()]
+
+    def _part_common_file(self) -> None:
+        """Give each station a file of its own, where one file has the entries of all."""
+        common = self._runs / COMMON_FILE
+        if not common.exists():
+            return
+        with self._locked():
+            before = _read(common)
+            for station in dict.fromkeys(each.station for each in before.entries):
+                path = self.path(station)
+                known = _read(path)
+                numbers = {each.id for each in known.entries}
+                more = [
+                    each
+                    for each in before.entries
+                    if each.station == station and each.id not in numbers
+                ]
+                entries = (*more, *known.entries)
+                _write(path, Stored(next=max(before.next, known.next), entries=entries))
+            with writing(common):
+                common.unlink(missing_ok=True)
+
+    def _change(self, station: str, change: Callable[[Stored], Stored]) -> None:
+        self._part_common_file()
+        with self._locked():
+            path = self.path(station)
+            before = _read(path)
+            after = change(before)
+            if after != before:
+                _write(path, after)
+
+    @contextmanager
+    def _locked(self) -> Iterator[None]:
+        """Hold all queues of the folder: a specimen is looked for in each of them."""
+        with writing(self._runs):
             self._runs.mkdir(parents=True, exist_ok=True)
         lock = FileLock(self._runs / ".queue.lock", timeout=PATIENCE_S)
         try:
             lock.acquire()
         except Timeout as error:
-            message = f"another process has {self.path} open for longer than {PATIENCE_S:g} s"
+            message = f"another process has {self._runs} open for longer than {PATIENCE_S:g} s"
             raise DataError(message, hint="try again") from error
         try:
-            stored = change(self._read())
-            write_whole(self.path, f"{stored.model_dump_json(indent=1)}\n".encode())
+            yield
         finally:
             lock.release()
 
@@ -322,7 +374,11 @@ def _found(entries: Sequence[Entry], number: int) -> Entry:
     for each in entries:
         if each.id == number:
             return each
-    raise UsageError(f"the queue has no entry {number}")
+    raise _unknown(number)
+
+
+def _unknown(number: int) -> UsageError:
+    return UsageError(f"the queue has no entry {number}")
 
 
 def _with(stored: Stored, new: Entry) -> Stored:
@@ -330,12 +386,13 @@ def _with(stored: Stored, new: Entry) -> Stored:
     return stored.model_copy(update={"entries": entries})
 
 
-def _duplicate(twin: Shown) -> Problem:
+def _duplicate(twin: Shown, draft: Draft) -> Problem:
     entry = twin.entry
-    return Problem(
-        f"{entry.specimen} is in the queue already: entry {entry.id}, {twin.status}",
-        hint="repeat that entry, with a reason, to test it again",
-    )
+    hint = "repeat that entry, with a reason, to test it again"
+    number, queue = f"entry {entry.id}, {twin.status}", entry.station
+    if queue != draft.station:
+        return Problem(f"{entry.specimen} is in the queue of {queue} already: {number}", hint=hint)
+    return Problem(f"{entry.specimen} is in the queue already: {number}", hint=hint)
 
 
 def _unanswered(entry: Entry) -> UsageError:
@@ -343,3 +400,25 @@ def _unanswered(entry: Entry) -> UsageError:
         f"the run of entry {entry.id} ({entry.specimen or entry.procedure}) was interrupted",
         hint="repeat that entry or close it first, with a reason",
     )
+
+
+def _read(path: Path) -> Stored:
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError:
+        return Stored()
+    except OSError as error:
+        raise DataError(f"cannot read {path}: {error.strerror or error}") from error
+    try:
+        return Stored.model_validate_json(content)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(map(str, first["loc"]))
+        raise DataError(
+            f"{path} is not a queue of this version: {where}: {first['msg']}",
+            hint="correct the file, or move it away to begin a new queue",
+        ) from error
+
+
+def _write(path: Path, stored: Stored) -> None:
+    write_whole(path, f"{stored.model_dump_json(indent=1)}\n".encode())

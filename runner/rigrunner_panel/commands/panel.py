@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
 import click
@@ -21,6 +21,13 @@ if TYPE_CHECKING:
     default=Path(),
     show_default=True,
     help="The lab folder with the procedures and stations to choose from.",
+)
+@click.option(
+    "--station",
+    "stations",
+    multiple=True,
+    metavar="NAME",
+    help="A station to serve, as seen from the lab folder; repeat it for more. Without it: all.",
 )
 @click.option(
     "--letterhead",
@@ -65,6 +72,7 @@ def command(
     *,
     runs: Path,
     procedures: Path,
+    stations: tuple[str, ...],
     letterhead: Path,
     signing_key: Path | None,
     port: int,
@@ -95,6 +103,7 @@ def command(
     settings = Settings(
         runs=runs,
         procedures=procedures,
+        stations=tuple(PurePath(each).as_posix() for each in stations),
         letterhead=letterhead,
         signing_key=signing_key,
         host=host,

@@ -81,7 +81,9 @@ class Links(Protocol):
 class Story:
     """One job, from its start to its end, told to the board. Called by one thread at a time."""
 
-    def __init__(self, board: Board, job: JobView, links: Links) -> None:
+    def __init__(
+        self, board: Board, job: JobView, links: Links, left: tuple[AlarmView, ...] = ()
+    ) -> None:
         self.job = job
         self.curves = Curves()
         self.recording = ""
@@ -89,7 +91,7 @@ class Story:
         self._begun: StepStarted | None = None
         self._board = board
         self._links = links
-        self._alarms = Alarms()
+        self._alarms = Alarms(left)
         self._track: Track | None = None
         self._started_s = 0.0
         self._recorded: tuple[PointView, ...] = ()

@@ -10,13 +10,17 @@ from rigrunner.rig_state import read_markers
 from rigrunner_panel.view.sections import AlarmView
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from rigrunner.api.events import Event
 
 MOST = 100
 
 
-def alarms_of_rigs() -> tuple[AlarmView, ...]:
+def alarms_of_rigs(concerns: Callable[[str], bool]) -> tuple[AlarmView, ...]:
     """Return an alarm for each rig that was left energised and that no process holds now.
+
+    Of the stations, by their id, only those that concern who asks.
 
     It is active until something has read back that the rig is safe.
     """
@@ -29,15 +33,15 @@ def alarms_of_rigs() -> tuple[AlarmView, ...]:
             active=not marker.safe_by,
         )
         for marker in read_markers()
-        if not marker.is_in_use
+        if concerns(marker.station) and not marker.is_in_use
     )
 
 
 class Alarms:
     """The latest alarms of a job, and the rigs of this machine that were left energised."""
 
-    def __init__(self) -> None:
-        self.rigs = alarms_of_rigs()
+    def __init__(self, rigs: tuple[AlarmView, ...] = ()) -> None:
+        self.rigs = rigs
         self._of_run: deque[AlarmView] = deque(maxlen=MOST)
 
     @property

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
     from rigrunner_panel.web.asked import Operation
     from rigrunner_panel.web.panel import Panel
+    from rigrunner_panel.web.rig import Rig
 
 STATIC = Path(__file__).parent.parent / "static"
 URGENT_THREADS = 8
@@ -64,7 +65,13 @@ def make_app(panel: Panel) -> Starlette:
         if not CLIENT.fullmatch(client):
             await socket.close(4400, "the query has no client id")
             return
-        await hub.serve(socket, client)
+        named = socket.query_params.get("rig", "")
+        try:
+            rig = await run_in_threadpool(panel.rig, named) if named else panel.only_rig()
+        except PanelError as error:
+            await socket.close(4000 + error.status, "there is no such station")
+            return
+        await hub.serve(socket, client, rig)
 
     routes = [
         Route("/api/openapi.json", _openapi, methods=["GET"]),
@@ -91,25 +98,58 @@ def _route(panel: Panel, operation: Operation) -> Route:
     own_threads: list[CapacityLimiter] = []  # made where the event loop is known
 
     async def endpoint(request: Request) -> Response:
-        asked = await _asked(request, panel, operation)
+        named = request.query_params.get("rig", "")
+        rig: Rig | None = None
+        body = await _given(request, operation)
+        if operation.of_rig:
+            rig = await run_in_threadpool(_rig, panel, named, body)
+        asked = _asked(request, panel, rig, operation, body)
         if operation.urgent and not own_threads:
             own_threads.append(CapacityLimiter(URGENT_THREADS))
         limiter = own_threads[0] if operation.urgent else None
-        found = await to_thread.run_sync(operation.handler, panel, asked, limiter=limiter)
+        found = await to_thread.run_sync(operation.handler, rig or panel, asked, limiter=limiter)
         return _answer(found, operation.status)
 
     return Route(operation.path, endpoint, methods=[operation.method])
 
 
-async def _asked(request: Request, panel: Panel, operation: Operation) -> Asked:
+async def _given(request: Request, operation: Operation) -> BaseModel | None:
+    """Return the body of a request that changes something; raise PanelError."""
+    if operation.method != "POST":
+        return None
+    if not CLIENT.fullmatch(request.headers.get("x-rigrunner-client", "")):
+        hint = "8 to 64 letters, digits, - and _, drawn at random by the client"
+        raise PanelError(400, "bad_request", "X-Rigrunner-Client is missing or wrong", hint)
+    return _parsed(await _body(request, operation.longest), operation.body)
+
+
+def _rig(panel: Panel, named: str, body: BaseModel | None) -> Rig:
+    """Return the rig that is meant, by the query, the body, or as the only one."""
+    of_body = getattr(body, "station", "")
+    if named and of_body and named != of_body:
+        message = (
+            f"got the rig '{named[:80]}' in the query and the station '{of_body[:80]}' in the body"
+        )
+        raise PanelError(400, "bad_request", message, "name the same one, or only one of them")
+    rig = panel.rig(named or of_body) if named or of_body else panel.only_rig()
+    if rig is None:
+        hint = "GET /api/rigs names them"
+        raise PanelError(400, "bad_request", "name the rig: ?rig=...", hint)
+    return rig
+
+
+def _asked(
+    request: Request,
+    panel: Panel,
+    rig: Rig | None,
+    operation: Operation,
+    body: BaseModel | None,
+) -> Asked:
     client = request.headers.get("x-rigrunner-client", "")
-    body = None
-    if operation.method == "POST":
-        if not CLIENT.fullmatch(client):
-            hint = "8 to 64 letters, digits, - and _, drawn at random by the client"
-            raise PanelError(400, "bad_request", "X-Rigrunner-Client is missing or wrong", hint)
-        body = _parsed(await _body(request, operation.longest), operation.body)
-    by = panel.control.required(client) if operation.steers else panel.control.name_of(client)
+    if operation.steers:
+        by = panel.steering(client) if rig is None else rig.control.required(client)
+    else:
+        by = panel.name_of(client)
     return Asked(body, dict(request.query_params), request.path_params, client, by)
 
 

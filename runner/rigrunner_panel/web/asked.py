@@ -10,8 +10,6 @@ if TYPE_CHECKING:
 
     from pydantic import BaseModel
 
-    from rigrunner_panel.web.panel import Panel
-
 
 SHORT = 64 * 1024
 """Bytes that a body may have, but for texts of files."""
@@ -36,13 +34,16 @@ class Operation:
     method: Literal["GET", "POST"]
     path: str
     summary: str
-    handler: Callable[[Panel, Asked], Any]
+    handler: Callable[[Any, Asked], Any]
+    """Gets the rig, or the panel where it is of no rig."""
     answer: type[BaseModel]
     body: type[BaseModel] | None = None
     query: Mapping[str, str] = field(default_factory=dict)
     """The name of each parameter of the query, and what it is."""
+    of_rig: bool = False
+    """Whether it is asked of one rig, which `rig` names."""
     steers: bool = False
-    """Whether only the client that has control may ask."""
+    """Whether only a client may ask that has control of the rig; of any rig where it is of none."""
     status: int = 200
     longest: int = SHORT
     """Bytes that its body may have."""

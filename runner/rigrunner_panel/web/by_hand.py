@@ -15,43 +15,43 @@ from rigrunner_panel.web.running import start_job
 if TYPE_CHECKING:
     from rigrunner_panel.view.manual import DriveView, ManualView
     from rigrunner_panel.web.asked import Asked
-    from rigrunner_panel.web.panel import Panel
     from rigrunner_panel.web.requests import RecordPoint, SetDrive
+    from rigrunner_panel.web.rig import Rig
 
 
-def open_manual(panel: Panel, asked: Asked) -> Done:
+def open_manual(rig: Rig, asked: Asked) -> Done:
     """Let a person have the rig, after a preflight as for a run."""
-    start_job(panel, "manual", asked.body, asked.by)
+    start_job(rig, "manual", asked.body, asked.by)
     return Done()
 
 
-def set_drive(panel: Panel, asked: Asked) -> Done:
+def set_drive(rig: Rig, asked: Asked) -> Done:
     """Set a drive within its limits."""
     body: SetDrive = asked.body
-    drive = _drive(panel, body.drive)
+    drive = _drive(rig, body.drive)
     value = _value(drive, body.value)
     if not drive.minimum <= value <= drive.maximum:
         limits = f"{drive.minimum:g} to {drive.maximum:g} {drive.unit}"
         raise PanelError(422, "invalid", f"{body.value} is out of range ({limits})")
-    panel.desk.by_hand(messages.SetDrive(drive.name, value, asked.by))
+    rig.desk.by_hand(messages.SetDrive(drive.name, value, asked.by))
     return Done()
 
 
-def record_point(panel: Panel, asked: Asked) -> Done:
+def record_point(rig: Rig, asked: Asked) -> Done:
     """Record a point where the rig is."""
     body: RecordPoint = asked.body
-    panel.desk.by_hand(messages.RecordPoint(body.cycles, asked.by))
+    rig.desk.by_hand(messages.RecordPoint(body.cycles, asked.by))
     return Done()
 
 
-def close_manual(panel: Panel, asked: Asked) -> Done:
+def close_manual(rig: Rig, asked: Asked) -> Done:
     """Make the rig safe, and seal what was recorded."""
-    panel.desk.by_hand(messages.CloseManual(asked.by))
+    rig.desk.by_hand(messages.CloseManual(asked.by))
     return Done()
 
 
-def _drive(panel: Panel, name: str) -> DriveView:
-    view: ManualView | None = panel.board.get("manual")
+def _drive(rig: Rig, name: str) -> DriveView:
+    view: ManualView | None = rig.board.get("manual")
     if view is None:
         raise wrong_state("the manual page has not got the rig", "open it first")
     for each in view.drives:

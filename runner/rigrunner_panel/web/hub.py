@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING
 from starlette.websockets import WebSocketDisconnect
 
 from rigrunner_panel.control import short_name
+from rigrunner_panel.view.rigs import Rigs
 from rigrunner_panel.web import queueing
+from rigrunner_panel.web.overview import rig_views
 from rigrunner_panel.web.security import PROTOCOL
 
 if TYPE_CHECKING:
@@ -20,20 +22,24 @@ if TYPE_CHECKING:
 
     from rigrunner_panel.live.curves import Curves
     from rigrunner_panel.web.panel import Panel
+    from rigrunner_panel.web.rig import Rig
 
 FRAME_S = 1 / 30
 TREND_S = 0.1
+RIGS_S = 0.25
 IDLE_S = 1.0
 MOST_WAITING = 64
 """Messages for a screen that is slow; with more it gets the whole state anew instead."""
 
 
 class Screen:
-    """One WebSocket: what waits for it, bounded."""
+    """One WebSocket: what waits for it, bounded. Without a rig it gets the overview alone."""
 
-    def __init__(self, socket: WebSocket, client: str) -> None:
+    def __init__(self, socket: WebSocket, client: str, panel: Panel, rig: Rig | None) -> None:
+        self.rig = rig
         self._socket = socket
         self._client = client
+        self._panel = panel
         self._waiting: deque[str | bytes] = deque()
         self._lags = True
         self._news = asyncio.Event()
@@ -55,21 +61,23 @@ class Screen:
         self._lags = True
         self._news.set()
 
-    async def work(self, panel: Panel) -> None:
+    async def work(self) -> None:
         """Send until the screen is gone."""
         while True:
             await self._news.wait()
             self._news.clear()
             if self._lags:
                 self._lags = False
-                await self._send_all(panel)
+                await self._send_all()
             while self._waiting:
                 await self._send(self._waiting.popleft())
 
-    async def _send_all(self, panel: Panel) -> None:
-        state = panel.board.state(short_name(self._client))
-        await self._send(f'{{"type":"state","state":{state}}}')
-        curves = panel.desk.curves
+    async def _send_all(self) -> None:
+        if self.rig is not None:
+            state = self.rig.board.state(short_name(self._client))
+            await self._send(f'{{"type":"state","state":{state}}}')
+        await self._send(_rigs_message(self._panel))
+        curves = self.rig.desk.curves if self.rig is not None else None
         for each in curves.whole() if curves is not None else ():
             await self._send(each)
 
@@ -80,21 +88,68 @@ class Screen:
             await self._socket.send_bytes(message)
 
 
+class Feed:
+    """What the screens of one rig are told, and when."""
+
+    def __init__(self, rig: Rig) -> None:
+        self._rig = rig
+        self.screens: set[Screen] = set()
+        self._curves: Curves | None = None
+        self._trend_s = 0.0
+        self._tick: asyncio.Future[None] | None = None
+
+    def tick(self) -> None:
+        """Let time pass for the rig."""
+        self._rig.desk.tick()
+        if self._tick is None or self._tick.done():  # in a thread: it reads and writes files
+            self._tick = asyncio.ensure_future(asyncio.to_thread(queueing.tick, self._rig))
+
+    def flush(self, now_s: float) -> bool:
+        """Tell what has changed; return whether more of it follows in a thirtieth of a second."""
+        for event in self._rig.board.new_events():
+            self._tell(event)
+        delta = self._rig.board.delta()
+        if delta is not None:
+            self._tell(delta)
+        curves = self._rig.desk.curves
+        if curves is not self._curves:
+            self._curves = curves
+            for screen in self.screens:
+                screen.begin_anew()
+        return curves is not None and self._tell_curves(curves, now_s)
+
+    def _tell_curves(self, curves: Curves, now_s: float) -> bool:
+        swing = curves.next_swing()
+        if swing is not None:
+            self._tell(swing)
+        if now_s - self._trend_s >= TREND_S:
+            self._trend_s = now_s
+            trend = curves.next_trend()
+            if trend is not None:
+                self._tell(trend)
+        return swing is not None
+
+    def _tell(self, message: str | bytes) -> None:
+        for screen in self.screens:
+            screen.tell(message)
+
+
 class Hub:
     """All screens, and the one task that tells them."""
 
     def __init__(self, panel: Panel) -> None:
         self._panel = panel
+        self._feeds: dict[Rig, Feed] = {}
         self._screens: set[Screen] = set()
         self._wake = asyncio.Event()
-        self._curves: Curves | None = None
-        self._trend_s = self._tick_s = 0.0
-        self._tick: asyncio.Future[None] | None = None
+        self._tick_s = self._rigs_s = 0.0
+        self._rigs = ""
+        self._look: asyncio.Future[None] | None = None
 
     async def run(self) -> None:
         """Tell what changes, at most thirty times a second, until cancelled."""
         loop = asyncio.get_running_loop()
-        self._panel.board.wake = lambda: _call(loop, self._wake.set)
+        self._panel.wake = lambda: _call(loop, self._wake.set)
         while True:
             with suppress(TimeoutError):
                 # `wait_for` loses a cancellation that comes with the news, until Python 3.12
@@ -104,58 +159,59 @@ class Hub:
             self._flush(loop.time())
             await asyncio.sleep(FRAME_S)
 
-    async def serve(self, socket: WebSocket, client: str) -> None:
+    async def serve(self, socket: WebSocket, client: str, rig: Rig | None) -> None:
         """Serve one screen until it is gone; what it sends is not listened to."""
-        screen = Screen(socket, client)
+        screen = Screen(socket, client, self._panel, rig)
         offered = socket.scope.get("subprotocols", ())
         await socket.accept(PROTOCOL if PROTOCOL in offered else None)
-        self._screens.add(screen)
-        self._panel.control.connected(client, 1)
-        work = asyncio.create_task(screen.work(self._panel))
+        self._come(screen, client)
+        work = asyncio.create_task(screen.work())
         gone = asyncio.create_task(_until_gone(socket))
         try:
             await asyncio.wait({work, gone}, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            self._screens.discard(screen)
-            self._panel.control.connected(client, -1)
+            self._go(screen, client)
             for task in (work, gone):
                 task.cancel()
                 with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError, OSError):
                     await task
 
+    def _come(self, screen: Screen, client: str) -> None:
+        self._screens.add(screen)
+        if screen.rig is not None:
+            self._feed(screen.rig).screens.add(screen)
+            screen.rig.control.connected(client, 1)
+
+    def _go(self, screen: Screen, client: str) -> None:
+        self._screens.discard(screen)
+        if screen.rig is not None:
+            self._feed(screen.rig).screens.discard(screen)
+            screen.rig.control.connected(client, -1)
+
+    def _feed(self, rig: Rig) -> Feed:
+        return self._feeds.setdefault(rig, Feed(rig))
+
     def _flush(self, now_s: float) -> None:
+        feeds = [self._feed(rig) for rig in self._panel.opened()]
         if now_s - self._tick_s >= IDLE_S:
             self._tick_s = now_s
-            self._panel.desk.tick()
-            if self._tick is None or self._tick.done():  # in a thread: it reads and writes files
-                self._tick = asyncio.ensure_future(asyncio.to_thread(_look_at_files, self._panel))
-        for event in self._panel.board.new_events():
-            self._tell(event)
-        delta = self._panel.board.delta()
-        if delta is not None:
-            self._tell(delta)
-        curves = self._panel.desk.curves
-        if curves is not self._curves:
-            self._curves = curves
-            for screen in self._screens:
-                screen.begin_anew()
-        if curves is not None:
-            self._tell_curves(curves, now_s)
+            for feed in feeds:
+                feed.tick()
+            if self._look is None or self._look.done():  # in a thread: it reads files
+                self._look = asyncio.ensure_future(asyncio.to_thread(self._panel.tick))
+        follows = [feed.flush(now_s) for feed in feeds]
+        if self._screens and now_s - self._rigs_s >= RIGS_S:
+            self._rigs_s = now_s
+            before, self._rigs = self._rigs, _rigs_message(self._panel)
+            for screen in self._screens if self._rigs != before else ():
+                screen.tell(self._rigs)
+        if any(follows):
+            self._wake.set()
 
-    def _tell_curves(self, curves: Curves, now_s: float) -> None:
-        swing = curves.next_swing()
-        if swing is not None:
-            self._tell(swing)
-            self._wake.set()  # the next one of the same block follows in a thirtieth of a second
-        if now_s - self._trend_s >= TREND_S:
-            self._trend_s = now_s
-            trend = curves.next_trend()
-            if trend is not None:
-                self._tell(trend)
 
-    def _tell(self, message: str | bytes) -> None:
-        for screen in self._screens:
-            screen.tell(message)
+def _rigs_message(panel: Panel) -> str:
+    rigs = Rigs(rigs=rig_views(panel.opened()))
+    return f'{{"type":"rigs",{rigs.model_dump_json()[1:]}'
 
 
 async def _until_gone(socket: WebSocket) -> None:
@@ -163,12 +219,6 @@ async def _until_gone(socket: WebSocket) -> None:
         message = await socket.receive()
         if message["type"] == "websocket.disconnect":
             return
-
-
-def _look_at_files(panel: Panel) -> None:
-    """See what other programs changed: the queue, and procedures that are being edited."""
-    queueing.tick(panel)
-    panel.editing.tick(panel.control, panel.now())
 
 
 def _call(loop: asyncio.AbstractEventLoop, function: Callable[[], object]) -> None:

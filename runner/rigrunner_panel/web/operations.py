@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.engine import Choice
@@ -10,6 +11,7 @@ from rigrunner.yamlfile.reader import MAX_BYTES
 from rigrunner_panel.control import short_name
 from rigrunner_panel.errors import PanelError
 from rigrunner_panel.view.queue import QueueView
+from rigrunner_panel.view.rigs import Rigs
 from rigrunner_panel.view.sections import State
 from rigrunner_panel.web import (
     answers,
@@ -24,6 +26,7 @@ from rigrunner_panel.web import (
     studying,
 )
 from rigrunner_panel.web.asked import SHORT, Operation
+from rigrunner_panel.web.overview import rig_views
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -32,8 +35,9 @@ if TYPE_CHECKING:
 
     from rigrunner_panel.web.asked import Asked
     from rigrunner_panel.web.panel import Panel
+    from rigrunner_panel.web.rig import Rig
 
-    Handler = Callable[[Panel, Asked], Any]
+    Handler = Callable[[Any, Asked], Any]
 
 _SEARCH = {"search": "words that must all be there"}
 _BEGUN = 202
@@ -73,17 +77,34 @@ def _steer(
     )
 
 
-def _state(panel: Panel, asked: Asked) -> str:
-    return panel.board.state(short_name(asked.client) if asked.client else "")
+def _of_rig(*operations: Operation) -> tuple[Operation, ...]:
+    query = {"rig": "the name of its station; it may be left out where the panel has one rig"}
+    return tuple(replace(each, of_rig=True, query={**each.query, **query}) for each in operations)
 
 
-def _events(panel: Panel, asked: Asked) -> str:
+def _rigs(panel: Panel, _: Asked) -> Rigs:
+    return Rigs(rigs=rig_views(panel.rigs()))
+
+
+def _state(rig: Rig, asked: Asked) -> str:
+    return rig.board.state(short_name(asked.client) if asked.client else "")
+
+
+def _events(rig: Rig, asked: Asked) -> str:
     after = asked.query.get("after", "-1")
     if not re.fullmatch(r"-1|[0-9]{1,15}", after):
         raise PanelError(400, "bad_request", f"after: got '{after[:40]}', expected a whole number")
-    return panel.board.events(int(after))
+    return rig.board.events(int(after))
 
 
+_RIGS = (
+    _get("rigs", "All rigs, as the overview shows them.", _rigs, Rigs),
+    Operation(
+        "POST", "/api/stop", "Make rigs safe at once, without teardown; for everyone.",
+        running.stop, answers.Stopped, requests.Why, urgent=True,
+        query={"rig": "the name of its station; all rigs where it is left out"},
+    ),
+)  # fmt: skip
 _CHOOSING = (
     _get(
         "procedures", "Procedures, last used first.", choosing.procedures, answers.Procedures,
@@ -133,7 +154,12 @@ _EDITING = (
         requests.ApproveProcedure, answers.Done,
     ),
 )  # fmt: skip
-_RUNNING = (
+_RUNNING = _of_rig(
+    _get("state", "The whole state.", _state, State),
+    _get(
+        "events", "The latest events of the present or last job, oldest first.", _events,
+        answers.Events, after="only those behind this number",
+    ),
     _post("control", "Take control.", running.take_control, requests.TakeControl, answers.Done),
     _steer("control/release", "Give control up.", running.release_control, requests.Nothing),
     _steer(
@@ -167,12 +193,8 @@ _RUNNING = (
         "run/abort", "Abort the run: teardown, then the rig is made safe.",
         running.abort, requests.Why,
     ),
-    Operation(
-        "POST", "/api/stop", "Make the rig safe at once, without teardown; for everyone.",
-        running.stop, answers.Stopped, requests.Why, urgent=True,
-    ),
 )  # fmt: skip
-_QUEUE = (
+_QUEUE = _of_rig(
     _get("queue", "The queue.", queueing.queue, QueueView),
     _post(
         "queue/propose", "Add specimens that a person has to release; for everyone.",
@@ -209,7 +231,7 @@ _QUEUE = (
         queueing.automatic, requests.SetAutomatic,
     ),
 )  # fmt: skip
-_BY_HAND = (
+_BY_HAND = _of_rig(
     _steer(
         "manual/open", "Open the manual mode, after a preflight as for a run.",
         by_hand.open_manual, requests.OpenManual, status=_BEGUN,
@@ -289,14 +311,7 @@ _CERTIFICATES = (
     ),
 )  # fmt: skip
 OPERATIONS = (
-    _get("state", "The whole state.", _state, State),
-    _get(
-        "events",
-        "The latest events of the present or last job, oldest first.",
-        _events,
-        answers.Events,
-        after="only those behind this number",
-    ),
+    *_RIGS,
     *_CHOOSING,
     *_EDITING,
     *_RUNNING,

@@ -6,27 +6,29 @@ import hashlib
 import hmac
 import secrets
 import threading
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
+from rigrunner.api.errors import DataError
 from rigrunner.clock import WallClock
 from rigrunner.queue import Queue
 from rigrunner_panel.catalogue import Catalogue
-from rigrunner_panel.control import Control
-from rigrunner_panel.desk import Desk
+from rigrunner_panel.control import short_name
 from rigrunner_panel.editing import Editing
 from rigrunner_panel.errors import PanelError
 from rigrunner_panel.files import ProcedureFiles
 from rigrunner_panel.history import History
-from rigrunner_panel.sequence import Sequence
-from rigrunner_panel.view.board import Board
 from rigrunner_panel.view.sections import FileLink
+from rigrunner_panel.web.rig import Rig
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
     from datetime import datetime
+
+    from rigrunner_panel.view.editing import EditedView
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,6 +37,8 @@ class Settings:
 
     runs: Path = Path("runs")
     procedures: Path = Path()
+    stations: tuple[str, ...] = ()
+    """Those that may be used, by their names in the lists; all of them where none is named."""
     letterhead: Path = Path("letterhead")
     signing_key: Path | None = None
     """The laboratory's private key; None where nothing is signed here."""
@@ -58,25 +62,88 @@ class Overridable:
 
 @dataclass(eq=False)
 class Panel:
-    """One rig, one screen's worth of state, and who may do what."""
+    """The rigs of a laboratory, and what they have in common: its files and its stored runs."""
 
     settings: Settings
-    board: Board = field(default_factory=Board)
     clock: WallClock = field(default_factory=WallClock)
 
     def __post_init__(self) -> None:
-        self.control = Control(self.board)
-        self.desk = Desk(self.board, self.settings.runs)
-        self.catalogue = Catalogue(self.settings.procedures)
+        self.catalogue = Catalogue(self.settings.procedures, self.settings.stations)
         self.files = ProcedureFiles(self.settings.procedures, self.catalogue)
-        self.editing = Editing(self.board, self.files)
+        self.editing = Editing(self._tell_editing, self.files)
         self.history = History(self.settings.runs)
-        self.queue = Queue(self.settings.runs)
-        self.sequence = Sequence()
         self.archiving = threading.Lock()
         self.pictures: dict[str, Path] = {}
-        self.looked_at: Overridable | None = None
+        self.wake: Callable[[], None] = lambda: None
+        """What `changed` calls: whoever tells the screens."""
+        self._rigs: dict[str, Rig] = {}
+        self._opening = threading.Lock()
         self._secret = secrets.token_bytes(32)
+        self.rigs()
+
+    def changed(self) -> None:
+        """Take note, in any thread, that something of a rig has changed."""
+        self.wake()
+
+    def opened(self) -> tuple[Rig, ...]:
+        """Return the rigs that were shown or used since the start, by name; reads no file."""
+        return tuple(rig for _, rig in sorted(self._rigs.copy().items()))
+
+    def rigs(self) -> tuple[Rig, ...]:
+        """Return all rigs: those named or of the lab, others in use, and those with a queue."""
+        with suppress(DataError):  # its station says so where its queue is shown
+            queued = Queue(self.settings.runs).stations()
+            self._open(name for name in queued if name not in self._rigs)
+        self._open(self.catalogue.rigs())
+        return self.opened()
+
+    def rig(self, name: str) -> Rig:
+        """Return the rig of that station; raise PanelError for one that is not in the lists."""
+        known = self._rigs.get(name)  # without the lock, and without looking for files
+        if known is not None:
+            return known
+        with self._opening:
+            if name not in self._rigs:
+                self._rigs[name] = Rig(self, self.catalogue.station(name))
+            return self._rigs[name]
+
+    def only_rig(self) -> Rig | None:
+        """Return the rig that is meant where none is named; None if there are several, or none."""
+        found = self.opened()
+        return found[0] if len(found) == 1 else None
+
+    def steering(self, client: str) -> str:
+        """Return the name of a client that has control of a rig; raise PanelError for another."""
+        rigs = self.opened()
+        held = [rig for rig in rigs if rig.control.holds(client)]
+        others = [rig for rig in rigs if rig.board.get("control") is not None]
+        for rig in (*held, *others, *rigs):
+            return rig.control.required(client)
+        raise PanelError(
+            403, "not_in_control", "nobody has control", "take it first: POST /api/control"
+        )
+
+    def name_of(self, client: str) -> str:
+        """Return how a client is called on record: by name if it has control of a rig."""
+        names = (rig.control.holds(client) for rig in self.opened())
+        other = f"panel client {short_name(client)}" if client else "panel"
+        return next((name for name in names if name), other)
+
+    def tick(self) -> None:
+        """Look for what other programs changed in procedures that are edited."""
+        self.editing.tick(self._is_connected, self.now())
+
+    def _is_connected(self, client: str) -> bool:
+        return any(rig.control.is_connected(client) for rig in self.opened())
+
+    def _tell_editing(self, views: tuple[EditedView, ...]) -> None:
+        for rig in self.opened():
+            rig.board.put(editing=views)
+
+    def _open(self, names: Iterable[str]) -> None:
+        for name in names:
+            with suppress(PanelError):  # there is no such station any more
+                self.rig(name)
 
     def now(self) -> datetime:
         """Return the time of day."""

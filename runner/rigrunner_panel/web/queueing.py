@@ -1,4 +1,4 @@
-"""The queue at the panel: what is asked of it, and when its next run starts."""
+"""The queue of a rig at the panel: what is asked of it, and when its next run starts."""
 
 from __future__ import annotations
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from rigrunner.queue.entries import Entry
     from rigrunner.queue.store import Shown
     from rigrunner_panel.web.asked import Asked
-    from rigrunner_panel.web.panel import Panel
     from rigrunner_panel.web.requests import (
         AddEntries,
         EntryBecause,
@@ -30,6 +29,7 @@ if TYPE_CHECKING:
         OneEntry,
         SetAutomatic,
     )
+    from rigrunner_panel.web.rig import Rig
 
 _log = logging.getLogger("rigrunner.panel")
 MOST_OVER = 200
@@ -37,130 +37,132 @@ MOST_OVER = 200
 _OVER = ("done", "skipped", "closed")
 
 
-def queue(panel: Panel, _: Asked) -> QueueView:
+def queue(rig: Rig, _: Asked) -> QueueView:
     """Return the queue."""
-    return refresh(panel)
+    return refresh(rig)
 
 
-def add(panel: Panel, asked: Asked) -> Added:
+def add(rig: Rig, asked: Asked) -> Added:
     """Add specimens that wait for their turn."""
-    return _add(panel, asked, proposed=False)
+    return _add(rig, asked, proposed=False)
 
 
-def propose(panel: Panel, asked: Asked) -> Added:
+def propose(rig: Rig, asked: Asked) -> Added:
     """Add specimens that a person has to release first."""
-    return _add(panel, asked, proposed=True)
+    return _add(rig, asked, proposed=True)
 
 
-def move(panel: Panel, asked: Asked) -> Done:
+def move(rig: Rig, asked: Asked) -> Done:
     """Put an entry in front of another one."""
     body: Move = asked.body
-    panel.queue.move(body.entry, body.before)
-    refresh(panel)
+    rig.queue.move(_own(rig, body.entry).id, body.before)
+    refresh(rig)
     return Done()
 
 
-def hold(panel: Panel, asked: Asked) -> Done:
+def hold(rig: Rig, asked: Asked) -> Done:
     """Keep an entry back."""
     body: EntryBecause = asked.body
-    panel.queue.hold(body.entry, asked.by, body.reason.strip())
-    refresh(panel)
+    rig.queue.hold(_own(rig, body.entry).id, asked.by, body.reason.strip())
+    refresh(rig)
     return Done()
 
 
-def release(panel: Panel, asked: Asked) -> Done:
+def release(rig: Rig, asked: Asked) -> Done:
     """Release an entry that was proposed or held."""
     body: OneEntry = asked.body
-    panel.queue.release(body.entry, asked.by)
-    refresh(panel)
+    rig.queue.release(_own(rig, body.entry).id, asked.by)
+    refresh(rig)
     return Done()
 
 
-def skip(panel: Panel, asked: Asked) -> Done:
+def skip(rig: Rig, asked: Asked) -> Done:
     """Skip an entry, or close one whose run was interrupted."""
     body: EntryBecause = asked.body
-    panel.queue.skip(body.entry, asked.by, body.reason.strip())
-    refresh(panel)
+    rig.queue.skip(_own(rig, body.entry).id, asked.by, body.reason.strip())
+    refresh(rig)
     return Done()
 
 
-def repeat(panel: Panel, asked: Asked) -> Added:
+def repeat(rig: Rig, asked: Asked) -> Added:
     """Test the specimen of an entry again."""
     body: EntryBecause = asked.body
-    made = panel.queue.repeat(body.entry, asked.by, body.reason.strip(), panel.now())
-    refresh(panel)
+    entry, reason = _own(rig, body.entry), body.reason.strip()
+    made = rig.queue.repeat(entry.id, asked.by, reason, rig.panel.now())
+    refresh(rig)
     return Added(entries=[made.id])
 
 
-def clear(panel: Panel, _: Asked) -> Cleared:
+def clear(rig: Rig, _: Asked) -> Cleared:
     """Remove the entries that are over."""
-    removed = panel.queue.clear()
-    refresh(panel)
+    removed = rig.queue.clear(rig.name)
+    refresh(rig)
     return Cleared(removed=removed)
 
 
-def start(panel: Panel, asked: Asked) -> Done:
+def start(rig: Rig, asked: Asked) -> Done:
     """Start an entry, or the next one that waits, after a preflight."""
     body: OneEntry = asked.body
-    with panel.sequence.lock:
-        found = panel.queue.next()  # refuses while an interrupted entry asks
+    with rig.sequence.lock:
+        found = rig.queue.next(rig.name)  # refuses while an interrupted entry asks
         if body.entry:
-            found = panel.queue.get(body.entry)
+            found = _own(rig, body.entry)
         if found is None:
             raise wrong_state("no entry of the queue waits", "add or release one")
-        _start(panel, found, asked.by)
+        _start(rig, found, asked.by)
     return Done()
 
 
-def automatic(panel: Panel, asked: Asked) -> Done:
+def automatic(rig: Rig, asked: Asked) -> Done:
     """Let runs start by themselves, or not any more."""
     body: SetAutomatic = asked.body
-    with panel.sequence.lock:
-        panel.sequence.automatic_by = asked.by if body.on else ""
-        panel.sequence.problem = ""
-    refresh(panel)
+    with rig.sequence.lock:
+        rig.sequence.automatic_by = asked.by if body.on else ""
+        rig.sequence.problem = ""
+    refresh(rig)
     return Done()
 
 
-def start_run(panel: Panel, asked: Asked) -> Started:
+def start_run(rig: Rig, asked: Asked) -> Started:
     """Start a run that the preflight lets start; where the rig is in use, queue it."""
     body: StartRun = asked.body
-    procedure, _ = files(panel, body)
+    procedure, _ = files(rig.panel, body)
     check_inputs(procedure, body.inputs)
-    with panel.sequence.lock:
+    with rig.sequence.lock:
         if body.entry is not None:
-            _claim_and_start(panel, _matching(panel, body), asked.by, body)
-        elif panel.desk.is_busy and panel.board.get("phase") != "checking":
-            made = _added(panel, [_draft(body, body.inputs)], asked.by, proposed=False)
+            _claim_and_start(rig, _matching(rig, body), asked.by, body)
+        elif rig.desk.is_busy and rig.board.get("phase") != "checking":
+            made = _added(rig, [_draft(body, body.inputs)], asked.by, proposed=False)
             return Started(entry=made.entries[0])
         else:
-            start_job(panel, "run", body, asked.by, body.inputs)
+            start_job(rig, "run", body, asked.by, body.inputs)
     return Started()
 
 
-def tick(panel: Panel) -> None:
+def tick(rig: Rig) -> None:
     """Let go of a run that is over, start what waits for its preflight, or what may start."""
-    sequence = panel.sequence
+    sequence = rig.sequence
     try:
+        rig.reread()
         with sequence.lock:
-            if not panel.desk.is_busy:
-                _let_go(panel)
+            if not rig.desk.is_busy:
+                _let_go(rig)
                 if sequence.wanted is not None:
-                    _after_preflight(panel)
+                    _after_preflight(rig)
                 elif sequence.automatic_by:
-                    _by_itself(panel)
-            if panel.queue.changed_ns() != sequence.seen_ns:
-                refresh(panel)
+                    _by_itself(rig)
+            if rig.queue.changed_ns(rig.name) != sequence.seen_ns:
+                refresh(rig)
     except Exception:  # noqa: BLE001  (a thread that nobody waits for)
         _log.exception("a bug in the panel: the queue stands still")
 
 
-def refresh(panel: Panel) -> QueueView:
+def refresh(rig: Rig) -> QueueView:
     """Show the queue as it is on the disk."""
-    sequence = panel.sequence
-    sequence.seen_ns = panel.queue.changed_ns()
+    sequence = rig.sequence
+    sequence.seen_ns = rig.queue.changed_ns(rig.name)
     try:
-        shown = panel.queue.shown()
+        shown = rig.queue.shown(rig.name)
         asks = any(each.status == "interrupted" for each in shown)
         waiting = (each.entry.id for each in shown if each.status == "waiting")
         following, problem = None if asks else next(waiting, None), sequence.problem
@@ -169,18 +171,27 @@ def refresh(panel: Panel) -> QueueView:
     over = [each for each in shown if each.status in _OVER]
     left_out = {each.entry.id for each in over[:-MOST_OVER]}
     view = QueueView(
-        entries=tuple(_view(panel, each) for each in shown if each.entry.id not in left_out),
+        entries=tuple(_view(rig, each) for each in shown if each.entry.id not in left_out),
         left_out=len(left_out),
         next=following,
         starting=sequence.wanted.entry if sequence.wanted else None,
         automatic_by=sequence.automatic_by,
         problem=problem,
     )
-    panel.board.put(queue=view)
+    rig.board.put(queue=view)
     return view
 
 
-def _view(panel: Panel, shown: Shown) -> EntryView:
+def _own(rig: Rig, number: int) -> Entry:
+    """Return an entry of this rig's queue; raise UsageError for one of another rig."""
+    entry = rig.queue.get(number)
+    if entry.station != rig.name:
+        message = f"entry {number} is in the queue of {entry.station}, not of {rig.name}"
+        raise UsageError(message)
+    return entry
+
+
+def _view(rig: Rig, shown: Shown) -> EntryView:
     entry = shown.entry
     return EntryView(
         **entry.model_dump(
@@ -190,23 +201,23 @@ def _view(panel: Panel, shown: Shown) -> EntryView:
         run=entry.run,
         status=shown.status,
         outcome=shown.outcome,
-        verdict=panel.history.item(entry.run).verdict if shown.status == "done" else "",
+        verdict=rig.panel.history.item(entry.run).verdict if shown.status == "done" else "",
     )
 
 
-def _add(panel: Panel, asked: Asked, *, proposed: bool) -> Added:
+def _add(rig: Rig, asked: Asked, *, proposed: bool) -> Added:
     body: AddEntries = asked.body
-    procedure, _ = files(panel, body)
+    procedure, _ = files(rig.panel, body)
     inputs = load_procedure(procedure).inputs
     common = accepted_inputs(body.inputs, inputs)
     rows = [item.inputs for item in read_list(body.list, inputs)] if body.list.strip() else [{}]
     drafts = [_draft(body, {**common, **row}) for row in rows]
-    return _added(panel, drafts, asked.by, proposed=proposed)
+    return _added(rig, drafts, asked.by, proposed=proposed)
 
 
-def _added(panel: Panel, drafts: list[Draft], by: str, *, proposed: bool) -> Added:
-    made = panel.queue.add(drafts, by, panel.now(), proposed=proposed)
-    refresh(panel)
+def _added(rig: Rig, drafts: list[Draft], by: str, *, proposed: bool) -> Added:
+    made = rig.queue.add(drafts, by, rig.panel.now(), proposed=proposed)
+    refresh(rig)
     return Added(entries=[each.id for each in made])
 
 
@@ -221,9 +232,9 @@ def _draft(body: AddEntries | StartRun, inputs: dict[str, str]) -> Draft:
     )
 
 
-def _matching(panel: Panel, body: StartRun) -> Entry:
+def _matching(rig: Rig, body: StartRun) -> Entry:
     """Return the entry that a start names; raise PanelError for another test than the entry's."""
-    entry = panel.queue.get(body.entry or 0)
+    entry = _own(rig, body.entry or 0)
     asked = _draft(body, body.inputs)
     pair = (asked.procedure, asked.station, asked.specimen.strip())
     if pair != (entry.procedure, entry.station, entry.specimen):
@@ -232,95 +243,95 @@ def _matching(panel: Panel, body: StartRun) -> Entry:
     return entry
 
 
-def _start(panel: Panel, entry: Entry, by: str) -> None:
+def _start(rig: Rig, entry: Entry, by: str) -> None:
     """Start an entry if the rig was looked at just now; else look first."""
     body = _body(entry)
     if entry.state != "waiting":
         raise wrong_state(f"entry {entry.id} does not wait", "release or repeat it first")
-    panel.sequence.problem = ""
-    if ready_preflight(panel, body):
-        _claim_and_start(panel, entry, by, body)
+    rig.sequence.problem = ""
+    if ready_preflight(rig, body):
+        _claim_and_start(rig, entry, by, body)
         return
-    panel.sequence.wanted = Wanted(entry.id, by, panel.sequence.stops)
+    rig.sequence.wanted = Wanted(entry.id, by, rig.sequence.stops)
     try:
-        begin_preflight(panel, StartPreflight(**_pair(entry).model_dump()), by)
+        begin_preflight(rig, StartPreflight(**_pair(entry).model_dump()), by)
     except BaseException:
-        panel.sequence.wanted = None
+        rig.sequence.wanted = None
         raise
-    refresh(panel)
+    refresh(rig)
 
 
-def _claim_and_start(panel: Panel, entry: Entry, by: str, body: StartRun) -> None:
+def _claim_and_start(rig: Rig, entry: Entry, by: str, body: StartRun) -> None:
     """Mark an entry as started, on the disk, and start its run."""
-    sequence, stops = panel.sequence, panel.sequence.stops
-    if panel.desk.is_busy:
+    sequence, stops = rig.sequence, rig.sequence.stops
+    if rig.desk.is_busy:
         raise wrong_state("the rig is in use", "wait for the end, or abort what goes on")
     with ExitStack() as claim:
-        claim.enter_context(panel.queue.started(entry.id, by))
+        claim.enter_context(rig.queue.started(entry.id, by))
         try:
-            start_job(panel, "run", body, by, body.inputs, entry=entry.id)
+            start_job(rig, "run", body, by, body.inputs, entry=entry.id)
         except PanelError as error:
-            panel.queue.give_back(entry.id, error.view.message)
-            refresh(panel)
+            rig.queue.give_back(entry.id, error.view.message)
+            refresh(rig)
             raise
         sequence.entry, sequence.held = entry.id, claim.pop_all()
     if sequence.stops != stops:  # pressed while the process was started
-        panel.desk.stop(by, "stop button")
-    refresh(panel)
+        rig.desk.stop(by, "stop button")
+    refresh(rig)
 
 
-def _let_go(panel: Panel) -> None:
+def _let_go(rig: Rig) -> None:
     """Let go of the entry whose run is over; one whose run never began is held."""
-    sequence = panel.sequence
+    sequence = rig.sequence
     if sequence.entry is None:
         return
-    finished = panel.board.get("finished")
+    finished = rig.board.get("finished")
     why = finished.reason if finished is not None else ""
-    panel.queue.give_back(sequence.entry, why or "the run did not begin")
+    rig.queue.give_back(sequence.entry, why or "the run did not begin")
     sequence.held.close()
     sequence.entry = None
-    refresh(panel)
+    refresh(rig)
 
 
-def _after_preflight(panel: Panel) -> None:
-    sequence = panel.sequence
+def _after_preflight(rig: Rig) -> None:
+    sequence = rig.sequence
     wanted, sequence.wanted = sequence.wanted, None
     if wanted is None or wanted.stops != sequence.stops:
         return
     try:
-        entry = panel.queue.get(wanted.entry)
+        entry = rig.queue.get(wanted.entry)
         body = _body(entry)
-        if not ready_preflight(panel, body):
+        if not ready_preflight(rig, body):
             raise wrong_state("a check of the preflight failed", "open the entry to see it")
-        _claim_and_start(panel, entry, wanted.by, body)
+        _claim_and_start(rig, entry, wanted.by, body)
     except (PanelError, RigrunnerError) as error:
-        _give_up(panel, error)
+        _give_up(rig, error)
 
 
-def _by_itself(panel: Panel) -> None:
+def _by_itself(rig: Rig) -> None:
     """Start the next entry if its procedure, the run before and the alarms allow it."""
-    finished = panel.board.get("finished")
+    finished = rig.board.get("finished")
     try:
         if finished is not None and (finished.outcome not in CONCLUDED or finished.error):
             raise wrong_state("the run before was not completed")
-        if any(each.active for each in panel.board.get("alarms")):
+        if any(each.active for each in rig.board.get("alarms")):
             raise wrong_state("an alarm is active")
-        entry = panel.queue.next()
+        entry = rig.queue.next(rig.name)
         if entry is None:
             return
-        procedure, _ = files(panel, _pair(entry))
+        procedure, _ = files(rig.panel, _pair(entry))
         if load_procedure(procedure).model.automatic_start:
-            _start(panel, entry, panel.sequence.automatic_by)
+            _start(rig, entry, rig.sequence.automatic_by)
     except (PanelError, RigrunnerError) as error:
-        _give_up(panel, error)
+        _give_up(rig, error)
 
 
-def _give_up(panel: Panel, error: PanelError | RigrunnerError) -> None:
+def _give_up(rig: Rig, error: PanelError | RigrunnerError) -> None:
     """Say why nothing starts, and start nothing by itself any more."""
     view = error.view if isinstance(error, PanelError) else error
-    panel.sequence.problem = "; ".join(each for each in (view.message, view.hint) if each)
-    panel.sequence.automatic_by = ""
-    refresh(panel)
+    rig.sequence.problem = "; ".join(each for each in (view.message, view.hint) if each)
+    rig.sequence.automatic_by = ""
+    refresh(rig)
 
 
 def _pair(entry: Entry) -> Pair:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
+from concurrent.futures import ThreadPoolExecutor
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal
 
@@ -37,69 +38,70 @@ if TYPE_CHECKING:
         TakeControl,
         Why,
     )
+    from rigrunner_panel.web.rig import Rig
 
 NOTHING: Mapping[str, str] = MappingProxyType({})
 FRESH_S = 15 * 60.0
 """How long a preflight counts."""
 
 
-def take_control(panel: Panel, asked: Asked) -> Done:
+def take_control(rig: Rig, asked: Asked) -> Done:
     """Let this client steer."""
     body: TakeControl = asked.body
     name = body.name.strip()
-    before = panel.control.take(asked.client, name, panel.now(), take_over=body.take_over)
+    before = rig.control.take(asked.client, name, rig.panel.now(), take_over=body.take_over)
     if before is not None:
         subject = f"control was with {before.name}"
-        panel.desk.put_on_record(Interference("take over", name, subject=subject))
+        rig.desk.put_on_record(Interference("take over", name, subject=subject))
     return Done()
 
 
-def release_control(panel: Panel, asked: Asked) -> Done:
+def release_control(rig: Rig, asked: Asked) -> Done:
     """Let somebody else steer."""
-    panel.control.release(asked.client)
+    rig.control.release(asked.client)
     return Done()
 
 
-def start_preflight(panel: Panel, asked: Asked) -> Done:
+def start_preflight(rig: Rig, asked: Asked) -> Done:
     """Connect to the rig and look; what is found comes in the state."""
-    begin_preflight(panel, asked.body, asked.by)
+    begin_preflight(rig, asked.body, asked.by)
     return Done()
 
 
-def begin_preflight(panel: Panel, body: StartPreflight, by: str) -> None:
+def begin_preflight(rig: Rig, body: StartPreflight, by: str) -> None:
     """Start to look at the rig; raise PanelError while it is in use."""
-    procedure, station = files(panel, body)
+    procedure, station = files(rig.panel, body)
     digest = _digest(procedure, station)
     view = JobView(
         kind="preflight",
         procedure=body.procedure,
         station=body.station,
         operator=by,
-        started_utc=utc_text(panel.now()),
+        started_utc=utc_text(rig.panel.now()),
     )
     job = Job(
         view=view,
         procedure=procedure,
         station=station,
-        runs=panel.settings.runs,
-        partners={name: _run_name(panel, run) for name, run in body.partners.items()},
+        runs=rig.panel.settings.runs,
+        partners={name: _run_name(rig, run) for name, run in body.partners.items()},
     )
-    panel.desk.start(job, panel)
-    panel.looked_at = Overridable(
+    rig.desk.start(job, rig.panel)
+    rig.looked_at = Overridable(
         procedure=body.procedure, station=body.station, digest=digest, at_s=time.monotonic()
     )
 
 
-def ready_preflight(panel: Panel, body: Pair) -> bool:
+def ready_preflight(rig: Rig, body: Pair) -> bool:
     """Say whether the last preflight was of these files, is fresh, and found nothing wrong."""
     try:
-        return _preflight(panel, body, _digest(*files(panel, body))).may_start
+        return _preflight(rig, body, _digest(*files(rig.panel, body))).may_start
     except PanelError:
         return False
 
 
 def start_job(
-    panel: Panel,
+    rig: Rig,
     kind: Literal["run", "manual"],
     body: StartRun | OpenManual,
     by: str,
@@ -108,8 +110,8 @@ def start_job(
     entry: int | None = None,
 ) -> None:
     """Start a job that moves the rig; raise PanelError where the preflight does not let it."""
-    procedure, station = files(panel, body)
-    overridden = _overridden(_preflight(panel, body, _digest(procedure, station)), body.override)
+    procedure, station = files(rig.panel, body)
+    overridden = _overridden(_preflight(rig, body, _digest(procedure, station)), body.override)
     operator = body.operator.strip() or inputs.get("operator", "").strip() or by
     view = JobView(
         kind=kind,
@@ -118,65 +120,74 @@ def start_job(
         inputs=dict(inputs),
         operator=operator,
         realtime=body.realtime,
-        started_utc=utc_text(panel.now()),
+        started_utc=utc_text(rig.panel.now()),
     )
     job = Job(
         view=view,
         procedure=procedure,
         station=station,
-        runs=panel.settings.runs,
-        partners={name: _run_name(panel, run) for name, run in body.partners.items()},
+        runs=rig.panel.settings.runs,
+        partners={name: _run_name(rig, run) for name, run in body.partners.items()},
         items=overridden,
         by=body.override.by.strip() if body.override else "",
         reason=body.override.reason.strip() if body.override else "",
         entry=entry,
     )
-    panel.desk.start(job, panel)
+    rig.desk.start(job, rig.panel)
 
 
-def answer(panel: Panel, asked: Asked) -> Done:
+def answer(rig: Rig, asked: Asked) -> Done:
     """Answer the prompt that is up."""
     body: GiveAnswer = asked.body
-    panel.desk.answer(body.prompt, body.text, asked.by)
+    rig.desk.answer(body.prompt, body.text, asked.by)
     return Done()
 
 
-def pause(panel: Panel, asked: Asked) -> Done:
+def pause(rig: Rig, asked: Asked) -> Done:
     """Pause at the next safe point."""
-    panel.desk.pause(asked.by)
+    rig.desk.pause(asked.by)
     return Done()
 
 
-def deciding(choice: Choice) -> Callable[[Panel, Asked], Done]:
+def deciding(choice: Choice) -> Callable[[Rig, Asked], Done]:
     """Return what decides how a paused run goes on, with the reason or the remark of the body."""
 
-    def decide(panel: Panel, asked: Asked) -> Done:
+    def decide(rig: Rig, asked: Asked) -> Done:
         said = getattr(asked.body, "text" if choice is Choice.NOTE else "reason", "")
-        panel.desk.decide(choice, asked.by, said.strip())
+        rig.desk.decide(choice, asked.by, said.strip())
         return Done()
 
     return decide
 
 
-def abort(panel: Panel, asked: Asked) -> Done:
+def abort(rig: Rig, asked: Asked) -> Done:
     """End the run in order."""
     body: Why = asked.body
-    panel.sequence.stop()
-    panel.desk.abort(asked.by, body.reason.strip())
+    rig.sequence.stop()
+    rig.desk.abort(asked.by, body.reason.strip())
     return Done()
 
 
 def stop(panel: Panel, asked: Asked) -> Stopped:
-    """Let the rig be made safe at once, whoever asks."""
+    """Let the rig be made safe at once, whoever asks; all rigs where none is named."""
     body: Why = asked.body
-    panel.sequence.stop()
-    return Stopped(stopped=panel.desk.stop(asked.by, body.reason.strip()))
+    named = asked.query.get("rig", "")
+    rigs = [each for each in panel.opened() if named in ("", each.name)]
+    if not rigs and named:
+        raise not_found(f"there is no rig '{named[:80]}'", "see GET /api/rigs")
+    by, reason = panel.name_of(asked.client), body.reason.strip()
+    for each in rigs:
+        each.sequence.stop()
+    # each in a thread of its own: a rig that does not take the word holds up no other
+    with ThreadPoolExecutor(max(len(rigs), 1)) as at_once:
+        stopped = list(at_once.map(lambda each: each.desk.stop(by, reason), rigs))
+    return Stopped(stopped=any(stopped))
 
 
-def _preflight(panel: Panel, body: Pair, digest: str) -> Preflight:
+def _preflight(rig: Rig, body: Pair, digest: str) -> Preflight:
     """Return the preflight that lets this run start; raise PanelError if there is none."""
-    found: Preflight | None = panel.board.get("preflight")
-    looked = panel.looked_at
+    found: Preflight | None = rig.board.get("preflight")
+    looked = rig.looked_at
     hint = "POST /api/preflight first"
     if found is None or not found.done or looked is None:
         raise wrong_state("nothing was looked at yet", hint)
@@ -216,11 +227,11 @@ def check_inputs(procedure: Path, given: Mapping[str, str]) -> None:
             raise PanelError(422, "invalid", f"{name}: {error.message}", error.hint) from error
 
 
-def _run_name(panel: Panel, name: str) -> str:
+def _run_name(rig: Rig, name: str) -> str:
     """Return a run of the folder of runs by name; a path is none."""
     try:
-        panel.history.folder(name)
-        return str(find_run(name, panel.settings.runs).name)
+        rig.panel.history.folder(name)
+        return str(find_run(name, rig.panel.settings.runs).name)
     except UsageError as error:
         raise not_found(error.message, error.hint) from error
 

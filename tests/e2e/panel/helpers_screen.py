@@ -28,6 +28,8 @@ NO_LOAD = "Quick no-load sweep"
 LOADED = "Quick starting torque"
 ASKS = "Guarded sweep with a question"
 STATION = "Bench of these tests"
+BENCH = "station.yaml"
+"""The file of that station."""
 OVERDUE = "Bench with an old certificate"
 SIMULATED = "calibration: simulated"
 OLD = "certificate: C-1\n    laboratory: L\n    calibrated: 2020-01-01\n    due: 2021-01-01"
@@ -47,20 +49,21 @@ class Panel:
         """The folder of its runs."""
         return self.folder / "runs"
 
-    def get(self, path: str) -> dict:
-        """Return what the API answers."""
-        with urllib.request.urlopen(f"{self.url}api/{path}", timeout=WITHIN_S) as answer:  # noqa: S310
+    def get(self, path: str, station: str = BENCH) -> dict:
+        """Return what the API answers; of what belongs to a rig, that of the station."""
+        address = f"{self.url}api/{path}?rig={station}"
+        with urllib.request.urlopen(address, timeout=WITHIN_S) as answer:  # noqa: S310
             return json.load(answer)
 
-    def phase(self) -> str:
-        """Return where the panel is."""
-        return self.get("state")["phase"]
+    def phase(self, station: str = BENCH) -> str:
+        """Return where a rig is."""
+        return self.get("state", station)["phase"]
 
-    def wait_for(self, *phases: str) -> None:
-        """Wait until the panel is in one of these phases."""
+    def wait_for(self, *phases: str, station: str = BENCH) -> None:
+        """Wait until a rig is in one of these phases."""
         until = time.monotonic() + WITHIN_S
-        while (phase := self.phase()) not in phases:
-            assert time.monotonic() < until, f"the panel is {phase}, not {phases}"
+        while (phase := self.phase(station)) not in phases:
+            assert time.monotonic() < until, f"{station} is {phase}, not {phases}"
             time.sleep(0.1)
 
 
@@ -192,9 +195,9 @@ class Screen:
         if urlsplit(socket.url).netloc != host:
             self.strangers.append(socket.url)
 
-    def open(self, place: str = "") -> None:
-        """Go to a page of the panel."""
-        self.page.goto(f"{self.panel.url}{place}")
+    def open(self, place: str = "", station: str = BENCH) -> None:
+        """Go to a page of a rig."""
+        self.page.goto(f"{self.panel.url}?rig={station}{place}")
         self.page.wait_for_selector("header .chip:not(.disconnected)")
 
     def choose(self, procedure: str = LOADED, station: str = STATION) -> None:
@@ -269,5 +272,5 @@ class Screen:
 
     def wait_for_result(self) -> None:
         """Wait until the run is over and its result is shown."""
-        self.page.wait_for_url("**/#/runs/*")
+        self.page.wait_for_url("**#/runs/*")
         self.page.wait_for_selector(".result-head")

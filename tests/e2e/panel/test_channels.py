@@ -52,7 +52,7 @@ def test_channels_are_live_while_nothing_is_recorded_and_old_afterwards(
     assert page.evaluate("document.documentElement.scrollWidth") <= 820
     page.get_by_role("button", name="STOP").click()
     screen.wait_for_result()
-    page.goto(f"{panel.url}#/run")
+    page.goto(f"{panel.url}?rig=station.yaml#/run")
     page.wait_for_timeout(2500)
     page.get_by_role("button", name="Channels" if locale == "en-GB" else "Kanäle").click()
     expect(page.locator(".channels tbody tr:not(.old)")).to_have_count(0)

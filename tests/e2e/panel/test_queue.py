@@ -90,7 +90,7 @@ def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(  # noqa: PLR0915  (
         row(page, "SN-5").wait_for()
         page.get_by_role("button", name="Start SN-1").click()
         say_yes_until(page, panel)
-        page.wait_for_url("**/#/runs/*")
+        page.wait_for_url("**#/runs/*")
         assert panel.get("runs")["items"][0]["specimen"] == "SN-1"
         page.get_by_role("link", name="Queue").click()
         expect(row(page, "SN-1").locator(".mark")).to_have_text("Pass")

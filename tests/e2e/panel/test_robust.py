@@ -109,8 +109,9 @@ def test_a_hostile_specimen_is_only_text(screen):
 @pytest.mark.thorough
 def test_a_lost_server_is_told_and_comes_back_by_itself(new_screen, lab):
     with running_panel(lab) as panel:
-        page = new_screen(panel).page
-        page.goto(panel.url)
+        window = new_screen(panel)
+        window.open()
+        page = window.page
         page.wait_for_selector(".chip.idle")
     page.wait_for_selector(".chip.disconnected")
     expect(page.locator(".banner.lost")).to_contain_text("emergency stop")

@@ -15,6 +15,7 @@ from rigrunner.procedure.questions import Input
 from rigrunner.queue import Draft, Queue, accepted_inputs, read_list
 
 NOW = datetime(2026, 11, 23, 12, tzinfo=UTC)
+STATION = "s.yaml"
 ASKED = {
     "specimen": Input(ask="Serial number"),
     "type": Input(ask="Type", choices=["GE20", "GE30"]),
@@ -22,7 +23,7 @@ ASKED = {
 }
 
 
-def draft(specimen, procedure="p.yaml", station="s.yaml"):
+def draft(specimen, procedure="p.yaml", station=STATION):
     return Draft(procedure=procedure, station=station, inputs={"specimen": specimen})
 
 
@@ -62,9 +63,9 @@ def test_what_is_held_skipped_or_proposed_does_not_start(queue):
 
 def test_an_entry_is_on_the_disk_as_started_before_its_run(queue):
     with queue.started(1, "Ann"):
-        stored = json.loads(queue.path.read_text(encoding="utf-8"))["entries"][0]
+        stored = json.loads(queue.path(STATION).read_text(encoding="utf-8"))["entries"][0]
         assert (stored["state"], stored["run"]) == ("started", "")
-        assert specimens(Queue(queue.path.parent), "running") == ["SN-1"]
+        assert specimens(Queue(queue.path(STATION).parent), "running") == ["SN-1"]
         with pytest.raises(UsageError, match="running"), queue.started(1, "Bob"):
             raise AssertionError
         began = RunStarted(
@@ -79,7 +80,7 @@ def test_after_a_crash_the_queue_asks_and_runs_nothing(queue):
 import os
 from pathlib import Path
 from rigrunner.queue import Queue
-with Queue(Path({str(queue.path.parent)!r})).started(1, "Ann"):
+with Queue(Path({str(queue.path(STATION).parent)!r})).started(1, "Ann"):
     os._exit(9)
 """
     done = subprocess.run([sys.executable, "-c", program], check=False, timeout=60)
@@ -128,10 +129,10 @@ def test_numbers_are_given_once_and_what_is_over_can_be_cleared(queue):
 
 
 def test_a_file_that_is_no_queue_is_left_alone(queue):
-    queue.path.write_text('{"rigrunner": "queue/2"}', encoding="utf-8")
+    queue.path(STATION).write_text('{"rigrunner": "queue/2"}', encoding="utf-8")
     with pytest.raises(DataError, match="queue of this version"):
         queue.hold(1, "Ann")
-    assert queue.path.read_text(encoding="utf-8") == '{"rigrunner": "queue/2"}'
+    assert queue.path(STATION).read_text(encoding="utf-8") == '{"rigrunner": "queue/2"}'
 
 
 def test_two_processes_add_at_the_same_time_and_none_is_lost(queue):
@@ -140,7 +141,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from rigrunner.queue import Draft, Queue
 import sys
-queue = Queue(Path({str(queue.path.parent)!r}))
+queue = Queue(Path({str(queue.path(STATION).parent)!r}))
 for i in range(10):
     inputs = {{"specimen": f"{{sys.argv[1]}}-{{i}}"}}
     queue.add([Draft(procedure="p", station="s", inputs=inputs)], "x", datetime.now(UTC))
@@ -203,3 +204,83 @@ def test_inputs_that_are_not_asked_for_are_refused():
     assert accepted_inputs({"type": "ge20"}, ASKED) == {"type": "GE20"}
     with pytest.raises(UsageError, match="no input 'lot'"):
         accepted_inputs({"lot": "L"}, ASKED)
+
+
+OTHER = "benches/b 2.yaml"
+
+
+def files(runs):
+    return sorted(each.name for each in runs.glob("queue*.json"))
+
+
+def test_each_station_has_a_file_and_a_number_belongs_to_one_entry(queue, tmp_path):
+    made = queue.add([draft("SN-8", station=OTHER), draft("SN-9", station=OTHER)], "Bob", NOW)
+    assert [each.id for each in made] == [4, 5]
+    assert queue.add([draft("SN-10")], "Ann", NOW)[0].id == 6
+    assert files(tmp_path / "runs") == ["queue-benches%2Fb%202.yaml.json", "queue-s.yaml.json"]
+    queue.hold(5, "Bob", "dirty")
+    assert [each.entry.id for each in queue.shown(OTHER)] == [4, 5]
+    assert [each.entry.id for each in queue.shown(STATION)] == [1, 2, 3, 6]
+    assert (queue.next(OTHER).specimen, queue.next(STATION).specimen) == ("SN-8", "SN-1")
+    with pytest.raises(UsageError, match=r"2 stations wait: benches/b 2\.yaml, s\.yaml"):
+        queue.next()
+    with pytest.raises(UsageError, match="no entry 1"):
+        queue.move(4, before=1)
+
+
+def test_a_specimen_that_waits_at_another_station_is_refused(queue):
+    with pytest.raises(InvalidFileError, match=r"SN-2 is in the queue of s\.yaml already: entry 2"):
+        queue.add([draft("sn-2", station=OTHER)], "Ann", NOW)
+    queue.skip(2, "Ann", "goes to the other rig")
+    assert queue.add([draft("SN-2", station=OTHER)], "Ann", NOW)[0].station == OTHER
+
+
+def test_a_specimen_twice_in_one_list_is_refused(queue):
+    with pytest.raises(InvalidFileError, match="SN-7 is in the queue already"):
+        queue.add([draft("SN-7"), draft("sn-7")], "Ann", NOW)
+    assert len(queue.entries()) == 3
+
+
+def test_a_file_that_cannot_be_read_stops_no_other_station(queue):
+    queue.add([draft("SN-8", station=OTHER)], "Ann", NOW)
+    queue.path(STATION).write_text("{", encoding="utf-8")
+    queue.hold(4, "Ann", "dirty")
+    queue.release(4, "Ann")
+    assert queue.next(OTHER).id == 4
+    with queue.started(4, "Ann"):
+        assert [each.status for each in queue.shown(OTHER)] == ["running"]
+    with pytest.raises(DataError, match="queue-s"):
+        queue.get(1)
+
+
+def test_the_common_file_of_versions_before_is_parted_by_station(queue, tmp_path):
+    runs = tmp_path / "runs"
+    queue.add([draft("SN-8", station=OTHER)], "Ann", NOW)
+    queue.hold(2, "Ann", "dirty")
+    entries = [each.model_dump() for each in queue.entries()]
+    for each in files(runs):
+        (runs / each).unlink()
+    common = {"rigrunner": "queue/1", "next": 12, "entries": entries}
+    (runs / "queue.json").write_text(json.dumps(common), encoding="utf-8")
+    found = Queue(runs)
+    assert [(each.entry.id, each.status) for each in found.shown(STATION)] == [
+        (1, "waiting"), (2, "held"), (3, "waiting"),
+    ]  # fmt: skip
+    assert files(runs) == ["queue-benches%2Fb%202.yaml.json", "queue-s.yaml.json"]
+    assert found.add([draft("SN-9")], "Ann", NOW)[0].id == 12
+
+
+def test_a_parting_that_was_interrupted_is_completed_and_undoes_nothing(queue, tmp_path):
+    runs = tmp_path / "runs"
+    entries = [each.model_dump() for each in queue.entries()]
+    other = {**entries[0], "id": 4, "station": OTHER}
+    queue.hold(1, "Ann", "dirty")
+    common = {"rigrunner": "queue/1", "next": 5, "entries": [*entries, other]}
+    (runs / "queue.json").write_text(json.dumps(common), encoding="utf-8")
+    assert [each.status for each in Queue(runs).shown()] == [
+        "waiting",
+        "held",
+        "waiting",
+        "waiting",
+    ]
+    assert not (runs / "queue.json").exists()

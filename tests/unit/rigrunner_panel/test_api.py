@@ -43,6 +43,7 @@ def folder(tmp_path):
 def client_of(folder, **settings):
     known = {"runs": folder / "runs", "procedures": folder / "lab", **settings}
     panel = Panel(settings=Settings(**known))
+    panel.rig("simulated")
     return TestClient(make_app(panel), base_url="http://127.0.0.1:8750", headers=ANN), panel
 
 
@@ -520,7 +521,7 @@ class TestHistory:
         shutil.copytree(demo.loaded, folder / "runs" / demo.loaded.name)
         make_lab(folder / "lab", load_registry())
         client, _ = client_of(folder, letterhead=folder / "lab/letterhead")
-        client.post("/api/control", json={"name": "Ann"})
+        client.post("/api/control", params={"rig": "simulated"}, json={"name": "Ann"})
         order = {
             "customer": "C", "customer_contact": "c@example.org", "item": "bearing",
             "item_condition": "new", "received": "2026-01-01",

@@ -43,8 +43,8 @@ def read(socket, count):
 async def screen_told(panel, told):
     """Return a slow socket, its screen at work, and what was told before it read a thing."""
     socket = SlowSocket()
-    screen = Screen(socket, "client-slow-1")
-    work = asyncio.create_task(screen.work(panel))
+    screen = Screen(socket, "client-slow-1", panel, panel.rig("simulated"))
+    work = asyncio.create_task(screen.work())
     await asyncio.sleep(0)
     for each in told:
         screen.tell(each)
@@ -56,30 +56,30 @@ def test_a_screen_that_does_not_read_holds_few_messages_and_then_gets_the_whole_
         told = [f"delta {n}" for n in range(10_000)]
         socket, screen, work = await screen_told(panel, told)
         assert len(screen._waiting) <= MOST_WAITING
-        panel.board.put(phase="running")
-        await read(socket, 3)
+        panel.rig("simulated").board.put(phase="running")
+        await read(socket, 4)
         screen.tell("after")
-        await read(socket, 2)
+        await read(socket, 3)
         work.cancel()
         return socket.got
 
     got = asyncio.run(check())
     kinds = [json.loads(each)["type"] if each[0] == "{" else each for each in got]
-    assert kinds == ["state", "state", "after"]
-    assert json.loads(got[1])["state"]["phase"] == "running"
+    assert kinds == ["state", "rigs", "state", "rigs", "after"]
+    assert json.loads(got[2])["state"]["phase"] == "running"
 
 
 def test_a_screen_that_keeps_up_gets_every_message_in_order(panel):
     async def check():
         told = [f"delta {n}" for n in range(MOST_WAITING)]
         socket, _, work = await screen_told(panel, told)
-        await read(socket, MOST_WAITING + 1)
+        await read(socket, MOST_WAITING + 2)
         work.cancel()
         return socket.got
 
     got = asyncio.run(check())
     assert json.loads(got[0])["type"] == "state"
-    assert got[1:] == [f"delta {n}" for n in range(MOST_WAITING)]
+    assert got[2:] == [f"delta {n}" for n in range(MOST_WAITING)]
 
 
 @pytest.mark.parametrize("turns", range(6))
@@ -89,7 +89,7 @@ def test_it_ends_though_something_changes_in_the_moment_in_which_it_is_to_end(pa
     async def check():
         work = asyncio.create_task(Hub(panel).run())
         await asyncio.sleep(0.1)
-        panel.board.wake()
+        panel.rig("simulated").board.wake()
         for _ in range(turns):
             await asyncio.sleep(0)
         work.cancel()

@@ -40,6 +40,7 @@ def panel(lab):
 
 @pytest.fixture
 def client(panel):
+    panel.rig("simulated")
     app = make_app(panel)
     with TestClient(app, base_url="http://127.0.0.1:8750", headers=ANN) as found:
         yield found
@@ -240,18 +241,18 @@ def test_a_shipped_procedure_is_not_approved(client):
 def test_two_who_edit_one_file_know_of_each_other(client, panel, lab):
     assert post(client, "edit", by="").status_code == 200
     client.post("/api/procedures/edit", json={"procedure": NAME, "by": "Bob"}, headers=BOB)
-    (told,) = panel.board.get("editing")
+    (told,) = panel.rig("simulated").board.get("editing")
     assert [each.name for each in told.editors][1] == "Bob"
     assert (told.procedure, told.digest) == (NAME, sha256(lab / NAME))
     save(client, TEXT + "#\n", told.digest)
-    (told,) = panel.board.get("editing")
+    (told,) = panel.rig("simulated").board.get("editing")
     assert (told.digest, told.changed_by) == (sha256(lab / NAME), "Ann")
     (lab / NAME).write_text(TEXT, encoding="utf-8")
-    panel.editing.tick(panel.control, panel.now())
-    (told,) = panel.board.get("editing")
+    panel.tick()
+    (told,) = panel.rig("simulated").board.get("editing")
     assert (told.digest, told.changed_by) == (sha256(lab / NAME), "")
     client.post("/api/procedures/leave", json={}, headers=BOB)
-    (told,) = panel.board.get("editing")
+    (told,) = panel.rig("simulated").board.get("editing")
     assert len(told.editors) == 1
 
 

@@ -26,6 +26,7 @@ def panel(tmp_path):
 
 @pytest.fixture
 def client(panel):
+    panel.rig("simulated")
     app = make_app(panel)
     with TestClient(app, base_url="http://127.0.0.1:8750", headers=ANN) as found:
         assert found.post("/api/control", json={"name": "Ann"}).status_code == 200
@@ -117,7 +118,7 @@ def test_another_site_changes_nothing(client, origin):
 def test_stop_waits_neither_for_the_queue_nor_for_its_lock(client, panel):
     """Forty requests wait for a file that another program holds; Stop is answered all the same."""
     panel.settings.runs.mkdir()
-    with FileLock(panel.settings.runs / ".queue.lock"), panel.sequence.lock:
+    with FileLock(panel.settings.runs / ".queue.lock"), panel.rig("simulated").sequence.lock:
         jobs = [
             threading.Thread(
                 target=client.post, args=("/api/queue/propose",), kwargs={"json": PAIR}
@@ -140,14 +141,14 @@ def test_stop_takes_back_what_was_to_start(client, panel):
     assert client.get("/api/queue").json()["automatic_by"] == "Ann"
     client.post("/api/stop", json={})
     assert client.get("/api/queue").json()["automatic_by"] == ""
-    queueing.tick(panel)
-    assert panel.sequence.wanted is None
+    queueing.tick(panel.rig("simulated"))
+    assert panel.rig("simulated").sequence.wanted is None
 
 
 def test_a_queue_that_cannot_be_read_is_told_and_left_alone(client, panel):
     panel.settings.runs.mkdir()
-    panel.queue.path.write_text("{}x", encoding="utf-8")
-    assert "queue.json" in client.get("/api/queue").json()["problem"]
+    panel.rig("simulated").queue.path("simulated").write_text("{}x", encoding="utf-8")
+    assert "queue-simulated.json" in client.get("/api/queue").json()["problem"]
     assert post(client, "add", status=422, **PAIR, list="SN-1")["code"] == "data"
-    assert panel.queue.path.read_text(encoding="utf-8") == "{}x"
+    assert panel.rig("simulated").queue.path("simulated").read_text(encoding="utf-8") == "{}x"
     assert client.post("/api/stop", json={}).status_code == 200

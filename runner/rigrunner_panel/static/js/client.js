@@ -1,5 +1,7 @@
 // Who this browser tab is, and requests to the server. The token comes in the address's fragment.
 
+import { station } from "./address.js";
+
 const ID = "rigrunner.client";
 const TOKEN = "rigrunner.token";
 const NAME = "rigrunner.name";
@@ -31,7 +33,7 @@ export function takeToken() {
   const found = /(?:^#|&)token=([^&]+)/.exec(location.hash);
   if (!found) return;
   sessionStorage.setItem(TOKEN, decodeURIComponent(found[1]));
-  history.replaceState(null, "", location.pathname);
+  history.replaceState(null, "", location.pathname + location.search);
 }
 
 export function personName() {
@@ -65,14 +67,16 @@ async function answerOf(request) {
 }
 
 export function get(path, query = {}) {
-  const known = Object.entries(query).filter(([, value]) => value !== "" && value !== null && value !== undefined);
+  const known = Object.entries({ rig: station(), ...query }).filter(([, value]) => value !== "" && value !== null && value !== undefined);
   const words = new URLSearchParams(known).toString();
   return answerOf(fetch(`/api/${path}${words ? `?${words}` : ""}`, { headers: headers() }));
 }
 
-export function post(path, body = {}) {
+// `rig` is the station of the rig that is asked; "" where it is of none, or of all.
+export function post(path, body = {}, rig = station()) {
+  const query = rig ? `?rig=${encodeURIComponent(rig)}` : "";
   return answerOf(
-    fetch(`/api/${path}`, {
+    fetch(`/api/${path}${query}`, {
       method: "POST",
       headers: headers({ "Content-Type": "application/json", "X-Rigrunner-Client": clientId() }),
       body: JSON.stringify(body),

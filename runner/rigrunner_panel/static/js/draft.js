@@ -1,21 +1,26 @@
-// What was chosen for the next run: kept in this tab until it is started.
+// What was chosen for the next run of a rig: kept in this tab until it is started.
+
+import { station } from "./address.js";
 
 const KEPT = "rigrunner.draft";
 
-export function draft() {
+function key(rig) {
+  return `${KEPT}.${rig}`;
+}
+
+export function draft(rig = station()) {
   try {
-    return JSON.parse(sessionStorage.getItem(KEPT)) ?? {};
+    return { station: rig, ...JSON.parse(sessionStorage.getItem(key(rig))) };
   } catch {
-    return {};
+    return { station: rig };
   }
 }
 
 export function keepDraft(changes) {
-  const kept = { ...draft(), ...changes };
-  sessionStorage.setItem(KEPT, JSON.stringify(kept));
-  return kept;
+  newDraft({ ...draft(changes.station), ...changes });
 }
 
+// A draft is that of the station that it names.
 export function newDraft(values) {
-  sessionStorage.setItem(KEPT, JSON.stringify(values));
+  sessionStorage.setItem(key(values.station ?? station()), JSON.stringify(values));
 }

@@ -1,5 +1,6 @@
 // The WebSocket: the whole state first, then what changes; curves come as binary frames.
 
+import { station } from "./address.js";
 import { clientId, token } from "./client.js";
 
 const FIRST_WAIT_MS = 250;
@@ -17,13 +18,13 @@ export function decodeFrame(buffer) {
   return { ...header, curves };
 }
 
-// `on` has connected(bool), state(state), changes(seq, changes) and frame(frame).
+// `on` has connected(bool), rigs(rigs), state(state), changes(seq, changes) and frame(frame).
 export function openLink(on) {
   let wait = FIRST_WAIT_MS;
 
   function open() {
     const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const address = `${scheme}://${location.host}/api/events?client=${clientId()}`;
+    const address = `${scheme}://${location.host}/api/events?client=${clientId()}&rig=${encodeURIComponent(station())}`;
     const protocols = token() ? ["rigrunner.v1", `token.${token()}`] : ["rigrunner.v1"];
     const socket = new WebSocket(address, protocols);
     socket.binaryType = "arraybuffer";
@@ -37,6 +38,10 @@ export function openLink(on) {
         wait = FIRST_WAIT_MS;
         on.state(message.state);
         on.connected(true);
+      } else if (message.type === "rigs") {
+        wait = FIRST_WAIT_MS;
+        on.rigs(message.rigs);
+        if (!station()) on.connected(true);
       } else if (message.type === "delta") {
         on.changes(message.seq, message.changes);
       }

@@ -1,6 +1,6 @@
 // From the address's fragment to a page. A page is made anew each time it is come to.
 
-import { go } from "./address.js";
+import { go, station } from "./address.js";
 import { fill } from "./dom.js";
 import { dismissDialog } from "./parts/dialogs.js";
 import { choosePage } from "./pages/choose.js";
@@ -10,6 +10,7 @@ import { manualPage } from "./pages/manual.js";
 import { overlayPage } from "./pages/overlay.js";
 import { procedurePage } from "./pages/procedure.js";
 import { proceduresPage } from "./pages/procedures.js";
+import { overviewPage } from "./pages/overview.js";
 import { queuePage } from "./pages/queue.js";
 import { resultPage } from "./pages/result.js";
 import { runPage } from "./pages/run.js";
@@ -19,7 +20,9 @@ import { listen, store } from "./store.js";
 
 // A page is a function of the words of the address that returns {title, element, leave}.
 const PAGES = {
-  "": choosePage,
+  "": () => (station() ? choosePage() : overviewPage()),
+  rigs: overviewPage,
+  choose: choosePage,
   setup: setupPage,
   run: runPage,
   manual: manualPage,
@@ -32,6 +35,7 @@ const PAGES = {
   trends: trendsPage,
 };
 
+const OF_A_RIG = new Set(["setup", "run", "manual", "queue"]);
 const RUNNING = new Set(["starting", "running", "asking", "pausing", "paused", "ending", "analysing"]);
 
 export function startRouter(host) {
@@ -41,7 +45,7 @@ export function startRouter(host) {
     const [name = "", ...words] = location.hash.replace(/^#\/?/, "").split("/").map(decodeURIComponent);
     dismissDialog();
     present?.leave?.();
-    present = (PAGES[name] ?? choosePage)(...words);
+    present = (PAGES[OF_A_RIG.has(name) && !station() ? "" : name] ?? PAGES[""])(...words);
     document.title = `${present.title} - Rigrunner`;
     fill(host, present.element);
     host.focus({ preventScroll: true });

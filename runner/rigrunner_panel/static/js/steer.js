@@ -1,14 +1,20 @@
 // Requests that steer: control is asked for first, and what is refused is shown.
 
+import { station } from "./address.js";
 import { keepPersonName, personName, post } from "./client.js";
 import { draft } from "./draft.js";
 import { askName, confirmTakeOver } from "./parts/dialogs.js";
-import { forgetErrors, tellError } from "./parts/notices.js";
+import { forgetErrors, tell, tellError } from "./parts/notices.js";
 import { hasControl, store } from "./store.js";
+import { t } from "./texts.js";
 
 // Takes control, asking for the name where none is known; returns whether it was had.
 export async function takeControl() {
   if (hasControl()) return true;
+  if (!station()) {
+    tell(t("control.no_rig"));
+    return false;
+  }
   const name = personName() || (await askName(draft().inputs?.operator ?? ""));
   if (!name) return false;
   keepPersonName(name);
@@ -50,6 +56,7 @@ export async function tried(work) {
   }
 }
 
-export async function stopNow() {
-  await tried(() => post("stop", { reason: "stop button" }));
+// Stops a rig; all of them where there is none of this window.
+export async function stopNow(rig = station()) {
+  await tried(() => post("stop", { reason: "stop button" }, rig));
 }

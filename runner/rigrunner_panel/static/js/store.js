@@ -1,6 +1,6 @@
 // The state as the server last told it, and who wants to know when it changes.
 
-export const store = { state: null, connected: false, lastSwing: null, trend: newTrend() };
+export const store = { state: null, rigs: [], connected: false, lastSwing: null, trend: newTrend() };
 
 const listeners = new Set();
 
@@ -30,6 +30,12 @@ function forgetCurves(before, job) {
   store.lastSwing = null;
   store.trend = newTrend();
   tell(new Set(["swing", "trend"]));
+}
+
+// All rigs in a few words each, of which one may be that of this window.
+export function takeRigs(rigs) {
+  store.rigs = rigs;
+  tell(new Set(["rigs"]));
 }
 
 export function takeState(state) {

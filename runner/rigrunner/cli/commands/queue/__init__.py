@@ -22,5 +22,6 @@ command = lazy_group(
     SUMMARIES,
     """Queue specimens and run them one after the other.
 
-The queue is the file queue.json in the folder of runs. The panel shows and runs the same queue.""",
+Each station has a queue: a file queue-STATION.json in the folder of runs. The panel shows and runs
+the same queues.""",
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
 import click
@@ -66,7 +66,7 @@ def command(
     find_station(station)
     common = named_values(given)
     drafts = [
-        Draft(procedure=procedure, station=station, inputs=each)
+        Draft(procedure=procedure, station=PurePath(station).as_posix(), inputs=each)
         for each in _inputs(loaded, specimens, listed, common)
     ]
     for entry in Queue(runs).add(drafts, by, WallClock().utc(), proposed=propose):

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @click.command(name="next")
-@click.option("--station", default="", help="Take the next specimen of this station only.")
+@click.option("--station", default="", help="Whose queue; needed where entries of several wait.")
 @click.option("--unattended", is_flag=True, help="Take the answers in the procedure.")
 @click.option("--realtime", is_flag=True, help="Run a simulated rig in real time.")
 @by_option

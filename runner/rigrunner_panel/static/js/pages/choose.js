@@ -1,9 +1,9 @@
 // Choose a procedure and a station: what was used last comes first.
 
-import { go } from "../address.js";
+import { goToRig, station } from "../address.js";
 import { get } from "../client.js";
 import { button, fill, h } from "../dom.js";
-import { draft, keepDraft } from "../draft.js";
+import { draft, newDraft } from "../draft.js";
 import { localTime } from "../format.js";
 import { isBusy } from "../parts/bar.js";
 import { tried } from "../steer.js";
@@ -13,7 +13,7 @@ import { said, t } from "../texts.js";
 const TYPING_MS = 150;
 
 export function choosePage() {
-  const chosen = { procedure: draft().procedure ?? "", station: draft().station ?? "" };
+  const chosen = { procedure: draft().procedure ?? "", station: station() };
   const next = button(t("choose.next"), proceed, { kind: "primary big" });
   const busy = h("p", { class: "banner info", hidden: true });
   const procedures = list("procedures", "procedure", chosen, update);
@@ -24,10 +24,10 @@ export function choosePage() {
   }
 
   function proceed() {
-    const before = draft();
-    const same = before.procedure === chosen.procedure && before.station === chosen.station;
-    keepDraft({ ...chosen, inputs: same ? before.inputs : {}, entry: 0 });
-    go("#/setup");
+    const before = draft(chosen.station);
+    const same = before.procedure === chosen.procedure;
+    newDraft({ ...before, ...chosen, inputs: same ? before.inputs : {}, entry: 0 });
+    goToRig(chosen.station, "#/setup");
   }
 
   function tellBusy() {

@@ -1,6 +1,6 @@
 // One procedure as text: checked while it is typed, with the preview of its run and what is changed.
 
-import { go } from "../address.js";
+import { go, goToRig } from "../address.js";
 import { get, personName, post } from "../client.js";
 import { button, fill, h, setText, show } from "../dom.js";
 import { draft, newDraft } from "../draft.js";
@@ -36,7 +36,7 @@ export function procedurePage(name) {
   const copy = button(t("procedure.copy"), () => copyText());
   const test = button(t("procedure.test"), () => {
     newDraft({ procedure: name, station: station.value, inputs: {} });
-    go("#/setup");
+    goToRig(station.value, "#/setup");
   });
   let editor = null;
   let opened = null; // as it is in the file

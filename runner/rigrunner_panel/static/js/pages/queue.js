@@ -1,6 +1,6 @@
 // The queue: specimens scanned, typed or from a list; their order, and the start of the next one.
 
-import { go } from "../address.js";
+import { go, goToRig, station as ofWindow } from "../address.js";
 import { get, personName, post } from "../client.js";
 import { button, fill, h, setText, show } from "../dom.js";
 import { draft, keepDraft, newDraft } from "../draft.js";
@@ -118,7 +118,7 @@ function open(entry) {
 
 // What is scanned is added at once; errors stand beside the field that they are about.
 function addCard() {
-  const chosen = { procedure: draft().procedure ?? "", station: draft().station ?? "" };
+  const chosen = { procedure: draft().procedure ?? "", station: ofWindow() };
   const procedure = picker("procedure", chosen, changed);
   const station = picker("station", chosen, changed);
   const scan = h("input", { type: "text", id: "queue-scan", autocomplete: "off", spellcheck: "false", "aria-describedby": "queue-scan-note" });
@@ -135,12 +135,17 @@ function addCard() {
   let common = null;
 
   async function changed() {
+    if (chosen.station !== ofWindow()) {
+      goToRig(chosen.station, "#/queue"); // each rig has a queue of its own
+      return;
+    }
     keepDraft({ ...chosen, entry: 0 });
     common = null;
     fill(others);
     if (!chosen.procedure || !chosen.station) return;
-    const plan = await tried(() => post("plan", { ...chosen }));
-    if (!plan) return;
+    const { procedure: wanted } = chosen;
+    const plan = await tried(() => post("plan", { procedure: wanted, station: chosen.station }));
+    if (!plan || chosen.procedure !== wanted) return; // another one was chosen meanwhile
     const asked = plan.inputs.filter((input) => input.name !== SPECIMEN);
     show(simulated, plan.station.simulated);
     show(field, asked.length < plan.inputs.length);

@@ -1,6 +1,6 @@
 // A finished run: verdict, numbers, checks, report and certificate, and the next specimen.
 
-import { go } from "../address.js";
+import { go, goToRig } from "../address.js";
 import { get } from "../client.js";
 import { button, fill, h } from "../dom.js";
 import { newDraft } from "../draft.js";
@@ -37,7 +37,7 @@ export function resultPage(run) {
       return;
     }
     newDraft({ procedure: next.procedure, station: next.station, inputs: next.inputs });
-    go("#/setup");
+    goToRig(next.station, "#/setup");
   }
 
   function show(found) {

@@ -6,7 +6,7 @@ import { store } from "../store.js";
 import { t } from "../texts.js";
 
 export async function pauseOrResume() {
-  const phase = store.state?.phase;
+  const phase = store.state?.phase; // none on the overview
   if (phase === "paused") await steer("run/resume");
   else if (phase === "running" || phase === "asking") await steer("run/pause");
 }

@@ -1,0 +1,281 @@
+"""A day at two rigs, as people have it: twelve specimens, a real Chromium, and what goes wrong."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import time
+from collections import Counter
+
+import psutil
+import pytest
+from playwright.sync_api import expect
+
+from e2e.panel.helpers_screen import (
+    BENCH,
+    LOADED,
+    NAME,
+    NO_LOAD,
+    STATION,
+    WITHIN_S,
+    axe_script,
+    running_panel,
+)
+
+OTHER = "other.yaml"
+OTHER_TITLE = "The other bench"
+ALONE = "Runs that follow each other"
+PROCEDURE = f"""\
+rigrunner: procedure/2
+id: ALONE
+revision: "A"
+title: {ALONE}
+automatic_start: yes
+
+inputs:
+  specimen: {{ask: Bearing serial number, unattended: X}}
+
+uses: {{tester: swing_tester}}
+
+main:
+  - set: {{tester.frequency: 20 Hz}}
+  - settle: {{cycles: 2}}
+  - record: {{channels: [tester.angle, tester.torque], cycles: 5}}
+
+teardown:
+  - set: {{tester.frequency: 0 Hz}}
+"""
+OF_ONE = [f"SN-{n}" for n in range(1, 7)]
+OF_OTHER = [f"SN-{n}" for n in range(7, 13)]
+SIZES = {"desk": (1280, 720), "tablet": (820, 1180)}
+GRAVE = {"serious", "critical"}
+
+
+@pytest.fixture
+def two_rigs(lab, tmp_path):
+    """A lab with two benches that are in order."""
+    folder = tmp_path / "lab"
+    shutil.copytree(lab, folder)
+    (folder / "overdue.yaml").unlink()
+    text = (folder / BENCH).read_text(encoding="utf-8")
+    other = text.replace("id: bench-1", "id: bench-2").replace(STATION, OTHER_TITLE)
+    (folder / OTHER).write_text(other, encoding="utf-8")
+    (folder / "procedures/alone.yaml").write_text(PROCEDURE, encoding="utf-8")
+    return folder
+
+
+def card(page, title):
+    return page.locator(".rig", has=page.get_by_role("link", name=title))
+
+
+def row(page, specimen, nth=0):
+    strong = page.locator("strong", has_text=specimen)
+    return page.locator(".queue-table tbody tr", has=strong).nth(nth)
+
+
+def answer_name(page):
+    """Say who has control, where that is asked."""
+    if page.locator("#dialog-text").count():
+        page.locator("#dialog-text").fill(NAME)
+        page.keyboard.press("Enter")
+
+
+def give_reason(page, reason):
+    page.locator("#dialog-text").fill(reason)
+    page.keyboard.press("Enter")
+
+
+def scan(page, specimens):
+    """As a scanner does: each word with Enter, into the field that keeps the focus."""
+    page.locator("#queue-scan").focus()
+    for each in specimens:
+        page.keyboard.type(each)
+        page.keyboard.press("Enter")
+        if each == specimens[0]:
+            page.locator("#dialog-text, .field.good #queue-scan-note").first.wait_for()
+            answer_name(page)
+        row(page, each).wait_for()
+        expect(page.locator("#queue-scan")).to_have_value("")
+
+
+def to_queue(screen, station, procedure):
+    screen.open("#/queue", station)
+    page = screen.page
+    page.locator("#queue-procedure").select_option(label=procedure)
+    page.get_by_label("Real time").uncheck()
+    return page
+
+
+def statuses(panel, station):
+    return Counter(each["status"] for each in panel.get("queue", station)["entries"])
+
+
+def wait_until(condition):
+    until_s = time.monotonic() + WITHIN_S
+    while not condition():
+        assert time.monotonic() < until_s
+        time.sleep(0.1)
+
+
+def rig_processes(panel):
+    """Return the processes of the panel that have a rig."""
+    children = psutil.Process(panel.process.pid).children()
+    return [each for each in children if "panel.jobs.main" in " ".join(each.cmdline())]
+
+
+def test_a_day_with_two_rigs_and_twelve_specimens(new_screen, two_rigs):  # noqa: PLR0915  (a day)
+    with running_panel(two_rigs) as panel:
+        other = new_screen(panel)
+        theirs = to_queue(other, OTHER, ALONE)
+        scan(theirs, OF_OTHER)
+
+        screen = new_screen(panel)
+        screen.page.goto(panel.url)
+        expect(card(screen.page, OTHER_TITLE).locator(".rig-foot")).to_contain_text("6 waiting")
+        card(screen.page, STATION).get_by_role("link").click()
+        screen.page.get_by_role("link", name="Queue").click()
+        page = to_queue(screen, BENCH, LOADED)
+        page.get_by_label("Bearing type").fill("GE20")
+        page.get_by_label("Lot").fill("L-7")
+        page.get_by_label("Your name").fill(NAME)
+        scan(page, OF_ONE)
+
+        # the scanner beeps twice, and a specimen of the other rig is scanned here
+        for specimen, told in (
+            ("SN-3", "SN-3 is in the queue already: entry 9"),
+            ("SN-8", f"SN-8 is in the queue of {OTHER} already: entry 2"),
+        ):
+            page.locator("#queue-scan").fill(specimen)
+            page.keyboard.press("Enter")
+            expect(page.locator("#queue-scan-note")).to_contain_text(told)
+        page.locator("#queue-scan").fill("")
+        assert statuses(panel, BENCH) == {"waiting": 6}
+
+        # a question is up at the one rig; a pause is asked for, and comes once it is answered
+        page.get_by_role("button", name="Start SN-1").click()
+        page.locator(".prompt").wait_for()
+        page.keyboard.press("F8")
+        expect(page.locator("header .chip")).to_have_text("Waits for an answer")
+        page.locator(".prompt").get_by_role("button", name="Yes").click()
+        page.locator(".banner", has_text="Paused").wait_for()
+
+        # meanwhile the other one does its six by itself, the first by a person's word
+        theirs.get_by_label("Start by itself").check()
+        wait_until(lambda: panel.get("queue", OTHER)["entries"][0]["status"] != "waiting")
+        page.keyboard.press("F8")
+        screen.wait_for_result()
+        expect(page.locator(".result-head .verdict")).to_contain_text("Pass")
+
+        # the process of the second run is killed while it asks
+        page.get_by_role("link", name="Queue").click()
+        page.get_by_role("button", name="Start SN-2").click()
+        page.locator(".prompt").wait_for()
+        wait_until(lambda: statuses(panel, OTHER) == {"done": 6})
+        (doomed,) = rig_processes(panel)
+        os.kill(doomed.pid, signal.SIGKILL)
+        panel.wait_for("finished")
+        assert panel.process.poll() is None
+        page.goto(panel.url)
+        expect(card(page, STATION).locator(".rig-word")).to_have_text("Error")
+        expect(card(page, OTHER_TITLE).locator(".rig-word")).to_have_text("Completed")
+        assert statuses(panel, OTHER) == {"done": 6}, "untouched"
+
+        # nothing starts before a person has decided what becomes of it
+        card(page, STATION).get_by_role("link").click()
+        page.get_by_role("link", name="Queue").click()
+        expect(row(page, "SN-2").locator(".mark")).to_have_text("interrupted")
+        expect(page.get_by_role("button", name="Start next")).to_be_disabled()
+        row(page, "SN-2").get_by_role("button", name="Repeat").click()
+        give_reason(page, "its process was killed")
+        for specimen in OF_ONE[1:]:
+            page.get_by_role("button", name=f"Start {specimen}").click()
+            page.locator(".prompt").get_by_role("button", name="Yes").click()
+            screen.wait_for_result()
+            page.get_by_role("link", name="Queue").click()
+        done = [each for each in panel.get("queue")["entries"] if each["status"] == "done"]
+        assert [each["specimen"] for each in done] == OF_ONE
+        assert {each["verdict"] for each in done} == {"pass"}
+
+        # each specimen has one whole run, and the killed one a run that says so
+        items = panel.get("runs")["items"]
+        whole = Counter(each["specimen"] for each in items if each["outcome"] == "completed")
+        assert {name: whole[name] for name in OF_ONE + OF_OTHER} == dict.fromkeys(
+            OF_ONE + OF_OTHER, 1
+        )
+        assert sum(each["specimen"] == "SN-2" for each in items) == 2
+
+        # the certificate of the first
+        row(page, "SN-1").get_by_role("link", name="SN-1").click()
+        page.wait_for_selector(".result-head .verdict.pass")
+        page.get_by_text("Issue a certificate").click()
+        order = {"customer": "C", "customer_contact": "Street 1", "item": "bearing"}
+        for name, text in {**order, "item_condition": "new", "by": "B. Boss"}.items():
+            page.locator(f"#certificate-{name}").fill(text)
+        page.locator("#certificate-received").fill("2026-11-20")
+        page.get_by_role("button", name="Issue", exact=True).click()
+        expect(page.locator(".told .good-text")).to_contain_text("was issued")
+        certified = next(each["run"] for each in items if each["specimen"] == "SN-1")
+        names = {each["name"] for each in panel.get(f"runs/{certified}")["files"]}
+        assert {"certificate.json", "certificate.html"} <= names
+
+
+def begin(new_screen, panel, station, title, procedure):
+    """Start a run that waits for the answer to its first question."""
+    screen = new_screen(panel)
+    screen.open(station=station)
+    screen.choose(procedure, title)
+    if procedure == LOADED:
+        screen.fill_in(specimen="B-17")
+    else:
+        screen.page.get_by_label("Your name").fill(NAME)
+    screen.check_rig()
+    screen.page.get_by_role("button", name="Start", exact=True).click()
+    panel.wait_for("asking", station=station)
+    return screen
+
+
+def test_stop_of_a_rig_is_one_click_on_the_overview_and_stops_no_other(new_screen, two_rigs):
+    with running_panel(two_rigs) as panel:
+        first = begin(new_screen, panel, BENCH, STATION, LOADED)
+        begin(new_screen, panel, OTHER, OTHER_TITLE, NO_LOAD)
+        page = new_screen(panel).page
+        page.goto(panel.url)
+        expect(page.locator(".rig-word")).to_have_text(["Waits for an answer"] * 2)
+        expect(first.page.get_by_label("1 other rigs need somebody")).to_be_visible()
+        card(page, STATION).get_by_role("button", name="STOP").click()
+        panel.wait_for("finished")
+        expect(card(page, STATION).locator(".rig-word")).to_have_text("Aborted")
+        assert panel.phase(OTHER) == "asking"
+        page.keyboard.press("F9")
+        panel.wait_for("finished", station=OTHER)
+        expect(page.locator(".rig-word")).to_have_text(["Aborted"] * 2)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("locale", ["en-GB", "de-DE"])
+def test_the_overview_is_looked_at(new_screen, two_rigs, pictures, locale):
+    with running_panel(two_rigs) as panel:
+        begin(new_screen, panel, BENCH, STATION, LOADED)
+        screen = new_screen(panel, locale=locale)
+        page, grave = screen.page, []
+        page.add_init_script(path=axe_script())
+        for size, (width, height) in SIZES.items():
+            page.set_viewport_size({"width": width, "height": height})
+            for name, place in (
+                ("rigs", ""),
+                ("rig", f"?rig={BENCH}#/run"),
+                ("queue", f"?rig={OTHER}#/queue"),
+            ):
+                page.goto(f"{panel.url}{place}")
+                page.locator(".rig, .page.run, .queue-card").first.wait_for()
+                page.wait_for_timeout(800)
+                page.screenshot(path=pictures / f"{name}-{size}-{locale}.png")
+                assert page.evaluate("document.documentElement.scrollWidth") <= width
+                found = page.evaluate("axe.run(document, {resultTypes: ['violations']})")
+                grave += [
+                    f"{name}: {each['id']}: {each['nodes'][0]['html'][:120]}"
+                    for each in found["violations"]
+                    if each["impact"] in GRAVE
+                ]
+        assert grave == []
