@@ -30,7 +30,7 @@ def watch(port, screens, got):
     """Be that many screens, which read what comes and do nothing with it."""
 
     async def one(number):
-        address = f"ws://127.0.0.1:{port}/api/events?client=watcher-{number:04d}"
+        address = f"ws://127.0.0.1:{port}/api/events?client=watcher-{number:04d}&rig=simulated"
         async with connect(address, max_size=None) as screen:
             async for message in screen:
                 got.value += len(message)
@@ -51,7 +51,8 @@ async def served(screens, values):
     panel = Panel(settings=Settings(runs=Path("/nonexistent")))
     names = [f"rig_{i // 20}.channel_{i}" for i in range(values)]
     views = tuple(ChannelView(name=each, long_name="a channel", si="N", unit="N") for each in names)
-    story = Story(panel.board, JobView(kind="run", procedure="p", station="s"), panel)
+    board = panel.rig("simulated").board
+    story = Story(board, JobView(kind="run", procedure="p", station="s"), panel)
     story.take(Show({"plan": PlanView(estimated_s=1.0, steps=()), "channels": views}))
     listening = socket.create_server(("127.0.0.1", 0))
     server = uvicorn.Server(server_config(panel))
@@ -61,7 +62,7 @@ async def served(screens, values):
     asked = (listening.getsockname()[1], screens, got)
     process = spawn.Process(target=watch, args=asked)
     process.start()
-    while panel.board.get("watchers") < screens:  # noqa: ASYNC110  (of another process)
+    while board.get("watchers") < screens:  # noqa: ASYNC110  (of another process)
         await asyncio.sleep(0.1)
     began, used = time.monotonic(), time.process_time()
     number = 0

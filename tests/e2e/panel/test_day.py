@@ -142,28 +142,28 @@ def test_a_day_with_two_rigs_and_twelve_specimens(new_screen, two_rigs):  # noqa
         scan(page, OF_ONE)
 
         # the scanner beeps twice, and a specimen of the other rig is scanned here
-        for specimen, told in (
-            ("SN-3", "SN-3 is in the queue already: entry 9"),
-            ("SN-8", f"SN-8 is in the queue of {OTHER} already: entry 2"),
+        for procedure, specimen, told in (
+            (LOADED, "SN-3", "SN-3 is in the queue already: entry 9"),
+            (ALONE, "SN-8", f"SN-8 is in the queue of {OTHER} already: entry 2"),
         ):
+            page.locator("#queue-procedure").select_option(label=procedure)
             page.locator("#queue-scan").fill(specimen)
             page.keyboard.press("Enter")
             expect(page.locator("#queue-scan-note")).to_contain_text(told)
         page.locator("#queue-scan").fill("")
         assert statuses(panel, BENCH) == {"waiting": 6}
 
-        # a question is up at the one rig; a pause is asked for, and comes once it is answered
+        # a question is up at the one rig, and the run is paused; it is asked again afterwards
         page.get_by_role("button", name="Start SN-1").click()
         page.locator(".prompt").wait_for()
         page.keyboard.press("F8")
-        expect(page.locator("header .chip")).to_have_text("Waits for an answer")
-        page.locator(".prompt").get_by_role("button", name="Yes").click()
         page.locator(".banner", has_text="Paused").wait_for()
 
         # meanwhile the other one does its six by itself, the first by a person's word
         theirs.get_by_label("Start by itself").check()
         wait_until(lambda: panel.get("queue", OTHER)["entries"][0]["status"] != "waiting")
         page.keyboard.press("F8")
+        page.locator(".prompt").get_by_role("button", name="Yes").click()
         screen.wait_for_result()
         expect(page.locator(".result-head .verdict")).to_contain_text("Pass")
 
@@ -193,6 +193,7 @@ def test_a_day_with_two_rigs_and_twelve_specimens(new_screen, two_rigs):  # noqa
             page.locator(".prompt").get_by_role("button", name="Yes").click()
             screen.wait_for_result()
             page.get_by_role("link", name="Queue").click()
+        wait_until(lambda: statuses(panel, BENCH)["done"] == 6)
         done = [each for each in panel.get("queue")["entries"] if each["status"] == "done"]
         assert [each["specimen"] for each in done] == OF_ONE
         assert {each["verdict"] for each in done} == {"pass"}

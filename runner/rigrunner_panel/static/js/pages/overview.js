@@ -24,6 +24,7 @@ export function overviewPage() {
       fill(grid, [...cards.values()].map((card) => card.element));
     }
     for (const rig of store.rigs) cards.get(rig.station).update(rig);
+    grid.classList.toggle("many", names.length > 4);
     show(nothing, store.connected && names.length === 0);
   }
 
@@ -52,7 +53,7 @@ function rigCard({ station }) {
   const waits = h("p", { class: "banner warn", hidden: true });
   const foot = h("p", { class: "rig-foot" });
   const element = h("section", {}, h("div", { class: "rig-head" }, h("h2", {}, name), stop),
-    word, h("div", { class: "rig-body" }, specimen, procedure, step, progress), alarm, waits, foot);
+    word, alarm, waits, h("div", { class: "rig-body" }, specimen, procedure, step, progress), foot);
 
   function update(rig) {
     const busy = IN_USE.has(rig.phase);
@@ -64,7 +65,7 @@ function rigCard({ station }) {
     setText(word, text);
     setText(specimen, rig.specimen || (rig.kind && rig.kind !== "preflight" ? t("rigs.no_specimen") : ""));
     setText(procedure, rig.procedure);
-    setText(step, busy && rig.step ? `${rig.number}/${rig.steps}  ${stepWords(rig.step)}` : "");
+    setText(step, busy && rig.step && rig.phase !== "asking" ? `${rig.number}/${rig.steps}  ${stepWords(rig.step)}` : "");
     show(progress, busy && rig.steps > 0);
     const whole = rig.done_s + rig.left_s;
     bar.value = whole ? rig.done_s / whole : 0;
@@ -73,7 +74,7 @@ function rigCard({ station }) {
     setText(alarm, rig.alarms.map(said).join(" · "));
     const why = rig.problem || rig.waits_for || (busy ? "" : rig.reason);
     show(waits, Boolean(why));
-    setText(waits, rig.waits_for ? why : said(why));
+    setText(waits, said(why));
     const next = rig.next ? t("rigs.next", { name: rig.next, count: rig.waiting }) : rig.waiting ? t("queue.waiting", { count: rig.waiting }) : t("rigs.queue_empty");
     setText(foot, [next, rig.automatic_by ? t("rigs.automatic") : "", rig.control ? t("control.other", { name: rig.control }) : t("control.none")].filter(Boolean).join(" · "));
   }

@@ -77,8 +77,7 @@ export function topBar() {
   return h("header", { class: "bar" },
     h("a", { class: "brand", href: "#/" }, "Rigrunner"),
     h("nav", { "aria-label": t("nav.label") }, rigs, links),
-    name,
-    phase,
+    h("div", { class: "where" }, name, phase),
     control,
     h("div", { class: "choices" }, languageChoice(), themeChoice()),
     stop);
