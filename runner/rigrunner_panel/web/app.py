@@ -34,8 +34,7 @@ if TYPE_CHECKING:
     from starlette.websockets import WebSocket
 
     from rigrunner_panel.web.asked import Operation
-    from rigrunner_panel.web.panel import Panel
-    from rigrunner_panel.web.rig import Rig
+    from rigrunner_panel.web.panel import Panel, Rig
 
 STATIC = Path(__file__).parent.parent / "static"
 URGENT_THREADS = 8

@@ -15,8 +15,8 @@ from rigrunner_panel.web.running import start_job
 if TYPE_CHECKING:
     from rigrunner_panel.view.manual import DriveView, ManualView
     from rigrunner_panel.web.asked import Asked
+    from rigrunner_panel.web.panel import Rig
     from rigrunner_panel.web.requests import RecordPoint, SetDrive
-    from rigrunner_panel.web.rig import Rig
 
 
 def open_manual(rig: Rig, asked: Asked) -> Done:

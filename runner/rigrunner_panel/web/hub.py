@@ -21,8 +21,7 @@ if TYPE_CHECKING:
     from starlette.websockets import WebSocket
 
     from rigrunner_panel.live.curves import Curves
-    from rigrunner_panel.web.panel import Panel
-    from rigrunner_panel.web.rig import Rig
+    from rigrunner_panel.web.panel import Panel, Rig
 
 FRAME_S = 1 / 30
 TREND_S = 0.1

@@ -34,8 +34,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from rigrunner_panel.web.asked import Asked
-    from rigrunner_panel.web.panel import Panel
-    from rigrunner_panel.web.rig import Rig
+    from rigrunner_panel.web.panel import Panel, Rig
 
     Handler = Callable[[Any, Asked], Any]
 

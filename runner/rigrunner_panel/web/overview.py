@@ -21,7 +21,7 @@ if TYPE_CHECKING:
         PromptView,
         StepView,
     )
-    from rigrunner_panel.web.rig import Rig
+    from rigrunner_panel.web.panel import Rig
 
 SPECIMEN = "specimen"
 

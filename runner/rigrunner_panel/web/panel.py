@@ -1,4 +1,4 @@
-"""What the requests work with."""
+"""What the requests work with: the rigs, and what they have in common."""
 
 from __future__ import annotations
 
@@ -16,19 +16,24 @@ from rigrunner.api.errors import DataError
 from rigrunner.clock import WallClock
 from rigrunner.queue import Queue
 from rigrunner_panel.catalogue import Catalogue
-from rigrunner_panel.control import short_name
+from rigrunner_panel.control import Control, short_name
+from rigrunner_panel.desk import Desk
 from rigrunner_panel.editing import Editing
 from rigrunner_panel.errors import PanelError
 from rigrunner_panel.files import ProcedureFiles
 from rigrunner_panel.history import History
+from rigrunner_panel.sequence import Sequence
+from rigrunner_panel.view.alarms import alarms_of_rigs
+from rigrunner_panel.view.board import Board
 from rigrunner_panel.view.sections import FileLink
-from rigrunner_panel.web.rig import Rig
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from datetime import datetime
 
+    from rigrunner_panel.catalogue import Entry
     from rigrunner_panel.view.editing import EditedView
+    from rigrunner_panel.view.sections import AlarmView
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,6 +63,35 @@ class Overridable:
     station: str
     digest: str
     at_s: float
+
+
+class Rig:
+    """What belongs to one station alone: nothing here waits for another rig."""
+
+    def __init__(self, panel: Panel, station: Entry) -> None:
+        self.panel = panel
+        self.station = station
+        self.board = Board()
+        self.board.wake = panel.changed
+        self.control = Control(self.board)
+        self.desk = Desk(self.board, panel.settings.runs, self._left_energised)
+        self.queue = Queue(panel.settings.runs)
+        self.sequence = Sequence()
+        self.looked_at: Overridable | None = None
+
+    @property
+    def name(self) -> str:
+        """The name of its station in the lists."""
+        return self.station.name
+
+    def reread(self) -> None:
+        """Read the station's id and title again, where its file was changed."""
+        self.station = self.panel.catalogue.reread(self.station)
+
+    def _left_energised(self) -> tuple[AlarmView, ...]:
+        """Return an alarm where this rig, or one that the panel does not show, is energised."""
+        others = {each.station.id for each in self.panel.opened() if each is not self}
+        return alarms_of_rigs(lambda station: station not in others - {self.station.id})
 
 
 @dataclass(eq=False)

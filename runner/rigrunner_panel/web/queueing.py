@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from rigrunner.queue.entries import Entry
     from rigrunner.queue.store import Shown
     from rigrunner_panel.web.asked import Asked
+    from rigrunner_panel.web.panel import Rig
     from rigrunner_panel.web.requests import (
         AddEntries,
         EntryBecause,
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
         OneEntry,
         SetAutomatic,
     )
-    from rigrunner_panel.web.rig import Rig
 
 _log = logging.getLogger("rigrunner.panel")
 MOST_OVER = 200

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from rigrunner_panel.view.sections import Preflight
     from rigrunner_panel.web.asked import Asked
-    from rigrunner_panel.web.panel import Panel
+    from rigrunner_panel.web.panel import Panel, Rig
     from rigrunner_panel.web.requests import (
         GiveAnswer,
         OpenManual,
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
         TakeControl,
         Why,
     )
-    from rigrunner_panel.web.rig import Rig
 
 NOTHING: Mapping[str, str] = MappingProxyType({})
 FRESH_S = 15 * 60.0
