@@ -218,7 +218,7 @@ def test_checks_that_were_not_made_are_counted_apart_and_named():
         name: replace(each, checks=()) for name, each in torque_of(base).compensations.items()
     }
     page = read_html(html(report_input(changed(base, checks=made, compensations=methods))))
-    assert "The check passed; 1 could not be made: coupling." in page.words
+    assert "The check passed; 1 not evaluated: coupling." in page.words
     assert "– not made coupling not checked: no frequency is stated" in page.words
 
 
