@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import RigrunnerError
 from rigrunner.clock import SimulatedClock
-from rigrunner.registry import with_drop_ins
 from rigrunner.run.prepare import plan_run
-from rigrunner.tools.labfolder import PLUGINS, STATION, make_lab
+from rigrunner.tools.labfolder import STATION, make_lab
 from rigrunner_testing.check import AnyCheck, Nonconformity, check, demand
 
 if TYPE_CHECKING:
@@ -33,12 +32,9 @@ def is_whole(subject: Subject) -> None:
 def can_be_run_at_once(subject: Subject) -> None:
     """Each procedure in it can be planned on its station."""
     with _made(subject) as (folder, procedures):
-        registry = subject.registry
-        if (folder / PLUGINS).is_dir():
-            registry = with_drop_ins(registry, folder / PLUGINS)
         for each in procedures:
             try:
-                plan_run(folder / each, folder / STATION, registry, SimulatedClock())
+                plan_run(folder / each, folder / STATION, subject.registry, SimulatedClock())
             except RigrunnerError as error:
                 raise Nonconformity(f"{each}: {error}") from error
 

@@ -84,7 +84,7 @@ def test_what_cannot_be_tried_alone_says_what_it_needs(kind, name):
 
 def test_most_can_be_tried_alone():
     assert len(NOT_ALONE) <= len(REGISTRY.plugins) / 3
-    assert {kind for kind, _ in NOT_ALONE} <= {"device"}
+    assert {kind for kind, _ in NOT_ALONE} <= {"device", "event_sink"}
 
 
 class TestReplay:

@@ -17,10 +17,12 @@ if TYPE_CHECKING:
     from rigrunner.tools.doctor.finding import Surroundings
 
 PURPOSES = {
+    "apprise": "messages to desktops, phones and chats",
     "daq": "data acquisition by National Instruments",
     "dask": "batches of analyses on a cluster",
     "export": "data frames, datasets and Parquet files of an archive",
     "modbus": "inverters, presses and others that talk Modbus",
+    "mqtt": "messages to an MQTT broker",
     "opcua": "controllers that are OPC UA servers",
     "panel": "the operator's panel",
     "pdf": "certificates as PDF",

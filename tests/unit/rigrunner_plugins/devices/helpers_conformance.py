@@ -62,9 +62,11 @@ _FIT_EXAMPLES = {"published_examples_hold"}
 _RULE_EXAMPLES = {"published_rejections_hold"}
 _AT_ONCE_DONE = {"stops_when_asked", "is_resumed_or_refuses"}  # it takes no time to be stopped in
 
+_PARTNERS = {"refuses_a_partner_run_that_lacks_a_channel"}  # none is tried with one
 NOT_APPLICABLE: dict[tuple[str, str], set[str]] = {
-    ("analysis", "curve"): {*_UNITS, "live_shows_what_it_finds"},
-    ("analysis", "equation"): {*_UNITS, "live_shows_what_it_finds"},
+    ("analysis", "curve"): {*_UNITS, *_PARTNERS, "live_shows_what_it_finds"},
+    ("analysis", "equation"): {*_UNITS, *_PARTNERS, "live_shows_what_it_finds"},
+    ("analysis", "readings"): _PARTNERS,
     ("certificate_format", "html"): _SETTINGS,
     ("certificate_format", "pdf"): {*_SETTINGS, "names_are_escaped"},
     ("report_format", "html"): _SETTINGS,
