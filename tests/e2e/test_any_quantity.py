@@ -245,7 +245,7 @@ def test_it_can_be_decided_again_by_another_limit(tmp_path):
     who = ("--by", "A. Nother", "--reason", "a tighter data sheet")
     again = call("decide", found, "--acceptance", limits, *who)
     assert again.code == 1, again.err
-    assert "utside the limit ≤ 40 mV by 4 mV" in again.out
+    assert "utside the limit ≤ 40 mV by 4.0 mV" in again.out
     for name, most, words in (
         ("ripple", "40 mV", "has no result 'ripple'"),
         ("regulation", "40 mA", "the limit is a current, and regulation a voltage"),
