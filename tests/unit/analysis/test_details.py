@@ -128,7 +128,6 @@ def test_what_a_stranger_s_analysis_keeps_reaches_result_and_document():
     limit = {"of": "wear", "max": "1 mm", "source": "a test"}
     made = analyse(
         run_of(),
-        None,
         AnalysisSpec(),
         acceptance=Acceptance.model_validate({"limits": [limit], "rule": "simple"}),
         measurand=None,
