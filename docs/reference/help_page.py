@@ -6,6 +6,7 @@ python docs/reference/help_page.py docs/reference
 
 from __future__ import annotations
 
+import re
 import sys
 from inspect import cleandoc
 from pathlib import Path
@@ -81,7 +82,9 @@ def _told(option: click.Option) -> str:
 
 
 def _text(text: str) -> str:
-    return text.replace("\b\n", "").replace("<", "&lt;").replace("*", "\\*")
+    """Return a help text as Markdown, with options as code: '--' would become a dash."""
+    escaped = text.replace("\b\n", "").replace("<", "&lt;").replace("*", "\\*")
+    return re.sub(r"(?<![\w`-])(--[a-z][\w-]*)", r"`\1`", escaped)
 
 
 def main(folder: Path) -> None:
