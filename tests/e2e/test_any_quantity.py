@@ -275,7 +275,7 @@ def test_two_runs_are_compared_result_by_result(passed, tmp_path):
     procedure, bench = written(tmp_path, station=station)
     call("run", procedure, "--station", bench, "--unattended", "--runs", tmp_path / "runs")
     (other,) = (tmp_path / "runs").iterdir()
-    told = call("diff", passed[1], other).out
+    told = call("compare", passed[1], other).out
     # 1 mV and 20 mV apart, each known to 1.9 mV: E_n = 0.37 and 7.4
     assert "within their combined U of 0.0027 V (E_n = 0.37)" in told
     assert "voltage at bench.current = 1 A: 12.0220 and 12.0420 V: +0.0200 V, beyond" in told

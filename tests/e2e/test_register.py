@@ -128,10 +128,10 @@ def test_a_difference_is_told_and_ends_with_one(tmp_path):
     shipped = find_procedure("starting_torque_1000n")
     other = tmp_path / "other.yaml"
     shutil.copyfile(shipped, other)
-    assert call("diff", shipped, other).code == ExitCode.PASS
+    assert call("compare", shipped, other).code == ExitCode.PASS
     text = other.read_text(encoding="utf-8").replace("max: 0.95 N·m", "max: 0.90 N·m")
     other.write_text(text, encoding="utf-8")
-    called = call("diff", shipped, other)
+    called = call("compare", shipped, other)
     assert called.code == ExitCode.FAIL
     assert called.out.splitlines()[3:] == [
         "acceptance",
@@ -139,14 +139,14 @@ def test_a_difference_is_told_and_ends_with_one(tmp_path):
         "",
         "1 difference",
     ]
-    found = json.loads(call("diff", shipped, other, "--json").out)
+    found = json.loads(call("compare", shipped, other, "--json").out)
     assert found["same"] is False
     assert [each["section"] for each in found["changes"]] == ["acceptance"]
 
 
 def test_two_runs_of_the_demo_differ_in_what_was_asked(demo):
-    called = call("diff", demo.no_load, demo.loaded)
+    called = call("compare", demo.no_load, demo.loaded)
     assert called.code == ExitCode.FAIL
     assert "id was changed from 'SSPB-NLI' to 'SSPB-STT-1000'" in called.out
-    same = call("diff", demo.loaded, demo.loaded.name, "--runs", demo.folder)
+    same = call("compare", demo.loaded, demo.loaded.name, "--runs", demo.folder)
     assert (same.code, same.out.splitlines()[-1]) == (ExitCode.PASS, "no difference that matters")

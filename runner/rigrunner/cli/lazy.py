@@ -6,6 +6,7 @@ import difflib
 from functools import cached_property
 from importlib import import_module
 from keyword import iskeyword
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -31,11 +32,13 @@ class LazyGroup(click.Group):
         *,
         own: Commands,
         brought: Callable[[], Iterable[Commands]] = tuple,
+        renamed: Mapping[str, str] = MappingProxyType({}),
         **settings: Any,
     ) -> None:
         super().__init__(**settings)
         self.own = own
         self._brought = brought
+        self._renamed = renamed
 
     @cached_property
     def sources(self) -> tuple[Commands, ...]:
@@ -82,6 +85,9 @@ class LazyGroup(click.Group):
         """Find the command that is meant; an unknown one is a UsageError with a suggestion."""
         if args[0] in self.own.names or args[0] in self.summaries:
             return super().resolve_command(ctx, args)
+        if args[0] in self._renamed:
+            now = self._renamed[args[0]]
+            raise click.UsageError(f"The command '{args[0]}' is called '{now}' now.", ctx)
         near = difflib.get_close_matches(args[0], self.summaries, n=1, cutoff=0.5)
         hint = f" Did you mean '{near[0]}'?" if near else ""
         raise click.UsageError(f"No such command '{args[0]}'.{hint}", ctx)

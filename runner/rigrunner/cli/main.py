@@ -45,7 +45,7 @@ COMMANDS = {
         "show": "Show the recordings, events and results of a stored run.",
         "analyse": "Analyse a stored run again.",
         "report": "Write the report of a stored run again.",
-        "diff": "List the differences between two procedures or two runs.",
+        "compare": "List the differences between two procedures or two runs.",
         "import": "Import recordings made by another program.",
         "fit": "Fit a curve to columns of a CSV file.",
         "register": "Create entries for the register of instruments.",
@@ -75,6 +75,7 @@ COMMANDS = {
     invoke_without_command=True,
     own=Commands("rigrunner.cli.commands", COMMANDS),
     brought=brought,
+    renamed={"diff": "compare"},
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="'rigrunner demo' needs no rig, and takes less than a minute.",
 )

@@ -94,6 +94,12 @@ def test_an_unknown_command_is_a_usage_error_with_a_suggestion():
     assert called.out == ""
 
 
+def test_an_old_name_of_a_command_is_answered_with_the_new_one():
+    called = call("diff", "a.yaml", "b.yaml")
+    assert called.code == ExitCode.USAGE
+    assert "'diff' is called 'compare' now" in called.err
+
+
 def test_an_unknown_option_is_a_usage_error_with_a_suggestion():
     called = call("runs", "--rnus", "x")
     assert called.code == ExitCode.USAGE

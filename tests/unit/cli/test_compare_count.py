@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from rigrunner.cli.commands.diff import _count
+from rigrunner.cli.commands.compare import _count
 from rigrunner.tools.comparing.compare import Comparison
 from rigrunner.tools.comparing.tree import Change
 

@@ -1,4 +1,4 @@
-"""`rigrunner diff`: what changed between two procedures or two runs, in words."""
+"""`rigrunner compare`: what changed between two procedures or two runs, in words."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rigrunner.tools.comparing.compare import Comparison
 
 
-@click.command(name="diff")
+@click.command(name="compare")
 @click.argument("before", metavar="A")
 @click.argument("after", metavar="B")
 @runs_option
