@@ -151,8 +151,8 @@ def test_a_red_preflight_is_passed_over_only_with_name_and_reason(screen, panel)
     expect(start).to_be_disabled()  # a reason is missing
     page.get_by_label("Reason").fill("new one ordered")
     start.click()
-    panel.wait_for("asking")
-    assert "new one ordered" in str(panel.get("events")["items"])
+    panel.wait_for("asking", station="overdue.yaml")
+    assert "new one ordered" in str(panel.get("events", "overdue.yaml")["items"])
 
 
 @pytest.mark.thorough
