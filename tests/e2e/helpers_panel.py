@@ -57,14 +57,19 @@ class Server:
 
 
 class Screen:
-    """A client with an id of its own that applies every delta."""
+    """A client with an id of its own that applies every delta of one rig."""
 
-    def __init__(self, server, client):
+    def __init__(self, server, client, rig=None):
+        named = {} if rig is None else {"rig": rig}  # only one of several has to be named
         self.http = httpx.Client(
-            base_url=server.address, headers={"X-Rigrunner-Client": client}, timeout=PATIENCE_S
+            base_url=server.address,
+            headers={"X-Rigrunner-Client": client},
+            params=named,
+            timeout=PATIENCE_S,
         )
         address = server.address.replace("http", "ws", 1)
-        events = connect(f"{address}/api/events?client={client}", max_size=None)
+        asked = httpx.QueryParams({"client": client} | named)
+        events = connect(f"{address}/api/events?{asked}", max_size=None)
         self._held = ExitStack()
         self._socket = self._held.enter_context(events)
         self.state = {}

@@ -88,7 +88,7 @@ def test_the_study_enters_u_of_the_next_result(study, tmp_path):
     }
     components = found["analysis"]["components"]
     reproducibility = np.hypot(components["operator"], components["interaction"])
-    budget = {each.name: each for each in results["named"].headline_components}
+    budget = {each.name: each for each in results["named"].means[0].components}
     source = "(SSPB-GRR, 3 parts, 2 operators, 3 trials)"
     by_persons = budget[f"reproducibility {source}"]
     assert by_persons.u == pytest.approx(reproducibility, rel=0.01)

@@ -6,6 +6,7 @@ import os
 import signal
 import socket
 import time
+from contextlib import contextmanager
 from datetime import datetime
 from types import SimpleNamespace
 
@@ -24,6 +25,10 @@ QUICK = "{seed: 1, frequency_rate: 100 Hz/s, load_rate: 10 kN/s}"
 LOADED = "starting_torque_1000n.yaml"
 STOP_S = 0.2
 """What the panel promises, from the request to the order that makes the rig safe."""
+
+
+RIG = "station.yaml"
+"""Tests write other stations beside it, and each is a rig of the panel."""
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +51,13 @@ def server(lab):
 
 @pytest.fixture
 def screen(server):
-    found = Screen(server, "client-ann-0001")
+    with screen_of(server, RIG) as found:
+        yield found
+
+
+@contextmanager
+def screen_of(server, rig):
+    found = Screen(server, "client-ann-0001", rig)
     yield found
     if not found.is_closed and found.state["phase"] not in ("idle", "finished"):
         found.post("stop")
@@ -80,11 +91,11 @@ def test_a_stop_while_the_process_still_starts_ends_it_in_order(screen, server, 
 
 
 def test_the_whole_way_with_a_second_one_watching_and_a_reload(screen, server):
-    watcher = Screen(server, "client-bob-0001")
+    watcher = Screen(server, "client-bob-0001", RIG)
     hostile = "<script>alert(1)</script>/../x"
     pair = ready(screen, LOADED)
     items = screen.state["preflight"]["items"]
-    kinds = ["procedure", "no_load", "calibration", "disk", "device", "interlock", "zero"]
+    kinds = ["procedure", "partner", "calibration", "disk", "device", "interlock", "zero"]
     assert [each["kind"] for each in items] == kinds
     refused = watcher.post("run/start", 403, **pair)
     assert refused["message"] == "Ann has control"
@@ -97,7 +108,7 @@ def test_the_whole_way_with_a_second_one_watching_and_a_reload(screen, server):
     wrong = screen.post("run/answer", 422, prompt=prompt["id"], text="perhaps")
     assert "expected one of: yes, no" in wrong["message"]
     screen.close()  # the browser is gone, in the middle
-    again = Screen(server, "client-ann-0001")
+    again = Screen(server, "client-ann-0001", RIG)
     assert again.state["prompt"] == prompt
     again.answer()
     state = again.phase("finished")
@@ -148,7 +159,7 @@ def test_pause_repeat_skip_take_over_and_abort_are_done_and_on_record(screen, se
     screen.post("run/repeat", reason="once more")  # pauses by itself
     screen.until(lambda _: "repeat" in actions(screen))
     screen.until(lambda state: state["progress"]["recording"])
-    bob = Screen(server, "client-bob-0001")
+    bob = Screen(server, "client-bob-0001", RIG)
     bob.post("run/skip", 403, reason="mine")
     bob.post("control", 409, name="Bob")
     bob.post("control", name="Bob", take_over=True)
@@ -180,7 +191,7 @@ def test_stop_makes_the_rig_safe_within_its_time_whoever_asks(screen, server, la
     screen.until(lambda state: state["progress"]["recording"])
     frames = len(screen.frames)
     screen.until(lambda _: len(screen.frames) > frames + 3)
-    bob = Screen(server, "client-bob-0001")
+    bob = Screen(server, "client-bob-0001", RIG)
     asked = time.time()
     assert bob.post("stop", reason="smoke")["stopped"]
     state = screen.phase("finished")
@@ -212,7 +223,7 @@ def test_a_run_goes_on_while_nobody_and_while_somebody_deaf_is_connected(screen,
         before = screen.until(lambda state: state["watchers"] == 2)["progress"]["done_s"]
         screen.close()
         time.sleep(1.5)
-        again = Screen(server, "client-ann-0001")
+        again = Screen(server, "client-ann-0001", RIG)
         assert again.state["phase"] in ("running", "analysing", "finished")
         assert again.state["progress"]["done_s"] > before
         again.post("run/abort", reason="seen enough")
@@ -263,12 +274,17 @@ def test_by_hand_a_point_is_set_watched_recorded_and_kept_apart_from_procedures(
     assert set(ended.read_back.values()) == {0.0}
 
 
-def test_what_the_preflight_refuses_starts_only_by_name_and_reason(screen, lab):
+def test_what_the_preflight_refuses_starts_only_by_name_and_reason(server, lab):
     text = (lab / "station.yaml").read_text(encoding="utf-8")
     overdue = "certificate: C-1\n    laboratory: L\n    calibrated: 2020-01-01\n    due: 2021-01-01"
     assert "calibration: simulated" in text
     changed = text.replace("calibration: simulated", overdue)
     (lab / "overdue.yaml").write_text(changed, encoding="utf-8")
+    with screen_of(server, "overdue.yaml") as screen:
+        starts_only_by_name_and_reason(screen, lab)
+
+
+def starts_only_by_name_and_reason(screen, lab):
     pair = ready(screen, "no_load_inertia_sweep.yaml", "overdue.yaml")
     found = screen.state["preflight"]
     (failed,) = [each for each in found["items"] if each["state"] == "fail"]
@@ -291,21 +307,23 @@ def test_what_the_preflight_refuses_starts_only_by_name_and_reason(screen, lab):
     assert (told.by, told.reason) == ("Chief", "new one ordered")
 
 
-def test_a_station_whose_device_does_not_answer_cannot_be_started(screen, lab):
+def test_a_station_whose_device_does_not_answer_cannot_be_started(server, lab):
     text = (lab / "station.yaml").read_text(encoding="utf-8")
     unplugged = text.replace(QUICK, "{seed: 1, simulate: unplugged}")
     (lab / "unplugged.yaml").write_text(unplugged, encoding="utf-8")
-    pair = ready(screen, "no_load_inertia_sweep.yaml", "unplugged.yaml")
-    (failed,) = [each for each in screen.state["preflight"]["items"] if each["state"] == "fail"]
-    assert (failed["kind"], failed["name"], failed["override"]) == ("device", "tester", "")
-    assert failed["fix"]
-    screen.post("run/start", 409, **pair)
+    with screen_of(server, "unplugged.yaml") as screen:
+        pair = ready(screen, "no_load_inertia_sweep.yaml", "unplugged.yaml")
+        items = screen.state["preflight"]["items"]
+        (failed,) = [each for each in items if each["state"] == "fail"]
+        assert (failed["kind"], failed["name"], failed["override"]) == ("device", "tester", "")
+        assert failed["fix"]
+        screen.post("run/start", 409, **pair)
 
 
 @pytest.mark.thorough
 def test_ctrl_c_says_that_a_run_goes_on_and_ends_only_when_it_is_safe_and_sealed(lab):
     with served(lab, lab / "runs") as server:
-        screen = Screen(server, "client-ann-0001")
+        screen = Screen(server, "client-ann-0001", RIG)
         start(screen)
         screen.answer()
         name = screen.until(lambda state: state["progress"]["recording"])["job"]["run"]
@@ -326,7 +344,7 @@ def test_a_closed_terminal_ends_the_panel_once_its_run_is_safe_and_sealed(lab):
         terminal.wait_for("Panel: ")
         terminal.wait_for("\n")
         screen = Screen(
-            SimpleNamespace(address=terminal.passed.strip().rstrip("/")), "client-ann-0001"
+            SimpleNamespace(address=terminal.passed.strip().rstrip("/")), "client-ann-0001", RIG
         )
         start(screen)
         screen.answer()
@@ -351,7 +369,7 @@ def test_without_a_run_ctrl_c_just_ends(lab):
 @pytest.mark.thorough
 def test_a_panel_that_is_killed_leaves_a_run_that_ends_in_order(lab):
     with served(lab, lab / "runs") as server:
-        screen = Screen(server, "client-ann-0001")
+        screen = Screen(server, "client-ann-0001", RIG)
         start(screen)
         screen.answer()
         name = screen.until(lambda state: state["progress"]["recording"])["job"]["run"]

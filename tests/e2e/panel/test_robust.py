@@ -211,7 +211,7 @@ def test_what_the_server_says_is_german_too(new_screen):
     page.get_by_text("Alle Schritte").click()
     steps = page.locator(".step-texts")
     expect(steps).to_contain_text("Nullpunkt von tester.torque, innerhalb 0,05 N·m")
-    expect(steps).to_contain_text("Bearing on the mandrel")  # own words of the procedure
+    expect(steps).to_contain_text("Lager auf dem Dorn")  # of a procedure that ships
     red.get_by_role("checkbox").check()
     items = page.locator(".preflight .lights").bounding_box()
     assert items["height"] > 100  # what is let pass is seen beside the name and the reason

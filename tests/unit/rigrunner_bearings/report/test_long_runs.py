@@ -10,9 +10,9 @@ from hypothesis.extra.numpy import arrays
 
 from rigrunner.signal.thinning import places_of_extremes
 from rigrunner_bearings.report.figures import cycles
+from rigrunner_bearings.report.page import torque_page
 from rigrunner_bearings.report.view.cycles import MOST_ROWS, rejections
 from rigrunner_reports.figures.results import MOST_POINTS, THINNED
-from rigrunner_reports.page import make_page
 from rigrunner_reports.render import html
 from rigrunner_reports.view.run import shown_events
 from unit.rigrunner_reports.helpers_report import (
@@ -119,7 +119,7 @@ def test_the_caption_says_so_only_where_something_is_left_out(hours):
 
 @pytest.mark.thorough
 def test_of_many_set_points_pictures_draw_some_and_say_so(many_set_points):
-    page = make_page(report_input(many_set_points))
+    page = torque_page(report_input(many_set_points))
     for plot in (page.figures.over_frequency, page.figures.fits):
         assert plot.caption.endswith(THINNED)
         assert plot.alt.count(" Hz ") <= MOST_POINTS * 5
