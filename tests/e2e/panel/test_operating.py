@@ -31,7 +31,7 @@ def test_from_choosing_to_the_certificate_by_mouse(screen, panel):
     value = float(page.locator(".result-head .verdict-value").inner_text().split(" ")[0])
     assert abs(value - TRUTH_NM) < 0.01
     report = page.frame_locator(".report")
-    assert report.get_by_text("Rigrunner test report").is_visible()
+    expect(report.get_by_text("Rigrunner test report")).to_be_visible()
     page.get_by_text("Issue a certificate").click()
     for label, answer in CERTIFICATE.items():
         page.get_by_label(label, exact=True).fill(answer)
