@@ -13,6 +13,7 @@ from helpers_cli import call
 from helpers_thorough import first
 
 SIZES = {"desk": (1280, 720), "tablet": (820, 1180)}
+SLOW = {"offline": False, "latency": 300, "downloadThroughput": -1, "uploadThroughput": -1}
 
 
 @pytest.fixture
@@ -43,20 +44,38 @@ def own_lab(lab, tmp_path):
 
 
 def scan(page, *specimens):
-    """As a scanner does: a word and Enter, into the field that keeps the focus."""
+    """As a scanner does: a word and Enter, and the next one without waiting."""
     page.locator("#queue-scan").focus()
     for each in specimens:
         page.keyboard.type(each)
         page.keyboard.press("Enter")
-        if page.locator("#dialog-text").count():
-            page.locator("#dialog-text").fill(NAME)
-            page.keyboard.press("Enter")
-        page.locator(".queue-table tbody tr", has_text=each).wait_for()
-        expect(page.locator("#queue-scan")).to_have_value("")
+    for each in specimens:
+        row(page, each).wait_for()
 
 
 def row(page, text):
     return page.locator(".queue-table tbody tr", has_text=text)
+
+
+def test_scans_that_do_not_wait_for_each_other_are_all_added_in_order(open_queue, own_lab):
+    """A scanner sends the next specimen while the panel still adds the last one."""
+    with running_panel(own_lab) as panel:
+        page = open_queue(panel).page
+        page.locator("#queue-scan").focus()
+        page.keyboard.type("SN-1\n")
+        page.locator("#dialog-text").fill(NAME)
+        page.keyboard.press("Enter")
+        row(page, "SN-1").wait_for()
+        page.context.new_cdp_session(page).send("Network.emulateNetworkConditions", SLOW)
+        scan(page, "SN-2", "SN-1", "SN-3")
+        expect(page.locator(".queue-table tbody tr strong")).to_have_text(["SN-1", "SN-2", "SN-3"])
+        note = page.locator("#queue-scan-note")
+        expect(note).to_contain_text("SN-1 is in the queue already: entry 1")
+        expect(note).to_contain_text("Added: entry 3")
+        expect(page.locator("#queue-scan")).to_have_value("SN-1")
+        page.keyboard.type("SN-4\n")
+        row(page, "SN-4").wait_for()
+        expect(note).not_to_contain_text("already")
 
 
 @pytest.mark.thorough

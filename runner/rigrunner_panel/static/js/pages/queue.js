@@ -173,17 +173,32 @@ function addCard() {
     }
   }
 
+  const scans = []; // waiting to be added: a scanner does not wait for the answer to its last one
+
   async function scanned(event) {
     event.preventDefault();
     const text = scan.value.trim();
-    if (!text || scan.readOnly) return;
-    scan.readOnly = true; // a second scan waits for the first one
-    const done = await add(text, note, field);
-    scan.readOnly = false;
-    if (done) scan.value = "";
-    scan.setAttribute("aria-invalid", String(!done));
+    if (!text) return;
+    scan.value = "";
+    if (scans.push(text) > 1) return;
+    const refusals = h("div", {});
+    const latest = h("div", {});
+    fill(note, refusals, latest);
+    let refused = "";
+    while (scans.length) {
+      if (!(await add(scans[0], latest, field))) {
+        refused = scans[0];
+        refusals.append(...latest.childNodes); // stays, whatever is added after it
+      }
+      scans.shift();
+    }
+    if (refused) field.className = "field bad";
+    scan.setAttribute("aria-invalid", String(Boolean(refused)));
     scan.focus();
-    scan.select();
+    if (refused && !scan.value) {
+      scan.value = refused;
+      scan.select();
+    }
   }
 
   async function read() {
