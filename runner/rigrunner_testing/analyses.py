@@ -189,7 +189,7 @@ def live_shows_what_it_finds(subject: Subject) -> None:
         fold = record.live(_told(subject))
         for recording in run.recordings:
             empty = dict.fromkeys(recording.channels, np.empty(0))
-            fold.begin(replace(recording, channels=empty))
+            fold.begin(replace(recording, channels=empty), replace(run, recordings=()))
             for first in range(0, SAMPLES, samples):
                 cut = {name: each[first : first + samples] for name, each in
                        recording.arrays().items()}  # fmt: skip

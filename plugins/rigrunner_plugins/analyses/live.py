@@ -16,7 +16,7 @@ from rigrunner_plugins.analyses.sources import place_of
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rigrunner.api import Array, Block, Recording
+    from rigrunner.api import Array, Block, Recording, RunData
     from rigrunner.api.coordinates import CoordinateValue
     from rigrunner_plugins.analyses.settings import ReadingsSettings
 
@@ -71,7 +71,7 @@ class LiveReadings:
     _every: int = 1
     _blocks: int = 0
 
-    def begin(self, recording: Recording) -> None:
+    def begin(self, recording: Recording, run: RunData) -> None:  # noqa: ARG002  (of any run)
         """Begin with a recording, if it is one that the procedure chooses.
 
         A value that is compared with another run's is known when the analysis is made.
@@ -79,16 +79,16 @@ class LiveReadings:
         told, place = self.settings, place_of(recording)
         names = [told.of, *([told.other] if told.other else [])]
         self._now, self._curve, self._every, self._blocks = None, [], 1, 0
-        read = told.table is None and told.compared is None
+        read = bool(recording.name) and told.table is None and told.compared is None
         read = read and all(name in recording.channels for name in names)
         if read and is_at(told.where, place) and all(name in place for name in told.per):
             own = {name: place[name] for name in told.per}
             _, self._now = self._at.setdefault(tuple(own.values()), (own, Running()))
 
-    def take(self, block: Block) -> None:
+    def take(self, block: Block) -> tuple[()]:
         """Take the next block of the recording."""
         if self._now is None or not block.samples:
-            return
+            return ()
         told = self.settings
         values = np.asarray(block.channels[told.of], float)
         if told.minus is not None:
@@ -98,6 +98,7 @@ class LiveReadings:
         self._now.take(values)
         end_s = (block.first_sample + block.samples) / block.rate_hz
         self._draw(end_s, self._shown(self._now))
+        return ()
 
     def findings(self) -> Findings:
         """Return the statistic at each place by now, and its curve over the recording."""

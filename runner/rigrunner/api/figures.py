@@ -8,7 +8,9 @@ from math import isfinite
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
+
+    from rigrunner.api.data import Array
 
 SeriesKind = Literal["points", "joined", "line", "bars", "excluded", "marked"]
 """How a series is drawn.
@@ -115,6 +117,23 @@ class Figure:
             for point in series.points
             for end in (point.lower, point.upper)
         )
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Curve:
+    """A curve that a screen shows as soon as it is measured, such as one cycle over its phase."""
+
+    title: str
+    x: Axis
+    y: Axis
+    at: Array
+    """The values of x, shape (n,)."""
+    series: Mapping[str, Array]
+    """The values of y by the name of the series, each of shape (n,); at most two."""
+    end_s: float
+    """When it was complete, in seconds of its recording."""
+    frequency_hz: float | None = None
+    """Of the cycle that it shows; None where it shows none."""
 
 
 @dataclass(frozen=True)

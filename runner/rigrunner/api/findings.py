@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from rigrunner.api.coordinates import CoordinateValue
     from rigrunner.api.data import Block, Estimate, Recording, RunData
     from rigrunner.api.details import AnalysisDetails
-    from rigrunner.api.figures import Figure, Picture
+    from rigrunner.api.figures import Curve, Figure, Picture
     from rigrunner.api.measurand import MeasurandKind
 
 
@@ -159,20 +159,29 @@ class LiveAnalysis(Protocol):
     What it shows of a whole recording is what the analysis finds of it, however the blocks are cut.
     """
 
-    def begin(self, recording: Recording) -> None:
-        """Begin with a recording: all of it but its samples."""
+    def begin(self, recording: Recording, run: RunData) -> None:
+        """Begin with a recording: all of it but its samples.
+
+        One that is not kept has no name: its curves are shown, and it enters no result. `run` is
+        the run that it belongs to, without recordings: its rig, instruments, zero readings and
+        partner runs, as far as they are known.
+        """
         ...
 
-    def take(self, block: Block) -> None:
-        """Take the next block of that recording.
+    def take(self, block: Block) -> Sequence[Curve]:
+        """Take the next block of that recording; return the curves that it completes, or none.
 
-        Its channels, 'role.name', have readings in SI units: zero readings are taken off, and what
-        a certificate corrects is corrected, as `RunData.readings` does.
+        A screen shows them at once. Its channels, 'role.name', have readings in SI units: zero
+        readings are taken off, and what a certificate corrects is corrected, as `RunData.readings`
+        does.
         """
         ...
 
     def findings(self) -> Findings:
-        """Return what is known by now. An uncertainty that only the whole run tells is nan."""
+        """Return what is known by now. An uncertainty that only the whole run tells is nan.
+
+        It is asked for a few times a second: what takes long is done here, not in `take`.
+        """
         ...
 
 

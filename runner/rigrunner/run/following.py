@@ -4,24 +4,29 @@ from __future__ import annotations
 
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import cached_property
 from math import isfinite
 from time import monotonic
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from rigrunner.api.data import Recording
+from rigrunner.api.data import Recording, RunData
 from rigrunner.api.events import Samples, StepEnded, StepStarted
 from rigrunner.api.findings import Findings
 from rigrunner.run.listening import Detached
+from rigrunner.run.stored import run_data
+from rigrunner.runfile import read
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from pathlib import Path
 
     from rigrunner.api.data import Array, Block
     from rigrunner.api.events import Event, EventSink
+    from rigrunner.api.figures import Curve
     from rigrunner.api.findings import LiveAnalysis
-    from rigrunner.api.instruments import Instrument
     from rigrunner.run.prepare import Planned
 
 EVERY_S = 0.25
@@ -36,28 +41,64 @@ class Shows(Protocol):
         ...
 
 
+class Draws(Protocol):
+    """What of a screen shows curves."""
+
+    def __call__(self, recording: str, curve: Curve, ended_s: float) -> None:
+        """Take a curve of a recording, complete at `ended_s` by the events' monotonic clock."""
+        ...
+
+
 @contextmanager
-def following(planned: Planned, show: Shows) -> Iterator[list[EventSink]]:
+def following(
+    planned: Planned,
+    show: Shows,
+    *,
+    draw: Draws | None = None,
+    partners: Mapping[str, Path] = MappingProxyType({}),
+) -> Iterator[list[EventSink]]:
     """Give the listener that a run needs for its live analyses; none where there are none.
 
-    It has a thread of its own: a slow one holds no run up. Raises PluginError.
+    It has a thread of its own: a slow one holds no run up. `partners` are the partner runs that
+    analyses are given while it is measured. Raises PluginError.
     """
-    folds = {
-        each.name: live
+    folds = [
+        (each.name, live)
         for each in planned.procedure.model.named_analyses
         if (live := planned.registry.live(each.name, each.settings)) is not None
-    }
+    ]
     if not folds:
         yield []
         return
-    instruments: dict[str, Instrument] = {
-        each.channel: each for each in planned.station.model.instruments
-    }
-    listener = Detached("live analyses", Following(list(folds.items()), instruments, show))
+    listener = Detached(
+        "live analyses", Following(folds, lambda: _run(planned, partners), show, draw)
+    )
     try:
         yield [listener]
     finally:
         listener.close()
+
+
+def _run(planned: Planned, partners: Mapping[str, Path]) -> RunData:
+    """Return the run as it is known while it is measured; raise DataError."""
+    procedure, station = planned.procedure.model, planned.station
+    return RunData(
+        run_id="",
+        procedure_id=procedure.id,
+        procedure_revision=procedure.revision,
+        procedure_title=procedure.title,
+        station_id=station.model.id,
+        started_utc="",
+        ended_utc="",
+        outcome="",
+        inputs={},
+        rig=station.rig,
+        instruments=station.register,
+        zeros={},
+        recordings=(),
+        rig_keys=station.model.rig,
+        partners={name: run_data(read(path)) for name, path in partners.items()},
+    )
 
 
 class Following:
@@ -66,32 +107,39 @@ class Following:
     def __init__(
         self,
         folds: list[tuple[str, LiveAnalysis]],
-        instruments: Mapping[str, Instrument],
+        run: Callable[[], RunData],
         show: Shows,
+        draw: Draws | None = None,
     ) -> None:
         self._folds = folds
-        self._instruments = instruments
+        self._read_run = run
         self._show = show
+        self._draw = draw
         self._started: StepStarted | None = None
         self._zeros: dict[str, float] = {}
-        self._recording = ""
+        self._recording: str | None = None
         self._notes: list[str] = []
         self._due_s = 0.0
 
     def __call__(self, event: Event) -> None:
         """Take an event of the run."""
         match event:
-            case StepStarted() if event.recording:
-                self._started, self._recording = event, ""
+            case StepStarted():
+                is_recorded = event.recording or event.action == "record"
+                self._started, self._recording = event if is_recorded else None, None
             case StepEnded(action="zero", ok=True):
                 self._zeros |= event.values
             case Samples() if self._started is not None:
                 self._take(event, self._started)
                 if monotonic() >= self._due_s:
-                    self._due_s = monotonic() + EVERY_S
                     self._tell(is_whole=False)
+                    self._due_s = monotonic() + EVERY_S
             case StepEnded() if event.recording and event.recording == self._recording:
                 self._tell(is_whole=True)
+
+    @cached_property
+    def _run(self) -> RunData:
+        return self._read_run()
 
     def _take(self, event: Samples, started: StepStarted) -> None:
         block = replace(event.block, channels=dict(self._readings(event.block)))
@@ -109,17 +157,26 @@ class Following:
         for name, fold in list(self._folds):
             try:
                 if begins:
-                    fold.begin(recording)
-                fold.take(block)
+                    fold.begin(recording, replace(self._run, zeros=dict(self._zeros)))
+                curves = fold.take(block)
             except Exception as error:  # noqa: BLE001  (a stranger's may raise anything)
                 self._leave_out(name, fold, error)
+            else:
+                self._draw_all(event, curves)
+
+    def _draw_all(self, event: Samples, curves: Sequence[Curve]) -> None:
+        """Let a screen draw curves; the event is as late as the last sample of its block."""
+        if self._draw is not None:
+            block = event.block
+            end_s = (block.first_sample + block.samples) / block.rate_hz
+            for each in curves:
+                self._draw(event.recording, each, event.monotonic_s - (end_s - each.end_s))
 
     def _readings(self, block: Block) -> Iterator[tuple[str, Array]]:
         """Yield the channels of a block as an analysis has them: less zero, and corrected."""
         for name, values in block.channels.items():
-            known, zero = self._instruments.get(name), self._zeros.get(name, 0.0)
-            samples = np.asarray(values, float)
-            yield name, samples - zero if known is None else known.corrected(samples, zero)
+            zero = self._zeros.get(name, 0.0)
+            yield name, self._run.readings(name, np.asarray(values, float), zero)
 
     def _tell(self, *, is_whole: bool) -> None:
         found: list[Findings] = []

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from rigrunner.api.data import Block
+from rigrunner.api.data import Block, RunData
 from rigrunner.api.events import Samples, StepEnded, StepStarted
+from rigrunner.api.figures import Axis, Curve
+from rigrunner.api.findings import Findings
 from rigrunner.registry import load_registry
 from rigrunner.run.following import Following
 
@@ -42,9 +45,15 @@ class Screen:
         self.shown.append((found, is_whole))
 
 
+def run_of(**instruments):
+    """Return a run of which no more is known than its instruments."""
+    known = dict.fromkeys(each.name for each in fields(RunData))
+    return RunData(**known | {"instruments": instruments, "zeros": {}, "recordings": ()})
+
+
 def followed(folds, instruments=()):
     screen = Screen()
-    follow = Following(folds, dict(instruments), screen)
+    follow = Following(folds, lambda: run_of(**dict(instruments)), screen)
     zeroed = {"meter.voltage": ZERO}
     follow(StepEnded(**STAMP, step="zero", index=0, action="zero", ok=True, values=zeroed))
     for event in (*recorded("1", 1.0, VALUES), *recorded("2", 2.0, 2 * VALUES)):
@@ -91,7 +100,7 @@ def test_readings_are_corrected_as_in_the_analysis():
 
 def test_one_that_raises_is_left_out_with_a_note_and_the_others_stay():
     class Broken:
-        def begin(self, _):
+        def begin(self, *_):
             raise ZeroDivisionError("by a stranger")
 
     fold = load_registry().live("readings", told())
@@ -103,8 +112,53 @@ def test_one_that_raises_is_left_out_with_a_note_and_the_others_stay():
 def test_the_curve_of_a_long_recording_is_bounded():
     fold = load_registry().live("readings", told())
     screen = Screen()
-    follow = Following([("r", fold)], {}, screen)
+    follow = Following([("r", fold)], run_of, screen)
     for event in recorded("1", 1.0, np.zeros(7 * 5000)):
         follow(event)
     found, _ = screen.shown[-1]
     assert 100 < len(found.figures[0].series[0].points) <= 400
+
+
+class Ramp:
+    """A live analysis that draws each block, and notes what it was given."""
+
+    def __init__(self):
+        self.begun = []
+
+    def begin(self, recording, run):
+        self.begun.append((recording.name, recording.setpoints, dict(run.zeros)))
+
+    def take(self, block):
+        values = block.channels["meter.voltage"]
+        end_s = (block.first_sample + len(values) - 2) / block.rate_hz
+        at = np.arange(len(values))
+        return [Curve(title="r", x=Axis("n"), y=Axis("U"), at=at, series={"": values}, end_s=end_s)]
+
+    def findings(self):
+        return Findings()
+
+
+def test_curves_are_drawn_block_by_block_with_the_time_at_which_they_were_complete():
+    drawn, fold = [], Ramp()
+    follow = Following([("ramp", fold)], run_of, Screen(), lambda *curve: drawn.append(curve))
+    follow(StepEnded(**STAMP, step="zero", index=0, action="zero", ok=True, values={"a.b": 2.0}))
+    for event in recorded("1", 1.0, VALUES):
+        follow(event)
+    assert fold.begun == [("1", {"load.current": 1.0}, {"a.b": 2.0})]
+    assert [name for name, *_ in drawn] == ["1"] * 6
+    assert np.concatenate([each.series[""] for _, each, _ in drawn]).tolist() == VALUES.tolist()
+    # the event is as late as the last sample of its block, and the curve ended two samples before
+    assert [at for *_, at in drawn] == pytest.approx([-0.02] * 6)
+
+
+def test_what_is_not_kept_is_drawn_and_enters_no_result():
+    drawn, screen, fold = [], Screen(), load_registry().live("readings", told())
+    follow = Following(
+        [("ramp", Ramp()), ("readings", fold)], run_of, screen, lambda *curve: drawn.append(curve)
+    )
+    for event in (*recorded("1", 1.0, VALUES), *recorded("", 2.0, VALUES)):
+        follow(event)
+    assert [name for name, *_ in drawn] == ["1"] * 6 + [""] * 6
+    assert {each.place for found, _ in screen.shown for each in found.results} == {
+        "load.current = 1 A"
+    }
