@@ -1,4 +1,4 @@
-"""How events reach those who listen: critical sinks stop the run when they fail, guarded do not."""
+"""Delivers events to sinks: a critical sink that fails stops the run, a guarded one does not."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ _E = TypeVar("_E", bound=Event)
 
 
 class Bus:
-    """Hands every event to all sinks, critical ones first.
+    """Passes every event to all sinks, critical ones first.
 
-    A sink that raises gets no further event: what it would do half-broken is unknown.
+    A sink that raised gets no further events, since its state is unknown.
     """
 
     def __init__(
@@ -33,23 +33,23 @@ class Bus:
         guarded: Iterable[EventSink] = (),
         tracers: Iterable[Callable[[BaseException], None]] = (),
     ) -> None:
-        """Make it; `tracers` are told the errors themselves of which events tell in words."""
+        """Make a bus; `tracers` get the exceptions that events report as text."""
         self._tracers = tuple(tracers)
         self._critical = tuple(critical)
         self._guarded = tuple(guarded)
         self.failure: Exception | None = None
-        """The first error of a critical sink: what came after it may not be on record."""
+        """The first error of a critical sink; later events may not be recorded."""
 
     def trace(self, error: BaseException) -> None:
-        """Tell an error whose event was just handed out to those who keep tracebacks."""
+        """Pass an exception to the tracers; its event was emitted just before."""
         for tracer in self._tracers:
-            with suppress(Exception):  # it is on record in words
+            with suppress(Exception):  # the event has recorded it as text
                 tracer(error)
 
     def emit(self, event: Event) -> tuple[str, ...]:
-        """Hand out the event and say, in words, which guarded sinks were dropped by it.
+        """Pass the event to all sinks; return a message for each guarded sink that failed.
 
-        The first error of a critical sink is raised after all others have had the event.
+        The first error of a critical sink is raised once all sinks have had the event.
         """
         failures: tuple[Exception, ...] = ()
         dropped: tuple[str, ...] = ()
@@ -73,40 +73,40 @@ class Bus:
 
 
 def _without(sink: EventSink, sinks: tuple[EventSink, ...]) -> tuple[EventSink, ...]:
-    """Return new sinks: those that are being told an event are told it in peace."""
+    """Return a new tuple: an iteration over the old one goes on undisturbed."""
     return tuple(one for one in sinks if one is not sink)
 
 
 _MILLISECOND = timedelta(milliseconds=1)
 SET_BACK = timedelta(seconds=1)
-"""A time server moves a clock by less."""
+"""A step larger than those of a time server."""
 
 
 class Emit(Protocol):
     """Puts an event on the bus."""
 
     def __call__(self, kind: type[Event], /, **fields: Any) -> None:
-        """Stamp and hand out an event of that kind."""
+        """Stamp an event of that kind and emit it."""
         ...
 
 
 class Emitter:
     """Numbers and times events and puts them on a bus; the only source of a run's events.
 
-    An alarm says so if the machine's clock was set back: then times of day are out of order, while
+    An alarm is raised if the clock of the machine was set back: times of day are then out of order;
     durations are not affected.
     """
 
     def __init__(self, bus: Bus, clock: Clock, first_seq: int = 0) -> None:
         self._bus = bus
-        self._stamp = EventStamp(clock, first_seq, self._tell_set_back)
+        self._stamp = EventStamp(clock, first_seq, self._report_set_back)
 
     def __call__(self, kind: type[Event], /, **fields: Any) -> None:
         """Emit one event; an Alarm follows for each guarded sink that failed on it."""
         for text in self._bus.emit(self._stamp(kind, **fields)):
             self(Alarm, source="event sink", text=text)
 
-    def _tell_set_back(self, latest: datetime, now: datetime) -> None:
+    def _report_set_back(self, latest: datetime, now: datetime) -> None:
         if latest - now > SET_BACK:
             was = f"the clock was set back from {utc_text(latest)} to {utc_text(now)}"
             self(Alarm, source="clock", text=f"{was}; durations are measured by another one")
@@ -121,13 +121,13 @@ class EventStamp:
         first_seq: int = 0,
         set_back: Callable[[datetime, datetime], None] = lambda *_: None,
     ) -> None:
-        """Begin; `set_back` is told the latest time and the present one, if that is before it."""
+        """Call `set_back` with the latest and the present time if the present one is earlier."""
         self._clock = clock
         self._seq = itertools.count(first_seq)
         self._set_back = set_back
         self._from = self._until = clock.utc()
         self._utc = ""
-        """The text of the time of day from the one to the other: of one millisecond."""
+        """The text of the time of day, valid for the millisecond between the two."""
 
     def __call__(self, kind: type[_E], **fields: Any) -> _E:
         """Return an event of that kind, stamped."""

@@ -163,7 +163,7 @@ def test_a_program_that_was_killed_leaves_a_tape_that_replays_up_to_there(tmp_pa
 @pytest.mark.parametrize(
     ("options", "code", "says"),
     [
-        (("--record", "there"), ExitCode.DATA, "there is there already: a tape is never written"),
+        (("--record", "there"), ExitCode.DATA, "there exists already: a tape is never overwritten"),
         (("--record", "a", "--replay", "there"), ExitCode.USAGE, "--record and --replay exclude"),
         (("--replay", "there"), ExitCode.DATA, "there holds no tape: tape.json: No such file"),
         (("--replay", "nowhere"), ExitCode.DATA, "nowhere holds no tape: tape.json: No such file"),

@@ -1,7 +1,7 @@
-"""Two runs on one simulated rig, as a study draws them.
+"""Two runs on one simulated rig, with settings drawn by a study.
 
-A rig is a simulator's settings as a station would have them: quantities with units, by their dotted
-names. What is not named keeps the simulator's default.
+A rig is given by the settings of its simulator: quantities with units, by dotted names, as in a
+station. Other settings keep the simulator's default.
 """
 
 from __future__ import annotations
@@ -28,29 +28,29 @@ DAMPING = {
 
 @dataclass(frozen=True)
 class Range:
-    """One setting by its dotted name, drawn evenly between two values."""
+    """One setting by its dotted name, drawn from a uniform distribution."""
 
     setting: str
     low: float
     high: float
     unit: str
     times: str = ""
-    """The setting whose value it is multiplied by, where that is not empty."""
+    """The setting by whose value the drawn number is multiplied; '' for none."""
 
 
 @dataclass(frozen=True)
 class Value:
-    """A number with its unit, as it stands in a station."""
+    """A number with its unit, as in a station."""
 
     number: float
     unit: str
 
     def __str__(self) -> str:
-        """Return the quantity as YAML has it."""
+        """Return the quantity as written in YAML."""
         return f"{self.number:.9g} {self.unit}"
 
     def times(self, factor: float) -> Value:
-        """Return a multiple of it."""
+        """Return the value times a factor."""
         return Value(self.number * factor, self.unit)
 
 
@@ -60,33 +60,33 @@ BenchSettings: TypeAlias = "Mapping[str, Value | str]"
 
 @dataclass(frozen=True, kw_only=True)
 class Bench:
-    """Two runs on one rig, as they are done and as they are said to have been done."""
+    """Two runs on one rig: what really happens, and what the station and the procedure state."""
 
     simulator: str
     seed: int
     frequencies_hz: tuple[float, ...]
     cycles: int
     no_load: BenchSettings
-    """The simulator while the no-load run is done."""
+    """The simulator during the no-load run."""
     loaded: BenchSettings
-    """The same of the loaded run."""
+    """The simulator during the loaded run."""
     reference_hz: float
     """The natural frequency that the station states."""
     pause_s: float
     no_load_n: float = 0.0
-    """The load that is really there in the run that is said to have none."""
+    """The true load of the no-load run."""
     load_n: float = LOAD_N
-    """The load that is really there in the run that is said to have 1000 N."""
+    """The true load of the run for which 1000 N is stated."""
     zero_shift_nm: float = 0.0
-    """By which the zero moves between the two runs."""
+    """The zero drift of the torque sensor between the two runs."""
     one_sided_nm: float = 0.0
-    """A constant torque that comes with the load."""
+    """A constant torque that acts only under load."""
     spring_nm: float = 0.0
-    """A torque that comes with the load and follows the angle: what it is at the swing's end."""
+    """A torque under load that is proportional to the angle; its value at the end of a swing."""
 
 
 def drawn(ranges: Iterable[Range], rng: Generator) -> dict[str, Value]:
-    """Return a value of each range."""
+    """Return a value drawn from each range, by setting."""
     values: dict[str, Value] = {}
     for each in ranges:
         unit_value = rng.uniform(each.low, each.high)
@@ -114,7 +114,7 @@ def with_inertia(simulator: str, settings: BenchSettings, factor: float) -> Benc
 
 
 def nested(settings: BenchSettings, seed: int) -> dict[str, Any]:
-    """Return settings by dotted names as the plugin is told them."""
+    """Return the settings as the nested mapping that the plugin reads."""
     tree: dict[str, Any] = {"seed": seed}
     for dotted, value in settings.items():
         *within, name = dotted.split(".")

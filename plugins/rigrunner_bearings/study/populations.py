@@ -1,4 +1,4 @@
-"""What the rigs of both simulators are drawn from, as far as the studies have it in common."""
+"""The distributions that all studies draw their rigs from, for both simulators."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ if TYPE_CHECKING:
 
 SIMULATORS = ("swing_tester_sim", "swing_tester_ode")
 REFERENCE_TOLERANCE = 0.02
-"""Of the natural frequency that the station states, against the rig's."""
+"""Relative difference between the stated natural frequency and that of the rig."""
 
 PAUSE_S = (300.0, 1800.0)
-"""Between the two runs: the load is brought up, and the zero drifts."""
+"""Between the two runs, while the load is applied and the zero drifts."""
 
 SAMPLES_PER_RESONANCE = 25.0
-"""The least that a check asks for; slower rates are not drawn."""
+"""The least that a check requires; slower rates are not drawn."""
 
 STRIBECK = Range("bearing.stribeck_speed", 0.3, 1.0, "rad/s")
 
@@ -46,9 +46,9 @@ _SUPPORT_AND_BEARING: Mapping[str, tuple[Range, ...]] = {
 def populations(
     inertia_to: float, natural_hz: tuple[float, float], *further: Range
 ) -> dict[str, tuple[Range, ...]]:
-    """Return by simulator what is drawn, in this order, `further` at the end.
+    """Return the ranges to draw, in order, by simulator; `further` come last.
 
-    `inertia_to` is in kg·m²; it begins at 0.0015.
+    `inertia_to` is the greatest inertia in kg·m²; the least is 0.0015.
     """
     return {
         name: (

@@ -1,4 +1,4 @@
-"""What was recorded and measured and has no limits: recordings as curves, tables as they are."""
+"""Recordings and measured values without limits: curves and tables."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from rigrunner.api.results import Result
 
 MOST_RECORDINGS = 6
-"""So many recordings are drawn; of more, the first ones."""
+"""Of more recordings only the first are drawn."""
 
 
 @dataclass(frozen=True)
 class RecordedView:
-    """All that was recorded."""
+    """What the section shows."""
 
     tables: tuple[MeasuredTable, ...]
     recordings: int
@@ -28,7 +28,7 @@ class RecordedView:
 
 
 def recorded_view(report: ReportInput) -> RecordedView | None:
-    """Return what no other section shows; None where an analysis shows its recordings."""
+    """Return what no other section shows; None for nothing."""
     tables = unlimited_tables(report.result)
     drawn = len(drawn_recordings(report.result))
     count = len(report.result.run.recordings) if drawn else 0
@@ -42,7 +42,7 @@ def recorded_view(report: ReportInput) -> RecordedView | None:
 
 
 def unlimited_tables(result: Result) -> dict[str, list[Measurement]]:
-    """Return the rows of each table of which no value has a limit; none that an analysis shows."""
+    """Return the rows of tables without limits; none if an analysis shows the recordings."""
     if any(each.shows_recordings for each in result.details):
         return {}
     tables: dict[str, list[Measurement]] = {}
@@ -52,7 +52,7 @@ def unlimited_tables(result: Result) -> dict[str, list[Measurement]]:
 
 
 def drawn_recordings(result: Result) -> tuple[Recording, ...]:
-    """Return the recordings to draw; none where an analysis shows them."""
+    """Return the recordings to draw; none if an analysis shows them."""
     if any(each.shows_recordings for each in result.details):
         return ()
     return result.run.recordings[:MOST_RECORDINGS]

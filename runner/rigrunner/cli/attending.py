@@ -1,4 +1,4 @@
-"""A planned run with a person at the terminal, or on its own."""
+"""Executes a planned run with a person at the terminal, or unattended."""
 
 from __future__ import annotations
 
@@ -32,23 +32,23 @@ def attended_run(
     runs: Path,
     partners: Mapping[str, Path],
     operator: str,
-    alone: bool,
+    unattended: bool,
     person: Person,
     overrides: Sequence[Override] = (),
     listeners: Sequence[EventSink] = (),
     told: Sequence[Interference] = (),
 ) -> FinishedRun:
-    """Ask for the inputs that are not known, and do the run; raises as `execute`.
+    """Ask for the missing inputs and execute the run; raises as `execute`.
 
-    `alone`: the procedure's own answers are taken, and nobody may pause.
+    `unattended`: take the unattended answers of the procedure; nobody can pause.
     """
     with (
-        stop_on_signals(attended=not alone) as stop,
+        stop_on_signals(attended=not unattended) as stop,
         shown_progress() as progress,
         planned.tape or nullcontext(),
         following(planned, progress.live) as live,
     ):
-        answers = UnattendedAnswers() if alone else TerminalAnswers(stop, progress)
+        answers = UnattendedAnswers() if unattended else TerminalAnswers(stop, progress)
         inputs = answer_inputs(planned.procedure, known, answers)
         who = operator or inputs.get("operator", answers.by)
         return execute(
@@ -61,7 +61,7 @@ def attended_run(
             listeners=[stop, progress, *live, *listeners],
             operator=operator,
             overrides=overrides,
-            pauses=None if alone else TerminalPauses(stop, progress, who),
+            pauses=None if unattended else TerminalPauses(stop, progress, who),
             progress=progress.analysing,
             person=person,
             told=told,

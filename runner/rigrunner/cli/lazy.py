@@ -19,12 +19,11 @@ if TYPE_CHECKING:
 
 
 class LazyGroup(click.Group):
-    """Commands in groups, with their line of help; each lives in `<package>.<name>` as `command`.
+    """Commands in groups, each with a line of help; a command is `<package>.<name>.command`.
 
-    The lines of help stand beside the modules, not in them, so that `--help` imports none of them.
-    The module of a name with a hyphen has an underscore there; that of a name which Python keeps
-    for itself, such as `import`, one at its end. What others bring is looked up only for other
-    commands: a name that is taken stays with who has it.
+    The lines of help are not in the modules, so that `--help` imports none of them. In module names
+    a hyphen becomes an underscore, and a keyword such as `import` gets one at its end. Commands of
+    other packages are looked up only if the name is not one of our own, and cannot replace one.
     """
 
     def __init__(
@@ -42,12 +41,12 @@ class LazyGroup(click.Group):
 
     @cached_property
     def sources(self) -> tuple[Commands, ...]:
-        """Its own commands, and those that others bring."""
+        """Our own commands and those of other packages."""
         return (self.own, *self._brought())
 
     @cached_property
     def groups(self) -> dict[str, dict[str, str]]:
-        """The line of help of each command by its name, by the title of its group."""
+        """The line of help of each command by name, by title of the group."""
         groups: dict[str, dict[str, str]] = {}
         taken: set[str] = set()
         for source in self.sources:
@@ -59,15 +58,15 @@ class LazyGroup(click.Group):
 
     @property
     def summaries(self) -> dict[str, str]:
-        """The line of help of each command by its name, in the order in which help has them."""
+        """The line of help of each command by name, in the order of the help."""
         return {name: line for group in self.groups.values() for name, line in group.items()}
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002  (click's signature)
-        """Return the names in the order in which a newcomer needs them."""
+        """Return the names in the order of the help."""
         return list(self.summaries)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002  (click's signature)
-        """Import and return one command; None if there is none of that name."""
+        """Import and return a command; None if the name is unknown."""
         if cmd_name in self.own.names:
             source = self.own
         else:
@@ -82,7 +81,7 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command that is meant; an unknown one is a UsageError with a suggestion."""
+        """Find the command; raise UsageError with a suggestion for an unknown one."""
         if args[0] in self.own.names or args[0] in self.summaries:
             return super().resolve_command(ctx, args)
         if args[0] in self._renamed:
@@ -95,7 +94,7 @@ class LazyGroup(click.Group):
     def shell_complete(
         self, ctx: click.Context, incomplete: str
     ) -> list[click.shell_completion.CompletionItem]:
-        """Return the commands and options that begin so, without importing any command."""
+        """Return the matching commands and options without importing any command."""
         commands = [
             click.shell_completion.CompletionItem(name, help=help_line)
             for name, help_line in self.summaries.items()
@@ -112,7 +111,7 @@ class LazyGroup(click.Group):
 
 
 def lazy_group(name: str, package: str, summaries: Mapping[str, str], text: str) -> LazyGroup:
-    """Return a group of commands that shows its help where none of them is named."""
+    """Return a group of commands that shows its help if no command is given."""
 
     @click.group(
         name=name,

@@ -1,4 +1,4 @@
-"""What drivers tell beside their answers, kept until it is put on record."""
+"""Log messages of drivers, kept until they are recorded as events."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import DeviceLog
 
 MOST = 1000
-"""Messages of one device in a run: one that tells something at each reading must not fill it."""
+"""Limit of messages per device and run, so that one message per reading cannot fill the file."""
 Level = Literal["info", "warning", "error"]
 
 
@@ -26,31 +26,31 @@ class DeviceMessage:
 
 
 class DeviceMessages:
-    """Takes the messages of all devices of a rig, from any thread."""
+    """Collects the messages of all devices of a rig; thread-safe."""
 
     def __init__(self) -> None:
         self._waiting: deque[DeviceMessage] = deque()
         self._counts = Counter[str]()
 
     def log_of(self, role: str) -> DeviceLog:
-        """Return what the driver in a role is given."""
+        """Return the log of the driver in a role."""
         return _RoleLog(role, self)
 
     def take(self, role: str, level: Level, text: str) -> None:
-        """Keep a message; of very many of one device only the first ones."""
+        """Add a message; beyond the limit of a device, drop it."""
         self._counts[role] += 1
         if self._counts[role] < MOST:
             self._waiting.append(DeviceMessage(role, level, text))
         elif self._counts[role] == MOST:
-            more = f"{MOST - 1} messages were told; further ones are dropped"
+            more = f"{MOST - 1} messages were logged; further ones are dropped"
             self._waiting.append(DeviceMessage(role, "warning", more))
 
     def __bool__(self) -> bool:
-        """Whether any message waits."""
+        """Whether there are messages."""
         return bool(self._waiting)
 
     def taken(self) -> Iterator[DeviceMessage]:
-        """Yield what waits, in order, and keep it no longer."""
+        """Yield and remove the messages, oldest first."""
         while self._waiting:
             yield self._waiting.popleft()
 
@@ -73,7 +73,7 @@ class _RoleLog:
 
     def _take(self, level: Level, text: str, values: tuple[object, ...]) -> None:
         try:
-            told = text % values if values else text
+            message = text % values if values else text
         except Exception:  # noqa: BLE001  (a message must not cost a measurement)
-            told = f"{text} {values}"
-        self.messages.take(self.role, level, told)
+            message = f"{text} {values}"
+        self.messages.take(self.role, level, message)

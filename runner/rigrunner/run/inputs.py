@@ -1,4 +1,4 @@
-"""What a procedure asks before it starts: given, asked, or its own unattended answer."""
+"""Inputs of a procedure: given, asked for, or its unattended answer."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rigrunner.yamlfile import Document
 
 OPERATOR = "operator"
-"""The input, and the role among the people of a run, of who does it."""
+"""Name of the input for the operator, and of their role in the run."""
 
 
 def answer_inputs(
@@ -26,7 +26,7 @@ def answer_inputs(
 ) -> dict[str, str]:
     """Return a value for every input of a procedure and of what it calls.
 
-    Raises UsageError for a given value that is not asked for, or not as it was asked for.
+    Raises UsageError for a given value that is no input or not an accepted answer.
     """
     asked = procedure.inputs
     taken = {name: _accepted(procedure, name, given[name]) for name in given}
@@ -38,7 +38,7 @@ def with_operator(
 ) -> dict[str, str]:
     """Return the given inputs, with the operator where the procedure asks for one.
 
-    Raises UsageError for an operator without a name, and where two are given.
+    Raises UsageError for an empty name and for two different operators.
     """
     if operator is None:
         return dict(given)
@@ -51,9 +51,9 @@ def with_operator(
 
 
 def read_answers(path: Path, procedure: LoadedProcedure) -> dict[str, str]:
-    """Return the answers of a file, a mapping of inputs to texts.
+    """Return the answers in a file, a mapping of inputs to texts.
 
-    Raises InvalidFileError with all that is wrong in it.
+    Raises InvalidFileError with all problems.
     """
     document = read(path)
     problems = list(_problems(document, procedure.inputs))

@@ -1,4 +1,4 @@
-"""One run at a time on a rig: by the station's id, and by where its instruments are reached."""
+"""Locks a rig for one run: by the id of the station and the addresses of its instruments."""
 
 from __future__ import annotations
 
@@ -35,18 +35,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Place:
-    """Where the instrument of a role is reached."""
+    """The address of the instrument in a role."""
 
     role: str
     written: str
-    """As the station has it: 'serial:/dev/ttyUSB0'."""
+    """As written in the station: 'serial:/dev/ttyUSB0'."""
     addresses: frozenset[str]
-    """The same in the one spelling that others have too."""
+    """The same in canonical form; one instrument may have several."""
 
 
 @contextmanager
 def rig_lock(planned: Planned) -> Iterator[RigMarks | None]:
-    """Hold the rig of a planned run; no rig is touched where the run is a replay."""
+    """Hold the rig of a planned run; a replay needs no rig."""
     if planned.tape is not None and planned.tape.replays:
         yield None
         return
@@ -58,13 +58,12 @@ def rig_lock(planned: Planned) -> Iterator[RigMarks | None]:
 def station_lock(
     station: LoadedStation, registry: Registry, what: str
 ) -> Iterator[RigMarks | None]:
-    """Hold the station's rig for this process; raise DeviceError where another one has it.
+    """Hold the rig of a station for this process; raise DeviceError if another process has it.
 
-    The station's id names the rig, for everyone on this machine, and so does each place where an
-    instrument of it is reached. `what` says what it is held for. Gives what keeps the marker of the
-    energised rig. A station of simulators alone is not locked and has no marker: each process
-    simulates a rig of its own. Raises DeviceError also where another station left one of the
-    instruments energised.
+    The rig is locked, for all users of this machine, by the id of the station and by each address
+    of its instruments. `what` is the purpose, shown to others. Yields the marks of the rig.
+    A station of simulators alone is not locked and yields None: each process simulates its own rig.
+    Raises DeviceError also if another station left one of the instruments energised.
     """
     real = real_roles(station, registry)
     if not real:
@@ -99,7 +98,7 @@ def station_lock(
 
 
 def _places(station: LoadedStation, registry: Registry, roles: list[str]) -> Iterator[Place]:
-    """Yield where the instruments are reached that no other run may reach meanwhile."""
+    """Yield the addresses that no other run may use at the same time."""
     for role in roles:
         binding = station.model.devices[role]
         if binding.shared:
@@ -118,7 +117,7 @@ def _by_role(places: list[Place]) -> dict[str, tuple[str, ...]]:
 
 
 def _take(held: ExitStack, lock_file: Path, holder: Holder, named: str) -> int:
-    """Hold a lock; return its descriptor, -1 if it has none."""
+    """Hold a lock; return its file descriptor, -1 for none."""
     try:
         (descriptor,) = held.enter_context(hold([lock_file], holder))
     except Busy as busy:
@@ -134,7 +133,7 @@ def _take(held: ExitStack, lock_file: Path, holder: Holder, named: str) -> int:
 
 
 def _refuse_left_by_others(station_id: str, places: list[Place]) -> None:
-    """Raise DeviceError where a run on another station left one of these instruments energised."""
+    """Raise DeviceError if a run on another station left one of these instruments energised."""
     for marker in read_markers():
         if marker.station == station_id or marker.owner is None or marker.safe_by:
             continue
@@ -149,12 +148,12 @@ def _refuse_left_by_others(station_id: str, places: list[Place]) -> None:
 
 
 def _file_name(address: str) -> str:
-    """Return the name of an address's lock: no station's id begins with a dot."""
+    """Return the name of the lock of an address; the dot keeps it apart from ids of stations."""
     return f".{hashlib.sha256(address.encode()).hexdigest()[:24]}"
 
 
 def _holder_text(other: Holder | None, own: Holder) -> str:
-    """Return who holds the lock in words; '' where it cannot be told."""
+    """Return who holds the lock, as text; '' if unknown."""
     if other is None:
         return ""
     station = "" if other.station == own.station else f" on station {other.station}"

@@ -1,4 +1,4 @@
-"""`ask`: a person is asked for a value."""
+"""`ask`: ask a person for a value."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Ask(Action):
     expected: Expected = field(default_factory=Expected)
 
     def do(self, step: str, doing: Session) -> Found:
-        """Ask until there is an answer that is accepted."""
+        """Ask until an answer is accepted."""
         expected = self.expected
         doing.emit(
             Prompt,
@@ -70,12 +70,12 @@ class Ask(Action):
 
 
 def question_of(name: str, wanted: Input) -> Ask:
-    """Return the question for an input that is asked at the start."""
+    """Return the question for an input of the procedure."""
     return Ask(wanted.ask, name, wanted.unattended, expected=wanted.expected)
 
 
 def plan(ask: AskStep, planning: Planning) -> None:
-    """Write down what a person is asked; pictures are in the procedure's folder."""
+    """Plan the question; pictures are in the folder of the procedure."""
     picture = str(planning.scene.folder / ask.picture) if ask.picture else ""
     planning.emit(Ask(ask.text, ask.into, ask.unattended, picture, ask.expected), ask.text)
 

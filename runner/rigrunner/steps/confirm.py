@@ -1,4 +1,4 @@
-"""`confirm`: a person confirms that something is so."""
+"""`confirm`: a person confirms a statement."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ YES, NO = "yes", "no"
 
 
 class ConfirmStep(StepSettings):
-    """A person confirms that something is so; 'no' stops the run, unless it is an input."""
+    """A person confirms a statement; 'no' stops the run, unless the answer is an input."""
 
     text: Text
-    """What is to be confirmed."""
+    """The statement to confirm."""
     into: Name | None = None
     """The input that takes the answer, 'yes' or 'no'. The run continues with either."""
     picture: Picture = None
@@ -44,13 +44,13 @@ class ConfirmStep(StepSettings):
 
     @property
     def expected(self) -> Expected:
-        """What is allowed as an answer."""
+        """The accepted answers."""
         return Expected(choices=(YES, NO))
 
 
 @dataclass(frozen=True)
 class Confirm(Action):
-    """A person confirms that something is so; 'no' stops the run, unless it is an input."""
+    """A person confirms a statement; 'no' stops the run, unless the answer is an input."""
 
     kind = "confirm"
     text: str
@@ -62,7 +62,7 @@ class Confirm(Action):
 
     @property
     def outcome_stands(self) -> bool:  # type: ignore[override]  # of some it does
-        """Whether the answer is kept by a run that is resumed: where it is an input."""
+        """Whether a resumed run keeps the answer: if it is an input."""
         return bool(self.into)
 
     def do(self, step: str, doing: Session) -> Found:
@@ -81,7 +81,7 @@ class Confirm(Action):
 
 
 def plan(confirm: ConfirmStep, planning: Planning) -> None:
-    """Write down what a person is asked; pictures are in the procedure's folder."""
+    """Plan the question; pictures are in the folder of the procedure."""
     picture = str(planning.scene.folder / confirm.picture) if confirm.picture else ""
     planning.emit(
         Confirm(confirm.text, confirm.unattended, picture, confirm.into or ""), confirm.text
@@ -90,7 +90,7 @@ def plan(confirm: ConfirmStep, planning: Planning) -> None:
 
 STEP = StepRecord(
     name="confirm",
-    help="A person confirms that something is so; 'no' stops the run.",
+    help="A person confirms a statement; 'no' stops the run.",
     settings=ConfirmStep,
     factory=plan,
     example="confirm: {text: ..., unattended: yes}",

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 
 class RecordedTape(Tape):
-    """A tape that is being recorded into a new folder; raises DataError if it is there already.
+    """A tape that is being recorded into a new folder; raises DataError if the folder has files.
 
-    Once it has begun, nothing that goes wrong with it reaches the run: an alarm tells it once.
+    Once begun, an error of the tape does not stop the run: it raises one alarm.
     """
 
     replays = False
@@ -35,14 +35,14 @@ class RecordedTape(Tape):
         super().__init__(folder)
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
             raise DataError(
-                f"{folder} is there already: a tape is never written over",
+                f"{folder} exists already: a tape is never overwritten",
                 hint="name a new folder, or remove that one",
             )
         self._trouble = Trouble()
         self._wires: dict[str, RecordingWire] = {}
 
     def begin(self, manifest: TapeManifest) -> None:
-        """Make the folder; raise DataError if that cannot be done."""
+        """Create the folder and the manifest; raise DataError if that fails."""
         try:
             (self.folder / DEVICES).mkdir(parents=True, exist_ok=True)
             text = manifest.model_dump_json(indent=2)
@@ -55,13 +55,13 @@ class RecordedTape(Tape):
 
     @property
     def listeners(self) -> Sequence[EventSink]:
-        """Who raises the alarm."""
+        """The listener that raises the alarm."""
         return (_Watch(self._trouble),)
 
     def notes(self) -> Sequence[str]:
-        """Return what went wrong with the tape."""
+        """Return problems of the tape."""
         if self._trouble.text:
-            return (f"the tape {self.folder} is not whole: {self._trouble.text}",)
+            return (f"the tape {self.folder} is incomplete: {self._trouble.text}",)
         return ()
 
     def close(self) -> None:
@@ -70,7 +70,7 @@ class RecordedTape(Tape):
             wire.close()
 
     def pauses(self, plain: Pauses | None) -> Pauses | None:
-        """Return pauses that are saved."""
+        """Return pauses that are recorded."""
         return None if plain is None else RecordedPauses(plain, self._wire(CLOCK, inf))
 
     def _wire(self, name: str, patience_s: float) -> RecordingWire:  # noqa: ARG002  (the base's)
@@ -86,7 +86,7 @@ class RecordedTape(Tape):
 
 
 class _Watch:
-    """A listener that fails once the tape has: the bus tells it as an alarm, and drops it."""
+    """A listener that fails once the tape has: the bus raises an alarm and drops it."""
 
     __name__ = "the tape"
 
@@ -95,4 +95,4 @@ class _Watch:
 
     def __call__(self, event: Event) -> None:  # noqa: ARG002  (a listener's)
         if self._trouble.text:
-            raise DataError(f"{self._trouble.text}; the run goes on without it")
+            raise DataError(f"{self._trouble.text}; the run continues without it")

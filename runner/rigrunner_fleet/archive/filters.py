@@ -1,4 +1,4 @@
-"""What is looked for in an archive, read from the words of a person once, at the edge."""
+"""Filters of an archive, parsed from the options of a command."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rigrunner_fleet.archive.ranges import Range
 
 NONE = "none"
-"""As a verdict: nothing was decided."""
+"""The verdict of runs without a decision."""
 TEXTS = ("specimen", "type", "lot", "rig", "procedure", "revision", "operator")
 """Texts of a run; '*' in a pattern stands for any characters, '?' for one."""
 CHOICES: Mapping[str, tuple[str, ...]] = {
@@ -33,10 +33,10 @@ RANGES: Mapping[str, str] = {
     "frequency": "frequency",
     "load": "force",
 }
-"""Ranges of values, with their dimension. Where a frequency or a load is asked for, torque,
-uncertainty and raw peak are those of such a set-point, else those of the run's result."""
+"""Ranges of values, by dimension. With a frequency or a load, torque, uncertainty and raw peak are
+those of that set-point, else those of the result of the run."""
 NOMINAL = "frequency"
-"""The one of them that is set, not measured, so that one value can be asked for."""
+"""The one that is set, not measured: a single value is accepted as well as a range."""
 NAMED = ("inputs", "figures", "where")
 Words = str | Sequence[str]
 _Read = TypeVar("_Read")
@@ -44,7 +44,7 @@ _Read = TypeVar("_Read")
 
 @dataclass(frozen=True, kw_only=True)
 class Filters:
-    """What runs must have; several texts of one kind are alternatives."""
+    """What a run must match; several texts of one kind are alternatives."""
 
     texts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Patterns, by the column of the run."""
@@ -53,26 +53,26 @@ class Filters:
     ranges: Mapping[str, Range] = field(default_factory=dict)
     """In SI units, by the names in RANGES."""
     figures: Mapping[str, Range] = field(default_factory=dict)
-    """In SI units, by the name of the rig's figure."""
+    """In SI units, by the name of the figure of the rig."""
     results: Mapping[str, Range | None] = field(default_factory=dict)
-    """In SI units, by the name of the result; None: whatever it is."""
+    """In SI units, by the name of the result; None: any value."""
     where: Mapping[str, Quantity | str] = field(default_factory=dict)
-    """Where results hold, by coordinate, which may be named without its role."""
+    """The place of the results, by coordinate, with or without its role."""
     since: datetime | None = None
     until: datetime | None = None
-    """The start of a run is before it."""
+    """Runs that started before this time."""
     real: bool = False
-    """Whether runs on simulated instruments, and those that only played a tape, are left out."""
+    """Leave out runs on simulated instruments and replays of tapes."""
     copies: bool = False
-    """Whether a run of which there are several copies counts several times."""
+    """Count every copy of a run."""
 
 
 def filters_of(**words: Any) -> Filters:
-    """Return the filters that were given in words; raise UsageError for what is none.
+    """Return the filters; raise UsageError for an unknown one or a wrong value.
 
     Texts and choices are a text or several, `inputs` and `figures` mappings of names to them,
     ranges as '0.5..0.8 N·m', `result` names or a mapping of them to ranges, `where` a mapping of
-    coordinates to what they are, such as {"chamber.temperature": "100 °C"}, `since` and `until` as
+    coordinates to values, such as {"chamber.temperature": "100 °C"}, `since` and `until` as
     2026-01-31 or with a time. None is no filter.
     """
     given = {name: value for name, value in words.items() if value not in (None, (), [], {}, "")}
@@ -103,7 +103,7 @@ KNOWN = (*TEXTS, *CHOICES, *RANGES, *NAMED, "result", "since", "until", "real", 
 
 
 def _results(given: Mapping[str, Any]) -> Mapping[str, str | None]:
-    """Return the ranges by name; of names alone, without one."""
+    """Return the range of each result by name; None for a name alone."""
     found = given.get("result", {})
     return found if isinstance(found, Mapping) else dict.fromkeys(_several(found))
 

@@ -1,8 +1,7 @@
-"""The tables of an archive, the same on every engine.
+"""The tables of an archive, the same for SQLite and PostgreSQL.
 
-Numbers are in SI units, which stand in the names of their columns; those of a named result are in
-the unit in which it is stated. Everything can be made again from the run files; nothing is here
-that is not there.
+Numbers are in SI units, named by the column; those of a result are in its own unit. Everything
+can be rebuilt from the run files.
 """
 
 from __future__ import annotations
@@ -30,18 +29,18 @@ if TYPE_CHECKING:
     from sqlalchemy import Dialect
 
 VERSION = 2
-"""Of these tables; indexing brings an archive of an older version up to date."""
+"""Version of the tables; indexing brings an older archive up to date."""
 
 
 class UtcTime(TypeDecorator[datetime]):
-    """An aware time, kept as UTC without zone: SQLite has no other, and both then sort alike."""
+    """An aware time, stored as UTC without zone, since SQLite has no zones."""
 
     impl = DateTime
     cache_ok = True
 
     @property
     def python_type(self) -> type[datetime]:
-        """What it is in Python."""
+        """The type in Python."""
         return datetime
 
     def process_bind_param(self, value: datetime | None, dialect: Dialect) -> datetime | None:  # noqa: ARG002  (SQLAlchemy's signature)
@@ -54,7 +53,7 @@ class UtcTime(TypeDecorator[datetime]):
 
 
 TEXT = Text().with_variant(Text(collation="C"), "postgresql")
-"""Sorted by code points on every engine, whatever language the server speaks."""
+"""Sorted by code points, whatever the locale of the server."""
 METADATA = MetaData()
 
 ABOUT = Table(
@@ -129,7 +128,7 @@ RUNS = Table(
 
 
 def _of_a_run(name: str, key: list[Column[Any]], *columns: Column[Any]) -> Table:
-    """Return a table of what a run has several of, in the order of its key."""
+    """Return a table with several rows per run, ordered by key."""
     run: Column[Any] = Column("run", ForeignKey("runs.id", ondelete="CASCADE"), primary_key=True)
     return Table(name, METADATA, run, *key, *columns, sqlite_with_rowid=False)
 
@@ -220,6 +219,6 @@ FILES = _of_a_run(
 )
 
 PARTS = (POINTS, RESULTS, COORDINATES, FIGURES, INPUTS, DECISIONS, FILES)
-"""What a run has several of."""
+"""Tables with several rows per run."""
 TABLES = {table.name: table for table in (RUNS, *PARTS)}
-"""What can be asked for, by name."""
+"""All tables by name."""

@@ -1,4 +1,4 @@
-"""Golden runs through the software that is here: what each gives now, against its reference."""
+"""Analyses golden runs with the installed software and compares with their references."""
 
 from __future__ import annotations
 
@@ -34,18 +34,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Checker:
-    """Holds what golden runs give now against their references."""
+    """Compares golden runs with their references."""
 
     folder: Path
-    """Of the references."""
+    """Folder of the references."""
     runs: Path | None = None
-    """Where the runs are, by their names; else where they were when they became golden."""
+    """Folder of the runs; None: the paths in the references."""
     changes: Changes
     station: str | None
     tolerance: float
     """In expanded uncertainties."""
     out: Path | None = None
-    """Where results are kept, so that a check which is stopped goes on; else nowhere."""
+    """Folder for results, from which an interrupted check resumes; None for none."""
     workers: Workers
     stop: StopToken
     progress: Callable[[int, int], None]
@@ -68,7 +68,7 @@ class Checker:
         return Overall(
             runs=tuple(sorted(compared, key=by_gravity)),
             tolerance=self.tolerance,
-            made_by=_otherwise_made(references, how_made(self.station, self.changes)),
+            made_by=_changed_versions(references, how_made(self.station, self.changes)),
         )
 
     def _chosen(self, reference: Reference) -> Chosen:
@@ -96,7 +96,7 @@ class Checker:
 def _other_data(
     reference: Reference, run: Chosen, row: Row, document: Mapping[str, object] | None
 ) -> str:
-    """Return why the run is not the one that became golden, or cannot be read; '' if it is."""
+    """Return why the run is not the golden one, or cannot be read; '' if it is."""
     if document is None:
         try:
             digest = _digest_of(run.path)
@@ -112,17 +112,17 @@ def _other_data(
 
 
 def _digest_of(path: Path) -> str:
-    """Return the digest of a run that had no result; raise DataError if it cannot be read."""
+    """Return the digest of a run without a result; raise DataError if it cannot be read."""
     sealed = sealed_file_of(path)
     if sealed is not None:
         refuse_crashing(sealed)
     return read(path).digest
 
 
-def _otherwise_made(
+def _changed_versions(
     references: Iterable[Reference], here: Mapping[str, str]
 ) -> tuple[tuple[str, str, str], ...]:
-    """Return name, versions of the references, version now, of what is another one now."""
+    """Return (name, versions in the references, versions now) of everything that changed."""
     then: dict[str, set[str]] = {}
     for each in references:
         for name, version in each.made_by.items():

@@ -1,4 +1,4 @@
-"""Starts a process of this program and talks to it."""
+"""Starts a child process of the panel and exchanges messages with it."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ PATIENCE_S = 10.0
 
 
 class Process:
-    """A child with a channel. It is in a session of its own: Ctrl-C in the terminal is not its."""
+    """A child process with a channel; in its own session, so that Ctrl-C does not reach it."""
 
     def __init__(self, module: str) -> None:
         self._child = subprocess.Popen(  # noqa: S603  (our own interpreter and module)
-            [sys.executable, "-P", "-m", module],  # -P: no module of the folder that it is in
+            [sys.executable, "-P", "-m", module],  # -P: import nothing from the working folder
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             start_new_session=True,
-            creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),  # so on Windows
+            creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),  # the same on Windows
         )
         assert self._child.stdin is not None  # noqa: S101  (both are pipes)
         assert self._child.stdout is not None  # noqa: S101  (likewise)
@@ -32,11 +32,11 @@ class Process:
 
     @property
     def pid(self) -> int:
-        """The number of the process."""
+        """The process id."""
         return self._child.pid
 
     def send(self, message: object) -> bool:
-        """Tell it something; return whether it is still there to hear."""
+        """Send a message; return False if the process has ended."""
         try:
             self._channel.send(message)
         except ChannelClosedError:
@@ -44,7 +44,7 @@ class Process:
         return True
 
     def ask(self, message: object) -> Any:
-        """Return its answer; None if it is gone."""
+        """Send a message and return the answer; None if the process has ended."""
         try:
             self._channel.send(message)
             return self._channel.receive()
@@ -52,7 +52,7 @@ class Process:
             return None
 
     def listen(self, hear: Callable[[object], None], ended: Callable[[int | None], None]) -> None:
-        """Hear it in a thread until it ends."""
+        """Call `hear` with each message, in a thread, then `ended` with the exit code."""
 
         def work() -> None:
             try:
@@ -65,12 +65,12 @@ class Process:
         threading.Thread(target=work, name="from the rig's process", daemon=True).start()
 
     def close(self) -> int | None:
-        """Let it end: its input ends. Return its code; None if it does not end in time."""
+        """Close its input, wait, and return its exit code; None if it does not end in time."""
         self._channel.close()
         return self._wait()
 
     def _wait(self) -> int | None:
-        """Return the code of a child that ends, and let go of its pipes."""
+        """Wait for the exit code and close the pipes; None if it does not end in time."""
         try:
             code = self._child.wait(PATIENCE_S)
         except subprocess.TimeoutExpired:

@@ -1,4 +1,4 @@
-"""What is wrong, or was: a bounded list for the screen, and the rigs that were left energised."""
+"""Alarms on the screen: the latest of a run, and rigs that were left energised."""
 
 from __future__ import annotations
 
@@ -18,11 +18,9 @@ MOST = 100
 
 
 def alarms_of_rigs(concerns: Callable[[str], bool]) -> tuple[AlarmView, ...]:
-    """Return an alarm for each rig that was left energised and that no process holds now.
+    """Return an alarm for each rig that was left energised and is not in use.
 
-    Of the stations, by their id, only those that concern who asks.
-
-    It is active until something has read back that the rig is safe.
+    `concerns` selects stations by id. An alarm is active until a read-back shows the rig is safe.
     """
     return tuple(
         AlarmView(
@@ -38,7 +36,7 @@ def alarms_of_rigs(concerns: Callable[[str], bool]) -> tuple[AlarmView, ...]:
 
 
 class Alarms:
-    """The latest alarms of a job, and the rigs of this machine that were left energised."""
+    """The latest alarms of a job, and rigs of this machine that were left energised."""
 
     def __init__(self, rigs: tuple[AlarmView, ...] = ()) -> None:
         self.rigs = rigs
@@ -46,11 +44,11 @@ class Alarms:
 
     @property
     def all(self) -> tuple[AlarmView, ...]:
-        """Rigs first, then the job's own, oldest first."""
+        """Those of rigs, then those of the job, oldest first."""
         return (*self.rigs, *self._of_run)
 
     def take(self, event: Event) -> None:
-        """Take an event that may be an alarm, or the end of one."""
+        """Add or clear an alarm, if the event is one; ignore other events."""
         if isinstance(event, Alarm):
             active = isinstance(event, InterlockTripped)
             known = {"seq": event.seq, "utc": event.utc, "source": event.source}

@@ -1,4 +1,4 @@
-"""A device plugin under check: made anew for each check, and never left behind energised."""
+"""A device plugin under test: a new device for each check, made safe afterwards."""
 
 from __future__ import annotations
 
@@ -31,37 +31,37 @@ ROLE = "device"
 
 @dataclass(frozen=True)
 class DeviceSubject(Subject):
-    """A device plugin; `made_devices` are those that a check has made and not yet given back."""
+    """A device plugin; `made_devices` are those that a check has not yet closed."""
 
     folder: Path = field(default_factory=Path)
-    """To which relative paths in the settings refer."""
+    """Base of relative paths in the settings."""
     role: str = ROLE
     rules: DriveRules = field(default_factory=DriveRules)
-    """What a station allows of the drives."""
+    """Limits that the station sets for the drives."""
     read_only: bool = False
-    """Whether no drive is to be moved, not even to its safe value."""
+    """Never move a drive, not even to its safe value."""
     marks: RigMarks | None = None
-    """The marker of the station's rig; None without a station, and for simulators."""
+    """Marks of the rig; None without a station and for simulators."""
     made_devices: list[Device] = field(default_factory=list)
 
     @property
     def record(self) -> DeviceRecord:
-        """What the plugin declares."""
+        """The record of the plugin."""
         return self.record_as(DeviceRecord)
 
     @property
     def simulated(self) -> bool:
-        """Whether it exists only in the program; a wrapper does if what it wraps does."""
+        """Whether the device is simulated; a wrapper is if the wrapped one is."""
         return self.registry.is_simulated(self.name, self.settings)
 
     def clock(self) -> Clock:
-        """Return time that passes at once for what is simulated, and the wall's for the rest."""
+        """Return a simulated clock for a simulated device, else the wall clock."""
         return SimulatedClock() if self.simulated else WallClock()
 
     def make(
         self, *, clock: Clock | None = None, wire: Wire | None = None, **changes: Any
     ) -> Device:
-        """Return the device, not connected; raise PluginError."""
+        """Return a new device, not connected; raise PluginError."""
         context = DeviceContext(
             self.role, clock or self.clock(), self.folder, wire=wire or DirectWire()
         )
@@ -74,7 +74,7 @@ class DeviceSubject(Subject):
     def connected(
         self, *, clock: Clock | None = None, wire: Wire | None = None, **changes: Any
     ) -> Generator[Device]:
-        """Give a connected device, and make it safe and close it, whatever happens."""
+        """Yield a connected device; make it safe and close it in any case."""
         device = self.make(clock=clock, wire=wire, **changes)
         if self.marks is not None and not self.read_only:
             self.marks.energise(self.role, device.drives)
@@ -85,12 +85,12 @@ class DeviceSubject(Subject):
             self._give_back(device)
 
     def release(self) -> None:
-        """Make safe and close what a check that failed or hangs has left."""
+        """Make safe and close devices that a failed or hanging check left open."""
         while self.made_devices:
             self._give_back(self.made_devices[-1])
 
     def drives_of(self, device: Device) -> list[DriveInfo]:
-        """Return the drives with the limits that the station sets them."""
+        """Return the drives with the limits of the station."""
         return [self.rules.narrowed(Member(self.role, each.name), each) for each in device.drives]
 
     def _give_back(self, device: Device) -> None:

@@ -122,7 +122,7 @@ def test_a_driver_that_tells_at_every_reading_does_not_fill_the_record(lab):
     assert called.code == ExitCode.PASS, called.err
     alarms = [one.text for one in read(folder).events if isinstance(one, Alarm)]
     assert len(alarms) == 1000
-    assert alarms[-1] == "warning: 999 messages were told; further ones are dropped"
+    assert alarms[-1] == "warning: 999 messages were logged; further ones are dropped"
 
 
 def test_run_log_has_the_traceback_of_an_error(lab):

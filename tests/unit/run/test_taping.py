@@ -418,9 +418,9 @@ def test_a_full_disk_costs_the_tape_and_not_the_run(tmp_path, monkeypatch):
     alarms = [each.text for each in told if isinstance(each, Alarm)]
     assert len(alarms) == 1
     assert alarms[0].startswith("the tape failed and was dropped: DataError: ")
-    assert alarms[0].endswith("No space left on device; the run goes on without it")
+    assert alarms[0].endswith("No space left on device; the run continues without it")
     (note,) = tape.notes()
-    assert "is not whole" in note
+    assert "is incomplete" in note
 
 
 class Thermometer(Driver):
@@ -515,7 +515,7 @@ def test_a_tape_is_one_or_the_other_and_in_a_folder_of_its_own(tmp_path):
     with pytest.raises(DataError, match=r"holds no tape: tape.json: No such file"):
         tape_for(None, tmp_path)
     (tmp_path / "notes.txt").touch()
-    with pytest.raises(DataError, match="a tape is never written over"):
+    with pytest.raises(DataError, match="a tape is never overwritten"):
         tape_for(tmp_path, None)
     assert tape_for(None, None) is None
     (tmp_path / "tape.json").write_text('{"rigrunner": "tape/2"}')

@@ -1,4 +1,4 @@
-"""The no-load peaks over frequency, the curves fitted to them, and what is left over."""
+"""The no-load peaks over frequency, the curves fitted to them, and the residuals."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PEAKS = "mean peak of the kept swings"
 
 
 def fitted_peaks(fits: Sequence[FittedTorque]) -> Picture:
-    """Return the picture of the fits, all of the same points; at least one must have a curve."""
+    """Return the picture of fits to the same points; at least one must have a curve."""
     curves = [(fit.name, fit.curve) for fit in fits if fit.curve is not None]
     points = fits[0].points
     shown = places_of_extremes(

@@ -1,4 +1,4 @@
-"""What a procedure says of the analysis `curve`. Loads without numpy."""
+"""Settings of the analysis `curve`. Loads without numpy."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 _KEY = f"^{NAME}([.]{NAME}){{0,2}}$"
 BOTH_WAYS = 2
-"""Directions that a hysteresis lies between."""
+"""Number of directions of a hysteresis: rising and falling."""
 
 
 def _regressors(value: object) -> object:
@@ -61,18 +61,18 @@ class ValueAt(ResultSettings):
         Field(description="x; of several regressors a value for each by its name"),
     ]
     extrapolate: YesNo = False
-    """Whether x may be outside the points; a note then says so."""
+    """Whether x may be outside the points; a note is added then."""
 
 
 class XAt(ResultSettings):
     """The x at which the curve takes a y: a calibration used backwards."""
 
     y: AnyQuantity | None = None
-    """A value that is given; or else `where`."""
+    """A given value; else use `where`."""
     readings: Annotated[int, Field(ge=1)] | None = None
-    """Of how many readings of the same instrument `y` is the mean; left out, it is exact."""
+    """Number of readings of the same instrument that `y` is the mean of; left out, y is exact."""
     where: Place = Field(default_factory=dict)
-    """The mean of what was read there, such as {phase: unknown}, in place of `y`."""
+    """Use the mean of the readings there, such as {phase: unknown}, in place of `y`."""
 
     @model_validator(mode="after")
     def _one_of_both(self) -> Self:
@@ -84,14 +84,14 @@ class XAt(ResultSettings):
 
 
 class Slope(ResultSettings):
-    """By how much y changes with x."""
+    """The slope of the curve."""
 
     at: AnyQuantity | None = None
-    """At one x; left out, from one end of the points to the other."""
+    """At one x; left out, the mean slope between the ends of the points."""
 
 
 class Deviation(ResultSettings):
-    """A greatest deviation of y."""
+    """The greatest deviation of y."""
 
     of_span: YesNo = False
     """Whether it is stated as a share of the span of y, in %."""
@@ -123,42 +123,42 @@ class BothWays(Deviation):
 
     @property
     def label(self) -> str:
-        """The coordinate that says which way x changed."""
+        """The coordinate that states the direction of x."""
         return next(iter(self.between))
 
     @property
     def ways(self) -> tuple[Quantity | str, ...]:
-        """Its values: rising, falling."""
+        """The values of the label: rising, falling."""
         return next(iter(self.between.values()))
 
 
 class Hysteresis(BothWays):
-    """The greatest difference of y, falling less rising, at one x; its size."""
+    """The greatest absolute difference of y, falling minus rising, at one x."""
 
 
 class ZeroReturn(BothWays):
-    """The y after x came back, less the one before: at the x nearest to zero."""
+    """The change of y at the x nearest to zero: after x returned, minus before."""
 
 
 class CurveResults(Settings):
-    """What is stated of the curve; each once, or a list."""
+    """The results to state; each one, or a list of several."""
 
     parameters: Annotated[
         Mapping[str, ResultSettings],
-        Field(description="of the fit, by its names of them, such as c0 and c1 of a polynomial"),
+        Field(description="parameters of the fit by name, such as c0 and c1 of a polynomial"),
     ] = Field(default_factory=dict)
     value: OneOrSeveral[ValueAt] = ()
     """The curve at one x."""
     x_at: OneOrSeveral[XAt] = ()
     """The x at which the curve takes a y: a calibration used backwards."""
     slope: OneOrSeveral[Slope] = ()
-    """By how much y changes with x."""
+    """The slope of the curve."""
     nonlinearity: OneOrSeveral[Nonlinearity] = ()
     """The greatest deviation from the best straight line."""
     hysteresis: OneOrSeveral[Hysteresis] = ()
-    """The greatest difference of y at one x, falling against rising."""
+    """The greatest difference of y at one x, falling minus rising."""
     zero_return: OneOrSeveral[ZeroReturn] = ()
-    """The y after x came back, less the one before."""
+    """The change of y after x returned to zero."""
 
     @model_validator(mode="after")
     def _not_empty(self) -> Self:
@@ -167,7 +167,7 @@ class CurveResults(Settings):
         return self
 
     def all_of(self) -> Iterator[tuple[tuple[str | int, ...], ResultSettings]]:
-        """Yield each with the key under which it stands."""
+        """Yield each result with its key."""
         for name, each in self.parameters.items():
             yield ("parameters", name), each
         for key in type(self).model_fields:
@@ -177,29 +177,29 @@ class CurveResults(Settings):
 
 
 class CurveSettings(Settings):
-    """A curve through values over x, and what follows from it."""
+    """Fits a curve through y over x and states results of it."""
 
     of: ValueName
     """The channel that is y, such as meter.voltage, or a statistic that `record` keeps of one."""
     over: Annotated[
         Regressors,
         Field(
-            description="x: a channel that is read with it, or else a set-point, counter or label;"
-            " several by names of your own: {load: press.force, speed: drive.speed}"
+            description="x: a channel that is read with y, or a set-point, counter or label;"
+            " name several yourself: {load: press.force, speed: drive.speed}"
         ),
     ]
     fit: FitChoice
     """Any fit, such as {polynomial: {degree: 1}}."""
     statistic: Literal["mean", "minimum", "maximum", "range", "rms"] = "mean"
-    """What is taken of each recording; a row of a table has one value."""
+    """The statistic of each recording; a row of a table has one value."""
     reference: AnyQuantity | None = None
-    """From which x is counted; left out, from zero, of a temperature from 0 °C."""
+    """The origin of x; left out, zero; of a temperature, 0 °C."""
     per: Per = ()
     """A curve for each value of these set-points or coordinates."""
     where: Place = Field(default_factory=dict)
-    """Only through what was measured there, such as {phase: calibration}."""
+    """Use only what was measured there, such as {phase: calibration}."""
     table: Annotated[str, Field(pattern=f"^{NAME}$")] | None = None
-    """Only the rows of this table; left out, of the recordings, or else of all tables."""
+    """Use only the rows of this table; left out, the recordings, or else all tables."""
     results: CurveResults
 
     @model_validator(mode="after")
@@ -221,7 +221,7 @@ class CurveSettings(Settings):
         return self
 
     def at(self, value: ValueAt) -> Mapping[str, Quantity]:
-        """Return where a value is asked for, by the regressors' names."""
+        """Return the x of a value, by the names of the regressors."""
         return value.at if isinstance(value.at, Mapping) else {next(iter(self.over)): value.at}
 
     def yields(self) -> tuple[ResultDefinition, ...]:
@@ -229,7 +229,7 @@ class CurveSettings(Settings):
         return tuple(each.definition(self.per) for _, each in self.results.all_of())
 
     def requires(self) -> Requirements:
-        """Return the channels and coordinates that it reads, and how far x must reach."""
+        """Return the channels and coordinates that it reads, and the range that x must cover."""
         names = tuple(each.name for _, each in self.results.all_of())
         ways = {
             each.label: ("results", *key, "between")
@@ -263,7 +263,7 @@ class CurveSettings(Settings):
         return (min(at), max(at)) if at else None
 
     def objections(self, units: Mapping[str, str]) -> Iterator[Objection]:
-        """Yield what does not fit the SI units of y and x; '' of one that has none."""
+        """Yield settings that do not fit the SI units of y and x; '' stands for no unit."""
         y = units[self.of]
         x = {name: units[source] or "1" for name, source in self.over.items()}
         only_x = next(iter(x.values()))

@@ -1,4 +1,4 @@
-"""What a rig has that another program drives."""
+"""Settings of a rig that another program controls."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ class OtherChannel(Settings):
     """A quantity that the other program records or reads."""
 
     unit: UnitSymbol
-    """Its unit; any of its kind."""
+    """The unit of its values."""
     title: str = ""
     """Its name in plots and reports."""
 
     def info(self, name: str) -> ChannelInfo:
-        """Return what others are to know of the channel."""
+        """Return the description of the channel."""
         si_unit = si_symbol(unit(self.unit).dimension)
         return ChannelInfo(name, si_unit, self.title or name, shown_in=self.unit)
 
@@ -48,7 +48,7 @@ class OtherDrive(Settings):
         return self
 
     def info(self, name: str) -> DriveInfo:
-        """Return what others are to know of the drive."""
+        """Return the description of the drive."""
         return DriveInfo(
             name=name,
             unit=si_symbol(self.min.dimension),
@@ -61,12 +61,12 @@ class OtherDrive(Settings):
 
 
 class OtherProgramSettings(Settings):
-    """The channels and drives of a rig that another program drives."""
+    """The channels and drives of a rig that another program controls."""
 
     program: Annotated[str, Field(min_length=1)]
-    """The program, as it is named in messages."""
+    """Name of the program in messages."""
     rate: Annotated[Frequency, Field(gt=0, description="samples per second and channel")]
     channels: Annotated[dict[QuantityName, OtherChannel], Field(min_length=1)]
-    """What is recorded or read, by name."""
+    """The channels by name."""
     drives: dict[QuantityName, OtherDrive] = Field(default_factory=dict)
-    """What is set, by name, in the order in which it is made safe."""
+    """The drives by name, in the order in which they are made safe."""

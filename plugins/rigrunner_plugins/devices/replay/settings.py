@@ -1,4 +1,4 @@
-"""Settings of the replay: what the files look like, and which channels they hold."""
+"""Settings of `replay`: the format of the files and the channels in them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ColumnNumber = Annotated[int, Field(ge=1)]
 
 
 class ColumnSettings(Settings):
-    """Where a channel's samples are."""
+    """Where the samples of a channel are."""
 
     column: Annotated[
         ColumnNumber | str | None,
@@ -29,15 +29,15 @@ class ColumnSettings(Settings):
 
 
 class ReplaySettings(Settings):
-    """Recordings in a folder, chosen by set frequency and load through a manifest."""
+    """Recordings in a folder; a manifest lists them by frequency and load."""
 
-    folder: Annotated[str, Field(description="where recordings and manifest are")]
+    folder: Annotated[str, Field(description="folder of the recordings and the manifest")]
     manifest: Annotated[str, Field(description="name of the manifest in the folder")] = (
         "manifest.yaml"
     )
     rate: Annotated[Frequency, Field(gt=0, description="samples per second and channel")]
     channels: Annotated[dict[QuantityName, ColumnSettings], Field(min_length=1)]
-    """Name of each channel to where its samples are."""
+    """Where the samples of each channel are, by name."""
     table: TableSettings = Field(default_factory=TableSettings)
     max_frequency: Frequency = quantity("35 Hz", "highest frequency that can be set", gt=0)
     max_load: Force = quantity("3 kN", "highest load that can be set", gt=0)

@@ -106,7 +106,7 @@ def command(
         runs=runs,
         partners=chosen,
         operator=operator or "",
-        alone=alone,
+        unattended=alone,
         person=here,
         overrides=overrides,
     )

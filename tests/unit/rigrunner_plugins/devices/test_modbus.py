@@ -12,7 +12,7 @@ import pytest
 from rigrunner.api.errors import DeviceNotFoundError, DeviceRejectedError, MissingPackageError
 from rigrunner_plugins.devices.modbus.grouping import Span
 from rigrunner_plugins.devices.modbus.places import Place
-from rigrunner_plugins.devices.modbus.served.inverter import NOTHING_HEARD, OVERLOAD, Inverter
+from rigrunner_plugins.devices.modbus.served.inverter import OVERLOAD, TIMEOUT, Inverter
 from rigrunner_plugins.devices.modbus.served.press import Press
 from rigrunner_plugins.devices.modbus.served.server import ModbusServer
 from rigrunner_plugins.devices.plant import Plant
@@ -142,7 +142,7 @@ def test_the_watchdog_keeps_the_inverter_running(server, plant, inverter, write)
         time.sleep(1.5)
         assert plant.frequency_hz == (10.0 if write else 0.0)
         if not write:
-            assert inverter.inputs()[3] == NOTHING_HEARD
+            assert inverter.inputs()[3] == TIMEOUT
 
 
 def test_a_watchdog_that_fails_is_told_with_its_reason(server):

@@ -20,7 +20,7 @@ from rigrunner.rig import Patience, Rig
 from rigrunner.steps.set_drives import SetDrive
 from rigrunner_plugins.devices.modbus.served.inverter import (
     HEARTBEAT,
-    NOTHING_HEARD,
+    TIMEOUT,
     WATCHDOG,
     Inverter,
 )
@@ -107,7 +107,7 @@ def test_a_pulled_cable_leaves_the_motor_to_its_own_watchdog_and_the_run_says_so
     assert "make safe failed" in reports[-1].problems[0]
     time.sleep(1.0)
     assert plant.frequency_hz == 0.0
-    assert real_inverter.inputs()[3] == NOTHING_HEARD
+    assert real_inverter.inputs()[3] == TIMEOUT
 
 
 def test_a_server_that_is_gone_leaves_a_rig_that_is_said_not_to_be_safe(server):

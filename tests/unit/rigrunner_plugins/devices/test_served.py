@@ -7,9 +7,9 @@ import pytest
 from rigrunner_plugins.devices.modbus.served.inverter import (
     AT_SET_POINT,
     FAULT,
-    NOTHING_HEARD,
     READY,
     RUNNING,
+    TIMEOUT,
     Inverter,
 )
 from rigrunner_plugins.devices.modbus.served.press import Press
@@ -75,7 +75,7 @@ def test_an_inverter_that_hears_nothing_stops_the_motor_until_it_is_reset(plant,
     clock.now_s += 2.0
     assert plant.frequency_hz == 0.0
     assert inverter.inputs()[0] == FAULT
-    assert inverter.inputs()[3] == NOTHING_HEARD
+    assert inverter.inputs()[3] == TIMEOUT
     inverter.written(0, [1])
     clock.now_s += 1.0
     assert plant.frequency_hz == 0.0

@@ -1,6 +1,6 @@
 """A frequency inverter for the swing motor, as a Modbus unit.
 
-Its registers are this project's own, laid out as the makers of inverters do:
+Its register map is made up, in the style of common inverters:
 
     holding 0  control word: bit 0 run, bit 7 fault reset
             1  set-point in 0.01 Hz
@@ -9,7 +9,7 @@ Its registers are this project's own, laid out as the makers of inverters do:
     input   0  status word: bit 0 ready, 1 running, 2 at set-point, 3 fault
             1  actual frequency in 0.01 Hz
             2  motor current in 0.01 A
-            3  fault: 0 none, 7 overload (thrown by `trip`), 81 nothing heard (watchdog)
+            3  fault: 0 none, 7 overload (set by `trip`), 81 communication timeout (watchdog)
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ if TYPE_CHECKING:
 CONTROL, SET_POINT, HEARTBEAT, WATCHDOG = range(4)
 RUN, RESET = 1 << 0, 1 << 7
 READY, RUNNING, AT_SET_POINT, FAULT = (1 << bit for bit in range(4))
-OVERLOAD, NOTHING_HEARD = 7, 81
+OVERLOAD, TIMEOUT = 7, 81
 _STEP_HZ = 0.01
 _IDLE_A, _AMPERE_PER_HZ = 0.4, 0.05
 
 
 class Inverter:
-    """Brings the plant's motor to the set-point while the control word says run."""
+    """Drives the motor of the plant at the set-point while the control word has its run bit."""
 
     identity: Mapping[int, str] = {0: "Rigrunner", 1: "SIM-VFD", 2: "1.0"}
 
@@ -55,7 +55,7 @@ class Inverter:
         self._heard_s = now_s()
 
     def trip(self, fault: int = OVERLOAD) -> None:
-        """Fall into a fault: the motor stops."""
+        """Set a fault: the motor stops."""
         with self._lock:
             self._trip(fault)
 
@@ -73,7 +73,7 @@ class Inverter:
             return list(self._words)
 
     def written(self, address: int, words: Sequence[int]) -> ExcCodes | None:
-        """Take the words; a set-point above the highest is refused."""
+        """Write registers; return ILLEGAL_VALUE for a set-point above the highest."""
         new = dict(enumerate(words, address))
         with self._lock:
             if new.get(SET_POINT, 0) > self._highest:
@@ -87,12 +87,12 @@ class Inverter:
         return None
 
     def tick(self) -> None:
-        """Trip if the watchdog is on and nothing was written for too long."""
+        """Trip if the watchdog is on and has expired."""
         with self._lock:
             patience_s = 0.1 * self._words[WATCHDOG]
             silent_s = self._now_s() - self._heard_s
             if patience_s and silent_s > patience_s and self._words[CONTROL] & RUN:
-                self._trip(NOTHING_HEARD)
+                self._trip(TIMEOUT)
 
     def _trip(self, fault: int) -> None:
         self._fault = fault

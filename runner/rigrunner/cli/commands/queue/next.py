@@ -60,7 +60,7 @@ def command(
                 runs=runs,
                 partners=chosen,
                 operator=entry.operator,
-                alone=unattended,
+                unattended=unattended,
                 listeners=[queue.began(entry.id)],
                 person=here,
                 told=entry.told(),
