@@ -16,13 +16,15 @@ from rigrunner_panel.web.operations import OPERATIONS
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from pydantic import BaseModel
+
     from rigrunner_panel.web.asked import Operation
 
 HEAD = """# Requests of the panel's API
 
 Made by `docs/reference/requests_page.py`. [The panel's HTTP API](panel-api.md) explains access,
 errors and the state. *Control* marks requests that only the client in control may make. The types
-of all fields are in `/api/openapi.json`.
+of all fields are in `/api/v1/openapi.json`.
 
 | request | control | takes | answers | what it does |
 |---|---|---|---|---|
@@ -41,10 +43,16 @@ def _row(each: Operation) -> str:
         f"`{each.method} {each.path}`",
         "control" if each.steers else "",
         _names(takes),
-        STATE if each.answer is State else _names(each.answer.model_fields),
+        _answer(each.answer),
         each.summary,
     ]
     return f"| {' | '.join(cells)} |\n"
+
+
+def _answer(model: type[BaseModel] | None) -> str:
+    if model is None:
+        return "the file"
+    return STATE if model is State else _names(model.model_fields)
 
 
 def _names(fields: Iterable[str]) -> str:

@@ -70,7 +70,7 @@ class Catalogue:
         for path, known, shipped in self._files():
             if known == name and self._is(path, name, what):
                 return path, shipped
-        raise not_found(f"there is no {what} '{name[:80]}'", f"see GET /api/{what}s")
+        raise not_found(f"there is no {what} '{name[:80]}'", f"see GET /api/v1/{what}s")
 
     def reread(self, entry: Entry) -> Entry:
         """Return a station's entry as its file is now."""

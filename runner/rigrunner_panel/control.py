@@ -89,7 +89,7 @@ class Control:
 
     def _required(self, client: str) -> str:
         if self._holder is None:
-            message, hint = "nobody has control", "take it first: POST /api/control"
+            message, hint = "nobody has control", "take it first: POST /api/v1/control"
             raise PanelError(403, "not_in_control", message, hint)
         if self._holder.client != client:
             message = f"{self._holder.name} has control"

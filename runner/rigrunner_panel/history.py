@@ -81,7 +81,7 @@ class History:
     def folder(self, run: str) -> Path:
         """Return the folder of that run, one that the list has; raise PanelError."""
         if run not in run_names(self.runs):
-            raise not_found(f"there is no run '{run[:80]}'", "see GET /api/runs")
+            raise not_found(f"there is no run '{run[:80]}'", "see GET /api/v1/runs")
         return self.runs / run
 
     def detail(self, run: str) -> RunDetail:

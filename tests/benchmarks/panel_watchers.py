@@ -30,7 +30,7 @@ def watch(port, screens, got):
     """Be that many screens, which read what comes and do nothing with it."""
 
     async def one(number):
-        address = f"ws://127.0.0.1:{port}/api/events?client=watcher-{number:04d}&rig=simulated"
+        address = f"ws://127.0.0.1:{port}/api/v1/events?client=watcher-{number:04d}&rig=simulated"
         async with connect(address, max_size=None) as screen:
             async for message in screen:
                 got.value += len(message)

@@ -69,7 +69,7 @@ class Screen:
         )
         address = server.address.replace("http", "ws", 1)
         asked = httpx.QueryParams({"client": client} | named)
-        events = connect(f"{address}/api/events?{asked}", max_size=None)
+        events = connect(f"{address}/api/v1/events?{asked}", max_size=None)
         self._held = ExitStack()
         self._socket = self._held.enter_context(events)
         self.state = {}
@@ -84,7 +84,7 @@ class Screen:
 
     def post(self, path, /, status=200, **body):
         """Ask for something and return the answer; its status must be as expected."""
-        answer = self.http.post(f"/api/{path}", json=body)
+        answer = self.http.post(f"/api/v1/{path}", json=body)
         assert answer.status_code == status, answer.text
         return answer.json()
 

@@ -114,7 +114,7 @@ def test_the_whole_way_with_a_second_one_watching_and_a_reload(screen, server):
     state = again.phase("finished")
     assert (state["finished"]["outcome"], state["finished"]["verdict"]) == ("completed", "pass")
     assert set(state["progress"]["states"]) == {"o"}
-    result = again.http.get(f"/api/runs/{state['finished']['run']}").json()
+    result = again.http.get(f"/api/v1/runs/{state['finished']['run']}").json()
     assert result["item"]["specimen"] == hostile
     found = result["result"]["headline"]["compensated"]
     live = state["live"]
@@ -122,14 +122,14 @@ def test_the_whole_way_with_a_second_one_watching_and_a_reload(screen, server):
     assert live["headline"]["U_nm"] == found["expanded_uncertainty_95"]
     assert len(live["points"]) == 5
     watcher.phase("finished")
-    told = watcher.http.get("/api/events").json()["items"]
+    told = watcher.http.get("/api/v1/events").json()["items"]
     assert told == [
         {key: each[key] for key in ("number", "text", "event")} for each in watcher.events
     ]
     assert [told[0]["event"]["event"], told[-1]["event"]["event"]] == ["RunStarted", "RunEnded"]
-    later = watcher.http.get("/api/events", params={"after": told[-2]["number"]}).json()
+    later = watcher.http.get("/api/v1/events", params={"after": told[-2]["number"]}).json()
     assert later["items"] == told[-1:]
-    assert watcher.http.get("/api/events", params={"after": "x"}).status_code == 400
+    assert watcher.http.get("/api/v1/events", params={"after": "x"}).status_code == 400
     same = ("phase", "live", "finished", "progress", "readings", "plan")
     assert {key: watcher.state[key] for key in same} == {key: state[key] for key in same}
     names = {each["name"] for each in state["finished"]["files"]}
@@ -216,7 +216,7 @@ def test_a_run_goes_on_while_nobody_and_while_somebody_deaf_is_connected(screen,
     with socket.create_connection((host, int(port))) as deaf:
         deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
         deaf.sendall(
-            f"GET /api/events?client=client-deaf-1 HTTP/1.1\r\nHost: {host}\r\n"
+            f"GET /api/v1/events?client=client-deaf-1 HTTP/1.1\r\nHost: {host}\r\n"
             "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
             "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n".encode()
         )

@@ -53,6 +53,6 @@ def test_two_specimens_follow_each_other_without_a_word_and_one_that_may_not_wai
         assert len({*runs[:2]}) == 2
         time.sleep(2.5)
         assert statuses(screen)[2] == "waiting", "its procedure does not allow it"
-        items = screen.http.get("/api/runs").json()["items"]
+        items = screen.http.get("/api/v1/runs").json()["items"]
         assert sorted(each["specimen"] for each in items) == ["SN-1", "SN-2"]
         screen.close()

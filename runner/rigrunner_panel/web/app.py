@@ -15,22 +15,22 @@ from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
 from starlette.responses import FileResponse, JSONResponse, Response
-from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.routing import Match, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 
 from rigrunner.api.errors import RigrunnerError
-from rigrunner_panel.errors import ErrorView, PanelError, of_ours
-from rigrunner_panel.web import looking
-from rigrunner_panel.web.asked import Asked
+from rigrunner_panel.errors import ErrorView, PanelError, not_found, of_ours
+from rigrunner_panel.web.asked import API, Asked
 from rigrunner_panel.web.hub import Hub
 from rigrunner_panel.web.openapi import description
 from rigrunner_panel.web.operations import OPERATIONS
 from rigrunner_panel.web.security import CLIENT, Guard
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Awaitable, Callable
+    from collections.abc import AsyncIterator
 
     from starlette.requests import Request
+    from starlette.types import ASGIApp, Receive, Scope, Send
     from starlette.websockets import WebSocket
 
     from rigrunner_panel.web.asked import Operation
@@ -72,12 +72,15 @@ def make_app(panel: Panel) -> Starlette:
             return
         await hub.serve(socket, client, rig)
 
-    routes = [
-        Route("/api/openapi.json", _openapi, methods=["GET"]),
+    known = [
+        Route(f"{API}/openapi.json", _openapi, methods=["GET"]),
         *(_route(panel, each) for each in OPERATIONS),
-        Route("/api/runs/{run}/files/{name}", _file(panel, looking.file), methods=["GET"]),
-        Route("/api/pictures/{key}", _file(panel, looking.picture), methods=["GET"]),
-        WebSocketRoute("/api/events", events),
+    ]
+    routes = [
+        *known,
+        WebSocketRoute(f"{API}/events", events),
+        WebSocketRoute("/{path:path}", _no_such_socket),
+        Mount("/api", _unknown(known)),
         Mount("/", StaticFiles(directory=STATIC, html=True)),
     ]
     return Starlette(
@@ -132,7 +135,7 @@ def _rig(panel: Panel, named: str, body: BaseModel | None) -> Rig:
         raise PanelError(400, "bad_request", message, "name the same one, or only one of them")
     rig = panel.rig(named or of_body) if named or of_body else panel.only_rig()
     if rig is None:
-        hint = "GET /api/rigs names them"
+        hint = "GET /api/v1/rigs names them"
         raise PanelError(400, "bad_request", "name the rig: ?rig=...", hint)
     return rig
 
@@ -172,7 +175,7 @@ def _parsed(content: bytes, model: type[BaseModel] | None) -> BaseModel | None:
         return model.model_validate_json(content)
     except ValidationError as error:
         told = "; ".join(_words(each) for each in error.errors(include_url=False)[:10])
-        hint = "GET /api/openapi.json describes it"
+        hint = "GET /api/v1/openapi.json describes it"
         message = f"the body is not as it must be: {told}"
         raise PanelError(400, "bad_request", message, hint) from error
 
@@ -182,21 +185,32 @@ def _words(error: Any) -> str:
     return f"{where}: {error['msg']}" if where else str(error["msg"])
 
 
-def _answer(found: BaseModel | str, status: int) -> Response:
-    """Return an answer, which may be JSON already."""
+def _answer(found: BaseModel | str | Path, status: int) -> Response:
+    """Return an answer, which may be JSON already, or a file."""
+    if isinstance(found, Path):
+        return FileResponse(found, headers={"Content-Security-Policy": FILE_POLICY})
     text = found if isinstance(found, str) else found.model_dump_json()
     return Response(text, status, media_type="application/json")
 
 
-def _file(
-    panel: Panel, find: Callable[[Panel, Asked], Path]
-) -> Callable[[Request], Awaitable[Response]]:
-    async def endpoint(request: Request) -> Response:
-        asked = Asked(None, dict(request.query_params), request.path_params, "", "")
-        path = await run_in_threadpool(find, panel, asked)
-        return FileResponse(path, headers={"Content-Security-Policy": FILE_POLICY})
+def _unknown(known: list[Route]) -> ASGIApp:
+    """Return what answers a path that the API does not have, or not with that method."""
 
-    return endpoint
+    async def refuse(scope: Scope, _: Receive, __: Send) -> None:
+        whole = {**scope, "root_path": ""}
+        fitting = [each for each in known if each.matches(whole)[0] is Match.PARTIAL]
+        allowed = sorted(method for each in fitting for method in each.methods or ())
+        if allowed:
+            message = f"got {scope['method']}, expected {' or '.join(allowed)}"
+            raise HTTPException(405, message, {"Allow": ", ".join(allowed)})
+        hint = f"every path begins with {API}; GET {API}/openapi.json lists them"
+        raise not_found(f"the API has no path '{scope['path'][:80]}'", hint)
+
+    return refuse
+
+
+async def _no_such_socket(socket: WebSocket) -> None:
+    await socket.close(4404, f"the WebSocket is at {API}/events")
 
 
 async def _openapi(_: Request) -> Response:
@@ -217,7 +231,7 @@ async def _http_error(_: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)  # noqa: S101  (Starlette calls it for no other)
     code = "not_found" if error.status_code == 404 else "bad_request"  # noqa: PLR2004  (HTTP's own)
     view = ErrorView(code=code, message=str(error.detail))
-    return JSONResponse(view.model_dump(mode="json"), error.status_code)
+    return JSONResponse(view.model_dump(mode="json"), error.status_code, error.headers)
 
 
 async def _bug(_: Request, error: Exception) -> Response:

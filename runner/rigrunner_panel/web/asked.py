@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
 
+API = "/api/v1"
+"""Where every path of the API begins. What would break a program of others gets another number."""
 SHORT = 64 * 1024
 """Bytes that a body may have, but for texts of files."""
 
@@ -36,7 +38,8 @@ class Operation:
     summary: str
     handler: Callable[[Any, Asked], Any]
     """Gets the rig, or the panel where it is of no rig."""
-    answer: type[BaseModel]
+    answer: type[BaseModel] | None
+    """None where the answer is a file, whose path the handler returns."""
     body: type[BaseModel] | None = None
     query: Mapping[str, str] = field(default_factory=dict)
     """The name of each parameter of the query, and what it is."""

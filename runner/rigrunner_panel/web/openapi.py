@@ -11,6 +11,7 @@ from pydantic.json_schema import models_json_schema
 from rigrunner import __version__
 from rigrunner.runfile.codec import KINDS
 from rigrunner_panel.errors import ErrorView
+from rigrunner_panel.web.asked import API
 from rigrunner_panel.web.operations import OPERATIONS
 
 if TYPE_CHECKING:
@@ -29,20 +30,22 @@ Json = dict[str, Any]
 def description() -> Json:
     """Return the description as JSON values."""
     refs, schemas = _schemas(OPERATIONS)
-    schemas |= _of_messages()
+    schemas |= _of_messages(schemas["State"])
     schemas["ToldEvent"]["properties"]["event"] = _ref("Event")
     paths: dict[str, Json] = {}
     for each in OPERATIONS:
         paths.setdefault(each.path, {})[each.method.lower()] = _operation(each, refs)
-    messages = {"description": "by WebSocket: each message", "content": _json(_ref("Message"))}
-    paths["/api/events"]["get"]["responses"]["101"] = messages
+    _add_socket(paths[f"{API}/events"]["get"])
+    itself = {"description": "done", "content": _json({"type": "object"})}
+    told = {"summary": "This description; without a token.", "operationId": "get_openapi_json"}
+    paths[f"{API}/openapi.json"] = {"get": {**told, "responses": {"200": itself}}}
     return {
         "openapi": "3.1.0",
         "info": {
             "title": "Rigrunner panel",
             "version": __version__,
-            "description": "Runs test procedures. A WebSocket at /api/events?client=ID tells what "
-            "changes; files of a run have their addresses in the run.",
+            "description": f"Runs test procedures. A WebSocket at {API}/events?client=ID tells "
+            "what changes; files of a run have their addresses in the run.",
         },
         "components": {
             "schemas": schemas,
@@ -57,30 +60,57 @@ def _schemas(operations: tuple[Operation, ...]) -> tuple[dict[type[BaseModel], J
     out: JsonSchemaMode = "serialization"
     taken: JsonSchemaMode = "validation"
     models: list[tuple[Any, JsonSchemaMode]] = [(ErrorView, out)]
-    models += [(each.answer, out) for each in operations]
+    models += [(each.answer, out) for each in operations if each.answer is not None]
     models += [(each.body, taken) for each in operations if each.body is not None]
     refs, found = models_json_schema(list(dict.fromkeys(models)), ref_template=_REF)
     return {model: refs[model, mode] for model, mode in models}, found["$defs"]
 
 
-def _of_messages() -> Json:
-    """Return the schemas of what a WebSocket sends as text; curves are binary frames."""
+def _add_socket(events: Json) -> None:
+    """Describe the WebSocket at the address of the events."""
+    what = "with a WebSocket: the client's own id, as in X-Rigrunner-Client"
+    client = {"name": "client", "in": "query", "description": what, "schema": {"type": "string"}}
+    events["parameters"].append(client)
+    frame = "application/octet-stream"
+    events["responses"]["101"] = {
+        "description": "the WebSocket; a text is a Message, a binary frame begins with the length "
+        "of a FrameHeader (uint32, little-endian) and that header, then come its float32 arrays",
+        "content": {**_json(_ref("Message")), frame: {"schema": _ref("FrameHeader")}},
+    }
+
+
+def _of_messages(state: Json) -> Json:
+    """Return the schemas of what a WebSocket sends."""
     refs, events = msgspec.json.schema_components(list(KINDS.values()), ref_template=_REF_NAME)
     text, number = {"type": "string"}, {"type": "integer"}
+    changes = {"type": "object", "properties": state["properties"], "additionalProperties": False}
     known = {
         "state": {"state": _ref("State")},
-        "delta": {"seq": number, "changes": {"type": "object"}},
+        "rigs": {"rigs": {"type": "array", "items": _ref("RigView")}},
+        "delta": {"seq": number, "changes": changes},
         "event": {"version": number, "number": number, "text": text, "event": _ref("Event")},
     }
-    messages = [
-        {
-            "type": "object",
-            "required": ["type", *fields],
-            "properties": {"type": {"const": kind}, **fields},
-        }
-        for kind, fields in known.items()
-    ]
-    return {**events, "Event": {"oneOf": list(refs)}, "Message": {"oneOf": messages}}
+    value, flag = {"type": "number"}, {"type": "boolean"}
+    array = {"prefixItems": [text, number], "minItems": 2, "maxItems": 2, "type": "array"}
+    arrays = {"arrays": {"type": "array", "items": array, "description": "name and length"}}
+    frames = {
+        "swing": dict.fromkeys(("frequency_hz", "t_s", "monotonic_s"), value) | {"recording": text},
+        "trend": {"first": number, "step_s": value, "reset": flag},
+    }
+    headers = [_tagged("kind", kind, {**fields, **arrays}) for kind, fields in frames.items()]
+    headers[-1]["properties"]["channel"] = text
+    return {
+        **events,
+        "Event": {"oneOf": list(refs)},
+        "Message": {"oneOf": [_tagged("type", kind, fields) for kind, fields in known.items()]},
+        "FrameHeader": {"oneOf": headers},
+    }
+
+
+def _tagged(tag: str, kind: str, fields: Json) -> Json:
+    """Return the schema of an object that has these fields, and says its kind."""
+    properties = {tag: {"const": kind}, **fields}
+    return {"type": "object", "required": list(properties), "properties": properties}
 
 
 def _ref(name: str) -> Json:
@@ -93,13 +123,17 @@ def _operation(each: Operation, refs: dict[type[BaseModel], Json]) -> Json:
         "operationId": _identity(each),
         "parameters": list(_parameters(each)),
         "responses": {
-            str(each.status): {"description": "done", "content": _json(refs[each.answer])},
+            str(each.status): {"description": "done", "content": _content(each, refs)},
             "default": {"description": "an error", "content": _json(refs[ErrorView])},
         },
     }
     if each.body is not None:
         found["requestBody"] = {"required": True, "content": _json(refs[each.body])}
     return found
+
+
+def _content(each: Operation, refs: dict[type[BaseModel], Json]) -> Json:
+    return {"*/*": {}} if each.answer is None else _json(refs[each.answer])
 
 
 def _parameters(each: Operation) -> Iterator[Json]:
@@ -121,7 +155,7 @@ def _parameters(each: Operation) -> Iterator[Json]:
 
 
 def _identity(each: Operation) -> str:
-    words = re.findall(r"\w+", each.path.removeprefix("/api/"))
+    words = re.findall(r"\w+", each.path.removeprefix(API))
     return "_".join((each.method.lower(), *words)).replace("-", "_")
 
 

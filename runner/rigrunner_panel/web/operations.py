@@ -25,7 +25,7 @@ from rigrunner_panel.web import (
     running,
     studying,
 )
-from rigrunner_panel.web.asked import SHORT, Operation
+from rigrunner_panel.web.asked import API, SHORT, Operation
 from rigrunner_panel.web.overview import rig_views
 
 if TYPE_CHECKING:
@@ -39,15 +39,16 @@ if TYPE_CHECKING:
     Handler = Callable[[Any, Asked], Any]
 
 _SEARCH = {"search": "words that must all be there"}
+_TICKET = {"ticket": "as in the address that the panel gave, in place of the token"}
 _BEGUN = 202
 _A_PROCEDURE = 3 * MAX_BYTES
 """Bytes of a body with a procedure: JSON may write a character as an escape."""
 
 
 def _get(
-    path: str, summary: str, handler: Handler, answer: type[BaseModel], **query: str
+    path: str, summary: str, handler: Handler, answer: type[BaseModel] | None, **query: str
 ) -> Operation:
-    return Operation("GET", f"/api/{path}", summary, handler, answer, query=query)
+    return Operation("GET", f"{API}/{path}", summary, handler, answer, query=query)
 
 
 def _post(
@@ -59,7 +60,7 @@ def _post(
     *,
     longest: int = SHORT,
 ) -> Operation:
-    return Operation("POST", f"/api/{path}", summary, handler, answer, body, longest=longest)
+    return Operation("POST", f"{API}/{path}", summary, handler, answer, body, longest=longest)
 
 
 def _steer(
@@ -72,7 +73,7 @@ def _steer(
     status: int = 200,
 ) -> Operation:
     return Operation(
-        "POST", f"/api/{path}", summary, handler, answer, body, steers=True, status=status
+        "POST", f"{API}/{path}", summary, handler, answer, body, steers=True, status=status
     )
 
 
@@ -99,7 +100,7 @@ def _events(rig: Rig, asked: Asked) -> str:
 _RIGS = (
     _get("rigs", "All rigs, as the overview shows them.", _rigs, Rigs),
     Operation(
-        "POST", "/api/stop", "Make rigs safe at once, without teardown; for everyone.",
+        "POST", f"{API}/stop", "Make rigs safe at once, without teardown; for everyone.",
         running.stop, answers.Stopped, requests.Why, urgent=True,
         query={"rig": "the name of its station; all rigs where it is left out"},
     ),
@@ -257,6 +258,8 @@ _LOOKING = (
         "runs/{run}/again", "What to start with for the next specimen.", looking.again,
         answers.Again,
     ),
+    _get("runs/{run}/files/{name}", "A file of a run.", looking.file, None, **_TICKET),
+    _get("pictures/{key}", "The picture of a prompt.", looking.picture, None, **_TICKET),
     _get(
         "compare", "Differences between two runs.", looking.compare,
         answers.ComparisonAnswer, before="a run", after="another run",

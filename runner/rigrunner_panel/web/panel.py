@@ -26,6 +26,7 @@ from rigrunner_panel.sequence import Sequence
 from rigrunner_panel.view.alarms import alarms_of_rigs
 from rigrunner_panel.view.board import Board
 from rigrunner_panel.view.sections import FileLink
+from rigrunner_panel.web.asked import API
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -154,7 +155,7 @@ class Panel:
         for rig in (*held, *others, *rigs):
             return rig.control.required(client)
         raise PanelError(
-            403, "not_in_control", "nobody has control", "take it first: POST /api/control"
+            403, "not_in_control", "nobody has control", "take it first: POST /api/v1/control"
         )
 
     def name_of(self, client: str) -> str:
@@ -203,7 +204,7 @@ class Panel:
         return tuple(
             FileLink(
                 name=each.name,
-                url=self.address(f"/api/runs/{run}/files/{each.name}"),
+                url=self.address(f"{API}/runs/{run}/files/{each.name}"),
                 size=each.stat().st_size,
             )
             for each in files
@@ -220,4 +221,4 @@ class Panel:
         """Return the address of a procedure's picture, which is given out from now on."""
         key = hashlib.sha256(path.encode()).hexdigest()[:16]
         self.pictures[key] = Path(path)
-        return self.address(f"/api/pictures/{key}")
+        return self.address(f"{API}/pictures/{key}")

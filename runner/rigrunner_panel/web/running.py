@@ -173,7 +173,7 @@ def stop(panel: Panel, asked: Asked) -> Stopped:
     named = asked.query.get("rig", "")
     rigs = [each for each in panel.opened() if named in ("", each.name)]
     if not rigs and named:
-        raise not_found(f"there is no rig '{named[:80]}'", "see GET /api/rigs")
+        raise not_found(f"there is no rig '{named[:80]}'", "see GET /api/v1/rigs")
     by, reason = panel.name_of(asked.client), body.reason.strip()
     for each in rigs:
         each.sequence.stop()
@@ -187,7 +187,7 @@ def _preflight(rig: Rig, body: Pair, digest: str) -> Preflight:
     """Return the preflight that lets this run start; raise PanelError if there is none."""
     found: Preflight | None = rig.board.get("preflight")
     looked = rig.looked_at
-    hint = "POST /api/preflight first"
+    hint = "POST /api/v1/preflight first"
     if found is None or not found.done or looked is None:
         raise wrong_state("nothing was looked at yet", hint)
     if (found.procedure, found.station) != (body.procedure, body.station):

@@ -19,6 +19,7 @@ from starlette.responses import JSONResponse
 
 from rigrunner.api.errors import UsageError
 from rigrunner_panel.errors import PanelError
+from rigrunner_panel.web.asked import API
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -29,7 +30,7 @@ _PUBLIC_NAME = re.compile(r"(?=.{1,253}$)[A-Za-z0-9]([A-Za-z0-9.-]*[A-Za-z0-9])?
 CLIENT = re.compile(r"[A-Za-z0-9_-]{8,64}")
 PROTOCOL = "rigrunner.v1"
 _TOKEN_PROTOCOL = "token."  # noqa: S105  (the name of a field, no token)
-_OPEN = ("/api/openapi.json",)
+_OPEN = (f"{API}/openapi.json",)
 PAGE_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
     "font-src 'self'; connect-src 'self'; frame-src 'self'; base-uri 'none'; form-action 'none'; "

@@ -67,7 +67,7 @@ def trend(panel: Panel, asked: Asked) -> TrendAnswer:
     chart, rules = query.get("chart") or "i-mr", query.get("rules") or "nelson"
     if set(by) - set(GROUPS) or chart not in ("i-mr", "ewma") or rules not in trends.RULES:
         message = "got by, chart or rules with a value that is not known"
-        raise PanelError(400, "bad_request", message, "GET /api/openapi.json describes it")
+        raise PanelError(400, "bad_request", message, "GET /api/v1/openapi.json describes it")
     how = trends.charting(chart, rules, query.get("baseline") or "20")
     words = {name: query[name] for name in ("procedure", "since", "until") if query.get(name)}
     found = trends.charts(panel.settings.runs, query.get("quantity", ""), by, words, how)

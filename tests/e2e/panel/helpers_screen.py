@@ -51,7 +51,7 @@ class Panel:
 
     def get(self, path: str, station: str = BENCH) -> dict:
         """Return what the API answers; of what belongs to a rig, that of the station."""
-        address = f"{self.url}api/{path}?rig={station}"
+        address = f"{self.url}api/v1/{path}?rig={station}"
         with urllib.request.urlopen(address, timeout=WITHIN_S) as answer:  # noqa: S310
             return json.load(answer)
 

@@ -127,7 +127,7 @@ class Proxy:
         """Open the stream of events as a page of that origin does."""
         raw = socket.create_connection(("127.0.0.1", self.port), 20)
         return connect(
-            f"wss://{self.name}/api/events?client=client-ann&rig=station.yaml",
+            f"wss://{self.name}/api/v1/events?client=client-ann&rig=station.yaml",
             sock=raw,
             ssl=self.trusted(),
             server_hostname=HOST,
@@ -175,7 +175,7 @@ def proxy(lab, tmp_path_factory):
 
 
 def test_the_public_name_gets_answers_without_cookies(proxy):
-    answer = proxy.get("/api/rigs", Origin=f"https://{proxy.name}")
+    answer = proxy.get("/api/v1/rigs", Origin=f"https://{proxy.name}")
     assert answer.status_code == 200
     assert "set-cookie" not in answer.headers
     assert answer.headers["strict-transport-security"] == "max-age=31536000"
@@ -194,12 +194,12 @@ def test_the_public_name_gets_answers_without_cookies(proxy):
     ],
 )
 def test_what_is_not_its_own_is_refused_through_the_proxy(proxy, headers, status, code):
-    answer = proxy.get("/api/rigs", **headers)
+    answer = proxy.get("/api/v1/rigs", **headers)
     assert (answer.status_code, answer.json()["code"]) == (status, code)
 
 
 def test_a_page_of_that_name_without_tls_is_somebody_elses(proxy):
-    answer = proxy.get("/api/rigs", Origin=f"http://{proxy.name}")
+    answer = proxy.get("/api/v1/rigs", Origin=f"http://{proxy.name}")
     assert (answer.status_code, answer.json()["code"]) == (403, "foreign_origin")
 
 
@@ -213,10 +213,10 @@ def test_the_events_come_by_a_websocket_through_tls(proxy):
 
 
 def test_on_its_own_machine_the_panel_answers_as_ever(proxy):
-    own = httpx.get(f"{proxy.panel.url}api/rigs", headers=WITH_TOKEN)
+    own = httpx.get(f"{proxy.panel.url}api/v1/rigs", headers=WITH_TOKEN)
     assert own.status_code == 200
     foreign = httpx.get(
-        f"{proxy.panel.url}api/rigs", headers={**WITH_TOKEN, "Host": "evil.example"}
+        f"{proxy.panel.url}api/v1/rigs", headers={**WITH_TOKEN, "Host": "evil.example"}
     )
     assert foreign.json()["code"] == "foreign_origin"
 
@@ -227,7 +227,7 @@ def test_a_proxy_that_does_not_pass_the_host_on_is_named(lab, tmp_path):
         return re.sub(rf"{re.escape(PASSES_ON)}.*\n", "", text)
 
     with proxied(lab, tmp_path, forgetting) as proxy:
-        answer = proxy.get("/api/rigs", Origin=f"https://{proxy.name}")
+        answer = proxy.get("/api/v1/rigs", Origin=f"https://{proxy.name}")
     assert answer.status_code == 403
     assert "proxy_set_header Host $http_host" in answer.json()["hint"]
 

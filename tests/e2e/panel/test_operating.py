@@ -38,7 +38,7 @@ def test_from_choosing_to_the_certificate_by_mouse(screen, panel):
     page.get_by_role("button", name="Issue", exact=True).click()
     page.locator(".told .good-text").wait_for()
     made = page.locator(".told a").first
-    assert made.get_attribute("href").startswith("/api/runs/")
+    assert made.get_attribute("href").startswith("/api/v1/runs/")
     assert any(
         path.suffix == ".html"
         for path in (panel.runs).glob("*B-17*/*")

@@ -47,11 +47,11 @@ def client(panel):
 
 
 def opened(client, name=NAME):
-    return client.get("/api/procedures/text", params={"name": name})
+    return client.get("/api/v1/procedures/text", params={"name": name})
 
 
 def post(client, what, **body):
-    return client.post(f"/api/procedures/{what}", json={"procedure": NAME, **body})
+    return client.post(f"/api/v1/procedures/{what}", json={"procedure": NAME, **body})
 
 
 def save(client, text, digest, who="Ann", **more):
@@ -161,7 +161,7 @@ def test_lone_surrogates_do_not_end_in_a_bug(client):
     digest = opened(client).json()["digest"]
     body = '{"procedure": "a.yaml", "text": "rigrunner: procedure/2\\n# \\ud800", "by": "A"}'
     headers = {**ANN, "Content-Type": "application/json"}
-    answer = client.post("/api/procedures/save", content=body, headers=headers)
+    answer = client.post("/api/v1/procedures/save", content=body, headers=headers)
     assert answer.status_code == 400
     assert opened(client).json()["digest"] == digest
 
@@ -181,7 +181,7 @@ def test_a_text_is_checked_and_planned_before_it_is_saved(client, lab):
     fast = TEXT.replace("cycles: 30", "cycles: 20")
     assert post(client, "check", text=fast, station="simulated").json()["ok"]
     plan = client.post(
-        "/api/plan", json={"procedure": NAME, "station": "simulated", "text": fast}
+        "/api/v1/plan", json={"procedure": NAME, "station": "simulated", "text": fast}
     ).json()
     (lab / "fast.yaml").write_text(fast, encoding="utf-8")
     expected = planned_run(lab / "fast.yaml", find_station("simulated")).plan.estimated_s
@@ -240,7 +240,7 @@ def test_a_shipped_procedure_is_not_approved(client):
 
 def test_two_who_edit_one_file_know_of_each_other(client, panel, lab):
     assert post(client, "edit", by="").status_code == 200
-    client.post("/api/procedures/edit", json={"procedure": NAME, "by": "Bob"}, headers=BOB)
+    client.post("/api/v1/procedures/edit", json={"procedure": NAME, "by": "Bob"}, headers=BOB)
     (told,) = panel.rig("simulated").board.get("editing")
     assert [each.name for each in told.editors][1] == "Bob"
     assert (told.procedure, told.digest) == (NAME, sha256(lab / NAME))
@@ -251,13 +251,13 @@ def test_two_who_edit_one_file_know_of_each_other(client, panel, lab):
     panel.tick()
     (told,) = panel.rig("simulated").board.get("editing")
     assert (told.digest, told.changed_by) == (sha256(lab / NAME), "")
-    client.post("/api/procedures/leave", json={}, headers=BOB)
+    client.post("/api/v1/procedures/leave", json={}, headers=BOB)
     (told,) = panel.rig("simulated").board.get("editing")
     assert len(told.editors) == 1
 
 
 def test_the_schema_is_that_of_the_command(client):
-    found = client.get("/api/procedures/schema").json()
+    found = client.get("/api/v1/procedures/schema").json()
     shipped = Path(__file__).parents[3] / "procedures/procedure.schema.json"
     assert found.keys() >= {"$defs", "properties"}
     assert shipped.read_text(encoding="utf-8").count("settle") > 0

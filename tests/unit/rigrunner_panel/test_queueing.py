@@ -29,19 +29,19 @@ def client(panel):
     panel.rig("simulated")
     app = make_app(panel)
     with TestClient(app, base_url="http://127.0.0.1:8750", headers=ANN) as found:
-        assert found.post("/api/control", json={"name": "Ann"}).status_code == 200
+        assert found.post("/api/v1/control", json={"name": "Ann"}).status_code == 200
         yield found
 
 
 def post(client, path, status=200, headers=ANN, **body):
-    answer = client.post(f"/api/queue/{path}", json=body, headers=headers)
+    answer = client.post(f"/api/v1/queue/{path}", json=body, headers=headers)
     assert answer.status_code == status, answer.text
     return answer.json()
 
 
 def entries(client):
     return [
-        (each["specimen"], each["status"]) for each in client.get("/api/queue").json()["entries"]
+        (each["specimen"], each["status"]) for each in client.get("/api/v1/queue").json()["entries"]
     ]
 
 
@@ -53,7 +53,7 @@ def test_a_list_is_added_moved_held_released_and_skipped(client):
     assert entries(client) == [("SN-3", "waiting"), ("SN-1", "held"), ("SN-2", "skipped")]
     post(client, "release", entry=1)
     post(client, "repeat", entry=2, reason="found")
-    state = client.get("/api/state").json()["queue"]
+    state = client.get("/api/v1/state").json()["queue"]
     assert [each["status"] for each in state["entries"]] == [
         "waiting", "waiting", "skipped", "waiting",
     ]  # fmt: skip
@@ -103,15 +103,15 @@ def test_hostile_lists_are_refused_and_leave_nothing(client, path, body, status)
 def test_a_body_that_is_too_long_is_not_read(client):
     body = b'{"list": "' + b"x" * 70_000 + b'"}'
     headers = {**ANN, "Content-Type": "application/json"}
-    assert client.post("/api/queue/add", content=body, headers=headers).status_code == 413
+    assert client.post("/api/v1/queue/add", content=body, headers=headers).status_code == 413
 
 
 @pytest.mark.parametrize("origin", ["http://evil.example", "null"])
 def test_another_site_changes_nothing(client, origin):
-    answer = client.post("/api/queue/propose", json=PAIR, headers={**PROGRAM, "Origin": origin})
+    answer = client.post("/api/v1/queue/propose", json=PAIR, headers={**PROGRAM, "Origin": origin})
     assert (answer.status_code, answer.json()["code"]) == (403, "foreign_origin")
     form = {**PROGRAM, "Content-Type": "text/plain"}
-    assert client.post("/api/queue/propose", content=b"{}", headers=form).status_code == 400
+    assert client.post("/api/v1/queue/propose", content=b"{}", headers=form).status_code == 400
     assert entries(client) == []
 
 
@@ -121,7 +121,7 @@ def test_stop_waits_neither_for_the_queue_nor_for_its_lock(client, panel):
     with FileLock(panel.settings.runs / ".queue.lock"), panel.rig("simulated").sequence.lock:
         jobs = [
             threading.Thread(
-                target=client.post, args=("/api/queue/propose",), kwargs={"json": PAIR}
+                target=client.post, args=("/api/v1/queue/propose",), kwargs={"json": PAIR}
             )
             for _ in range(45)
         ]
@@ -129,7 +129,7 @@ def test_stop_waits_neither_for_the_queue_nor_for_its_lock(client, panel):
             job.start()
         time.sleep(0.5)
         began_s = time.monotonic()
-        assert client.post("/api/stop", json={}).json() == {"ok": True, "stopped": False}
+        assert client.post("/api/v1/stop", json={}).json() == {"ok": True, "stopped": False}
         taken_s = time.monotonic() - began_s
     for job in jobs:
         job.join()
@@ -138,9 +138,9 @@ def test_stop_waits_neither_for_the_queue_nor_for_its_lock(client, panel):
 
 def test_stop_takes_back_what_was_to_start(client, panel):
     post(client, "automatic", on=True)
-    assert client.get("/api/queue").json()["automatic_by"] == "Ann"
-    client.post("/api/stop", json={})
-    assert client.get("/api/queue").json()["automatic_by"] == ""
+    assert client.get("/api/v1/queue").json()["automatic_by"] == "Ann"
+    client.post("/api/v1/stop", json={})
+    assert client.get("/api/v1/queue").json()["automatic_by"] == ""
     queueing.tick(panel.rig("simulated"))
     assert panel.rig("simulated").sequence.wanted is None
 
@@ -148,7 +148,7 @@ def test_stop_takes_back_what_was_to_start(client, panel):
 def test_a_queue_that_cannot_be_read_is_told_and_left_alone(client, panel):
     panel.settings.runs.mkdir()
     panel.rig("simulated").queue.path("simulated").write_text("{}x", encoding="utf-8")
-    assert "queue-simulated.json" in client.get("/api/queue").json()["problem"]
+    assert "queue-simulated.json" in client.get("/api/v1/queue").json()["problem"]
     assert post(client, "add", status=422, **PAIR, list="SN-1")["code"] == "data"
     assert panel.rig("simulated").queue.path("simulated").read_text(encoding="utf-8") == "{}x"
-    assert client.post("/api/stop", json={}).status_code == 200
+    assert client.post("/api/v1/stop", json={}).status_code == 200

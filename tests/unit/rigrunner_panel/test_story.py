@@ -48,7 +48,7 @@ numbers = itertools.count()
 
 class NoLinks:
     def picture(self, path):
-        return f"/api/pictures/{path}"
+        return f"/api/v1/pictures/{path}"
 
     def of_run(self, _run):
         return ()
@@ -119,7 +119,7 @@ def test_phases_follow_what_happens(board, story):
         expected="yes / no", unit="", picture="x.png",
     )  # fmt: skip
     assert after(Show({"prompt": prompt})) == "asking"
-    assert board.get("prompt").picture == "/api/pictures/x.png"
+    assert board.get("prompt").picture == "/api/v1/pictures/x.png"
     assert board.get("prompt").choices == ("yes", "no")
     assert after(Show({"prompt": None})) == "running"
     assert board.get("prompt") is None

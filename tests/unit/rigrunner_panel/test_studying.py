@@ -39,18 +39,18 @@ def client(runs):
 
 def test_the_archive_is_brought_up_to_date_and_says_what_there_is_to_chart(client, runs):
     assert not (runs / FILE).exists()
-    updated = client.post("/api/archive/update", json={}).json()
+    updated = client.post("/api/v1/archive/update", json={}).json()
     assert (updated["runs"], updated["new"], updated["unreadable"]) == (21, 21, 0)
-    assert client.post("/api/archive/update", json={}).json()["new"] == 0
-    items = client.get("/api/archive/quantities").json()["items"]
+    assert client.post("/api/v1/archive/update", json={}).json()["new"] == 0
+    items = client.get("/api/v1/archive/quantities").json()["items"]
     assert items[0] == "torque"
     assert "template_inverse/inertia" in items
     assert len(set(items)) == len(items)
 
 
 def test_a_chart_has_the_limits_of_its_baseline_and_names_the_run_beyond_them(client):
-    client.post("/api/archive/update", json={})
-    found = client.get("/api/trend", params={"quantity": "torque"}).json()
+    client.post("/api/v1/archive/update", json={})
+    found = client.get("/api/v1/trend", params={"quantity": "torque"}).json()
     (chart,) = found["charts"]
     sigma = fmean(np.abs(np.diff(TORQUES))) / D2
     assert chart["centre"] == pytest.approx(fmean(TORQUES))
@@ -76,15 +76,15 @@ def test_a_chart_has_the_limits_of_its_baseline_and_names_the_run_beyond_them(cl
     ],
 )
 def test_what_cannot_be_charted_is_refused_with_a_message(client, query, status):
-    client.post("/api/archive/update", json={})
-    answer = client.get("/api/trend", params=query)
+    client.post("/api/v1/archive/update", json={})
+    answer = client.get("/api/v1/trend", params=query)
     assert answer.status_code == status
     assert answer.json()["message"]
 
 
 def test_runs_are_laid_over_each_other_with_their_u(client, runs):
     names = sorted(each.name for each in runs.iterdir() if each.is_dir())[:2]
-    found = client.get("/api/overlay", params={"runs": ",".join(names)}).json()
+    found = client.get("/api/v1/overlay", params={"runs": ",".join(names)}).json()
     torque = found["results"][0]
     assert [each["name"] for each in torque["series"]] == names
     # the set-points of the document that was stored: 10 Hz and 20 Hz, f/1000 N·m above the headline
@@ -95,7 +95,7 @@ def test_runs_are_laid_over_each_other_with_their_u(client, runs):
     ]
     recording, channels = next(iter(found["recordings"].items()))
     query = {"runs": ",".join(names), "recording": recording, "channel": channels[0]}
-    curve = client.get("/api/overlay", params=query).json()["curve"]
+    curve = client.get("/api/v1/overlay", params=query).json()["curve"]
     stored = read(runs / names[0]).recordings[0]
     values = np.asarray(stored.channels[channels[0]])
     shown = [each["y"] for each in curve["series"][0]["points"]]
@@ -105,4 +105,4 @@ def test_runs_are_laid_over_each_other_with_their_u(client, runs):
 
 @pytest.mark.parametrize("names", ["", ",".join("abcdefg"), "../../etc", "none-such"])
 def test_other_runs_are_not_laid_over(client, names):
-    assert client.get("/api/overlay", params={"runs": names}).status_code in (400, 404)
+    assert client.get("/api/v1/overlay", params={"runs": names}).status_code in (400, 404)

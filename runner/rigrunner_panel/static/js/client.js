@@ -2,6 +2,7 @@
 
 import { station } from "./address.js";
 
+export const API = "/api/v1";
 const ID = "rigrunner.client";
 const TOKEN = "rigrunner.token";
 const NAME = "rigrunner.name";
@@ -69,14 +70,14 @@ async function answerOf(request) {
 export function get(path, query = {}) {
   const known = Object.entries({ rig: station(), ...query }).filter(([, value]) => value !== "" && value !== null && value !== undefined);
   const words = new URLSearchParams(known).toString();
-  return answerOf(fetch(`/api/${path}${words ? `?${words}` : ""}`, { headers: headers() }));
+  return answerOf(fetch(`${API}/${path}${words ? `?${words}` : ""}`, { headers: headers() }));
 }
 
 // `rig` is the station of the rig that is asked; "" where it is of none, or of all.
 export function post(path, body = {}, rig = station()) {
   const query = rig ? `?rig=${encodeURIComponent(rig)}` : "";
   return answerOf(
-    fetch(`/api/${path}${query}`, {
+    fetch(`${API}/${path}${query}`, {
       method: "POST",
       headers: headers({ "Content-Type": "application/json", "X-Rigrunner-Client": clientId() }),
       body: JSON.stringify(body),

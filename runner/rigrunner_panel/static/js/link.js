@@ -1,7 +1,7 @@
 // The WebSocket: the whole state first, then what changes; curves come as binary frames.
 
 import { station } from "./address.js";
-import { clientId, token } from "./client.js";
+import { API, clientId, token } from "./client.js";
 
 const FIRST_WAIT_MS = 250;
 const LONGEST_WAIT_MS = 4000;
@@ -24,7 +24,7 @@ export function openLink(on) {
 
   function open() {
     const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const address = `${scheme}://${location.host}/api/events?client=${clientId()}&rig=${encodeURIComponent(station())}`;
+    const address = `${scheme}://${location.host}${API}/events?client=${clientId()}&rig=${encodeURIComponent(station())}`;
     const protocols = token() ? ["rigrunner.v1", `token.${token()}`] : ["rigrunner.v1"];
     const socket = new WebSocket(address, protocols);
     socket.binaryType = "arraybuffer";

@@ -1,0 +1,212 @@
+"""The description of the API: it has every route, every message, and all that the screen asks."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+import pytest
+from starlette.routing import Route, WebSocketRoute
+from starlette.testclient import TestClient
+from starlette.websockets import WebSocketDisconnect
+
+import rigrunner_panel
+from e2e.helpers_panel import parse_frame
+from rigrunner.api.data import Block
+from rigrunner.api.events import Note, Samples
+from rigrunner_panel.live.curves import Curves
+from rigrunner_panel.live.story import Story
+from rigrunner_panel.process.messages import Show
+from rigrunner_panel.view.sections import JobView, Phase, PlanView, State
+from rigrunner_panel.web.app import make_app
+from rigrunner_panel.web.operations import OPERATIONS
+from rigrunner_panel.web.panel import Panel, Settings
+
+ROOT = Path(__file__).parents[3]
+SCRIPTS = sorted((Path(rigrunner_panel.__file__).parent / "static/js").rglob("*.js"))
+ANN = {"X-Rigrunner-Client": "client-ann"}
+EVENTS = "ws://127.0.0.1:8750/api/v1/events?client=client-ann"
+
+
+@pytest.fixture
+def panel(tmp_path):
+    (tmp_path / "lab").mkdir()
+    found = Panel(settings=Settings(runs=tmp_path / "runs", procedures=tmp_path / "lab"))
+    found.rig("simulated")
+    return found
+
+
+@pytest.fixture
+def app(panel):
+    return make_app(panel)
+
+
+@pytest.fixture
+def client(app):
+    with TestClient(app, base_url="http://127.0.0.1:8750", headers=ANN) as found:
+        yield found
+
+
+@pytest.fixture
+def found(client):
+    return client.get("/api/v1/openapi.json").json()
+
+
+def test_every_route_is_described_once_under_one_version_and_no_reference_hangs(app, found):
+    assert found["openapi"] == "3.1.0"
+    served = {
+        (method, each.path)
+        for each in app.routes
+        if isinstance(each, Route)
+        for method in each.methods - {"HEAD"}
+    }
+    paths = {(method.upper(), path) for path, each in found["paths"].items() for method in each}
+    assert paths == served
+    assert len(served) == 1 + len(OPERATIONS)
+    assert all(path.startswith("/api/v1/") for _, path in served)
+    names = [one["operationId"] for each in found["paths"].values() for one in each.values()]
+    assert len(set(names)) == len(names)
+    references = set(re.findall(r'"#/components/schemas/([^"]+)"', json.dumps(found)))
+    assert references <= set(found["components"]["schemas"])
+    sockets = [each.path for each in app.routes if isinstance(each, WebSocketRoute)]
+    assert sockets == ["/api/v1/events", "/{path:path}"]
+    socket = found["paths"]["/api/v1/events"]["get"]
+    assert {"client", "rig"} < {each["name"] for each in socket["parameters"]}
+    assert set(socket["responses"]["101"]["content"]) == {
+        "application/json",
+        "application/octet-stream",
+    }
+
+
+def test_it_is_valid_by_its_own_schemas(found, client):
+    schemas = found["components"]["schemas"]
+    assert set(schemas["State"]["required"]) == set(client.get("/api/v1/state").json())
+    assert schemas["StartRun"]["additionalProperties"] is False
+
+
+def test_each_message_of_the_socket_is_one_that_is_described(found, client, panel):
+    schemas = found["components"]["schemas"]
+    texts = {each["properties"]["type"]["const"]: each for each in schemas["Message"]["oneOf"]}
+    job = JobView(kind="run", procedure="p", station="s")
+    story = Story(panel.rig("simulated").board, job, panel)
+    seen = set()
+    with client.websocket_connect(EVENTS) as socket:
+        story.take(Show({"plan": PlanView(estimated_s=1.0, steps=())}))
+        story.take(Note(seq=0, monotonic_s=0, utc="", step="main[0]", text="a note"))
+        while seen != set(texts):
+            message = socket.receive_json()
+            described = texts[message["type"]]
+            assert set(message) == set(described["required"])
+            if message["type"] == "delta":
+                changes = described["properties"]["changes"]
+                assert set(message["changes"]) <= set(changes["properties"])
+            seen.add(message["type"])
+
+
+def test_each_binary_frame_has_a_header_that_is_described(found):
+    schemas = found["components"]["schemas"]
+    headers = {
+        each["properties"]["kind"]["const"]: each for each in schemas["FrameHeader"]["oneOf"]
+    }
+    curves = Curves()
+    curves.begin("001", 5.0)
+    phase = 10 * np.pi * np.arange(2000) / 2000.0
+    block = Block(2000.0, 0, 0.1, {"t.angle": 0.04 * np.sin(phase), "t.torque": np.sin(phase)})
+    known = {"seq": 0, "monotonic_s": 1.0, "utc": "", "recording": "001"}
+    curves.take(Samples(block=block, **known), 0.0)
+    shown = [parse_frame(each)[0] for each in curves.whole()]
+    assert {each["kind"] for each in shown} == set(headers)
+    curves = Curves()
+    curves.take(Samples(block=Block(10.0, 0, 0.1, {"c.air": np.ones(9)}), **known), 0.0)
+    shown.append(parse_frame(curves.whole()[0])[0])
+    assert shown[-1]["channel"] == "c.air"
+    for header in shown:
+        described = headers[header["kind"]]
+        assert set(described["required"]) <= set(header) <= set(described["properties"])
+
+
+@pytest.mark.parametrize("method", ["GET", "POST", "DELETE"])
+@pytest.mark.parametrize("path", ["/api/rigs", "/api/stop", "/api/v2/rigs", "/api/v1/rig"])
+def test_a_path_without_the_version_says_where_the_api_is(client, method, path):
+    answer = client.request(method, path, json={})
+    assert (answer.status_code, answer.json()["code"]) == (404, "not_found")
+    assert "/api/v1/openapi.json" in answer.json()["hint"]
+
+
+def test_a_wrong_method_says_the_right_one(client):
+    answer = client.get("/api/v1/stop")
+    assert (answer.status_code, answer.headers["allow"]) == (405, "POST")
+    assert answer.json()["message"] == "got GET, expected POST"
+
+
+@pytest.mark.parametrize(
+    "path", ["/api/events?client=client-ann", "/", "/api/v1/state", "/js/main.js"]
+)
+def test_a_socket_elsewhere_is_closed_and_says_where_it_is(client, path):
+    refused = pytest.raises(WebSocketDisconnect)
+    with refused as closed, client.websocket_connect(f"ws://127.0.0.1:8750{path}"):
+        pass
+    assert (closed.value.code, closed.value.reason) == (4404, "the WebSocket is at /api/v1/events")
+
+
+def test_the_page_on_the_api_names_every_request_and_section():
+    page = (ROOT / "docs/reference/panel-api.md").read_text(encoding="utf-8")
+    requests = (ROOT / "docs/reference/panel-requests.md").read_text(encoding="utf-8")
+    for operation in OPERATIONS:
+        assert f"| `{operation.method} {operation.path}` |" in requests
+    for section in State.model_fields:
+        assert f"| `{section}` |" in page
+    named = re.findall(r"`(?:GET|POST) (/api/[^`?]+)`", page)
+    others = {"/api/v1/openapi.json"}
+    assert set(named) - others <= {each.path for each in OPERATIONS}
+    rows = re.findall(r"^\| `(\w+)`", page, re.MULTILINE)
+    assert set(get_args(Phase)) <= set(rows)
+
+
+METHODS = {"get": "GET", "post": "POST", "steer": "POST", "steerOrRefuse": "POST"}
+_CALL = re.compile(
+    r"(?<![.\w])(?<!function )(get|post|steer|steerOrRefuse)\((\"[^\"]*\"|`[^`]*`|\w+)"
+)
+_TEXT = re.compile(r"\"([^\"\n]*)\"|`([^`]*)`")
+_VALUE = re.compile(r"const (\w+) = `([^`]*)`")
+
+
+def _routes(module, text):
+    """Return what a path in a script may be as a route: each unknown part of it is '*'."""
+    known = dict(_VALUE.findall(module))
+    while named := re.search(r"\$\{(\w+)\}", text):
+        text = text.replace(named[0], known.get(named[1], "*"))
+    return re.sub(r"\$\{[^}]*\}", "*", text)
+
+
+def _is_one(path, method=None):
+    pattern = "".join("[^/]+" if each == "*" else re.escape(each) for each in path)
+    operations = [each for each in OPERATIONS if method in (None, each.method)]
+    return any(re.fullmatch(f"/api/v1/{pattern}", each.path) for each in operations)
+
+
+def test_whatever_the_screen_asks_is_a_request_of_the_description():
+    """The screen has no other way to ask: its requests go through two functions and one socket."""
+    firsts = {each.path.split("/")[3] for each in OPERATIONS}
+    asked = set()
+    for script in SCRIPTS:
+        module = script.read_text(encoding="utf-8")
+        beyond = re.findall(r"\b(fetch|WebSocket|XMLHttpRequest|EventSource|sendBeacon)\(", module)
+        mine = {"client.js": ["fetch"] * 2, "texts.js": ["fetch"], "link.js": ["WebSocket"]}
+        assert beyond == mine.get(script.name, []), script
+        for function, given in _CALL.findall(module):
+            if given[0] in '"`':
+                path = _routes(module, given[1:-1])
+                assert _is_one(path, METHODS[function]), f"{script.name}: {function}({given})"
+                asked.add(path)
+            elif script.name != "steer.js":  # a variable: then every text that may be a path is one
+                begun = {text for _, text in _VALUE.findall(module)}
+                texts = ("".join(each) for each in _TEXT.findall(module))
+                whole = [_routes(module, each) for each in texts if each not in begun]
+                paths = [each for each in whole if each.split("/")[0] in firsts and "/" in each]
+                assert all(map(_is_one, paths)), f"{script.name}: {paths}"
+                asked |= set(paths)
+    assert {"stop", "queue/hold", "run/repeat", "runs/*/certificates/*/sign", "*s"} <= asked
