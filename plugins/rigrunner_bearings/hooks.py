@@ -6,9 +6,11 @@ from rigrunner_bearings.compensations.records import rigrunner_compensations, ri
 from rigrunner_bearings.devices.records import rigrunner_devices
 from rigrunner_bearings.fits.records import rigrunner_fits
 from rigrunner_bearings.labs import rigrunner_labs
+from rigrunner_bearings.torque.records import rigrunner_analyses
 
 __all__ = [
     "api_version",
+    "rigrunner_analyses",
     "rigrunner_compensations",
     "rigrunner_devices",
     "rigrunner_fits",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from dataclasses import replace
+from importlib import import_module
 from math import isclose, isnan
 from typing import TYPE_CHECKING, Any
 
@@ -62,6 +63,8 @@ def says_what_it_yields(subject: Subject) -> None:
 def says_what_it_requires(subject: Subject) -> None:
     """From its settings alone it says which channels and results it needs."""
     needs = _needs(subject)
+    if _record(subject).trial_run:
+        raise NotApplicable("it finds its channels by their units")
     demand(needs.channels or needs.results, "it requires neither a channel nor a result")
     for each in needs.channels:
         if each.or_coordinate:
@@ -87,6 +90,8 @@ def gives_what_it_yields(subject: Subject) -> None:
 @check(fix="raise DataError with what is missing", needs=("gives_what_it_yields",))
 def refuses_a_run_that_lacks_a_channel(subject: Subject) -> None:
     """Of a run without what it requires it raises DataError."""
+    if not _needed(subject):
+        raise NotApplicable("it requires no channel by its name")
     for each in _needed(subject):
         try:
             _made(subject)(_run(subject, without=each.name))
@@ -101,8 +106,8 @@ def refuses_a_run_that_lacks_a_channel(subject: Subject) -> None:
 @check(fix="raise DataError with what is missing", needs=("gives_what_it_yields",))
 def refuses_a_partner_run_that_lacks_a_channel(subject: Subject) -> None:
     """Of a partner run without what it requires of it, it raises DataError."""
-    if not _needs(subject).partners:
-        raise NotApplicable("it takes no partner run")
+    if not any(each.channels for each in _needs(subject).partners):
+        raise NotApplicable("it requires no channel of a partner run")
     for partner in _needs(subject).partners:
         for each in partner.channels:
             run = _run(subject, without=each.name, of=partner.name)
@@ -227,7 +232,7 @@ def _told(subject: Subject) -> Any:
 
 
 def _definitions(subject: Subject) -> tuple[ResultDefinition, ...]:
-    return tuple(_record(subject).yields(_told(subject)))
+    return subject.registry.definitions(subject.name, subject.settings)
 
 
 def _needs(subject: Subject) -> Requirements:
@@ -278,6 +283,8 @@ def _in_recordings(run: RunData, rate_hz: float, rng: np.random.Generator, noise
 def _runs(subject: Subject) -> Iterator[RunData]:
     """Yield a made-up run, and one of recordings where the analysis takes these too."""
     yield _run(subject)
+    if _record(subject).trial_run:
+        return
     recorded = _run(subject, recorded=True)
     try:
         _found(subject, recorded)
@@ -304,6 +311,12 @@ def _run(
     instrument is off by what its limits allow, in all rows. `recorded`: recordings in place of
     rows, which an analysis has that needs cycles or a rate.
     """
+    if place := _record(subject).trial_run:
+        if without or widen != 1.0 or ideal or off or recorded:
+            raise NotApplicable("it is tried on a run of its own, not on made-up values")
+        module, _, name = place.partition(":")
+        own_run: RunData = getattr(import_module(module), name)(seed)
+        return own_run
     needs = _needs(subject)
     rng, units = np.random.default_rng(seed), dict(_record(subject).trial_units)
     asked = {each.name: [one.name for one in each.channels] for each in needs.partners}

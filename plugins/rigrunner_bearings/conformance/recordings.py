@@ -14,6 +14,7 @@ from rigrunner.api import DeviceContext, Recording, RigDescription, RunData
 from rigrunner.api.instruments import torque_instruments
 from rigrunner.api.settings import own_keys
 from rigrunner.clock import SimulatedClock, utc_text
+from rigrunner.procedure.analysis_spec import NO_LOAD
 from rigrunner.run.locate import find_station
 from rigrunner.station import load_station
 from rigrunner_bearings.study.bench import LOAD_N, Value
@@ -69,6 +70,18 @@ def swings(simulator: str, number: int, rate_hz: float | None = None) -> Runs:
     recorded = record_bench(bench, shared.registry, rig.station)
     truths = np.array(recorded.truths_nm) * LOAD_N / bench.load_n
     return Runs(recorded.loaded, recorded.no_load, tuple(float(each) for each in truths))
+
+
+def run_of_swings(number: int) -> RunData:
+    """Return the loaded run of a random rig, with its no-load run beside it."""
+    runs = swings(CLOSED_FORM, number)
+    assert runs.no_load is not None  # noqa: S101  (a rig that swings has one)
+    return replace(runs.loaded, partners={NO_LOAD: runs.no_load})
+
+
+def run_of_starts(number: int) -> RunData:
+    """Return a run of starts from rest."""
+    return starts(number).loaded
 
 
 @lru_cache(maxsize=8)

@@ -6,26 +6,22 @@ from typing import TYPE_CHECKING
 
 from rigrunner.analysis.asked import settings_as_asked
 from rigrunner.analysis.named import findings_of
-from rigrunner.analysis.progress import unseen
 from rigrunner.analysis.revisions import revisions_of
 from rigrunner.analysis.scrutiny import Scrutiny
-from rigrunner.analysis.torque.analysis import TorqueAnalysis
-from rigrunner.analysis.torque.prepare import prepare_point
-from rigrunner.analysis.torque.sources import chosen
 from rigrunner.analysis.verdict.decision import decide
 from rigrunner.analysis.verdict.evidence import Evidence, as_judged, forbidden
 from rigrunner.analysis.verdict.rule import AppliedRule
+from rigrunner.api.analysis_context import AnalysisContext
 from rigrunner.api.findings import Findings
+from rigrunner.api.progress import unseen
 from rigrunner.api.results import Result
-from rigrunner.procedure.analysis_spec import NO_LOAD, NO_LOAD_AFTER
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.analysis.lookup import Lookup
-    from rigrunner.analysis.progress import Progress
-    from rigrunner.analysis.torque.analysis import Prepare
     from rigrunner.api.data import RunData
+    from rigrunner.api.progress import Progress
     from rigrunner.procedure import Acceptance, AnalysisSpec, Measurand, NamedAnalysisRef
 
 
@@ -37,33 +33,23 @@ def analyse(
     measurand: Measurand | None,
     lookup: Lookup,
     progress: Progress = unseen,
-    prepare: Prepare = prepare_point,
     analyses: Sequence[NamedAnalysisRef] = (),
 ) -> Result:
     """Return the result of a run, with the partner runs that it has.
 
     A compensation that the data forbid is marked not applicable, and the others stand. `progress`
-    is told how far a validation is, which takes minutes; what it raises ends the analysis.
-    `prepare` may remember what it prepared before. `analyses` are those that name their results;
-    the spec is that of the torque. Raises DataError where a recording cannot be prepared at all, or
-    a partner run is missing.
+    is told how far what takes minutes is; what it raises ends the analysis. `analyses` are those
+    that name their results; the spec is that of the torque. Raises DataError where a recording
+    cannot be prepared at all, or a partner run is missing.
     """
     known = Scrutiny(lookup)
-    found: tuple[Findings, ...] = ()
-    if not spec.asks_nothing:
-        torque = TorqueAnalysis(
-            run=chosen(run, spec.where),
-            no_load_run=run.partners.get(NO_LOAD),
-            no_load_after=run.partners.get(NO_LOAD_AFTER),
-            spec=spec,
-            measurand=measurand,
-            lookup=known,
-            progress=progress,
-            prepare=prepare,
-        )
-        found = (torque.findings(),)
-    results = [result for each in found for result in each.results]
-    found = (*found, *findings_of(run, analyses, known, known=results))
+    context = AnalysisContext(
+        plugins=known,
+        measurand="" if measurand is None else measurand.name,
+        symbol="" if measurand is None else measurand.symbol,
+        progress=progress,
+    )
+    found = findings_of(run, (*spec.as_named, *analyses), known, context=context)
     findings = _joined(found)
     decision = None
     if acceptance is not None:
@@ -71,8 +57,8 @@ def analyse(
         decision = decide(acceptance, rule, _evidence(found, findings))
     return Result(
         run=run,
-        measurand="" if measurand is None else measurand.name,
-        symbol="" if measurand is None else measurand.symbol,
+        measurand=context.measurand,
+        symbol=context.symbol,
         decision=decision,
         results=findings.results,
         means=findings.means,

@@ -2,27 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.api.fit_choice import chosen_fits
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from rigrunner.api.analysis import Fit, Requirements
+    from rigrunner.api.analysis_context import AnalysisContext
     from rigrunner.api.findings import ResultDefinition
     from rigrunner.api.fit_choice import FitChoice
-    from rigrunner.api.measurand import MeasurandKind
+    from rigrunner.api.hooks import PluginRecord
     from rigrunner.api.settings import Settings
 
 
 class Lookup(Protocol):
     """Finds plugins by kind and name."""
 
-    def make(self, kind: str, name: str, settings: Mapping[str, Any], **fits: Fit) -> Any:
+    def make(
+        self,
+        kind: str,
+        name: str,
+        settings: Mapping[str, Any],
+        context: AnalysisContext | None = None,
+        **fits: Fit,
+    ) -> Any:
         """Return the callable of a kind such as 'fit' or 'decision_rule'; raise PluginError.
 
-        `fits`: those that its settings name, by the fields that do.
+        `context` is that of an analysis; left out, it has no more than the plugins. `fits`: those
+        that its settings name, by the fields that do.
         """
         ...
 
@@ -30,11 +38,13 @@ class Lookup(Protocol):
         """Return the settings model of a plugin; raise PluginError."""
         ...
 
-    def yields(self, compensation: str) -> MeasurandKind | None:
-        """Return which torque a compensation yields, if its plugin says."""
+    def record(self, kind: str, name: str) -> PluginRecord:
+        """Return what a plugin declares; raise PluginError."""
         ...
 
-    def definitions(self, name: str, settings: Mapping[str, Any]) -> tuple[ResultDefinition, ...]:
+    def definitions(
+        self, name: str, settings: Mapping[str, Any], context: AnalysisContext | None = None
+    ) -> tuple[ResultDefinition, ...]:
         """Return the results that an analysis names, by its settings; raise PluginError."""
         ...
 
@@ -49,4 +59,5 @@ class Lookup(Protocol):
 
 def fits_in(lookup: Lookup, analysis: str, settings: Mapping[str, Any]) -> Mapping[str, FitChoice]:
     """Return the fits that the settings of an analysis name, by the fields that do."""
-    return chosen_fits(lookup.settings_of("analysis", analysis).model_validate(dict(settings)))
+    told = dict(settings) if isinstance(settings, Mapping) else settings
+    return chosen_fits(lookup.settings_of("analysis", analysis).model_validate(told))

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from rigrunner.analysis.lookup import Lookup
     from rigrunner.api.analysis import Requirements
+    from rigrunner.api.analysis_context import AnalysisContext
     from rigrunner.api.data import RunData
     from rigrunner.api.findings import MeasurementResult
     from rigrunner.procedure import NamedAnalysisRef
@@ -25,13 +26,15 @@ def findings_of(
     analyses: Sequence[NamedAnalysisRef],
     lookup: Lookup,
     *,
+    context: AnalysisContext | None = None,
     known: Iterable[MeasurementResult] = (),
     as_far_as_possible: bool = False,
 ) -> tuple[Findings, ...]:
     """Return what each analysis found in a run, in the order in which they are given.
 
-    `known` are results that are there already. `as_far_as_possible`: one that cannot be made finds
-    nothing. Raises DataError otherwise, and for analyses whose results are made of each other.
+    `context` is that of the procedure; `known` are results that are there already.
+    `as_far_as_possible`: one that cannot be made finds nothing. Raises DataError otherwise, and for
+    analyses whose results are made of each other.
     """
     results = list(known)
     required = [lookup.requires(each.kind, each.name, each.settings) for each in analyses]
@@ -41,7 +44,7 @@ def findings_of(
         each = analyses[index]
         given = tuple(one for one in results if one.name in needed[index])
         with suppress(DataError) if as_far_as_possible else nullcontext():
-            made = lookup.make(each.kind, each.name, each.settings)
+            made = lookup.make(each.kind, each.name, each.settings, context)
             of = _with_partners(run, each.name, required[index])
             found[index] = made(of, given) if needed[index] else made(of)
             results += found[index].results
@@ -68,11 +71,14 @@ def _with_partners(run: RunData, analysis: str, needs: Requirements) -> RunData:
     """Return a run with the partner runs alone that an analysis requires; raise DataError."""
     wanted = {each.name: each for each in needs.partners}
     for name in wanted.keys() - run.partners.keys():
+        if wanted[name].optional:
+            continue
         raise DataError(
             f"the analysis '{analysis}' needs a {wanted[name].words}, and {run.run_id} has none",
             hint=f"name one: --partner {name}=RUN",
         )
-    return replace(run, partners={name: run.partners[name] for name in wanted})
+    there = {name: each for name, each in run.partners.items() if name in wanted}
+    return replace(run, partners=there)
 
 
 def _by_name(analyses: Sequence[NamedAnalysisRef], lookup: Lookup) -> dict[str, int]:

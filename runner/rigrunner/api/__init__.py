@@ -46,6 +46,7 @@ _NAMES = {
         "NeededChannel NeededRun OutlierRule PeakPoint Rejection Requirements Spreading Sweep "
         "SwingPoint"
     ),
+    "analysis_context": "AnalysisContext",
     "partners": "PartnerRun",
     "measurand": "Condition MeasurandKind Nature",
     "uncertainty": "Distribution Effect Input MeasurementModel",

@@ -16,6 +16,7 @@ from rigrunner.api.analysis import (
     Sweep,
     SwingPoint,
 )
+from rigrunner.api.analysis_context import AnalysisContext
 from rigrunner.api.data import Array, Block, Mask, Measurement, Points, Recording, RunData
 from rigrunner.api.details import AnalysisDetails
 from rigrunner.api.devices import (
@@ -104,6 +105,7 @@ from rigrunner.api.verdict import Limits, Verdict, Zone
 
 __all__ = [
     "Action",
+    "AnalysisContext",
     "AnalysisDetails",
     "AnalysisRecord",
     "Angle",

@@ -192,17 +192,23 @@ class AnalysisRecord(PluginRecord):
     factory: Callable[..., Analysis | AnalysisOfResults]
     """Makes the analysis, of the settings, and of each fit that they name: see `FitChoice`. One
     that requires results is called with them too."""
-    yields: Callable[[Any], tuple[ResultDefinition, ...]]
+    in_context: bool = False
+    """Whether `factory`, `yields`, `requires` and `live` are given an AnalysisContext too, after
+    the settings: it has the other plugins, and what the procedure measures."""
+    yields: Callable[..., tuple[ResultDefinition, ...]]
     """Gives, of the settings, the results that it makes."""
-    requires: Callable[[Any], Requirements] = needs_nothing
+    requires: Callable[..., Requirements] = needs_nothing
     """Gives, of the settings, what it needs of a run: above all the channels to measure."""
     objections: Callable[[Any, Mapping[str, str]], Iterable[Objection]] = nothing
     """Gives, of the settings and the units of what it needs, by name, what does not fit. That of a
     channel is its SI unit, that of a result the one in which it is stated."""
-    live: Callable[[Any], LiveAnalysis] | None = None
+    live: Callable[..., LiveAnalysis] | None = None
     """Makes, of the settings, what is shown while it is measured; None for nothing."""
     trial_units: Mapping[str, str] = field(default_factory=dict)
     """The SI unit of each channel that `trial` names: the conformance kit makes up values of it."""
+    trial_run: str = ""
+    """Of an analysis that finds nothing in made-up values: 'package.module:function', which gives
+    for a number 0, 1, ... a run to try it on, a RunData, such as one of a simulated rig."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,6 +13,8 @@ from pydantic_core import SchemaValidator, core_schema
 from rigrunner.api.errors import did_you_mean
 from rigrunner.api.member import NAME
 from rigrunner.procedure.analysis_spec import (
+    STARTS,
+    SWINGS,
     AnalysisSpec,
     NamedAnalysisRef,
     StartsSpec,
@@ -32,7 +34,7 @@ class Breakaway(TorqueAnalysis, StartsSpec):
     """Torque at the first movement: every recording is a start from rest."""
 
 
-ANALYSES: dict[str, type[TorqueAnalysis]] = {"swing_torque": SwingTorque, "breakaway": Breakaway}
+ANALYSES: dict[str, type[TorqueAnalysis]] = {SWINGS: SwingTorque, STARTS: Breakaway}
 """The analyses of torque, by their names in procedures; any other is a plugin's."""
 READS = "reads"
 """The key in the metadata of a schema that says what a function reads."""

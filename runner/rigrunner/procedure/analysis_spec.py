@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis.requirements import NeededRun
 
+SWINGS = "swing_torque"
+STARTS = "breakaway"
 NO_LOAD = "no_load"
 NO_LOAD_AFTER = "no_load_after"
 """The names of the torque's partner runs."""
@@ -42,7 +44,9 @@ class PluginRef(Settings):
     kind: ClassVar[str]
     """The kind of plugin that is named, as the registry has it."""
     name: Text
+    """Of the plugin."""
     settings: dict[str, Any] = Field(default_factory=dict)
+    """Its settings."""
     label: Annotated[Name, Field(alias=LABEL)]
     """How results name it: `as`, or else the plugin's own name."""
 
@@ -218,8 +222,11 @@ class TorqueAnalysis(Settings):
     where: Labels = Field(default_factory=dict)
     """Which recordings and rows it is of, by counters and labels; all, unless told."""
     no_load: NoLoadSpec | None = None
+    """Where the rig's own part of the torque comes from."""
     despike: Despike | None = None
+    """How spikes of single samples are removed; left out, they stay."""
     outliers: OutlierRuleRef | None = None
+    """The rule for gross errors; left out, no value is rejected."""
     fits: ListOf[FitRef] = ()
     """Of the no-load peaks over frequency; the first serves compensations that need one."""
     compensations: ListOf[CompensationRef] = ()
@@ -244,6 +251,15 @@ class AnalysisSpec(TorqueAnalysis):
     def asks_nothing(self) -> bool:
         """Whether nothing is analysed: what is recorded is kept, and that is all."""
         return self == AnalysisSpec()
+
+    @property
+    def as_named(self) -> tuple[NamedAnalysisRef, ...]:
+        """It as an analysis that names its results; none if it asks nothing."""
+        if self.asks_nothing:
+            return ()
+        name = SWINGS if self.starts is None else STARTS
+        told: Any = self  # settings of this model already
+        return (NamedAnalysisRef.model_construct(name=name, settings=told, label=name),)
 
     @property
     def primary(self) -> str:

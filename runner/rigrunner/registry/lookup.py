@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections import defaultdict
+from collections.abc import Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import PurePath
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from pydantic import ValidationError, create_model
 
 from rigrunner.api.analysis import Requirements
+from rigrunner.api.analysis_context import AnalysisContext
 from rigrunner.api.errors import PluginError, RigrunnerError
 from rigrunner.api.fit_choice import chosen_fits
 from rigrunner.api.hooks import (
@@ -26,7 +28,7 @@ from rigrunner.registry.declared import declaration_problems
 from rigrunner.registry.records import OWN_KINDS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from rigrunner.api.analysis import Fit
     from rigrunner.api.devices import Device, DeviceContext
@@ -195,11 +197,17 @@ class Registry:
         )
         return yields
 
-    def definitions(self, name: str, settings: Mapping[str, Any]) -> tuple[ResultDefinition, ...]:
+    def record(self, kind: str, name: str) -> PluginRecord:
+        """Return what a plugin declares; raise PluginError if there is no such plugin."""
+        return self.find(kind, name).record
+
+    def definitions(
+        self, name: str, settings: Mapping[str, Any], context: AnalysisContext | None = None
+    ) -> tuple[ResultDefinition, ...]:
         """Return the results that an analysis names, by its settings; raise PluginError."""
         record, told = self._analysis(name), self.validated("analysis", name, settings)
         with _named(self.find("analysis", name)):
-            return tuple(record.yields(told))
+            return tuple(record.yields(told, *self._context(record, context)))
 
     def objections(
         self, name: str, settings: Mapping[str, Any], units: Mapping[str, str]
@@ -209,11 +217,23 @@ class Registry:
         with _named(self.find("analysis", name)):
             return tuple(record.objections(told, units))
 
-    def live(self, name: str, settings: Mapping[str, Any]) -> LiveAnalysis | None:
+    def live(
+        self, name: str, settings: Mapping[str, Any], context: AnalysisContext | None = None
+    ) -> LiveAnalysis | None:
         """Return what shows an analysis while it is measured, if it does; raise PluginError."""
         record, told = self._analysis(name), self.validated("analysis", name, settings)
         with _named(self.find("analysis", name)):
-            return None if record.live is None else record.live(told)
+            if record.live is None:
+                return None
+            return record.live(told, *self._context(record, context))
+
+    def _context(
+        self, record: PluginRecord, context: AnalysisContext | None
+    ) -> tuple[AnalysisContext, ...]:
+        """Return what an analysis is given after its settings: its context, if it asks for it."""
+        if isinstance(record, AnalysisRecord) and record.in_context:
+            return (context or AnalysisContext(plugins=self),)
+        return ()
 
     def _analysis(self, name: str) -> AnalysisRecord:
         record = self.find("analysis", name).record
@@ -228,7 +248,8 @@ class Registry:
         """Return what a plugin of the analysis needs of a run; raise PluginError."""
         record, validated = self.find(kind, name).record, self.validated(kind, name, settings)
         with _named(self.find(kind, name)):
-            found = getattr(record, "requires", needs_nothing)(validated)
+            requires = getattr(record, "requires", needs_nothing)
+            found = requires(validated, *self._context(record, None))
             if not isinstance(found, Requirements):
                 what = f"the {kind.replace('_', ' ')} '{name}' requires {found!r:.60}"
                 raise PluginError(what, hint="return Requirements(channels=(...))")
@@ -240,18 +261,21 @@ class Registry:
         return isinstance(record, OutlierRuleRecord) and record.rejects
 
     def make(
-        self, kind: str, name: str, settings: Mapping[str, Any], *context: object, **fits: Fit
+        self, kind: str, name: str, settings: Mapping[str, Any], context: Any = None, **fits: Fit
     ) -> Any:
         """Validate the settings and call the plugin's factory; raise PluginError.
 
-        `fits`: those that the settings name, made here where they are not given.
+        `context`: of a device, and of an analysis that asks for it. `fits`: those that the settings
+        name, made here where they are not given.
         """
         plugin = self.find(kind, name)
         validated = self.validated(kind, name, settings)
+        given = self._context(plugin.record, context) if kind == "analysis" else (context,)
+        given = given if any(given) else ()
         for at, fit in chosen_fits(validated).items():
             fits.setdefault(at, self.make("fit", fit.name, fit.settings))
         with _named(plugin):
-            made = plugin.record.factory(validated, *context, **fits)  # type: ignore[attr-defined]  # every kind has one
+            made = plugin.record.factory(validated, *given, **fits)  # type: ignore[attr-defined]  # every kind has one
         if made is None and kind != "device":  # of a device more is looked at than that
             what = f"the factory of the {kind.replace('_', ' ')} '{name}' gave None"
             raise PluginError(what, hint="return what it makes: is there a `return`?")
@@ -260,7 +284,8 @@ class Registry:
     def validated(self, kind: str, name: str, settings: Mapping[str, Any]) -> Settings:
         """Return the settings as the plugin's model has them; raise PluginError."""
         try:
-            return self.settings_of(kind, name).model_validate(dict(settings))
+            told = dict(settings) if isinstance(settings, Mapping) else settings
+            return self.settings_of(kind, name).model_validate(told)
         except ValidationError as error:
             raise PluginError(f"{kind} '{name}': {_in_words(error)}") from error
 

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
-    from rigrunner.analysis.progress import Progress
     from rigrunner.api.devices import StopToken
+    from rigrunner.api.progress import Progress
     from rigrunner.api.results import Result
     from rigrunner.run.prepare import Planned
     from rigrunner.runfile import RunWriter

@@ -8,10 +8,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.analysis.progress import unseen
 from rigrunner.api.cleanup import noted_on
 from rigrunner.api.errors import DeviceError
 from rigrunner.api.events import RunFinished, RunPlanned
+from rigrunner.api.progress import unseen
 from rigrunner.bus import Bus
 from rigrunner.clock import utc_text
 from rigrunner.engine import run_plan, streams_before
@@ -36,9 +36,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
     from contextlib import AbstractContextManager
 
-    from rigrunner.analysis.progress import Progress
     from rigrunner.api.devices import Identity, StopToken
     from rigrunner.api.events import EventSink
+    from rigrunner.api.progress import Progress
     from rigrunner.engine import (
         AnswerSource,
         Interference,

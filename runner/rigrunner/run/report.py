@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document import document
-from rigrunner.analysis.progress import unseen
 from rigrunner.api.analysis.requirements import partner_words
 from rigrunner.api.events import (
     Alarm,
@@ -18,6 +17,7 @@ from rigrunner.api.events import (
     RunEnded,
 )
 from rigrunner.api.hooks import ReportFormatRecord
+from rigrunner.api.progress import unseen
 from rigrunner.api.results import ReportInput
 from rigrunner.run.decisions import later_decisions
 from rigrunner.run.log import event_text
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
-    from rigrunner.analysis.progress import Progress
+    from rigrunner.api.progress import Progress
     from rigrunner.api.results import Result
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun

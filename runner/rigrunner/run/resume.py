@@ -9,9 +9,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.progress import unseen
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.api.events import Outcome
+from rigrunner.api.progress import unseen
 from rigrunner.engine import find_resume_point, passed_over
 from rigrunner.run.finish import finish, stoppable
 from rigrunner.run.interrupted import has_ended, may_go_on, used_partners
@@ -26,9 +26,9 @@ from rigrunner.station import load_station
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from rigrunner.analysis.progress import Progress
     from rigrunner.api.devices import Identity, StopToken
     from rigrunner.api.events import EventSink
+    from rigrunner.api.progress import Progress
     from rigrunner.engine import AnswerSource, Pauses, ResumePoint
     from rigrunner.run.finish import FinishedRun
     from rigrunner.run.left_energised import Person

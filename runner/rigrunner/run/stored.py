@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.named import findings_of, makers_of
-from rigrunner.analysis.progress import unseen
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.data import RunData
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Outcome
 from rigrunner.api.instruments import TORQUE
+from rigrunner.api.progress import unseen
 from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import own_keys
 from rigrunner.procedure import AnalysisSpec, parse_procedure
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
 
-    from rigrunner.analysis.progress import Progress
+    from rigrunner.api.progress import Progress
     from rigrunner.api.quantity import Estimate
     from rigrunner.api.results import Result
     from rigrunner.procedure import Acceptance, Procedure

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.named import findings_of
 from rigrunner.analysis.scrutiny import Scrutiny
-from rigrunner.analysis.torque.prepare import prepare_point
 from rigrunner.api.errors import DataError
 from rigrunner.procedure import parse_procedure
 from rigrunner.run.stored import run_data
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from rigrunner.analysis.torque.analysis import Prepare
+    from rigrunner.analysis.lookup import Lookup
     from rigrunner.api.data import Recording, RunData
     from rigrunner.api.results import Result
     from rigrunner.procedure import Acceptance, AnalysisSpec, Measurand, NamedAnalysisRef
@@ -36,10 +35,11 @@ class LiveAnalysis:
     spec: AnalysisSpec
     measurand: Measurand | None
     registry: Registry
+    lookup: Lookup
+    """The registry, or what remembers what its analyses have prepared."""
     analyses: tuple[NamedAnalysisRef, ...] = ()
     acceptance: Acceptance | None = None
     """What results may be, as it is shown beside them."""
-    prepare: Prepare = prepare_point
 
     def result(self, run: RunData) -> Result:
         """Return the result of these data; raise DataError.
@@ -51,8 +51,7 @@ class LiveAnalysis:
             self.spec,
             acceptance=None,
             measurand=self.measurand,
-            lookup=self.registry,
-            prepare=self.prepare,
+            lookup=self.lookup,
         )
         others = findings_of(
             run,
@@ -75,6 +74,7 @@ def live_analysis(stored: StoredRun, registry: Registry) -> LiveAnalysis | None:
     return LiveAnalysis(
         procedure.torque_analysis.model_copy(update={"validate_": None}),
         procedure.measurand,
+        registry,
         registry,
         analyses=procedure.named_analyses,
         acceptance=procedure.acceptance,

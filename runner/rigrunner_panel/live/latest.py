@@ -7,7 +7,7 @@ is of the latest cycles alone; the value of the whole recording comes once it is
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -75,7 +75,8 @@ class LatestCycles:
             self._prepared = _Prepared()  # there are more of them now
             run = self._prepared.over(replace(run, recordings=before))
         if analysis:
-            analysis = replace(analysis, prepare=self._prepared, analyses=())
+            lookup = _WithPrepared(self._registry, self._prepared)
+            analysis = replace(analysis, lookup=lookup, analyses=())
         windows = Windows(tail.begun(first, stored.events), run)
         return _Recording(windows, run, analysis)
 
@@ -130,6 +131,24 @@ class _Prepared:
         if recording not in self._known:
             self._known[recording] = prepare_point(self._whole[recording], run, spec, rule)
         return self._known[recording]
+
+
+class _WithPrepared:
+    """The registry, whose analysis of torque prepares as this is told to."""
+
+    def __init__(self, registry: Registry, prepare: _Prepared) -> None:
+        self._registry = registry
+        self._prepare = prepare
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._registry, name)
+
+    def make(
+        self, kind: str, name: str, settings: Mapping[str, Any], context: Any = None, **fits: Any
+    ) -> Any:
+        """Return what the registry makes; raise PluginError."""
+        made = self._registry.make(kind, name, settings, context, **fits)
+        return replace(made, prepare=self._prepare) if hasattr(made, "prepare") else made
 
 
 def _beginning(recording: Recording) -> Recording:

@@ -15,6 +15,8 @@ from rigrunner.api.analysis import CompensatedPoint, Rejection
 from rigrunner.api.data import Points
 from rigrunner.api.errors import PluginError
 from rigrunner.procedure import AnalysisSpec, Measurand
+from rigrunner.registry import Registry
+from rigrunner.registry.lookup import Plugin, Provider
 from unit.analysis.helpers_analysis import (
     LOADED_SPEC,
     PAPER_PEAK,
@@ -38,24 +40,12 @@ def _runs():
     return run_of(*loaded), run_of(*no_load)
 
 
-class _WithOneChanged:
-    """The plugins that ship, and one called 'strange'."""
-
-    def __init__(self, kind, made):
-        self._strange = (kind, made)
-
-    def make(self, kind, name, settings):
-        return self._strange[1] if name == "strange" else registry().make(kind, name, settings)
-
-    def settings_of(self, kind, name):
-        shipped = {"compensation": "paper_peak", "fit": "polynomial", "outlier_rule": "grubbs"}
-        return registry().settings_of(kind, shipped[kind] if name == "strange" else name)
-
-    def yields(self, name):
-        return registry().yields("paper_peak" if name == "strange" else name)
-
-    def revision(self, kind, name):
-        return 1 if name == "strange" else registry().revision(kind, name)
+def _with_one_more(kind, made):
+    """Return the plugins that ship, and one called 'strange'."""
+    shipped = {"compensation": "paper_peak", "fit": "polynomial", "outlier_rule": "grubbs"}
+    of = registry().find(kind, shipped[kind]).record
+    strange = replace(of, name="strange", factory=lambda _: made)
+    return Registry((*registry().plugins, Plugin(kind, strange, Provider("test", ""))))
 
 
 def _analysed(kind, made):
@@ -70,7 +60,7 @@ def _analysed(kind, made):
         AnalysisSpec.model_validate(LOADED_SPEC | changes),
         acceptance=acceptance(),
         measurand=Measurand(symbol="Td", name="torque"),
-        lookup=_WithOneChanged(kind, made),
+        lookup=_with_one_more(kind, made),
     )
 
 
@@ -259,7 +249,7 @@ def test_a_fit_cannot_change_the_points_of_others():
 
     x = np.arange(5.0)
     with pytest.raises(ValueError, match="read-only"):
-        Scrutiny(_WithOneChanged("fit", fit)).make("fit", "strange", {})(Points(x, x + 1))
+        Scrutiny(_with_one_more("fit", fit)).make("fit", "strange", {})(Points(x, x + 1))
 
 
 def test_what_is_in_order_is_what_it_was():

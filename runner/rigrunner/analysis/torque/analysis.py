@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from rigrunner.analysis.torque.binding import bind
 from rigrunner.analysis.torque.bracketing import Bracket, Recorded, bracket
 from rigrunner.analysis.torque.channels import torque_channel
+from rigrunner.analysis.torque.definition import definitions, kind_of
 from rigrunner.analysis.torque.details import DocumentedTorque
 from rigrunner.analysis.torque.diagnosis import Diagnosed, diagnose
 from rigrunner.analysis.torque.fitting import first_fit, fitted
@@ -19,9 +20,11 @@ from rigrunner.analysis.torque.headline import (
 )
 from rigrunner.analysis.torque.load import with_known_load
 from rigrunner.analysis.torque.phase import compensated
+from rigrunner.analysis.torque.prepare import prepare_point
 from rigrunner.analysis.torque.results import mean_torque, torque_at
 from rigrunner.analysis.torque.sampling import with_half_the_samples
-from rigrunner.analysis.torque.sources import of_this_run, require_one_label, sources
+from rigrunner.analysis.torque.scrutiny import ScrutinisedMethod
+from rigrunner.analysis.torque.sources import chosen, of_this_run, require_one_label, sources
 from rigrunner.analysis.torque.starts import prepare_starts
 from rigrunner.analysis.torque.study import with_study
 from rigrunner.analysis.torque.validation import validate
@@ -29,18 +32,18 @@ from rigrunner.analysis.verdict.evidence import forbidden
 from rigrunner.api.analysis import Compensation, Sweep
 from rigrunner.api.errors import DataError
 from rigrunner.api.findings import Findings
+from rigrunner.api.scrutiny import Subject
+from rigrunner.procedure.analysis_spec import NO_LOAD, NO_LOAD_AFTER
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rigrunner.analysis.lookup import Lookup
-    from rigrunner.analysis.progress import Progress
-    from rigrunner.api.analysis import OutlierRule, PeakPoint, Rejection
+    from rigrunner.api.analysis import CompensationMethod, OutlierRule, PeakPoint, Rejection
+    from rigrunner.api.analysis_context import AnalysisContext
     from rigrunner.api.data import Array, Estimate, Recording, RunData
     from rigrunner.api.instruments import Instrument
-    from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.validation import Validation
-    from rigrunner.procedure import AnalysisSpec, Measurand, PluginRef
+    from rigrunner.procedure import AnalysisSpec, PluginRef
 
 
 class Prepare(Protocol):
@@ -53,18 +56,37 @@ class Prepare(Protocol):
         ...
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class TorqueAnalysis:
-    """The analysis of the torque as a procedure asks for it."""
+    """Analyses the torque of runs, as a procedure asks for it."""
+
+    spec: AnalysisSpec
+    context: AnalysisContext
+    prepare: Prepare = prepare_point
+    """May remember what it prepared before."""
+
+    def __call__(self, run: RunData) -> Findings:
+        """Return what was found; raise DataError where a recording cannot be prepared at all."""
+        return _TorqueOfRun(
+            run=chosen(run, self.spec.where),
+            no_load_run=run.partners.get(NO_LOAD),
+            no_load_after=run.partners.get(NO_LOAD_AFTER),
+            spec=self.spec,
+            context=self.context,
+            prepare=self.prepare,
+        ).findings()
+
+
+@dataclass(frozen=True, kw_only=True)
+class _TorqueOfRun:
+    """The analysis of the torque of one run, as a procedure asks for it."""
 
     run: RunData
     """With those recordings and rows alone that the analysis is of."""
     no_load_run: RunData | None
     no_load_after: RunData | None
     spec: AnalysisSpec
-    measurand: Measurand | None
-    lookup: Lookup
-    progress: Progress
+    context: AnalysisContext
     prepare: Prepare
 
     def findings(self) -> Findings:
@@ -74,7 +96,7 @@ class TorqueAnalysis:
         around = self._bracket(loaded, no_load)
         no_load = no_load if around is None else around.between
         compensations = self._compensations(loaded, no_load, around)
-        primary = compensations.get(self.spec.primary, Compensation(self._measurand_name, ()))
+        primary = compensations.get(self.spec.primary, Compensation(self.context.measurand, ()))
         primary, checks = bind(
             primary,
             diagnose(
@@ -97,15 +119,17 @@ class TorqueAnalysis:
         why = forbidden((*checks, *primary.checks))
         if problem:
             why = f"There is no result to decide on: {problem}"
-        found = self._torque(loaded, primary, headline, raw)
+        found, plugins = self._torque(loaded, primary, headline, raw), self.context.plugins
         details = DocumentedTorque(
             name=self.spec.name,
             loaded=loaded,
             no_load=no_load,
-            fits=fitted(self.spec, self.lookup, no_load if self.spec.compensations else loaded),
+            fits=fitted(
+                self.spec, self.context.plugins, no_load if self.spec.compensations else loaded
+            ),
             compensations=compensations,
             primary=self.spec.primary,
-            kind=self._kind(),
+            kind=kind_of(self.spec, plugins),
             headline=headline,
             headline_components=found.means[0].components if found.means else (),
             raw_headline=raw,
@@ -115,10 +139,6 @@ class TorqueAnalysis:
         )
         notes = (problem,) if problem else ()
         return replace(found, checks=checks, notes=notes, details=(details,))
-
-    @property
-    def _measurand_name(self) -> str:
-        return "" if self.measurand is None else self.measurand.name
 
     def _loaded_sources(self) -> tuple[Recording, ...]:
         return of_this_run(self.run, loaded=True) if self._has_own_no_load else sources(self.run)
@@ -177,7 +197,11 @@ class TorqueAnalysis:
         return self._make("outlier_rule", self.spec.outliers)  # type: ignore[no-any-return]  # made by kind
 
     def _make(self, kind: str, reference: PluginRef) -> Any:
-        return self.lookup.make(kind, reference.name, reference.settings)
+        return self.context.plugins.make(kind, reference.name, reference.settings)
+
+    def _method(self, reference: PluginRef) -> CompensationMethod:
+        subject = Subject("compensation", reference.name)
+        return ScrutinisedMethod(subject, self._make("compensation", reference))
 
     def _compensations(
         self,
@@ -197,7 +221,7 @@ class TorqueAnalysis:
         no_load: tuple[PeakPoint, ...],
         around: Bracket | None,
     ) -> Compensation:
-        method = self._make("compensation", reference)
+        method = self._method(reference)
         try:
             found = compensated(method, self._sweep(loaded, no_load))
             if around is not None:
@@ -207,7 +231,7 @@ class TorqueAnalysis:
                 )
                 found = around.widened(found, early, late)
         except DataError as error:
-            return Compensation(self._measurand_name, (), not_applicable=str(error))
+            return Compensation(self.context.measurand, (), not_applicable=str(error))
         found = with_study(found, self.run.rig.gauge_study)
         found, checks = bind(found, found.checks)
         return replace(found, checks=checks)
@@ -221,14 +245,16 @@ class TorqueAnalysis:
         plugin = self.spec.primary_plugin
         if plugin is None or not primary.points:
             return ()
-        method = self._make("compensation", plugin)
+        method = self._method(plugin)
         return with_half_the_samples(method, self._sweep(loaded, no_load), primary)
 
     def _sweep(self, loaded: tuple[PeakPoint, ...], no_load: tuple[PeakPoint, ...]) -> Sweep:
         instrument = self._instrument()
         rig = with_known_load(self.run, instrument.channel, [each.load_n for each in loaded])
         apart = not self._has_own_no_load and self.no_load_after is None
-        return Sweep(loaded, no_load, rig, instrument, first_fit(self.spec, self.lookup), apart)
+        return Sweep(
+            loaded, no_load, rig, instrument, first_fit(self.spec, self.context.plugins), apart
+        )
 
     def _validation(
         self,
@@ -242,14 +268,14 @@ class TorqueAnalysis:
             return None
         (primary,) = (each for each in self.spec.compensations if each.label == self.spec.primary)
         return validate(
-            self._make("compensation", primary),
+            self._method(primary),
             self._sweep(loaded, no_load),
             compensations[primary.label].points,
             headline,
             name=primary.label,
             how=self.spec.validate_.monte_carlo,
             zeroed=self._instrument().channel in self.run.zeros,
-            progress=self.progress,
+            progress=self.context.progress,
         )
 
     def _instrument(self) -> Instrument:
@@ -279,8 +305,7 @@ class TorqueAnalysis:
         raw: Estimate | None,
     ) -> Findings:
         """Return the compensated torque as results by its name; none where there is none."""
-        symbol = "" if self.measurand is None else self.measurand.symbol
-        definition = self.spec.yields(symbol, self._measurand_name, self._kind())
+        definition = next(iter(definitions(self.spec, self.context)), None)
         if definition is None or mean is None:
             return Findings()
         lines = budget_of_mean(primary.points)
@@ -300,11 +325,6 @@ class TorqueAnalysis:
             return None
         zeroed = instrument.channel in self.run.zeros
         return raw_peak_mean(points, instrument, zeroed=zeroed)
-
-    def _kind(self) -> MeasurandKind | None:
-        plugin = self.spec.primary_plugin
-        kind = None if plugin is None else self.lookup.yields(plugin.name)
-        return None if kind is None else self.spec.measured(kind)
 
 
 def _keep_all(values: Array) -> list[Rejection]:  # noqa: ARG001  (a rule takes values)

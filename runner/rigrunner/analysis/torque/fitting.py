@@ -9,29 +9,29 @@ from rigrunner.api.torque import FittedTorque
 from rigrunner.signal.peaks import peak_points
 
 if TYPE_CHECKING:
-    from rigrunner.analysis.lookup import Lookup
     from rigrunner.api.analysis import Curve, Fit, PeakPoint
+    from rigrunner.api.analysis_context import Plugins
     from rigrunner.api.data import Points
     from rigrunner.procedure import AnalysisSpec
 
 
 def fitted(
-    spec: AnalysisSpec, lookup: Lookup, points: tuple[PeakPoint, ...]
+    spec: AnalysisSpec, plugins: Plugins, points: tuple[PeakPoint, ...]
 ) -> tuple[FittedTorque, ...]:
     """Return every fit of the procedure through the peaks; one that failed says why."""
     peaks = peak_points(points)
     return tuple(
-        _fitted(each.label, lookup.make("fit", each.name, each.settings), peaks)
+        _fitted(each.label, plugins.make("fit", each.name, each.settings), peaks)
         for each in spec.fits
     )
 
 
-def first_fit(spec: AnalysisSpec, lookup: Lookup) -> Fit:
+def first_fit(spec: AnalysisSpec, plugins: Plugins) -> Fit:
     """Return the fit that compensations take; without any, one that raises DataError."""
     if not spec.fits:
         return _no_fit
     first = spec.fits[0]
-    return lookup.make("fit", first.name, first.settings)  # type: ignore[no-any-return]  # a fit
+    return plugins.make("fit", first.name, first.settings)  # type: ignore[no-any-return]  # a fit
 
 
 def _fitted(name: str, fit: Fit, points: Points) -> FittedTorque:

@@ -105,6 +105,8 @@ class NeededRun:
     been measured in it too."""
     within: float = 1e-6
     """How far, relatively, such a value of both may differ."""
+    optional: bool = False
+    """Whether the analysis is made without it too, and says itself what it then lacks."""
 
     def __post_init__(self) -> None:
         """Refuse a name that cannot be one."""

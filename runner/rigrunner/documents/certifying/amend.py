@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from datetime import date
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.progress import unseen
 from rigrunner.analysis.revisions import FIRST
 from rigrunner.api.certificate import parse_certificate
 from rigrunner.api.errors import DataError, UsageError
+from rigrunner.api.progress import unseen
 from rigrunner.certificate.amending import amended, amendment_of
 from rigrunner.certificate.content import Issue
 from rigrunner.certificate.letterhead import read_letterhead
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from datetime import datetime
     from pathlib import Path
 
-    from rigrunner.analysis.progress import Progress
     from rigrunner.api.certificate import Authorisation, Certificate, Conformity
+    from rigrunner.api.progress import Progress
     from rigrunner.registry import Registry
 
 

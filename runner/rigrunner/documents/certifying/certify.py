@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 from datetime import date, datetime, timedelta
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.progress import unseen
 from rigrunner.api.certificate import FurtherCopy
 from rigrunner.api.errors import UsageError
+from rigrunner.api.progress import unseen
 from rigrunner.certificate.content import (
     Issue,
     Source,
@@ -34,9 +34,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
-    from rigrunner.analysis.progress import Progress
     from rigrunner.api.certificate import Authorisation, Certificate, Restriction
     from rigrunner.api.letterhead import Letterhead
+    from rigrunner.api.progress import Progress
     from rigrunner.certificate.order import Order
     from rigrunner.registry import Registry
 

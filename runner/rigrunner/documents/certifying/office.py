@@ -7,11 +7,11 @@ import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.progress import unseen
 from rigrunner.api.certificate import certificate_json
 from rigrunner.api.errors import DataError, MissingPackageError, RigrunnerError
 from rigrunner.api.hooks import CertificateFormatRecord
 from rigrunner.api.letterhead import CertificateInput
+from rigrunner.api.progress import unseen
 from rigrunner.certificate.numbers import SPECIMEN, Numbers
 from rigrunner.clock import utc_text
 from rigrunner.proof.seal import FORMS, seal
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from datetime import datetime
     from pathlib import Path
 
-    from rigrunner.analysis.progress import Progress
     from rigrunner.api.certificate import Certificate
     from rigrunner.api.letterhead import Letterhead
+    from rigrunner.api.progress import Progress
     from rigrunner.registry import Registry
 
 KIND = "certificate_format"

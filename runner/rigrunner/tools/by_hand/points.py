@@ -6,7 +6,7 @@ import json
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.progress import unseen
+from rigrunner.api.progress import unseen
 from rigrunner.engine import run_by_hand
 from rigrunner.plan import Plan
 from rigrunner.procedure import parse_procedure

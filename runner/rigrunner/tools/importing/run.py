@@ -8,9 +8,9 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.progress import unseen
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Outcome
+from rigrunner.api.progress import unseen
 from rigrunner.clock import utc_text
 from rigrunner.run.finish import finish
 from rigrunner.run.provenance import SIMULATED, software
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from rigrunner.analysis.progress import Progress
+    from rigrunner.api.progress import Progress
     from rigrunner.engine import Override
     from rigrunner.run.finish import FinishedRun
     from rigrunner.runfile import RunHeader

@@ -36,9 +36,9 @@ from rigrunner.tools.importing.mapping import ColumnSpec
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rigrunner.analysis.progress import Progress
     from rigrunner.api.data import Array
     from rigrunner.api.events import Event, EventSink
+    from rigrunner.api.progress import Progress
     from rigrunner.bus import Emit
     from rigrunner.engine import Override
     from rigrunner.plan.actions import PlannedStep

@@ -110,6 +110,7 @@ class _LanguageSchema(SettingsSchema):
             inner |= {
                 each.name: self._settings(each) | {"description": each.help}
                 for each in self._records("analysis")
+                if each.name not in ANALYSES
             }
             return _one_key("Analysis", "An analysis: one key, which names it.", inner)
         if self._knows_steps:

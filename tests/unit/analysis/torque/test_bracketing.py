@@ -175,7 +175,7 @@ def test_two_runs_that_are_not_around_the_loaded_one_are_refused():
     runs = [replace(run_of(STEADY, parts=(name,)), run_id=name) for name in PLACES]
     before, loaded, after = runs
     spec = AnalysisSpec.model_validate(
-        {"no_load": {"procedure": "N"}, "compensations": ["template_inverse"]}
+        {"no_load": {"procedure": "N", "after": True}, "compensations": ["template_inverse"]}
     )
     known = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
     with pytest.raises(DataError, match="before and loaded are not before and after after"):

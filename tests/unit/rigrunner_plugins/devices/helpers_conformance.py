@@ -63,10 +63,22 @@ _RULE_EXAMPLES = {"published_rejections_hold"}
 _AT_ONCE_DONE = {"stops_when_asked", "is_resumed_or_refuses"}  # it takes no time to be stopped in
 
 _PARTNERS = {"refuses_a_partner_run_that_lacks_a_channel"}  # none is tried with one
+_OF_TORQUE = {
+    *_UNITS,
+    *_PARTNERS,
+    "says_what_it_requires",
+    "refuses_a_run_that_lacks_a_channel",
+    "a_worse_instrument_is_no_surer",
+    "covers_the_truth",
+    "live_shows_what_it_finds",
+}
+"""Of analyses that are tried on a run of their own."""
 NOT_APPLICABLE: dict[tuple[str, str], set[str]] = {
     ("analysis", "curve"): {*_UNITS, *_PARTNERS, "live_shows_what_it_finds"},
     ("analysis", "equation"): {*_UNITS, *_PARTNERS, "live_shows_what_it_finds"},
     ("analysis", "readings"): _PARTNERS,
+    ("analysis", "breakaway"): _OF_TORQUE,
+    ("analysis", "swing_torque"): _OF_TORQUE,
     ("certificate_format", "html"): _SETTINGS,
     ("certificate_format", "pdf"): {*_SETTINGS, "names_are_escaped"},
     ("report_format", "html"): _SETTINGS,

@@ -1,0 +1,37 @@
+"""What the analysis of torque yields and needs, known from its settings and their plugins alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from rigrunner.api.analysis import Requirements
+
+if TYPE_CHECKING:
+    from rigrunner.api.analysis_context import AnalysisContext, Plugins
+    from rigrunner.api.findings import ResultDefinition
+    from rigrunner.api.measurand import MeasurandKind
+    from rigrunner.procedure import AnalysisSpec
+
+
+def definitions(spec: AnalysisSpec, context: AnalysisContext) -> tuple[ResultDefinition, ...]:
+    """Return the definition of the compensated torque; none where nothing is compensated."""
+    kind = kind_of(spec, context.plugins)
+    found = spec.yields(context.symbol, context.measurand, kind)
+    return () if found is None else (found,)
+
+
+def kind_of(spec: AnalysisSpec, plugins: Plugins) -> MeasurandKind | None:
+    """Return which torque the primary method yields of what is recorded; None if it is silent."""
+    plugin = spec.primary_plugin
+    if plugin is None:
+        return None
+    kind = getattr(plugins.record("compensation", plugin.name), "yields", None)
+    return None if kind is None else spec.measured(kind)
+
+
+def requirements(spec: AnalysisSpec, context: AnalysisContext) -> Requirements:
+    """Return which runs without load it takes; without one its compensations do not apply."""
+    del context
+    partners = () if spec.no_load is None else spec.no_load.partners()
+    return Requirements(partners=tuple(replace(each, optional=True) for each in partners))

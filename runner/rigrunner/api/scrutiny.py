@@ -1,0 +1,81 @@
+"""What a plugin gave, looked at before it is used: what is wrong is a PluginError that names it.
+
+Who makes plugins of a kind of its own looks at what they give in this way, as the analysis does.
+"""
+
+from __future__ import annotations
+
+import math
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NoReturn
+
+import numpy as np
+
+from rigrunner.api.errors import PluginError, RigrunnerError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+_LONGEST = 80
+"""Characters of a value in a message."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """Which plugin it is about."""
+
+    kind: str
+    name: str
+
+    @contextmanager
+    def named(self) -> Iterator[None]:
+        """Let whatever its author did not foresee name the plugin."""
+        try:
+            yield
+        except RigrunnerError:
+            raise
+        except Exception as error:
+            if not getattr(error, "__notes__", None):  # a plugin that it called was named already
+                error.add_note(f"in the {self.kind.replace('_', ' ')} '{self.name}'")
+            raise
+
+    def refuse(self, what: str) -> NoReturn:
+        """Raise the PluginError."""
+        kind = self.kind.replace("_", " ")
+        hint = f"its author is to fix that; see 'rigrunner check-plugin {self.name}'"
+        raise PluginError(f"the {kind} '{self.name}' gave {what}", hint=hint)
+
+    def need(self, holds: bool, what: str) -> None:  # noqa: FBT001  (reads as a sentence)
+        """Raise the PluginError unless it holds."""
+        if not holds:
+            self.refuse(what)
+
+
+def protect(*arrays: object) -> None:
+    """Let nobody write into arrays that others use too."""
+    for array in arrays:
+        if isinstance(array, np.ndarray):
+            array.flags.writeable = False
+
+
+def are_numbers(values: object, shape: tuple[int, ...]) -> bool:
+    """Say whether values are finite numbers of a shape."""
+    array = np.asarray(values)
+    return array.shape == shape and array.dtype.kind in "fiu" and bool(np.isfinite(array).all())
+
+
+def is_real(value: object) -> bool:
+    """Say whether a value is a number, be it nan or infinite."""
+    return isinstance(value, (float, int, np.floating, np.integer)) and not isinstance(value, bool)
+
+
+def is_finite(value: object) -> bool:
+    """Say whether a value is a finite number."""
+    return is_real(value) and math.isfinite(value)  # type: ignore[arg-type]  # a number
+
+
+def shown(value: object) -> str:
+    """Return a value as a message shows it, cut where it is long."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
