@@ -35,9 +35,19 @@ export async function releaseControl() {
   await tried(() => post("control/release"));
 }
 
+const underWay = new Set();
+
 // Does a request that needs control; null where that was not had, and a RefusedError where it was refused.
+// The same one again, before the answer is there, is a double click: it is not sent.
 export async function steerOrRefuse(path, body = {}) {
-  return (await takeControl()) ? post(path, body) : null;
+  const wanted = JSON.stringify([path, body]);
+  if (underWay.has(wanted)) return null;
+  underWay.add(wanted);
+  try {
+    return (await takeControl()) ? await post(path, body) : null;
+  } finally {
+    underWay.delete(wanted);
+  }
 }
 
 // Does a request that needs control; returns its answer, or null where it was refused.

@@ -58,6 +58,7 @@ function list(path, kind, chosen, changed) {
   const search = h("input", { type: "search", id: `search-${kind}`, autocomplete: "off", placeholder: t(`choose.search_${kind}`), oninput: later });
   const items = h("div", { class: "items", role: "radiogroup", "aria-label": t(`choose.${kind}`) });
   let timer = 0;
+  let asked = 0;
 
   function later() {
     clearTimeout(timer);
@@ -65,11 +66,14 @@ function list(path, kind, chosen, changed) {
   }
 
   async function load() {
+    const mine = ++asked;
     const found = await tried(() => get(path, { search: search.value.trim() }));
-    if (!found) return;
+    if (!found || mine !== asked) return;
     const known = found.items.map((item) => item.name);
     if (!chosen[kind] && found.items.length) chosen[kind] = found.items.find((item) => !item.problem)?.name ?? "";
+    const focused = items.contains(document.activeElement) ? document.activeElement.id : "";
     fill(items, known.length ? found.items.map(item) : h("p", { class: "nothing" }, t("choose.nothing")));
+    if (focused) document.getElementById(focused)?.focus();
     changed();
   }
 

@@ -26,6 +26,7 @@ export function historyPage() {
   const overlay = button(t("history.overlay"), () => go(`#/overlay/${chosen.map(encodeURIComponent).join("/")}`));
   let timer = 0;
   let last = "";
+  let asked = 0;
 
   function choice(id, any, names, words) {
     return h("select", { id, onchange: () => load(false) }, h("option", { value: "" }, t(any)), names.map((name) => h("option", { value: name }, words(name))));
@@ -37,9 +38,10 @@ export function historyPage() {
   }
 
   async function load(onwards) {
+    const mine = ++asked;
     const query = { search: filters.search.value.trim(), verdict: filters.verdict.value, outcome: filters.outcome.value, limit: PAGE, before: onwards ? last : "" };
     const found = await tried(() => get("runs", query));
-    if (!found) return;
+    if (!found || mine !== asked) return;
     if (!onwards) fill(rows);
     rows.append(...found.items.map(row));
     last = found.items.at(-1)?.run ?? last;

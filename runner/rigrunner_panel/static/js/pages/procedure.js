@@ -42,6 +42,7 @@ export function procedurePage(name) {
   let opened = null; // as it is in the file
   let timer = 0;
   let asked = 0;
+  let saving = false;
 
   const isChanged = () => Boolean(opened) && editor.text() !== opened.text;
 
@@ -136,10 +137,11 @@ export function procedurePage(name) {
   }
 
   async function saveText(digest = opened.digest) {
-    if (opened.shipped || !isChanged()) return;
+    if (opened.shipped || !isChanged() || saving) return;
     const by = await person(t("procedure.who"), t("procedure.save"));
-    if (!by) return;
+    if (!by || saving) return;
     const text = editor.text();
+    saving = true;
     try {
       const saved = await post("procedures/save", { procedure: name, text, digest, by });
       forgetErrors();
@@ -147,6 +149,8 @@ export function procedurePage(name) {
     } catch (error) {
       if (error.code === "changed") conflict();
       else tell(said(error.message), { hint: said(error.hint), problems: error.problems });
+    } finally {
+      saving = false;
     }
   }
 

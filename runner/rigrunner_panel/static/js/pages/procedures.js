@@ -14,6 +14,7 @@ export function proceduresPage() {
   const nothing = h("p", { class: "nothing", hidden: true }, t("choose.nothing"));
   const search = h("input", { type: "search", id: "search-procedures", autocomplete: "off", oninput: later });
   let timer = 0;
+  let asked = 0;
 
   function later() {
     clearTimeout(timer);
@@ -21,8 +22,9 @@ export function proceduresPage() {
   }
 
   async function load() {
+    const mine = ++asked;
     const found = await tried(() => get("procedures", { search: search.value.trim() }));
-    if (!found) return;
+    if (!found || mine !== asked) return;
     fill(rows, found.items.map(row));
     show(nothing, found.items.length === 0);
   }

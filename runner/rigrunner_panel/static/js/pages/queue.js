@@ -133,6 +133,7 @@ function addCard() {
   const simulated = h("label", { class: "check", for: "queue-realtime", hidden: true }, realtime, h("span", {}, t("setup.realtime")));
   const form = h("form", { onsubmit: scanned }, field);
   let common = null;
+  let plans = 0;
 
   async function changed() {
     if (chosen.station !== ofWindow()) {
@@ -140,12 +141,12 @@ function addCard() {
       return;
     }
     keepDraft({ ...chosen, entry: 0 });
+    const mine = ++plans;
     common = null;
     fill(others);
     if (!chosen.procedure || !chosen.station) return;
-    const { procedure: wanted } = chosen;
-    const plan = await tried(() => post("plan", { procedure: wanted, station: chosen.station }));
-    if (!plan || chosen.procedure !== wanted) return; // another one was chosen meanwhile
+    const plan = await tried(() => post("plan", { procedure: chosen.procedure, station: chosen.station }));
+    if (!plan || mine !== plans) return; // another one was chosen meanwhile
     const asked = plan.inputs.filter((input) => input.name !== SPECIMEN);
     show(simulated, plan.station.simulated);
     show(field, asked.length < plan.inputs.length);

@@ -18,6 +18,7 @@ export function trendsPage() {
   const told = h("div", { role: "status" });
   const charts = h("div", { class: "stack" });
   let shown = [];
+  let asked = 0;
 
   function select(id, choices) {
     return h("select", { id, onchange: load }, choices.map(([value, text]) => h("option", { value }, text)));
@@ -39,15 +40,17 @@ export function trendsPage() {
 
   async function load() {
     if (!quantity.value) return;
+    const mine = ++asked;
     clear();
     try {
       const query = { quantity: quantity.value, by: by.value, chart: chart.value, baseline: baseline.value.trim() };
       const found = await working(told, t("trends.charting"), () => get("trend", query));
+      if (mine !== asked) return;
       clear();
       fill(charts, found.charts.map((each) => group(each, found)));
       fill(told, found.warnings.map((text) => h("p", { class: "banner warn" }, said(text))), left(found));
     } catch (error) {
-      fill(told, refusal(error));
+      if (mine === asked) fill(told, refusal(error));
     }
   }
 

@@ -1,0 +1,98 @@
+"""Clicks and words that are faster than the answers of the panel."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+from e2e.panel.helpers_screen import LOADED, NO_LOAD
+
+
+class Held:
+    """Requests to an address, which wait for their answers until they are let go."""
+
+    def __init__(self, page, address):
+        self.page, self.address = page, re.compile(address)
+        self.routes = []
+        page.route(self.address, self._hold)
+
+    def _hold(self, route):
+        self.routes.append(route)
+
+    def wait_for(self, count):
+        """Wait until so many of them were made."""
+        while len(self.routes) < count:
+            self.page.wait_for_timeout(20)
+
+    def let_go(self, which):
+        """Let one of them go, and wait until the page has shown its answer."""
+        with self.page.expect_response(self.address) as caught:
+            self.routes[which].continue_()
+        caught.value.finished()
+        self.page.evaluate("new Promise((done) => setTimeout(done, 200))")
+
+
+@pytest.mark.parametrize(
+    ("place", "label", "listed"),
+    [
+        ("#/", "Search procedures", ".card:first-child .item"),
+        ("#/procedures", "Search procedures", ".runs tbody tr"),
+        ("#/history", "Search specimen", ".runs tbody tr"),
+    ],
+)
+def test_an_answer_that_comes_late_does_not_replace_a_newer_one(screen, place, label, listed):
+    page = screen.page
+    screen.open(place)
+    shown = page.locator(listed)
+    expect(shown.nth(1)).to_be_visible()
+    held = Held(page, "search=torque")
+    field = page.get_by_label(re.compile(label))
+    field.fill("torque")
+    held.wait_for(1)
+    field.fill("no such thing")
+    expect(shown).to_have_count(0)
+    held.let_go(0)
+    expect(shown).to_have_count(0)
+
+
+def test_what_has_the_focus_keeps_it_when_the_list_comes_anew(screen):
+    page = screen.page
+    screen.open()
+    chosen = page.locator(".item", has_text=LOADED).locator("input")
+    expect(page.locator(".item", has_text=NO_LOAD)).to_be_visible()
+    held = Held(page, "search=Quick")
+    page.get_by_label("Search procedures").fill("Quick starting")
+    held.wait_for(1)
+    chosen.focus()
+    held.let_go(0)
+    expect(page.locator(".item", has_text=NO_LOAD)).to_have_count(0)
+    expect(chosen).to_be_focused()
+
+
+def test_a_double_click_on_start_starts_one_run(screen, panel):
+    screen.open()
+    screen.choose()
+    screen.fill_in()
+    screen.check_rig()
+    screen.page.get_by_role("button", name="Start", exact=True).dblclick()
+    panel.wait_for("asking")
+    screen.page.locator(".prompt").wait_for()
+    assert panel.get("queue")["entries"] == []
+
+
+def test_fields_of_the_newest_choice_stay_when_an_earlier_answer_comes(screen):
+    screen.open("#/queue")
+    page = screen.page
+    page.locator("#queue-procedure").select_option(label=LOADED)
+    lot = page.get_by_label("Lot")
+    lot.wait_for()
+    held = Held(page, r"/plan\?rig=")
+    for chosen in (NO_LOAD, LOADED, NO_LOAD, LOADED):
+        page.locator("#queue-procedure").select_option(label=chosen)
+    held.wait_for(4)
+    held.let_go(3)
+    lot.focus()
+    held.let_go(1)
+    expect(lot).to_be_focused()
