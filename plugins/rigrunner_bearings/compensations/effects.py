@@ -16,7 +16,7 @@ import numpy as np
 from rigrunner.api.analysis import Bias
 from rigrunner.signal.repeatability import jackknife_error
 from rigrunner_bearings.compensations.bearing import starting_torque
-from rigrunner_bearings.compensations.identification import identify
+from rigrunner_bearings.compensations.identification import identify_again
 from rigrunner_bearings.compensations.requirements import LEAST_FREQUENCIES
 from rigrunner_bearings.compensations.swing import inertia_in_phase, running_torque
 
@@ -51,15 +51,14 @@ def mismatch(found: Evaluated, rig: Identified) -> Mismatch:
     """Return how much of the loaded run's inertia is left in a point's torque."""
     swing, loaded = rig.friction.swing, found.pair.loaded
     inertial = rig.line.inertia_kgm2 * swing.acceleration_per_hz2 * loaded.frequency_hz**2
-    unit = inertia_in_phase(swing, inertial)
+    unit = float(inertia_in_phase(swing, inertial))
     without = [
-        jackknife_error(np.array([inertia_in_phase(swing, each) for each in run]))[0] / unit
-        for run in found.without_each_nm
+        jackknife_error(inertia_in_phase(swing, run))[0] / unit for run in found.without_each_nm
     ]
     elastic = ELASTIC * found.maximum_nm / float(np.abs(inertial).max())
     total = rig.line.at_load(loaded.waveform, loaded.frequency_hz)
     return Mismatch(
-        inertia_in_phase(swing, found.bearing_nm) / unit,
+        float(inertia_in_phase(swing, found.bearing_nm)) / unit,
         hypot(*without, elastic),
         _slope(found, inertial),
         _slope(found, total),
@@ -100,7 +99,8 @@ def by_halves(
     halves = ordered[::2], ordered[1::2]
     if min(map(len, halves)) < LEAST_FREQUENCIES:
         return ()
-    lines = [identify(tuple(half), rig.friction.swing, rig.line.low_pass) for half in halves]
+    swing, low_pass = rig.friction.swing, rig.line.low_pass
+    lines = [identify_again(tuple(half), swing, low_pass, rig) for half in halves]
     torques = np.array(
         [
             [starting_torque(each.line, each.friction, one.pair, window_rad) for one in found]

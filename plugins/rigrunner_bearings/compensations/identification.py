@@ -102,6 +102,19 @@ def identify(points: tuple[SwingPoint, ...], swing: Swing, low_pass: Filter) -> 
     return replace(without, covariance=found.covariance)
 
 
+@lru_cache(maxsize=4)
+def identify_again(
+    points: tuple[SwingPoint, ...], swing: Swing, low_pass: Filter, rig: Identified
+) -> Identified:
+    """Return a known rig as learned from some of its points, or with another swing or filter.
+
+    The delay is searched for only if the rig has one, so that the two differ by nothing else.
+    """
+    observed, waveforms = observe(points, swing), _waveforms(points, swing)
+    unknowns = UNKNOWNS if rig.line.delay_s else UNKNOWNS[:-1]
+    return _search(observed, waveforms, swing, _start(observed, low_pass), unknowns)
+
+
 def _search(
     observed: Observed,
     waveforms: Sequence[Waveform],

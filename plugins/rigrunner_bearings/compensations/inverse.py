@@ -28,7 +28,7 @@ from rigrunner_bearings.compensations.budget import LEARNED_UNITS, Budget
 from rigrunner_bearings.compensations.comparison import built_up, compared
 from rigrunner_bearings.compensations.effects import by_halves, by_speed, mismatch
 from rigrunner_bearings.compensations.evaluation import evaluate
-from rigrunner_bearings.compensations.identification import identify, vector
+from rigrunner_bearings.compensations.identification import identify, identify_again, vector
 from rigrunner_bearings.compensations.limits import (
     known,
     states_support,
@@ -103,9 +103,9 @@ class Inverse(ABC):
         swing = make_swing(ratio)
         rig = identify(sweep.no_load, swing, low_pass)
         larger = make_swing(ratio * (1 + sweep.rig.angle_tolerance))
-        rescaled = identify(sweep.no_load, larger, low_pass)
+        rescaled = identify_again(sweep.no_load, larger, low_pass, rig)
         wider = low_pass.scaled(1 + self.settings.low_pass_tolerance)
-        refiltered = identify(sweep.no_load, swing, wider)
+        refiltered = identify_again(sweep.no_load, swing, wider, rig)
         settings = known(self.settings, sweep.rig)
         support_nm = support_under_load(settings, sweep).torque_nm
         budget = Budget(

@@ -129,8 +129,8 @@ def running_torque(swing: Swing, torque_nm: Array) -> Array:
     return np.asarray(work / np.abs(swing.velocity_per_hz).mean())
 
 
-def inertia_in_phase(swing: Swing, torque_nm: Array) -> float:
-    """Return what of a torque of shape (n,) follows the acceleration, over that at 1 Hz, in kg·m².
+def inertia_in_phase(swing: Swing, torque_nm: Array) -> Array:
+    """Return what of torques (..., n) follows the acceleration, over that at 1 Hz, in kg·m² (...,).
 
     Friction is even about the middle of the swing, and opposite in both strokes; the acceleration
     is neither. Away from the reversals, where friction no longer builds up.
@@ -138,7 +138,9 @@ def inertia_in_phase(swing: Swing, torque_nm: Array) -> float:
     middle = np.abs(swing.angle_rad) <= BUILT_UP * np.abs(swing.angle_rad).max()
     forward = swing.velocity_per_hz[middle] > 0
     basis = np.stack([forward, ~forward, swing.acceleration_per_hz2[middle]], axis=1)
-    return float(np.linalg.lstsq(basis.astype(float), torque_nm[middle], rcond=None)[0][-1])
+    rows = torque_nm[..., middle].reshape(-1, len(basis))
+    found = np.linalg.lstsq(basis.astype(float), rows.T, rcond=None)[0][-1]
+    return np.asarray(found.reshape(torque_nm.shape[:-1]))
 
 
 def spring_torque(swing: Swing, torque_nm: Array) -> float:

@@ -10,7 +10,12 @@ from rigrunner_bearings.compensations import identification
 from rigrunner_bearings.compensations.bearing import mean_swing
 from rigrunner_bearings.compensations.drive_line import DriveLine
 from rigrunner_bearings.compensations.harmonics import observe
-from rigrunner_bearings.compensations.identification import identify, vector, with_vector
+from rigrunner_bearings.compensations.identification import (
+    identify,
+    identify_again,
+    vector,
+    with_vector,
+)
 from rigrunner_bearings.compensations.model_template import no_load_model
 from rigrunner_bearings.compensations.swing import make_swing, measured_ratio
 from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
@@ -89,6 +94,18 @@ def test_the_quick_misfit_of_many_lines_is_the_sum_of_squares_of_each():
     nothing = np.zeros_like(observed.harmonics)
     wanted = [np.sum(identification._residual(observed, x, nothing)[:-1] ** 2) for x in lines]
     np.testing.assert_allclose(found, wanted, rtol=1e-9)
+
+
+@pytest.mark.parametrize("delay_s", [0.0, 3e-4])
+def test_learns_the_same_again_from_the_same_points(delay_s):
+    sensors = replace(RigParameters().sensors, torque_delay_s=delay_s)
+    points = prepared(RigParameters(sensors=sensors), 0.0)
+    swing = make_swing(measured_ratio(points))
+    rig = identify(points, swing, INSTRUMENT.low_pass)
+    again = identify_again(points, swing, INSTRUMENT.low_pass, rig)
+    assert bool(rig.line.delay_s) == bool(delay_s)
+    assert again.line == rig.line
+    np.testing.assert_array_equal(again.friction.slow_nm, rig.friction.slow_nm)
 
 
 def test_tells_the_torque_at_a_frequency_that_was_not_recorded():
