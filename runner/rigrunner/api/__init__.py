@@ -1,9 +1,9 @@
-"""The contracts between Rigrunner and its plugins, stable and public.
+"""The public, stable contracts between Rigrunner and its plugins.
 
-A plugin or a report imports its names from here, `from rigrunner.api import Settings, hookimpl`,
-and computes with `rigrunner.signal`. A name loads its module when it is first asked for: what a
-plugin's declaration needs (records, settings, errors, devices) comes without numpy. Contracts that
-few plugins need, such as those of figures, stand in the modules of this package.
+A plugin or a report imports names from here, `from rigrunner.api import Settings, hookimpl`, and
+computes with `rigrunner.signal`. The module of a name is loaded on first use: declarations of
+plugins (records, settings, errors, devices) load without numpy. Contracts for few plugins, such as
+those of figures, are in the modules of this package.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ _NAMES = {
     "studies": "StudyInput",
     "rig": "RigDescription",
 }
-"""The names of each module that stand here; `__init__.pyi` says the same to type checkers."""
+"""Names by module; `__init__.pyi` lists them for type checkers."""
 _MODULE_OF = {name: module for module, names in _NAMES.items() for name in names.split()}
 
 __all__: list[str] = sorted(_MODULE_OF)  # noqa: PLE0605  (type checkers read the list in the stub)
@@ -75,5 +75,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """Return what is public here."""
+    """Return the public names."""
     return [*__all__, *(name for name in globals() if name.startswith("__"))]

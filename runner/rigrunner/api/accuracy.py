@@ -1,7 +1,7 @@
-"""What the readings of an instrument may be off by, of any quantity, error by error.
+"""The accuracy of an instrument of any quantity, error by error.
 
-An error is known by its limits and its distribution (GUM 4.3.7, JCGM 101:2008, 6.4). The names are
-those of VIM 4 and of the standards on transducers (DIN 51309, VDI/VDE 2646, ISO 376).
+An error has limits and a distribution (GUM 4.3.7, JCGM 101:2008, 6.4). Names are those of VIM 4 and
+of standards on transducers (DIN 51309, VDI/VDE 2646, ISO 376).
 """
 
 from __future__ import annotations
@@ -33,31 +33,31 @@ OVER_U: Mapping[str, float] = {
     "arcsine": sqrt(2),
     "normal": 2.0,
 }
-"""Half-width over standard uncertainty; of the normal one the limit is U with k = 2."""
+"""Half-width divided by standard uncertainty; for `normal` the limit is U with k = 2."""
 _SHARE = re.compile(r"\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*%\s*(FS|reading)\s*")
 _EXAMPLES = "such as '0.5 % FS', the share of full scale, '1 % reading' or '0.2 K'"
 _EXPECTED = f"expected a limit of error with its unit, {_EXAMPLES}; or a mapping"
-"""What an editor says. It takes a list of types for what has no name to be joined with others."""
+"""Message of editors, which would list types for an anonymous alternative."""
 MOST_OF_SOURCE = 80
-"""Characters."""
+"""In characters."""
 _OF_POINTS = ("overall", "gain", "offset", "nonlinearity")
 
 
 @dataclass(frozen=True)
 class ReadingError:
-    """One error of a reading, as the register states it."""
+    """One error of a reading, from the register."""
 
     name: str
-    """Such as 'gain of meter.resistance'."""
+    """Name, such as 'gain of meter.resistance'."""
     acts: Acts
-    """`gain`: one and the same share of all readings. `offset`: one and the same for all readings.
-    `each`: within its limits at each reading; what two readings share of it nobody states."""
+    """`gain`: the same relative error of all readings. `offset`: the same error of all readings.
+    `each`: independent limits at each reading; the share common to two readings is unknown."""
     u: float
-    """The standard uncertainty, in the SI unit of the channel; of a gain a share of the reading."""
+    """Standard uncertainty, in the SI unit of the channel; of a gain, relative."""
     dof: float = inf
     distribution: Shape = "rectangular"
     source: str = ""
-    """Who states it; '' where the register does not say."""
+    """Source of the value; '' if not stated."""
 
     def at(self, value: float) -> float:
         """Return the standard uncertainty of a reading of that value, in the SI unit."""
@@ -73,33 +73,33 @@ def _read_limit(value: object) -> object:
 
 
 LimitText = Annotated[str, BeforeValidator(_read_limit)]
-"""A limit of error as a data sheet states it: '0.5 % FS', '1 % reading' or '0.2 K'."""
+"""A limit of error as in a data sheet: '0.5 % FS', '1 % reading' or '0.2 K'."""
 
 
 class HalfWidth(NamedTuple):
-    """Half the width of a distribution: a share of the reading, and a part in the SI unit."""
+    """Half-width of a distribution: a part relative to the reading, and a part in the SI unit."""
 
     of_reading: float
     absolute: float
 
 
 class ErrorLimit(Settings):
-    """One error: its limit, how it is distributed within, and who says so."""
+    """One error: its limit, its distribution, and the source."""
 
     limit: LimitText
-    """'0.1 % reading', '0.02 % FS' or a difference such as '0.2 K': it is within ± this."""
+    """'0.1 % reading', '0.02 % FS' or a difference such as '0.2 K'; means ± this value."""
     distribution: Shape = "rectangular"
-    """Of `normal` the limit is two standard uncertainties, of the others the half-width."""
+    """For `normal` the limit is two standard uncertainties, for the others the half-width."""
     source: Annotated[PlainText, Field(max_length=MOST_OF_SOURCE)] = ""
-    """The certificate or data sheet that states it."""
+    """The certificate or data sheet."""
 
     @property
     def described(self) -> str:
-        """The limit in words."""
+        """The limit as text."""
         return self.limit
 
     def in_parts(self, full_scale: float) -> HalfWidth:
-        """Return the limit in its parts, of an instrument of that full scale in the SI unit."""
+        """Return both parts of the limit, for an instrument of that full scale in the SI unit."""
         share = _SHARE.fullmatch(self.limit)
         if share is None:
             return HalfWidth(0.0, difference(parse_quantity(self.limit)))
@@ -113,27 +113,27 @@ class ErrorLimit(Settings):
 
 
 class TemperatureLimit(ErrorLimit):
-    """An error that grows with the temperature."""
+    """An error that is proportional to a temperature difference."""
 
     per: Difference
-    """For how much warmer the limit is stated, such as 10 K."""
+    """Temperature difference for which the limit is stated, such as 10 K."""
     within: Difference
-    """How far the temperature may be away: from that of the calibration, or since the zero step."""
+    """Greatest temperature difference: from the calibration, or since the zero reading."""
 
     @property
     def described(self) -> str:
-        """The limit in words."""
+        """The limit as text."""
         return f"{self.limit} per {self.per}, within {self.within}"
 
     def in_parts(self, full_scale: float) -> HalfWidth:
-        """Return the limit over `within`."""
+        """Return the two parts of the limit at `within`."""
         times = self.within.si / self.per.si
         of_reading, absolute = super().in_parts(full_scale)
         return HalfWidth(times * of_reading, times * absolute)
 
 
 class _TextOrMapping:
-    """Tells editors that an error, or an accuracy, is a text or a mapping."""
+    """JSON Schema for an error or an accuracy, which is a text or a mapping."""
 
     def __get_pydantic_json_schema__(
         self, core_schema: CoreSchema, handler: GetJsonSchemaHandler
@@ -149,7 +149,7 @@ def _limit(value: object) -> object:
 
 
 def _share_of(whole: str, value: object) -> object:
-    """Read a bare share, such as '0.3 %', as one of the reading or of full scale."""
+    """Read a bare percentage, such as '0.3 %', as relative to the reading or to full scale."""
     read = _limit(value)
     limit = read.get("limit") if isinstance(read, dict) else None
     if not isinstance(limit, str) or _SHARE.fullmatch(limit):
@@ -174,53 +174,53 @@ def _in_one_figure(value: object) -> object:
 
 
 StatedLimit = Annotated[ErrorLimit, BeforeValidator(_limit), _TextOrMapping()]
-"""As a mapping, or the limit alone."""
+"""A mapping, or the limit alone."""
 StatedGain = Annotated[ErrorLimit, BeforeValidator(_of_reading), _TextOrMapping()]
 StatedNonlinearity = Annotated[ErrorLimit, BeforeValidator(_of_full_scale), _TextOrMapping()]
 
 
 class Accuracy(Settings):
-    """The errors of an instrument, each with its limit; what is left out adds nothing."""
+    """Errors of an instrument, each with its limit; an error that is left out is zero."""
 
     overall: StatedLimit | None = None
-    """All errors in one figure; of an accuracy that is a text alone it is this."""
+    """One limit for all errors; an accuracy given as text is this."""
     gain: StatedGain | None = None
-    """Of the sensitivity: a share of the reading, the same for all readings."""
+    """Error of the sensitivity: relative to the reading, the same for all readings."""
     offset: StatedLimit | None = None
-    """The same for all readings, until a zero is taken off."""
+    """The same for all readings, removed by a zero reading."""
     drift: StatedLimit | None = None
-    """Since the calibration; of a zero that was taken off, since then."""
+    """Drift since the calibration, or since the zero reading."""
     nonlinearity: StatedNonlinearity | None = None
-    """Off the straight line; a bare share is of full scale."""
+    """Deviation from a straight line; a bare percentage is of full scale."""
     repeatability: StatedLimit | None = None
-    """Between readings of the same value: half of their spread, b' of DIN 51309."""
+    """Between readings of the same value: half of their range, b' of DIN 51309."""
     hysteresis: StatedLimit | None = None
     """Between rising and falling values: half of the difference, h of DIN 51309."""
     resolution: StatedLimit | None = None
-    """The smallest step of the reading, r: it may be off by half of that."""
+    """Smallest step of the reading, r; the error is up to half of it."""
     creep: StatedLimit | None = None
-    """Under a lasting value."""
+    """Under a constant load."""
     temperature: TemperatureLimit | None = None
-    """With the temperature of the surroundings, zero and sensitivity together."""
+    """Effect of the ambient temperature, on zero and sensitivity together."""
     temperature_zero: TemperatureLimit | None = None
-    """With the temperature: of the zero (TK0)."""
+    """Effect of the temperature on the zero (TK0)."""
     temperature_sensitivity: TemperatureLimit | None = None
-    """With the temperature: of the sensitivity (TKC)."""
+    """Effect of the temperature on the sensitivity (TKC)."""
 
     @property
     def limits(self) -> dict[str, ErrorLimit]:
-        """The errors that are stated, by their names."""
+        """The stated errors by name."""
         return {name: each for name, each in self if each is not None}
 
     @property
     def has_calibration(self) -> bool:
-        """Whether it says what a table of calibration points would say too."""
+        """Whether it states errors that calibration points would give too."""
         return any(name in self.limits for name in _OF_POINTS)
 
     def half_width(self, name: str, value: float, full_scale: float) -> float:
-        """Return the limit of one error at a value, in the SI unit; of a gain as a share.
+        """Return the limit of one error at a value, in the SI unit; of a gain, relative.
 
-        0 where nothing is stated; of a resolution half of the step.
+        0 if not stated; half the step for a resolution.
         """
         each = self.limits.get(name)
         if each is None:
@@ -229,14 +229,14 @@ class Accuracy(Settings):
         return width / 2 if name == "resolution" else width
 
     def limit_of_error(self, value: float, full_scale: float) -> float:
-        """Return what a reading of a value may be off by at most: all errors at their limits."""
+        """Return the greatest error of a reading at a value: all errors at their limits."""
         return sum(
             self.half_width(name, value, full_scale) * (abs(value) if name == "gain" else 1.0)
             for name in self.limits
         )
 
     def errors(self, channel: str, value: float, full_scale: float) -> Iterator[ReadingError]:
-        """Yield a line for each error, at a value; all in the SI unit."""
+        """Yield each error at a value; all in the SI unit."""
         for name, each in self.limits.items():
             width = self.half_width(name, value, full_scale)
             share, absolute = each.in_parts(full_scale)
@@ -250,7 +250,7 @@ class Accuracy(Settings):
             )
 
     def objections(self, quantity: str) -> Iterator[str]:
-        """Yield each limit that is none of that quantity."""
+        """Yield each limit that does not fit the quantity."""
         for name, each in self.limits.items():
             path = "" if name == "overall" else f"{name}: "
             if name == "gain" and not each.limit.endswith("reading"):
@@ -259,13 +259,13 @@ class Accuracy(Settings):
                 yield f"{path}got '{each.limit}'{wrong}"
 
     def shares_of_full_scale(self) -> dict[str, str]:
-        """Return the limits that are shares of full scale, by their names, but for the overall."""
+        """Return the limits relative to full scale by name, without the overall one."""
         found = {name: each.limit for name, each in self.limits.items() if name != "overall"}
         return {name: limit for name, limit in found.items() if limit.endswith("FS")}
 
 
 def _misread(limit: str, quantity: str) -> str:
-    """Return what is wrong with a limit of that quantity, after it; '' if nothing."""
+    """Return what is wrong with a limit for that quantity; '' for nothing."""
     if _SHARE.fullmatch(limit):
         return ", expected a difference in K" if quantity == "temperature" else ""
     found = parse_quantity(limit).dimension
@@ -277,4 +277,4 @@ def _misread(limit: str, quantity: str) -> str:
 
 
 StatedAccuracy = Annotated[Accuracy, BeforeValidator(_in_one_figure), _TextOrMapping()]
-"""Error by error, or the text of all in one figure, such as '0.1 % FS'."""
+"""Error by error, or one limit for all as text, such as '0.1 % FS'."""

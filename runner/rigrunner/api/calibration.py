@@ -1,4 +1,4 @@
-"""What a calibration certificate says of an instrument: range, points, conditions."""
+"""Data of a calibration certificate: range, points, conditions."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ if TYPE_CHECKING:
 
 
 class CalibratedRange(Settings):
-    """The range for which the calibration is valid, in the unit of the measured quantity."""
+    """Range for which the calibration is valid, in the unit of the measured quantity."""
 
     min: AnyQuantity | None = None
-    """Left out: of a torque transducer minus `max`, as it turns both ways; of others no bound."""
+    """Left out: minus `max` for a torque transducer, which is symmetrical; no lower bound for
+    others."""
     max: AnyQuantity
     """The highest value."""
 
@@ -32,16 +33,16 @@ class CalibratedRange(Settings):
 
 
 class CalibrationPoint(Settings):
-    """One line of the certificate's table: applied value, indication and uncertainty."""
+    """One line of the table of the certificate: applied value, indication and uncertainty."""
 
     applied: AnyQuantity
-    """What the standard put on the instrument."""
+    """Value of the standard."""
     indicated: AnyQuantity
-    """What the instrument showed."""
+    """Indication of the instrument."""
     U: AnyQuantity
-    """The expanded uncertainty of the calibration at this point."""
+    """Expanded uncertainty of the calibration at this point."""
     k: Annotated[float, Field(gt=0)] = 2.0
-    """The coverage factor that belongs to U (GUM 6.2)."""
+    """Coverage factor of U (GUM 6.2)."""
 
     @model_validator(mode="after")
     def _one_dimension(self) -> Self:
@@ -53,7 +54,7 @@ class CalibrationPoint(Settings):
 
     @property
     def deviation(self) -> float:
-        """Indicated less applied, in the SI unit."""
+        """Indicated minus applied, in the SI unit."""
         return self.indicated.si - self.applied.si
 
     @property
@@ -91,7 +92,7 @@ class HumidityRange(Settings):
 
 
 class CalibrationConditions(Settings):
-    """The ambient conditions for which the calibration is valid."""
+    """Ambient conditions for which the calibration is valid."""
 
     temperature: TemperatureRange | None = None
     humidity: HumidityRange | None = None
@@ -100,7 +101,7 @@ class CalibrationConditions(Settings):
 def difference(quantity: Quantity) -> float:
     """Return a difference or a width in the SI unit; raise QuantityError for '0.2 °C'.
 
-    A temperature in °C has another zero than K, so a width in °C would be read as 273 K more.
+    The zero of °C is not that of K, so a width in °C would be read as 273 K more.
     """
     if quantity.unit.offset:
         si = si_symbol(quantity.dimension)

@@ -1,6 +1,6 @@
-"""The deviation of a transducer over its whole range, from the points of its certificate.
+"""The deviation of a transducer over its range, from the points of its certificate.
 
-Tables have ascending indicated values, each with indicated less applied, in the SI unit.
+Tables have ascending indicated values, each with indicated minus applied, in the SI unit.
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ if TYPE_CHECKING:
 Table = tuple[tuple[float, float], ...]
 
 DEGREE = 3
-"""Of the interpolation equation at most (ISO 376; DIN 51309), which has no constant term."""
+"""Maximum degree of the interpolation equation (ISO 376; DIN 51309), which has no constant term."""
 STEPS = 200
-"""Of a cubic as it is written down: straight lines between them are off it by next to nothing."""
+"""Number of straight lines that represent a cubic with negligible error."""
 
 
 def linear(known: Mapping[float, float], *, through_zero: bool) -> Table:
-    """Return the points themselves, with zero among them where the curve goes through that."""
+    """Return the points, with zero if the curve goes through it."""
     return tuple(sorted(({0.0: 0.0, **known} if through_zero else known).items()))
 
 
 def cubic(known: Mapping[float, float]) -> Table:
-    """Return the cubic through zero of each direction, fitted to its points by least squares."""
+    """Return the cubic through zero of each direction, fitted by least squares."""
     found = {0.0: 0.0}
     for points in _directions(known):
         end, coefficients = _fit(points)
@@ -34,7 +34,7 @@ def cubic(known: Mapping[float, float]) -> Table:
 
 
 def off_linear(table: Table) -> float:
-    """Return the most that a point is off the straight line between its neighbours."""
+    """Return the greatest distance of a point from the line between its neighbours."""
     off = (
         abs(here[1] - low[1] - (high[1] - low[1]) * (here[0] - low[0]) / (high[0] - low[0]))
         for low, here, high in zip(table, table[1:], table[2:], strict=False)
@@ -43,7 +43,7 @@ def off_linear(table: Table) -> float:
 
 
 def off_cubic(known: Mapping[float, float]) -> float:
-    """Return the most that a point is off the cubic of its direction."""
+    """Return the greatest distance of a point from the cubic of its direction."""
     residuals = []
     for points in _directions(known):
         end, coefficients = _fit(points)
@@ -52,7 +52,7 @@ def off_cubic(known: Mapping[float, float]) -> float:
 
 
 def too_few_for_cubic(known: Mapping[float, float]) -> int | None:
-    """Return how many points a direction has that are not enough; None where all have enough."""
+    """Return the number of points of a direction that are too few for a cubic; None for none."""
     counts = [len(points) for points in _directions(known)]
     return next((count for count in counts if count <= DEGREE), None)
 
@@ -64,7 +64,7 @@ def _directions(known: Mapping[float, float]) -> Sequence[Sequence[tuple[float, 
 
 
 def _fit(points: Sequence[tuple[float, float]]) -> tuple[float, Sequence[float]]:
-    """Return the farthest indicated value, and the coefficients over the share of it."""
+    """Return the farthest indicated value, and the coefficients for x relative to it."""
     import numpy as np  # noqa: PLC0415  (a register is read without it)
 
     end = max((x for x, _ in points), key=abs)

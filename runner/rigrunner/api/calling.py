@@ -1,6 +1,6 @@
-"""How a device is called: inline, or from a thread of its own with a time limit on each call.
+"""Calls of devices: inline, or in a thread with a time limit for each call.
 
-The rig calls the devices of a station so, and a device made of several calls its parts.
+The rig calls the devices of a station this way, and a composite device its parts.
 """
 
 from __future__ import annotations
@@ -30,29 +30,29 @@ class Caller(Protocol):
     """Calls one device, one call at a time."""
 
     def call(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
-        """Return what the function returns; raise DeviceTimeoutError if that takes too long."""
+        """Return the result of the function; raise DeviceTimeoutError if it takes too long."""
         ...
 
     def call_urgently(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
-        """Do the same even while an earlier call hangs: for what makes safe and closes."""
+        """Call even while an earlier call hangs: for make_safe and close."""
         ...
 
     def start(self, what: str, function: Callable[[], _T]) -> Future[_T]:
-        """Begin the call and return at once; what it gives, or raises, is in the future."""
+        """Start the call and return at once; the future has its result or exception."""
         ...
 
     def stop(self) -> None:
-        """Let go of the thread, if there is one."""
+        """Release the thread, if there is one."""
         ...
 
 
 class Call(Protocol):
-    """Calls one known device, with a purpose, a function and a time limit."""
+    """Calls a certain device, with a purpose, a function and a time limit."""
 
     def __call__(
         self, what: str, function: Callable[[], _T], timeout_s: float | None = None, /
     ) -> _T:
-        """Return what the function returns; raise a DeviceError. None: the usual time."""
+        """Return the result of the function; raise a DeviceError. None: the usual time limit."""
         ...
 
 
@@ -64,7 +64,7 @@ def blocks_of(  # noqa: PLR0917  (a stream, how to call, and how long)
     call: Call,
     timeout_s: float,
 ) -> Generator[Block]:
-    """Yield the blocks of a stream, each within the time limit; end it on every way."""
+    """Yield the blocks of a stream, each within the time limit; always end the stream."""
     blocks = call("start the stream", lambda: iter(device.stream(channels, duration_s, stop)))
     try:
         while block := call("stream", lambda: next(blocks, None), timeout_s):
@@ -86,13 +86,13 @@ class InlineCaller:
     """Calls a device that declares itself non-blocking."""
 
     def call(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:  # noqa: ARG002  (the Protocol's)
-        """Return what the function returns."""
+        """Return the result of the function."""
         return function()
 
     call_urgently = call
 
     def start(self, what: str, function: Callable[[], _T]) -> Future[_T]:  # noqa: ARG002  (the Protocol's)
-        """Do it, and return what it gave."""
+        """Call the function and return its result in a future."""
         future = Future[_T]()
         _settle(future, function)
         return future
@@ -102,12 +102,12 @@ class InlineCaller:
 
 
 class ThreadCaller:
-    """Calls a device from one daemon thread; a call that hangs is abandoned, not waited for."""
+    """Calls a device in one daemon thread; a call that hangs is abandoned."""
 
     grace_s = 2.0
-    """How long an urgent call waits for the one before it."""
+    """Time that an urgent call waits for the one before it."""
     _slice_s: float | None = 0.1 if sys.platform == "win32" else None
-    """How long is waited at a stretch: on Windows no signal breaks a wait off, nor does Stop."""
+    """Waiting is sliced, since on Windows neither a signal nor Stop interrupts it."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -116,12 +116,12 @@ class ThreadCaller:
         self._hangs = ""
 
     def call(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
-        """Call; raise DeviceTimeoutError, and from then on DeviceLostError."""
+        """Call; raise DeviceTimeoutError, and DeviceLostError for later calls."""
         self._refuse_after_hanging(what)
         return self._run(what, function, timeout_s)
 
     def call_urgently(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
-        """Call, from a fresh thread if the one before does not come back within `grace_s`."""
+        """Call, in a new thread if the call before does not return within `grace_s`."""
         grace_s = 0.0 if self._hangs else self.grace_s
         if self._last is not None and not _is_over(self._last, grace_s):
             self._hangs = self._hangs or "a call that was interrupted"
@@ -129,14 +129,14 @@ class ThreadCaller:
         return self._run(what, function, timeout_s)
 
     def start(self, what: str, function: Callable[[], _T]) -> Future[_T]:
-        """Begin the call after those before it; raise DeviceLostError if one of them hangs."""
+        """Queue the call behind earlier ones; raise DeviceLostError if one of them hangs."""
         self._refuse_after_hanging(what)
         future = Future[_T]()
         self._send(partial(_settle, future, function))
         return future
 
     def stop(self) -> None:
-        """Let the thread end after its present call; the next call starts a new one."""
+        """End the thread after its present call; the next call starts a new one."""
         if self._jobs is not None:
             self._jobs.put(None)
         self._jobs = self._last = None
@@ -159,7 +159,7 @@ class ThreadCaller:
         return call.result()
 
     def _send(self, function: Callable[[], _T]) -> Future[_T]:
-        """Give the thread something to do, after what it has to do already."""
+        """Queue a call for the thread."""
         if self._jobs is None:
             self._jobs = SimpleQueue()
             threading.Thread(
@@ -170,7 +170,7 @@ class ThreadCaller:
         return call
 
     def _is_over(self, call: Future[Any], timeout_s: float) -> bool:
-        """Wait for a call at most that long; say whether it is over."""
+        """Wait for a call at most that long; return whether it has ended."""
         if self._slice_s is None:
             return _is_over(call, timeout_s)
         end_s = time.monotonic() + timeout_s
@@ -181,7 +181,7 @@ class ThreadCaller:
 
 
 class MovingCall:
-    """A call that moves a drive, and may still do so after it was given up."""
+    """A call that moves a drive, and may still do so after its time limit."""
 
     def __init__(self, what: str, function: Callable[[], Any], timeout_s: float) -> None:
         self.what = what
@@ -189,10 +189,10 @@ class MovingCall:
         self._until_s = time.monotonic() + timeout_s
         self._returned = threading.Event()
         self.has_begun = False
-        """Not where it was refused, as an earlier call hangs."""
+        """False if it was refused because an earlier call hangs."""
 
     def __call__(self) -> Any:
-        """Do it."""
+        """Call the function."""
         self.has_begun = True
         try:
             return self._function()
@@ -201,39 +201,39 @@ class MovingCall:
 
     @property
     def has_returned(self) -> bool:
-        """Whether it is over, however it ended."""
+        """Whether it has ended, in whatever way."""
         return self._returned.is_set()
 
     def wait(self, grace_s: float) -> None:
-        """Wait for it for the rest of the time that it had, and a grace."""
+        """Wait for the rest of its time limit, and a grace period."""
         left_s = max(self._until_s - time.monotonic(), 0.0) + grace_s
         self._returned.wait(min(left_s, threading.TIMEOUT_MAX))
 
 
 class MovingCalls:
-    """The calls of a device that move its drives, of which one may be given up and come late."""
+    """The calls of a device that move its drives, one of which may end after its time limit."""
 
     def __init__(self) -> None:
         self._calls: list[MovingCall] = []
 
     @property
     def late(self) -> MovingCall | None:
-        """The call that was begun and given up, if it has not come back.
+        """The call that exceeded its time limit and has not returned yet.
 
-        What is asked of the device after that one is refused, and moves nothing.
+        Later calls of the device are refused and move nothing.
         """
         begun = (each for each in self._calls if each.has_begun and not each.has_returned)
         return next(begun, None)
 
     def next(self, what: str, function: Callable[[], _T], timeout_s: float) -> Callable[[], _T]:
-        """Return what does the same, to be called next."""
+        """Return a call of the same function, as the next one."""
         moving = MovingCall(what, function, timeout_s)
         self._calls = [*(each for each in self._calls if not each.has_returned), moving]
         return moving
 
 
 def _is_over(call: Future[Any], within_s: float = 0.0) -> bool:
-    """Wait at most that long; say whether the thread is done with a call, or has passed it over."""
+    """Wait at most that long; return whether the thread has executed or skipped a call."""
     longest_s = None if within_s == math.inf else max(within_s, 0.0)
     return bool(wait([call], longest_s).done)
 

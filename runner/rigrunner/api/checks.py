@@ -1,4 +1,4 @@
-"""Named diagnostics with a threshold: what is allowed, what was found, and what to do."""
+"""Checks with a threshold: the allowed range, the value found, and advice."""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ if TYPE_CHECKING:
 
 
 NOT_CHECKED = "not checked: "
-"""What the text of a check begins with that could not be made."""
+"""Start of the text of a check that could not be made."""
 ABOVE_ZERO = nextafter(0.0, 1.0)
-"""The least number that is more than 0."""
+"""The smallest number above 0."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Limit:
     """The limits of a check, from `lower` to `upper`, both included.
 
-    `good` is what is said where nothing is beyond; `advice` what to do where something is.
+    `good` is the text if all values are inside; `advice` is what to do otherwise.
     """
 
     name: str
     good: str
     advice: str
     unit: str
-    """In which value and limits are given: '1' for a bare number."""
+    """Unit of value and limits: '1' for a number without unit."""
     lower: float = -inf
     upper: float = inf
     decisive: bool = False
-    """Whether nothing can be decided on a run that is beyond."""
+    """Whether a value outside makes the verdict inconclusive."""
 
     @property
     def allowed(self) -> str:
-        """What is allowed, in words: 'at most 2 %', '0.01 to 0.3', 'above 0 N·m'."""
+        """The allowed range as text: 'at most 2 %', '0.01 to 0.3', 'above 0 N·m'."""
         unit = "" if self.unit == "1" else f" {self.unit}"
         if self.lower == ABOVE_ZERO:
             return f"above 0{unit}"
@@ -50,7 +50,7 @@ class Limit:
         return f"{self.lower:g} to {self.upper:g}{unit}"
 
     def check(self, found: Iterable[tuple[float, str]], prefix: str = "") -> Check:
-        """Return the check of values, each with the words for it should it be beyond."""
+        """Return the check of values, each with its text for being outside."""
         values = list(found)
         bad = [words for value, words in values if self._margin(value) < 0]
         worst = min((value for value, _ in values), key=self._margin, default=None)
@@ -66,7 +66,7 @@ class Limit:
         )
 
     def _margin(self, value: float) -> float:
-        """Return how far within the limits a value is; negative beyond, and for a NaN."""
+        """Return the distance of a value inside the limits; negative outside, and for a NaN."""
         return -inf if isnan(value) else min(value - self.lower, self.upper - value)
 
     def _nearer(self, value: float) -> float:
@@ -79,7 +79,7 @@ def skipped(name: str, why: str) -> Check:
 
 
 def effect_words(check: Check) -> str:
-    """Return what a judged check means for the result, in words; '' where that is nothing.
+    """Return the consequence of a judged check for the result as text; '' for none.
 
     '+0.012 N·m on the mean, +0.031 N·m at 35 Hz; in the budget as 'drive line''.
     """
@@ -109,5 +109,5 @@ def _moved(bias: Bias) -> str:
 
 
 def is_skipped(check: Check) -> bool:
-    """Return whether a check could not be made; told by its text, which older files have too."""
+    """Return whether a check could not be made, by its text, which older files have too."""
     return check.ok and check.text.startswith(NOT_CHECKED)

@@ -1,4 +1,4 @@
-"""Cleanup that is done whatever fails: the first error is raised, later ones are its notes."""
+"""Cleanup that continues after errors: the first error is raised, later ones become its notes."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ _T = TypeVar("_T")
 
 
 def do_all(*works: Callable[[], object]) -> None:
-    """Do everything in order, whatever fails; then raise the first error, the others as its notes.
+    """Call all in order, whatever fails; then raise the first error, with the others as its notes.
 
-    Nothing that is raised keeps the next one from its turn, SystemExit and Ctrl-C included. Ctrl-C
-    is what is raised where it was among the errors: the caller may begin again.
+    No exception, SystemExit and Ctrl-C included, skips a later call. If Ctrl-C was among the
+    errors, it is the one raised.
     """
     raise_first(errors_of(*works))
 
 
 def errors_of(*works: Callable[[], object]) -> list[BaseException]:
-    """Do everything in order, whatever fails; return what was raised."""
+    """Call all in order, whatever fails; return the exceptions."""
     errors: list[BaseException] = []
     for work in works:
         try:
@@ -71,7 +71,7 @@ def noted_on(error: BaseException, what: str) -> Iterator[None]:
 
 @contextmanager
 def closed_after(blocks: Generator[_T], what: str) -> Iterator[Generator[_T]]:
-    """Close a generator at the end; what fails in that is noted on the error that came before."""
+    """Close a generator at the end; a failure is noted on the error that came before."""
     try:
         yield blocks
     except BaseException as error:
@@ -88,6 +88,6 @@ def add_beside(error: BaseException, text: str) -> None:
 
 
 def error_text(error: BaseException) -> str:
-    """Return an error with its notes as one line; a bug with the name of its type."""
+    """Return an error with its notes as one line; of a bug with the name of its type."""
     told = str(error) if isinstance(error, RigrunnerError) else f"{type(error).__name__}: {error}"
     return "; ".join((told, *getattr(error, "__notes__", ())))

@@ -1,4 +1,4 @@
-"""Conditions of steps, as a procedure states them: a value or an answer, and nothing to compute."""
+"""Conditions of steps in a procedure: a value or an answer, without computation."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ Answers = Annotated[
 
 
 class When(Settings):
-    """A step is done, or left out, by the answer to a question."""
+    """A step is executed or skipped, depending on the answer to a question."""
 
     input: Annotated[str, Field(min_length=1)]
-    """The input of the run: asked at the start, or by a step before."""
+    """The input of the run: asked at the start, or by an earlier step."""
     is_: Annotated[Answers, Field(alias="is")] = ()
-    """The answer, or a list of answers, with which the step is done."""
+    """The answer, or a list of answers, for which the step is executed."""
     is_not: Answers = ()
-    """The answer, or a list of answers, with which it is left out."""
+    """The answer, or a list of answers, for which it is skipped."""
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
@@ -44,19 +44,19 @@ class When(Settings):
 
 
 class Until(Settings):
-    """A repetition ends once a value, looked at after each pass, is beyond another one."""
+    """A repetition ends when a value, read after each pass, is above or below a bound."""
 
     channel: Member | None = None
     """Role and channel, such as tester.temperature; read once."""
     result: Annotated[str, Field(pattern=f"^{NAME}$")] | None = None
-    """A result of an analysis, by its name: computed of what was recorded and measured by then.
+    """Name of a result of an analysis, calculated from the data so far.
 
-    Of several, the one of the place that came last.
+    Of several, the one of the latest place.
     """
     above: AnyQuantity | None = None
-    """It ends above this."""
+    """End above this value."""
     below: AnyQuantity | None = None
-    """It ends below this."""
+    """End below this value."""
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
@@ -78,6 +78,6 @@ class Until(Settings):
 def each_until(
     ends: Iterable[Until], written: object
 ) -> Iterator[tuple[tuple[str | int, ...], Until]]:
-    """Yield what ends a repetition, each with its key: of a list, and of one that stands alone."""
+    """Yield each condition with its key, of a list or a single one."""
     for number, until in enumerate(ends):
         yield (("until", number) if isinstance(written, list) else ("until",)), until

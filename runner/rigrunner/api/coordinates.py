@@ -1,7 +1,7 @@
-"""Coordinates: what tells a recording or a row of a table from others, beside its set-points.
+"""Coordinates, which distinguish recordings or rows of a table in addition to set-points.
 
 A counter of a `repeat` is an integer. The value of a label is a text, a boolean or a float: a
-number, or a quantity in SI units, whose unit stands among the units of its recording or row.
+number, or a quantity in SI units, whose unit is one of the units of its recording or row.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ DIGITS = 6
 
 @dataclass(frozen=True)
 class CoordinateValue:
-    """Where a result holds, in one respect: a number with its unit, or a text without one."""
+    """A coordinate of a result: a number with its unit, or a text without one."""
 
     value: float | str
     unit: str = ""
-    """Of the number, as shown: the one in which a person wrote it."""
+    """Unit of the number as displayed, which is the one in the procedure."""
 
     @classmethod
     def of_si(cls, value: float | str, si_unit: str = "", written_in: str = "") -> CoordinateValue:
-        """Return the coordinate of an SI value as it is written; or of a label.
+        """Return the coordinate of an SI value as written in the procedure; or of a label.
 
-        Where it is not known how it is written: in SI units, temperatures in °C.
+        Unknown units are SI, temperatures °C.
         """
         if isinstance(value, bool):
             return cls("yes" if value else "no")
@@ -48,7 +48,7 @@ class CoordinateValue:
 
     @classmethod
     def stored(cls, found: object) -> CoordinateValue:
-        """Return the coordinate that a result document has: a number with its unit, or a text."""
+        """Return a coordinate from a result document: a number with its unit, or a text."""
         number = found.get("value") if isinstance(found, Mapping) else None
         if isinstance(found, Mapping) and isinstance(number, int | float):
             return cls(float(number), str(found.get("unit") or ""))
@@ -56,7 +56,7 @@ class CoordinateValue:
 
     @property
     def usual(self) -> CoordinateValue:
-        """The same in the unit that values have where nobody wrote one: equal for equal values."""
+        """The coordinate in the usual unit: equal for equal values."""
         if isinstance(self.value, str) or not self.unit:
             return self
         found = self.in_unit(usual_unit(si_symbol(unit(self.unit).dimension)))
@@ -71,7 +71,7 @@ class CoordinateValue:
         return CoordinateValue(float(f"{(si - shown.offset) / shown.factor:.12g}"), symbol)
 
     def __str__(self) -> str:
-        """Return it in words: '2 A', 'final'."""
+        """Return it as text: '2 A', 'final'."""
         if isinstance(self.value, str):
             return self.value
         number = f"{self.value:.{DIGITS}g}"
@@ -79,26 +79,26 @@ class CoordinateValue:
 
 
 def usual_unit(si_unit: str) -> str:
-    """Return the unit in which a value is shown where nobody wrote one: °C for K."""
+    """Return the unit for values that nobody wrote: °C for K."""
     return "°C" if unit(si_unit).dimension == "temperature" else si_unit
 
 
 def is_told(written_in: str, si_unit: str) -> bool:
-    """Say whether a unit as written has to be kept beside the SI unit to be shown again."""
+    """Return whether the unit as written must be stored beside the SI unit."""
     return bool(written_in) and not written_in == si_unit == usual_unit(si_unit)
 
 
 def place_text(coordinates: Mapping[str, CoordinateValue]) -> str:
-    """Return where a result holds, in words: 'load.current = 2 A'; '' for the only one."""
+    """Return the place of a result as text: 'load.current = 2 A'; '' for the only one."""
     return ", ".join(f"{name} = {each}" for name, each in coordinates.items())
 
 
 class Placed(Protocol):
-    """What has set-points and coordinates: a recording, a row of a table."""
+    """Has set-points and coordinates: a recording, a row of a table."""
 
     @property
     def setpoints(self) -> Mapping[str, float]:
-        """Each in the SI unit."""
+        """Set-points in SI units."""
         ...
 
     @property
@@ -108,26 +108,26 @@ class Placed(Protocol):
 
     @property
     def written_in(self) -> Mapping[str, str]:
-        """The units in which the procedure writes them, where that is not SI."""
+        """Units in the procedure, if not SI."""
         ...
 
 
 class Read(Protocol):
-    """What has values that were read: a row of a table."""
+    """Has values that were read: a row of a table."""
 
     @property
     def values(self) -> Mapping[str, float]:
-        """By channel, each in the SI unit."""
+        """Values by channel, in SI units."""
         ...
 
     @property
     def written_in(self) -> Mapping[str, str]:
-        """The units in which people see them, where that is not SI."""
+        """Units for display, if not SI."""
         ...
 
 
 def labels_of(coordinates: Mapping[str, Coordinate]) -> dict[str, Coordinate]:
-    """Return the coordinates that say what differs: all but counters, which count the same."""
+    """Return the coordinates without counters."""
     return {
         name: value
         for name, value in coordinates.items()
@@ -136,7 +136,7 @@ def labels_of(coordinates: Mapping[str, Coordinate]) -> dict[str, Coordinate]:
 
 
 def coordinate_text(value: Coordinate, unit: str = "") -> str:
-    """Return the value of a coordinate in words: '3', 'wear', 'yes', '60 s'."""
+    """Return the value of a coordinate as text: '3', 'wear', 'yes', '60 s'."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, str):
@@ -150,7 +150,7 @@ def coordinates_text(
     units: Mapping[str, str],
     written_in: Mapping[str, str] | None = None,
 ) -> str:
-    """Return coordinates in words: 'phase wear, dwell 60 s, block 3'; in units as written."""
+    """Return coordinates as text: 'phase wear, dwell 60 s, block 3'; in units as written."""
     return ", ".join(
         f"{name} {written_text(value, units.get(name, ''), (written_in or {}).get(name, ''))}"
         for name, value in coordinates.items()
@@ -158,32 +158,32 @@ def coordinates_text(
 
 
 def written_text(value: Coordinate, unit: str = "", written_in: str = "") -> str:
-    """Return a set-point or coordinate in words, in the unit in which it is written."""
+    """Return a set-point or coordinate as text, in the unit as written."""
     if not written_in or isinstance(value, bool | str):
         return coordinate_text(value, unit)
     return coordinate_text(from_si(value, written_in), written_in)
 
 
 def number_text(value: Coordinate, written_in: str = "") -> str:
-    """Return a set-point or coordinate without its unit, as a table has it."""
+    """Return a set-point or coordinate without its unit, for a table."""
     if not written_in or isinstance(value, bool | str):
         return coordinate_text(value)
     return coordinate_text(from_si(value, written_in))
 
 
 def written_column(rows: Sequence[Placed], name: str, unit: str) -> tuple[str, list[str]]:
-    """Return the unit of a column of set-points or of a coordinate, and its cells, as written.
+    """Return the unit and the cells of a column of set-points or of a coordinate, as written.
 
-    Where rows write it in several units each cell has its own, and the column none.
+    If the units of the rows differ, each cell has its own and the column none.
     """
     values = [row.coordinates.get(name, row.setpoints.get(name, "")) for row in rows]
     return _column(values, [row.written_in.get(name, "") for row in rows], unit)
 
 
 def measured_column(rows: Sequence[Read], name: str, unit: str) -> tuple[str, list[str]]:
-    """Return the unit of a column of measured values, and its cells, '' of one without a value.
+    """Return the unit and the cells of a column of measured values; '' for no value.
 
-    In the unit in which the channel is declared, or its set-point is written.
+    In the unit declared for the channel, or of its set-point as written.
     """
     values = [row.values.get(name, "") for row in rows]
     return _column(values, [row.written_in.get(name, "") for row in rows], unit)
@@ -198,7 +198,7 @@ def _column(values: Sequence[Coordinate], units: Sequence[str], unit: str) -> tu
 
 
 def matches(coordinates: Mapping[str, Coordinate], where: Mapping[str, Any]) -> bool:
-    """Say whether coordinates have the values of a selection, of Labels as a file has them."""
+    """Return whether coordinates have the values of a selection, which are Labels of a file."""
     return all(
         name in coordinates and _is_same(coordinates[name], in_si(wanted)[0])
         for name, wanted in where.items()
@@ -208,10 +208,10 @@ def matches(coordinates: Mapping[str, Coordinate], where: Mapping[str, Any]) -> 
 def mixed_labels(
     found: Iterable[tuple[Mapping[str, float], Mapping[str, Coordinate], Mapping[str, str]]],
 ) -> str:
-    """Return the labels, in words, by which things with the same set-points differ; '' for none.
+    """Return the labels, as text, by which items with equal set-points differ; '' for none.
 
-    Each of `found` is set-points, coordinates and units. Counters do not matter: they count the
-    same thing.
+    Each of `found` is set-points, coordinates and units. Counters are ignored, since they number
+    repetitions.
     """
     seen: dict[tuple[object, ...], str] = {}
     for setpoints, coordinates, units in found:
@@ -234,7 +234,7 @@ def with_unit(name: str, unit: str) -> str:
 
 
 def in_si(value: Quantity | Coordinate) -> tuple[Coordinate, str]:
-    """Return the value of a label as it is stored, and its unit; '' where it has none."""
+    """Return the value of a label as stored, and its unit; '' for none."""
     if isinstance(value, Quantity):
         return value.si, si_symbol(value.dimension)
     return value, ""

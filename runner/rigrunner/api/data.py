@@ -1,4 +1,4 @@
-"""Measured data: what comes from devices and what the analysis takes."""
+"""Measured data: what devices provide and analyses take."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ Mask = NDArray[np.bool_]
 
 
 class Samples(Protocol):
-    """Samples of one channel, shape (n,): an Array, or what reads them from a file by slices.
+    """Samples of one channel, shape (n,): an Array, or a reader of slices of a file.
 
-    A recording that is too long for memory has the second. `np.asarray` makes an Array of either.
+    Recordings larger than memory have a reader. `np.asarray` makes an Array of either.
     """
 
     def __len__(self) -> int:
@@ -38,11 +38,11 @@ class Samples(Protocol):
         ...
 
     def __getitem__(self, which: slice, /) -> Array:
-        """Return those from one index to another, in memory."""
+        """Return a slice in memory."""
         ...
 
     def __array__(self) -> NDArray[Any]:
-        """Return all of them, in memory."""
+        """Return all samples in memory."""
         ...
 
 
@@ -52,22 +52,22 @@ class Block:
 
     rate_hz: float
     first_sample: int
-    """Counted from the beginning of the stream."""
+    """Index of the first sample in the stream."""
     monotonic_s: float
-    """When the first sample was taken, or this block arrived; it never goes back in a stream."""
+    """Time of the first sample, or of arrival of the block; never decreases in a stream."""
     channels: Mapping[str, Array]
 
     @property
     def samples(self) -> int:
-        """How many samples each channel has."""
+        """Number of samples per channel."""
         return next((len(values) for values in self.channels.values()), 0)
 
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Values to fit: x, y and, where known, the standard uncertainty of y; all of shape (n,).
+    """Values to fit: x, y and, if known, the standard uncertainty of y; all of shape (n,).
 
-    Of k regressors with the names `regressors`, `x` has the shape (n, k): for fits that take them.
+    For k regressors with the names `regressors`, `x` has the shape (n, k).
     """
 
     x: Array
@@ -77,13 +77,13 @@ class Points:
     y_unit: str = "N·m"
     regressors: tuple[str, ...] = ()
     x_name: str = "f"
-    """What formulas and messages call x; of torque over frequency f."""
+    """Name of x in formulas and messages, such as f for frequency."""
     y_name: str = "T"
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """One finished recording: channels 'role.name' of shape (n,), on one clock, in SI units."""
+    """A complete recording: channels 'role.name' of shape (n,), on one clock, in SI units."""
 
     name: str
     rate_hz: float
@@ -92,21 +92,21 @@ class Recording:
     channels: Mapping[str, Samples]
     units: Mapping[str, str]
     conditions: Mapping[str, float] = field(default_factory=dict)
-    """What the station could read while recording: 'tester.load', 'tester.temperature', ..."""
+    """Values that the station read while recording: 'tester.load', 'tester.temperature', ..."""
     coordinates: Mapping[str, Coordinate] = field(default_factory=dict)
-    """Counters and labels of the steps around it, by name; see `rigrunner.api.coordinates`."""
+    """Counters and labels of the enclosing steps by name; see `rigrunner.api.coordinates`."""
     elapsed_s: float | None = None
-    """When it began, since the run began `main`; None before that, and where it is not known."""
+    """Time of its start since the run began `main`; None before `main` and if unknown."""
     cycles: int | None = None
-    """How many cycles the device had moved in by then, since the run began `main`; None where
-    nothing moves in cycles."""
+    """Cycles of the device until its start, since the run began `main`; None without cyclic motion.
+    """
     written_in: Mapping[str, str] = field(default_factory=dict)
-    """Where that is not SI: by drive and coordinate the unit in which the procedure writes it, by
-    channel the one in which people see it."""
+    """Units other than SI: by drive and coordinate the unit in the procedure, by channel the unit
+    for display."""
 
     @property
     def samples(self) -> int:
-        """How many samples each channel has."""
+        """Number of samples per channel."""
         return next((len(values) for values in self.channels.values()), 0)
 
     def arrays(self) -> dict[str, Array]:
@@ -116,41 +116,42 @@ class Recording:
 
 @dataclass(frozen=True)
 class Measurement:
-    """Single values that a step found at one set-point, in SI units: a row of a table.
+    """Single values of a step at one set-point, in SI units: a row of a table.
 
-    Measurements of one name are the rows of a table, in the order in which they were taken. Values
-    of `measure` and `scan` are rows; so are values of `zero` and `record` that have limits.
+    Measurements of one name are the rows of a table, in chronological order. Rows are made by
+    `measure` and `scan`, and by `zero` and `record` with limits.
     """
 
     name: str
-    """Of the table; not unique."""
+    """Name of the table; not unique."""
     utc: str
-    """When the step was over."""
+    """End of the step."""
     setpoints: Mapping[str, float]
-    """Every drive that the procedure had set by then: 'role.drive'."""
+    """All drives set so far by the procedure: 'role.drive'."""
     values: Mapping[str, float]
-    """By channel, 'role.name': read once, or the mean over the step's duration.
+    """By channel, 'role.name': a single reading, or the mean over the duration of the step.
 
-    Of a recording also its limited statistics, by 'role.name.statistic'."""
+    For a recording also its limited statistics, by 'role.name.statistic'.
+    """
     units: Mapping[str, str]
-    """Of each value and drive, and of coordinates that have one."""
+    """Units of each value and drive, and of coordinates with a unit."""
     limits: tuple[ValueLimit, ...] = ()
-    """What the values may be, where the procedure says so."""
+    """Limits of the values, from the procedure."""
     recording: str = ""
-    """The recording that the values are of; empty where they were read on their own."""
+    """The recording of the values; empty for values that were read without one."""
     coordinates: Mapping[str, Coordinate] = field(default_factory=dict)
-    """Counters and labels of the steps around it, by name; see `rigrunner.api.coordinates`."""
+    """Counters and labels of the enclosing steps by name; see `rigrunner.api.coordinates`."""
     elapsed_s: float | None = None
-    """When the step was over, since the run began `main`; None before that."""
+    """Time of the end of the step since the run began `main`; None before."""
     cycles: int | None = None
-    """How many cycles the device had moved in when the step began, as of a recording."""
+    """Cycles of the device until the start of the step, as for a recording."""
     readings: Mapping[str, Reading] = field(default_factory=dict)
-    """By channel, 'role.name', readings that are not numbers: a text, a yes or no, an array."""
+    """By channel, 'role.name': readings that are not numbers: a text, a yes or no, an array."""
     expected: tuple[ReadingLimit, ...] = ()
-    """What these may be, where the procedure says so."""
+    """Expected readings, from the procedure."""
     written_in: Mapping[str, str] = field(default_factory=dict)
-    """Where that is not SI: by drive and coordinate the unit in which the procedure writes it, by
-    channel the one in which people see it."""
+    """Units other than SI: by drive and coordinate the unit in the procedure, by channel the unit
+    for display."""
 
     @property
     def decisions(self) -> tuple[LimitDecision, ...]:
@@ -164,7 +165,7 @@ class Measurement:
 
 @dataclass(frozen=True, eq=False)
 class RunData:
-    """The data of a run that an analysis can use. The truth of a simulator is not in it."""
+    """The data of a run for analyses. The truth of a simulator is not part of it."""
 
     run_id: str
     procedure_id: str
@@ -177,32 +178,33 @@ class RunData:
     inputs: Mapping[str, str]
     rig: RigDescription
     instruments: Mapping[str, Instrument]
-    """The station's register of instruments by channel, torque transducers first."""
+    """The register of instruments of the station by channel, torque transducers first."""
     zeros: Mapping[str, float]
-    """The zero reading of each zeroed channel; the recordings are stored without correction."""
+    """The zero reading of each zeroed channel; stored recordings are uncorrected."""
     recordings: tuple[Recording, ...]
     digest: str = ""
-    """SHA-256 over recordings and measurements, by which other files name this run."""
+    """SHA-256 of recordings and measurements, by which other files refer to this run."""
     measurements: tuple[Measurement, ...] = ()
-    """The rows of its tables, in order, those out of limits included."""
+    """The rows of its tables, in order, also those out of limits."""
     people: Mapping[str, str] = field(default_factory=dict)
-    """Who did what, by role: 'operator'."""
+    """Names by role: 'operator'."""
     approval: Mapping[str, str] = field(default_factory=dict)
-    """The state of the procedure when the run began, as in the run's header."""
+    """Approval of the procedure at the start of the run, as in the run's header."""
     imported: Mapping[str, str] = field(default_factory=dict)
-    """Of recordings that another program made: by which, and by whose word, as in the header."""
+    """Of imported recordings: the program that made them and who imported them, as in the header.
+    """
     rig_keys: Mapping[str, Any] = field(default_factory=dict)
-    """What the station says of the rig, as it stands there: `own_keys` reads a plugin's keys."""
+    """The keys under `rig` of the station; `own_keys` reads those of a plugin."""
     recording_zeros: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    """By recording, the zero readings in force when it was made, where the run was zeroed again."""
+    """By recording: the zero readings at that time, if the run was zeroed again."""
     partners: Mapping[str, RunData] = field(default_factory=dict)
-    """The partner runs by name; an analysis is given those that it requires."""
+    """Partner runs by name; an analysis gets those that it requires."""
 
     def reading_errors(self, channel: str, value: float) -> tuple[ReadingError, ...]:
-        """Return what readings of a channel up to a value, in the SI unit, may be off by.
+        """Return the errors of readings of a channel up to a value, in the SI unit.
 
-        One of which the register says nothing has one line, with an uncertainty of nan. Of a root
-        mean square that was kept of a channel, 'role.name.rms', no zero reading is taken off.
+        A channel without accuracy in the register has one error with an uncertainty of nan. No zero
+        reading is subtracted from a root mean square, 'role.name.rms'.
         """
         of = channel_of(channel)
         known, zeroed = self.instruments.get(of), of in self.zeros and not channel.endswith(".rms")
@@ -210,13 +212,13 @@ class RunData:
         return found or (ReadingError(f"reading of {channel}", "each", nan),)
 
     def readings(self, channel: str, values: Array, zero: float) -> Array:
-        """Return values of a channel less a zero reading, in the SI unit, shape (n,).
+        """Return values of a channel minus a zero reading, in the SI unit, shape (n,).
 
-        They are corrected by the table of the certificate where the register says so.
+        Corrected by the table of the certificate if the register says so.
         """
         known = self.instruments.get(channel)
         return values - zero if known is None else known.corrected(values, zero)
 
     def zero(self, recording: str, channel: str) -> float:
-        """Return the zero reading that belongs to a channel of a recording; 0 without one."""
+        """Return the zero reading of a channel for a recording; 0 without one."""
         return self.recording_zeros.get(recording, {}).get(channel, self.zeros.get(channel, 0.0))

@@ -1,4 +1,4 @@
-"""What an analysis keeps of its own beside its results."""
+"""Records of analyses in addition to their results."""
 
 from __future__ import annotations
 
@@ -21,99 +21,99 @@ class PlotColumn:
     values: Array
     unit: str
     long_name: str
-    """As it stands at an axis: 'frequency / Hz'."""
+    """Label of the axis: 'frequency / Hz'."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RunPlot:
-    """What a viewer of HDF5 files shows first of an analysed run, as NXdata has it."""
+    """The default plot of an analysed run in viewers of HDF5 files (NXdata)."""
 
     name: str
-    """Of its group in the file."""
+    """Name of its group in the file."""
     title: str
     columns: Mapping[str, PlotColumn]
     """By name; `NAME_errors` has the standard uncertainties of NAME."""
     axis: str
-    """The column along which the others stand."""
+    """The column of the axis."""
     signal: str
-    """The column that is drawn first."""
+    """The main column."""
     beside: tuple[str, ...] = ()
-    """Columns that are drawn with it."""
+    """Columns that are plotted with it."""
 
 
 class LimitedMeasurand(Protocol):
-    """The measurand that a limit is for, as its key `measurand` says; as text, in words."""
+    """The measurand of a limit, given by its key `measurand`; prints as a description."""
 
     def objection(self, found: MeasurandKind, loads_n: Iterable[float]) -> str:
-        """Return why this is not the measurand that was found under those loads; '' if it is."""
+        """Return why this is not the measurand found under those loads; '' if it is."""
         ...
 
 
 class AnalysisDetails:
-    """The record of one analysis: base class of what it gives in `Findings.details`.
+    """Base class of the record of one analysis in `Findings.details`.
 
-    Reports and notebooks that know the analysis find it by its class: `result.details_of(...)`.
-    Everything here may be left as it is.
+    Reports and notebooks for an analysis find it by class: `result.details_of(...)`. All members
+    have defaults.
     """
 
     @property
     def shown_results(self) -> frozenset[str]:
-        """The names of those results that the pages of this analysis show themselves.
+        """Names of results that the pages of this analysis show.
 
-        A decision on one names its place alone.
+        A decision on one of them states only its place.
         """
         return frozenset()
 
     @property
     def shows_recordings(self) -> bool:
-        """Whether its pages show the recordings and tables themselves."""
+        """Whether its pages show the recordings and tables."""
         return False
 
     @property
     def checks_by_method(self) -> Mapping[str, tuple[Check, ...]]:
-        """The checks of each method; those of the run itself stand in `Findings.checks`."""
+        """The checks of each method; those of the run are in `Findings.checks`."""
         return {}
 
     @property
     def method_checks(self) -> tuple[Check, ...]:
-        """The checks of that method alone whose result counts."""
+        """The checks of the method whose result counts."""
         return ()
 
     @property
     def corrects(self) -> bool:
-        """Whether its results are corrected, and judged beside what they were uncorrected."""
+        """Whether its results are corrected, and judged beside the uncorrected ones."""
         return False
 
     @property
     def undecided(self) -> str:
-        """Why nothing can be decided on its results, as a sentence; '' where it can."""
+        """Why nothing can be decided on its results, as a sentence; '' if it can."""
         return ""
 
     def objection(self, limited: LimitedMeasurand | None) -> str:
-        """Return why a limit for this measurand is none of its results, as a sentence; '' if it is.
+        """Return why a limit for this measurand applies to none of its results; '' if it does.
 
-        Asked for the `shown_results` alone.
+        Called only for `shown_results`.
         """
         del limited
         return ""
 
     def impossible(self, value: float, unit: str) -> str:
-        """Return why a value can be none of its results, as a sentence; '' where it can."""
+        """Return why a value is impossible for its results, as a sentence; '' if it is possible."""
         del value, unit
         return ""
 
     def document(self) -> Mapping[str, object]:
-        """Return what it adds to `result.json`, by its keys there; plain values."""
+        """Return its part of `result.json` by key; plain values."""
         return {}
 
     def plot(self) -> RunPlot | None:
-        """Return what a viewer of `run.h5` shows first; None leaves that to others."""
+        """Return the default plot of `run.h5`; None for another one."""
         return None
 
     def certified(self, run: RunData) -> CertifiedDetails | None:
-        """Return what it adds to a certificate of a run; None: nothing.
+        """Return its part of a certificate of a run; None for none.
 
-        Raises DataError where it gave no result that a certificate could state.
+        Raises DataError if it has no result for a certificate.
         """
         del run
         return None

@@ -1,8 +1,8 @@
-"""What a device is, and the abilities that it may have.
+"""Devices and their optional abilities.
 
-A device is a small synchronous object. Its constructor does no I/O, so that a plan can ask for its
-channels and drives without touching the rig. All values are in the unit that the ChannelInfo or
-DriveInfo names, which is the coherent SI unit of its dimension.
+A device is a small synchronous object. Its constructor does no I/O, so that a plan can read its
+channels and drives without touching the rig. All values are in the unit of the ChannelInfo or
+DriveInfo, which is the coherent SI unit of its dimension.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ _Answer = TypeVar("_Answer")
 
 
 class Clock(Protocol):
-    """Time as a device and the engine see it; simulated time passes as fast as it can."""
+    """The clock of devices and engine; simulated time passes as fast as possible."""
 
     def monotonic_s(self) -> float:
-        """Return seconds since an arbitrary start; never goes back."""
+        """Return seconds since an arbitrary start; never decreases."""
         ...
 
     def utc(self) -> datetime:
@@ -35,15 +35,15 @@ class Clock(Protocol):
         ...
 
     def sleep(self, seconds: float) -> None:
-        """Let that much time pass."""
+        """Wait for a duration."""
         ...
 
 
 class StopToken(Protocol):
-    """Says whether the run is asked to stop; looked at between blocks."""
+    """Tells whether the run has to stop; checked between blocks."""
 
     def is_set(self) -> bool:
-        """Return True once the run is to stop."""
+        """Return True once the run has to stop."""
         ...
 
 
@@ -60,63 +60,63 @@ def _no_other_device(plugin: str, settings: Mapping[str, Any], /, part: str = ""
 
 
 class Wire(Protocol):
-    """Carries each exchange with an instrument, so that it can be saved and played back."""
+    """Passes each exchange with an instrument, so that it can be recorded and replayed."""
 
     def exchange(self, request: str, perform: Callable[[], _Answer]) -> _Answer:
-        """Return what `perform` does, or what it answered when the exchange was saved.
+        """Return the result of `perform`, or the recorded answer.
 
-        The request says what is asked in words that are the same each time, such as
-        'query MEAS:TORQ?'. An answer is None, a bool, a number, a text, bytes, an array of float64
-        of shape (n,), or a list of such. `perform` raises a DeviceError where the exchange fails,
-        and keeps whatever it opens to itself: of a played-back exchange it is not called.
+        `request` describes the exchange with the same words each time, such as 'query MEAS:TORQ?'.
+        An answer is None, a bool, a number, a text, bytes, an array of float64 of shape (n,), or a
+        list of these. `perform` raises a DeviceError if the exchange fails. It keeps opened
+        connections to itself, since it is not called in a replay.
         """
         ...
 
 
 class DirectWire:
-    """A Wire that keeps nothing."""
+    """A Wire that records nothing."""
 
     def exchange(self, request: str, perform: Callable[[], _Answer]) -> _Answer:  # noqa: ARG002  (the Protocol's)
-        """Return what `perform` does."""
+        """Return the result of `perform`."""
         return perform()
 
 
 class DeviceLog(Protocol):
-    """Takes messages of a driver, for run.log and the run's record.
+    """Takes log messages of a driver, for run.log and the run file.
 
-    As of a logger of the standard library, values are put into the text by `%`. Any thread may
-    call it. It never raises.
+    Arguments are formatted by `%`, as by loggers of the standard library. Thread-safe; never
+    raises.
     """
 
     def info(self, text: str, *values: object) -> None:
-        """Tell something that is good to know; it becomes a Note of the run."""
+        """Log useful information; it becomes a Note of the run."""
         ...
 
     def warning(self, text: str, *values: object) -> None:
-        """Tell something that may have to do with a wrong result; it becomes an Alarm."""
+        """Log a possible cause of wrong results; it becomes an Alarm."""
         ...
 
     def error(self, text: str, *values: object) -> None:
-        """Tell something that went wrong; it becomes an Alarm. Does not replace a DeviceError."""
+        """Log an error; it becomes an Alarm. It does not replace raising a DeviceError."""
         ...
 
 
 class SilentLog:
-    """A DeviceLog that keeps nothing."""
+    """A DeviceLog that drops all messages."""
 
     def info(self, text: str, *values: object) -> None:
-        """Keep nothing."""
+        """Drop the message."""
 
     def warning(self, text: str, *values: object) -> None:
-        """Keep nothing."""
+        """Drop the message."""
 
     def error(self, text: str, *values: object) -> None:
-        """Keep nothing."""
+        """Drop the message."""
 
 
 @dataclass(frozen=True)
 class Patience:
-    """How long a device that may block is waited for, beyond the time that its drives need."""
+    """Time limits for calls of a device that may block, beyond the time that its drives need."""
 
     connect_s: float = 10.0
     answer_s: float = 10.0
@@ -129,20 +129,20 @@ class DeviceContext:
     role: str
     clock: Clock
     folder: Path
-    """The folder of the station file, to which relative paths in settings refer."""
+    """The folder of the station file, the base of relative paths in settings."""
     make: MakeDevice = _no_other_device
-    """For a device that is made of others, whose settings are MadeOfOthers."""
+    """Makes the parts of a composite device, whose settings are MadeOfOthers."""
     wire: Wire = field(default_factory=DirectWire)
-    """For the exchanges of a device whose record says that it is `wired`."""
+    """For the exchanges of a device whose record is `wired`."""
     patience: Patience = field(default_factory=Patience)
-    """For a device that is made of others: how long it waits for each of them."""
+    """Time limits for each part of a composite device."""
     log: DeviceLog = field(default_factory=SilentLog)
-    """For what run.log and the run's record are to tell of the device, such as a warning."""
+    """Log for run.log and the run file."""
 
 
 @dataclass(frozen=True)
 class Identity:
-    """The identity of the instrument that answers."""
+    """The identity of the instrument that answered."""
 
     maker: str
     model: str
@@ -150,7 +150,7 @@ class Identity:
     firmware: str = ""
     simulated: bool = False
     parts: Mapping[str, Identity] = field(default_factory=dict)
-    """Who answers in each part of a device that is made of several."""
+    """The identity of each part of a composite device."""
 
 
 @dataclass(frozen=True)
@@ -161,9 +161,9 @@ class ChannelInfo:
     unit: str
     long_name: str
     streams: bool = True
-    """Whether a device that is Streaming streams it; False: it is only read."""
+    """Whether a Streaming device streams the channel; False: it is only read."""
     shown_in: str = ""
-    """The unit in which people see it, such as °C for K; '' for `unit`."""
+    """The unit in which it is displayed, such as °C for K; '' for `unit`."""
 
 
 @dataclass(frozen=True)
@@ -174,7 +174,7 @@ class ReadingInfo:
     kind: ReadingKind
     long_name: str
     unit: str = ""
-    """Of an array: the coherent SI unit of its numbers."""
+    """The coherent SI unit of the numbers of an array."""
 
 
 @dataclass(frozen=True)
@@ -187,25 +187,25 @@ class DriveInfo:
     minimum: float
     maximum: float
     rate_per_s: float | None = None
-    """How fast the quantity moves towards its set-point, in unit per second; None: at once."""
+    """Rate of change towards the set-point, in unit per second; None: at once."""
     sets_cycle_frequency: bool = False
-    """True for the drive whose value is the frequency of the cyclic motion."""
+    """True for the drive that sets the frequency of the cyclic motion."""
     safe_value: float = 0.0
     tolerance: float | None = None
-    """How far the read-back may be from the set-point; None: 1 % of the range."""
+    """Allowed deviation of the read-back from the set-point; None: 1 % of the range."""
     settle_s: float = 0.0
-    """How long it may take until it stands, beyond what the rate says."""
+    """Longest settling time, in addition to the time that the rate gives."""
 
     @property
     def allowed_deviation(self) -> float:
-        """How far the read-back may be from the set-point."""
+        """Allowed deviation of the read-back from the set-point."""
         if self.tolerance is not None:
             return self.tolerance
         return 0.01 * (self.maximum - self.minimum)
 
     @property
     def longest_s(self) -> float:
-        """How long it may take from one end of its range to the other until it stands."""
+        """Longest time from one end of the range to the other, settling included."""
         moving_s = (self.maximum - self.minimum) / self.rate_per_s if self.rate_per_s else 0.0
         return moving_s + self.settle_s
 
@@ -226,31 +226,31 @@ class Device(Protocol):
 
     @property
     def non_blocking(self) -> bool:
-        """True where no call can hang: then it is called inline, without a thread.
+        """True if no call can hang: calls are then made inline, without a thread.
 
-        No call of such a device waits for hardware, or each one gives up by itself in time.
+        No call of such a device waits for hardware, or every call has a time-out of its own.
         """
         ...
 
     def connect(self, timeout_s: float) -> Identity:
-        """Open the connection and identify; raise a DeviceError."""
+        """Open the connection and identify the instrument; raise a DeviceError."""
         ...
 
     def make_safe(self) -> Mapping[str, float]:
-        """Bring every drive to its safe value and return what was read back from each.
+        """Set every drive to its safe value and return the read-backs.
 
-        Idempotent, callable in any state, connected or not.
+        Idempotent; can be called in any state, connected or not.
         """
         ...
 
     def close(self) -> None:
-        """Release the connection; idempotent, callable in any state."""
+        """Close the connection; idempotent, can be called in any state."""
         ...
 
 
 @runtime_checkable
 class Readable(Protocol):
-    """Gives single values of channels."""
+    """Reads single values of channels."""
 
     def read(self, channels: Sequence[str]) -> Mapping[str, float]:
         """Return the present value of each channel."""
@@ -259,15 +259,15 @@ class Readable(Protocol):
 
 @runtime_checkable
 class Observing(Protocol):
-    """Tells what is not a number. The names are none of its channels."""
+    """Reads values that are not numbers. Their names differ from those of the channels."""
 
     @property
     def readings(self) -> Sequence[ReadingInfo]:
-        """What it can tell; known before it is connected."""
+        """The readings; known before the device is connected."""
         ...
 
     def observe(self, readings: Sequence[str]) -> Mapping[str, Reading]:
-        """Return each as it is now: a str, a bool, or a tuple of finite numbers."""
+        """Return the present readings: a str, a bool, or a tuple of finite numbers."""
         ...
 
 
@@ -276,11 +276,11 @@ class Settable(Protocol):
     """Has drives that can be set."""
 
     def set(self, drive: str, value: float) -> None:
-        """Give the drive a new set-point; return when it is reached; raise a DeviceError."""
+        """Set the drive and return when the set-point is reached; raise a DeviceError."""
         ...
 
     def read_back(self, drive: str) -> float:
-        """Return the drive's actual value."""
+        """Return the actual value of the drive."""
         ...
 
 
@@ -288,8 +288,8 @@ class Settable(Protocol):
 class Approaching(Settable, Protocol):
     """Reaches a set-point over time, while the run continues to monitor the rig.
 
-    The engine calls `begin` and then asks `arrived` until it is so: a stop, an interlock and the
-    step's time limit hold while the drive is on its way. `set` does both.
+    The engine calls `begin` and then polls `arrived`: a stop, an interlock and the time limit of
+    the step take effect while the drive moves. `set` does both.
     """
 
     def begin(self, drive: str, value: float) -> None:
@@ -297,7 +297,7 @@ class Approaching(Settable, Protocol):
         ...
 
     def arrived(self, drive: str) -> bool:
-        """Say whether the drive has reached its set-point."""
+        """Return whether the drive has reached its set-point."""
         ...
 
 

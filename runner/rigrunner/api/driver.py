@@ -1,7 +1,7 @@
-"""What is the same in every driver: limits, settling, safe state, errors.
+"""The common part of all drivers: limits, settling, safe state, errors.
 
-A driver of your own derives from `Driver` and says how to `open`, `shut`, `get` and `put`; all
-values are in the unit of the ChannelInfo or DriveInfo, the coherent SI unit.
+A driver derives from `Driver` and implements `open`, `shut`, `get` and `put`. All values are in the
+unit of the ChannelInfo or DriveInfo, the coherent SI unit.
 """
 
 from __future__ import annotations
@@ -39,9 +39,10 @@ _SHORT_S = 5.0
 
 
 def check_patience(timeout_s: float, context: DeviceContext) -> None:
-    """Raise PluginError unless an answer is given up before the station gives the device up.
+    """Raise PluginError unless the time-out of an answer is shorter than that of the station.
 
-    A device that was given up takes no further call, and cannot be made safe in order.
+    A device whose call has timed out at the station gets no further calls and cannot be made safe
+    in order.
     """
     patience_s = context.patience.answer_s
     if timeout_s >= patience_s:
@@ -54,9 +55,9 @@ def check_patience(timeout_s: float, context: DeviceContext) -> None:
 def wait_until_arrived(
     device: Approaching, info: DriveInfo, value: float, clock: Clock, poll_s: float
 ) -> None:
-    """Return once a drive that has begun to move is there; raise DeviceTimeoutError if it is late.
+    """Return once a moving drive has arrived; raise DeviceTimeoutError if it is late.
 
-    It may take the longest time that its rate, range and settling time allow.
+    The time limit follows from its rate, range and settling time.
     """
     until_s = clock.monotonic_s() + info.longest_s
     while not device.arrived(info.name):
@@ -70,29 +71,29 @@ def wait_until_arrived(
 
 
 class Driver:
-    """A Device that is Readable and Approaching; give it `open`, `get` and, with drives, `put`."""
+    """A Readable and Approaching Device; implement `open`, `get` and, with drives, `put`."""
 
     channels: Sequence[ChannelInfo] = ()
-    """Of the class where they are always the same, else given to each object."""
+    """Set on the class if all objects have the same, else on the object."""
     drives: Sequence[DriveInfo] = ()
-    """The same, in the order in which they are made safe."""
+    """The same for drives, in the order in which they are made safe."""
     readings: Sequence[ReadingInfo] = ()
-    """What it tells that is not a number; it needs `get_reading` then."""
+    """Readings that are not numbers; implement `get_reading` for them."""
     non_blocking = False
     poll_s = 0.05
-    """How often a drive that is on its way is read back."""
+    """Interval of the read-backs of a moving drive."""
     reconnects_after: ClassVar[tuple[type[DeviceError], ...]] = (
         DeviceLostError,
         DeviceTimeoutError,
     )
-    """After which errors of an exchange the connection is opened anew before the next call.
+    """Errors of an exchange after which the connection is reopened before the next call.
 
-    What comes late is never taken for the answer to another question then.
+    A late answer is then never taken for the answer to another request.
     """
     errors: ClassVar[Mapping[type[Exception], type[DeviceError]]] = {}
-    """Which DeviceError stands for what the back end raises, the first that fits.
+    """The DeviceError for each exception of the back end; the first match counts.
 
-    A TimeoutError is a DeviceTimeoutError and any other OSError a DeviceLostError by themselves.
+    TimeoutError is a DeviceTimeoutError and any other OSError a DeviceLostError by default.
     """
 
     def __init__(
@@ -118,16 +119,16 @@ class Driver:
         self._is_open = False
         self._identity: Identity | None = None
         self.is_reconnecting = False
-        """Whether `open` is called after a failure: what comes late may still be on the line."""
+        """Whether `open` is called after a failure: late answers may still arrive."""
         self._lost_by = ""
-        """What is to be fixed by connecting anew: the error in words; '' for nothing."""
+        """The error after which to reconnect, as text; '' for none."""
 
     def open(self, timeout_s: float) -> Identity:
-        """Open the connection and say who answers; raise a DeviceError."""
+        """Open the connection and identify the instrument; raise a DeviceError."""
         raise NotImplementedError
 
     def shut(self) -> None:
-        """Give the connection back; also called after `open` failed."""
+        """Close the connection; also called after `open` failed."""
 
     def get(self, channel: str) -> float:
         """Return the present value of a channel."""
@@ -138,7 +139,7 @@ class Driver:
         return {name: self._mapped(f"read {name}", partial(self.get, name)) for name in channels}
 
     def get_reading(self, reading: str) -> Reading:
-        """Return a reading as it is now."""
+        """Return the present value of a reading."""
         raise NotImplementedError
 
     def put(self, drive: str, value: float) -> None:
@@ -146,7 +147,7 @@ class Driver:
         raise NotImplementedError
 
     def actual(self, drive: str) -> float:
-        """Return where a drive stands; by itself the channel of that name."""
+        """Return the actual value of a drive; by default the channel of that name."""
         return self.get(drive)
 
     def exchange(self, request: str, perform: Callable[[], _T]) -> _T:
@@ -155,7 +156,7 @@ class Driver:
             return self._wire.exchange(request, lambda: self._mapped(request, perform))
 
     def connect(self, timeout_s: float) -> Identity:
-        """Open the connection and say who answers; after a failure it is shut again."""
+        """Open the connection and identify the instrument; close it after a failure."""
         self._timeout_s = timeout_s
         try:
             identity = self._mapped("connect", lambda: self.open(timeout_s))
@@ -167,11 +168,11 @@ class Driver:
         return identity
 
     def reconnect(self) -> None:
-        """Open the connection anew and see that the same instrument answers.
+        """Reopen the connection and check that the same instrument answers.
 
-        The next call does so by itself after an exchange that failed; see `reconnects_after`.
-        Raises DeviceLostError where nobody or another instrument answers. It gives up early enough
-        for the call that it is a part of.
+        Called by itself before the call after a failed exchange; see `reconnects_after`. Raises
+        DeviceLostError if no instrument or another one answers. Its time limit leaves room for the
+        call that it is part of.
         """
         why, self._lost_by = self._lost_by or "not connected", ""
         self.is_reconnecting = True
@@ -203,7 +204,7 @@ class Driver:
         )
 
     def close(self) -> None:
-        """Give the connection back, in any state."""
+        """Close the connection, in any state."""
         self._is_open = False
         self._mapped("close", self.shut)
 
@@ -214,7 +215,7 @@ class Driver:
             return self._mapped(f"read {', '.join(channels)}", lambda: self.get_all(channels))
 
     def observe(self, readings: Sequence[str]) -> dict[str, Reading]:
-        """Return each reading as it is now."""
+        """Return the present readings."""
         self._need_connection()
         known = {info.name: info for info in self.readings}
         for name in readings:
@@ -226,7 +227,7 @@ class Driver:
             }
 
     def check_channels(self, channels: Iterable[str]) -> None:
-        """Raise a DeviceError unless it is connected and has all of these channels."""
+        """Raise a DeviceError unless connected and all channels exist."""
         self._need_connection()
         for name in channels:
             _find("channel", name, self._channels)
@@ -245,7 +246,7 @@ class Driver:
         self._set_points[drive] = value
 
     def arrived(self, drive: str) -> bool:
-        """Say whether the read-back is within the tolerance of the last set-point."""
+        """Return whether the read-back is within the tolerance of the last set-point."""
         off = abs(self.read_back(drive) - self._set_points.get(drive, float("nan")))
         return off <= self._drives[drive].allowed_deviation
 
@@ -255,17 +256,17 @@ class Driver:
         wait_until_arrived(self, self._drives[drive], value, self.clock, self.poll_s)
 
     def read_back(self, drive: str) -> float:
-        """Return where a drive stands."""
+        """Return the actual value of a drive."""
         _find("drive", drive, self._drives)
         self._need_connection()
         with self._watched():
             return self._mapped(f"read back {drive}", lambda: self.actual(drive))
 
     def make_safe(self) -> Mapping[str, float]:
-        """Bring all drives to their safe values, one after the other, and read each back.
+        """Set all drives to their safe values, one after the other, and read each back.
 
-        A connection that is lost is opened once more. All drives are tried, whatever one of them
-        raises; then the first error is raised, the others as its notes.
+        A lost connection is reopened once. All drives are set, even if one of them raises; then the
+        first error is raised, with the others as its notes.
         """
         read_back: dict[str, float] = {}
 
@@ -287,13 +288,13 @@ class Driver:
             self.set(drive, value)  # over a new connection
 
     def _need_connection_to_make_safe(self) -> None:
-        """Open a connection that was closed; one that was never opened tells nothing of drives."""
+        """Reopen a closed connection; one that was never opened says nothing about drives."""
         if not self._is_open and self._timeout_s is not None:
             self.reconnect()
         self._need_connection()
 
     def _need_connection(self) -> None:
-        """Raise DeviceLostError unless it is connected; connect anew after a failed exchange."""
+        """Raise DeviceLostError unless connected; reconnect after a failed exchange."""
         if not self._is_open:
             raise DeviceLostError("not connected")
         if self._lost_by:
@@ -301,7 +302,7 @@ class Driver:
 
     @contextmanager
     def _watched(self) -> Iterator[None]:
-        """Take note of an error after which the connection is to be opened anew."""
+        """Remember an error after which to reopen the connection."""
         try:
             yield
         except self.reconnects_after as error:
@@ -323,7 +324,7 @@ class Driver:
 
 
 def _need_several(what: str, infos: Iterable[object]) -> None:
-    """Raise PluginError for what is no sequence of records; it may be one, and lack a comma."""
+    """Raise PluginError if the value is not a sequence, such as one without its comma."""
     if isinstance(infos, (ChannelInfo, DriveInfo)):
         kind = type(infos).__name__
         raise PluginError(

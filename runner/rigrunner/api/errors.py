@@ -1,4 +1,4 @@
-"""The one family of errors that a user may see: what, where, and what to do."""
+"""The errors that users see: what is wrong, where, and what to do."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 _LONGEST_NAME = 100
-"""Characters that are compared with known names: a whole text takes too long."""
+"""Maximum length of a text that is compared with known names, which takes long."""
 
 
 class ExitCode(IntEnum):
-    """The exit codes of the command line; the table of docs/reference/exit-codes.md."""
+    """Exit codes of the command line; see docs/reference/exit-codes.md."""
 
     PASS = 0
     FAIL = 1
@@ -33,14 +33,14 @@ class ExitCode(IntEnum):
 
 @dataclass(frozen=True, order=True)
 class Location:
-    """A place in a text file; line and column count from 1."""
+    """A place in a text file; line and column start at 1."""
 
     file: str
     line: int | None = None
     column: int | None = None
 
     def __str__(self) -> str:
-        """Return `file:line:column`, as editors and terminals make it clickable."""
+        """Return `file:line:column`, which editors and terminals turn into a link."""
         return ":".join(
             str(part) for part in (self.file, self.line, self.column) if part is not None
         )
@@ -48,7 +48,7 @@ class Location:
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong in a file, with the field, what was got and what is allowed."""
+    """One problem in a file, with the field, the value and what was expected."""
 
     message: str
     location: Location | None = None
@@ -56,7 +56,7 @@ class Problem:
     hint: str = ""
 
     def __str__(self) -> str:
-        """Return the problem as one line for a terminal or a log."""
+        """Return the problem as one line."""
         where = f"{self.location}: " if self.location else ""
         field = f"{self.field}: " if self.field else ""
         hint = f" ({self.hint})" if self.hint else ""
@@ -64,7 +64,7 @@ class Problem:
 
 
 class RigrunnerError(Exception):
-    """An error that the user can act on; anything else that is raised is a bug."""
+    """An error that the user can act on; any other exception is a bug."""
 
     exit_code = ExitCode.BUG
 
@@ -80,13 +80,13 @@ class RigrunnerError(Exception):
 
 
 class UsageError(RigrunnerError):
-    """The command was called with invalid arguments or options."""
+    """Invalid arguments or options of a command."""
 
     exit_code = ExitCode.USAGE
 
 
 class InvalidFileError(RigrunnerError):
-    """A procedure, station or manifest is not valid; carries every problem found."""
+    """A procedure, station or manifest is invalid; has all problems."""
 
     exit_code = ExitCode.INVALID
 
@@ -96,19 +96,19 @@ class InvalidFileError(RigrunnerError):
         super().__init__(f"{count} problem{'s' if count != 1 else ''} found")
 
     def __str__(self) -> str:
-        """Return all problems, one a line."""
+        """Return all problems, one per line."""
         return "\n".join(str(problem) for problem in self.problems)
 
 
 class TextError(RigrunnerError, ValueError):
-    """A text in a file is not allowed there."""
+    """A text in a file is not valid."""
 
     exit_code = ExitCode.INVALID
 
     def __init__(self, message: str, *, column: int = 1, hint: str = "") -> None:
         super().__init__(message, hint=hint)
         self.column = column
-        """Which character of the text it is about, from 1."""
+        """The character of the text that it refers to, from 1."""
 
 
 class PluginError(RigrunnerError):
@@ -122,13 +122,13 @@ class MissingPackageError(PluginError):
 
 
 class DeviceError(RigrunnerError):
-    """A device did not do what it was asked; the base of the four device errors."""
+    """A device failed; base class of the four device errors."""
 
     exit_code = ExitCode.DEVICE
 
 
 class DeviceNotFoundError(DeviceError):
-    """There is no such device, or it is not the one it should be."""
+    """There is no such device, or it is not the expected one."""
 
 
 class DeviceTimeoutError(DeviceError):
@@ -136,21 +136,21 @@ class DeviceTimeoutError(DeviceError):
 
 
 class DeviceRejectedError(DeviceError):
-    """The device refused what it was asked."""
+    """The device refused a request."""
 
 
 class DeviceLostError(DeviceError):
-    """The connection to the device broke."""
+    """The connection to the device was lost."""
 
 
 class DataError(RigrunnerError):
-    """Recorded data cannot be read, or do not allow what is asked of them."""
+    """Recorded data cannot be read, or do not allow what was requested."""
 
     exit_code = ExitCode.DATA
 
 
 class AbortedError(RigrunnerError):
-    """The run was stopped: by a person, an interlock or a signal; `by` says by which."""
+    """The run was stopped by a person, an interlock or a signal, which `by` states."""
 
     exit_code = ExitCode.ABORTED
 
@@ -164,9 +164,10 @@ class AbortedError(RigrunnerError):
 def did_you_mean(
     got: str, known: Iterable[str], otherwise: str = "", *, cutoff: float = 0.6
 ) -> str:
-    """Return as a hint which of the known names is meant, or other words where none is near.
+    """Return a hint with the known name that is nearest, or other words if none is near.
 
-    `cutoff` is how alike two names have to be, from 0 to 1, as of `difflib.get_close_matches`.
+    `cutoff` is the minimum similarity of two names, from 0 to 1, as for
+    `difflib.get_close_matches`.
     """
     from difflib import get_close_matches  # noqa: PLC0415  (only a wrong name needs it)
 

@@ -1,4 +1,4 @@
-"""The events of a run, in the order in which they happen; the journal of all that matters."""
+"""The events of a run in order; the journal consists of them."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ if TYPE_CHECKING:
 
 
 RESUME_RUN = "resume run"
-"""The intervention with which an interrupted run is resumed."""
+"""The intervention that resumes an interrupted run."""
 
 
 class Outcome(StrEnum):
-    """How a run ended; not to be confused with the verdict on what it measured."""
+    """How a run ended; not the verdict on its results."""
 
     COMPLETED = "completed"
     STOPPED_AT_LIMIT = "stopped at a limit"
-    """A value was out of its limits where the procedure says to stop: the specimen has failed."""
+    """A value was out of limits and the procedure stops there: the specimen has failed."""
     ABORTED = "aborted"
     ERROR = "error"
 
 
 RECORDED = "recorded"
-"""The table of what is found of the samples of recordings: statistics, and values with limits."""
+"""The table of statistics of recordings, and of their values with limits."""
 CONCLUDED = frozenset({Outcome.COMPLETED, Outcome.STOPPED_AT_LIMIT})
-"""How a run ends that has a verdict: any other neither passes nor fails."""
+"""Outcomes of runs with a verdict; any other run neither passes nor fails."""
 
 
 class Event(Struct, frozen=True, kw_only=True, tag_field="event", tag=True):
-    """The base: sequence number, monotonic and wall time."""
+    """Base class: sequence number, monotonic time and time of day."""
 
     seq: int
     monotonic_s: float
@@ -53,7 +53,7 @@ class RunStarted(Event, frozen=True, kw_only=True):
 
 
 class StepStarted(Event, frozen=True, kw_only=True):
-    """A step of the plan begins; `recording` names the recording that it makes, if it does."""
+    """A step of the plan begins; `recording` is the name of its recording, if any."""
 
     step: str
     index: int
@@ -63,106 +63,106 @@ class StepStarted(Event, frozen=True, kw_only=True):
     setpoints: Mapping[str, float] = {}
     units: Mapping[str, str] = {}
     limits: tuple[ValueLimit, ...] = ()
-    """What the values may be that the step finds."""
+    """Limits of the values of the step."""
     coordinates: Mapping[str, Coordinate] = {}
-    """Counters and labels of the step and those around it, by name; `units` has their units."""
+    """Counters and labels of the step and its enclosing steps by name; `units` has their units."""
     written_in: Mapping[str, str] = {}
-    """By drive and coordinate, the unit in which the procedure writes it, where it is not SI."""
+    """By drive and coordinate: the unit in the procedure, if not SI."""
     expected: tuple[ReadingLimit, ...] = ()
-    """What the readings may be that are no numbers."""
+    """Expected readings that are not numbers."""
     cycles: Mapping[str, float] = {}
-    """By role, how many cycles its device had moved in since `main` began; of a step that reads."""
+    """By role: cycles of the device since `main` began; only for steps that read."""
 
 
 class Samples(Event, frozen=True, kw_only=True):
     """A block of a recording; channel names are 'role.name'."""
 
     recording: str
-    """Its name; '' of one of which no samples are kept: to be looked at while it lasts."""
+    """Name of the recording; '' for samples that are displayed but not kept."""
     block: Block
 
 
 class Prompt(Event, frozen=True, kw_only=True):
-    """A person is asked something."""
+    """A question to a person."""
 
     step: str
     text: str
     choices: tuple[str, ...] = ()
     expected: str = ""
-    """What is allowed as an answer, in words; empty where anything is."""
+    """Accepted answers as text; empty for any."""
     picture: str = ""
     """The path of a picture to show; empty for none."""
 
 
 class Answer(Event, frozen=True, kw_only=True):
-    """What was answered, and by whom: the operator, or the procedure's unattended answer."""
+    """An answer and who gave it: the operator, or the procedure if unattended."""
 
     step: str
     text: str
     by: str
     into: str = ""
-    """The name of the run's input that the answer becomes, if it does."""
+    """The input of the run that the answer becomes, if any."""
 
 
 class Note(Event, frozen=True, kw_only=True):
-    """A remark for those who read the record: of the procedure, or on a marginal value."""
+    """A remark in the record: of the procedure, or on a marginal value."""
 
     step: str
     text: str
 
 
 class LimitMissed(Note, frozen=True, kw_only=True):
-    """A value that was just put on record is out of its limits; the verdict on the run is fail."""
+    """A value just recorded is out of limits; the verdict on the run is fail."""
 
 
 class Alarm(Event, frozen=True, kw_only=True):
-    """Something is wrong: an error, an interlock, a device that could not be made safe."""
+    """A problem: an error, an interlock, a device that could not be made safe."""
 
     source: str
     text: str
 
 
 class InterlockTripped(Alarm, frozen=True, kw_only=True):
-    """The channel of an interlock is not what it should be."""
+    """The channel of an interlock is out of its range."""
 
     interlock: str
     does: str
-    """What follows: forbid, pause, abort or make_safe."""
+    """The consequence: forbid, pause, abort or make_safe."""
     latency_s: float
-    """How long it may have been so before it was detected: since it was last known to be good."""
+    """Longest possible time until detection: since it was last known to be good."""
 
 
 class InterlockCleared(Note, frozen=True, kw_only=True):
-    """The channel of an interlock is again what it should be."""
+    """The channel of an interlock is in its range again."""
 
     interlock: str
 
 
 class MadeSafe(Event, frozen=True, kw_only=True):
-    """A drive, or a whole device, was brought to its safe state, or could not be."""
+    """A drive, or a whole device, was made safe, or could not be."""
 
     what: str
-    """The drive, 'role.drive', or the device's role."""
+    """The drive, 'role.drive', or the role of the device."""
     read_back: Mapping[str, float] = {}
-    """What was read back afterwards: 'role.drive' in SI units."""
+    """Read-backs afterwards: 'role.drive' in SI units."""
     problems: tuple[str, ...] = ()
-    """Why it does not count as safe; empty where the read-back confirms it."""
+    """Why it is not confirmed as safe; empty if the read-back confirms it."""
 
 
 class Intervention(Event, frozen=True, kw_only=True):
-    """A person or a signal interfered: pause, abort, skip, override."""
+    """An action of a person or a signal: pause, abort, skip, override."""
 
     action: str
     by: str
     reason: str = ""
     subject: str = ""
-    """What it is about, in a sentence: of an override what stood against the run."""
+    """The subject in a sentence; for an override, the failed check."""
 
 
 class StepEnded(Event, frozen=True, kw_only=True):
-    """A step is over; `values` holds what it measured, in SI units ('tester.torque': 0.01).
+    """A step has ended; `values` are its values in SI units ('tester.torque': 0.01).
 
-    It is `ok` if it was carried out, also where a value is out of its limits: see `LimitMissed`.
+    It is `ok` if it was executed, even with values out of limits: see `LimitMissed`.
     """
 
     step: str
@@ -171,88 +171,89 @@ class StepEnded(Event, frozen=True, kw_only=True):
     ok: bool
     recording: str = ""
     measurement: str = ""
-    """The table that `values` is a row of, at `setpoints`, where the step is a `measure`."""
+    """The table to which `values` are added as a row, at `setpoints`, for a `measure`."""
     setpoints: Mapping[str, float] = {}
     values: Mapping[str, float] = {}
     statistics: Mapping[str, float] = {}
-    """Of a recording: those of its samples that are kept or have limits, 'role.name.statistic'."""
+    """Statistics of the samples of a recording that are kept or have limits, 'role.name.statistic'.
+    """
     units: Mapping[str, str] = {}
     readings: Mapping[str, Reading] = {}
-    """What it read that is not a number, by 'role.name'."""
+    """Readings that are not numbers, by 'role.name'."""
     leaves: int = 0
-    """Of a condition: how many of the steps that follow in the plan it leaves out."""
+    """Of a condition: how many of the following steps are skipped."""
     cycles: Mapping[str, float] = {}
-    """By role, how many cycles its device had moved in by then, since `main` began."""
+    """By role: cycles of the device so far, since `main` began."""
     truth: Mapping[str, float] = {}
-    """Of a simulator; goes into the run file's verification group, which no analysis reads."""
+    """Truth of a simulator; stored in a group for verification that no analysis reads."""
 
 
 class Scanned(Event, frozen=True, kw_only=True):
-    """A point of a scan: its drive stood at the set-point, and these values were read, in SI units.
+    """A point of a scan: the drive was at the set-point and the values were read, in SI units.
 
-    It comes between the start and the end of the scan's step, whose start has the limits.
+    It comes between start and end of the step; the start has the limits.
     """
 
     step: str
     point: int
-    """From 0, in the order in which they are gone through."""
+    """Index, from 0, in the order of the scan."""
     measurement: str
-    """The table that the values are a row of."""
+    """The table to which the values are added."""
     setpoints: Mapping[str, float]
     values: Mapping[str, float]
 
 
 class RunEnded(Event, frozen=True, kw_only=True):
-    """The rig is safe (or its alarms say why not) and nothing more will be recorded."""
+    """The rig is safe (or alarms say why not) and recording has ended."""
 
     outcome: Outcome
     reason: str = ""
     read_back: Mapping[str, float] = {}
-    """What was read back of each drive after making safe: 'role.drive' in SI units."""
+    """Read-back of each drive after making safe: 'role.drive' in SI units."""
     resumable: bool = False
-    """Whether it may be resumed once its cause is fixed.
+    """Whether it can be resumed once the cause is fixed.
 
-    That is so where it could not be kept on record, or where a device was lost or did not answer.
+    True if recording failed, or if a device was lost or did not answer.
     """
 
 
 class RunPlanned(Event, frozen=True, kw_only=True):
-    """What run it is that begins; for a station's listeners alone, as the run's header has it."""
+    """The run that begins, as in its header; only for the listeners of a station."""
 
     run_id: str
     folder: str
-    """Where its files are written."""
+    """Folder of its files."""
     station: str
     procedure: str
     title: str
     inputs: Mapping[str, str] = {}
     due: Mapping[str, str] = {}
-    """By instrument, on what day its calibration is due: '2027-01-31'."""
+    """By instrument, the day on which its calibration expires: '2027-01-31'."""
 
 
 class RunFinished(Event, frozen=True, kw_only=True):
-    """The run is analysed, sealed and reported; for a station's listeners alone, as the last."""
+    """The run is analysed, sealed and reported; the last event for listeners of a station."""
 
     outcome: Outcome
     reason: str = ""
     verdict: str = ""
-    """'' where there is none."""
+    """'' for none."""
     report: str = ""
-    """The path of the report; '' where there is none."""
+    """The path of the report; '' for none."""
 
 
 @runtime_checkable
 class ClosingSink(Protocol):
-    """A sink that wants to know that no further event comes."""
+    """A sink that is told when no further events come."""
 
     def close(self) -> None:
-        """Let go of everything; what takes longer than a few seconds is not waited for."""
+        """Release everything; work beyond a few seconds is not waited for."""
         ...
 
 
 class EventSink(Protocol):
-    """Takes the events of a run. A critical sink that raises stops the run, safely."""
+    """Takes the events of a run. If a critical sink raises, the run stops safely."""
 
     def __call__(self, event: Event) -> None:
-        """Take one event; samples may be large and must not be kept without need."""
+        """Take one event; samples can be large, so do not keep them without need."""
         ...

@@ -1,4 +1,4 @@
-"""Figures as data, which report, certificate, panel and notebook draw."""
+"""Figures as data, drawn by report, certificate, panel and notebook."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ if TYPE_CHECKING:
 SeriesKind = Literal["points", "joined", "line", "bars", "excluded", "marked"]
 """How a series is drawn.
 
-points: measured values, with U as bars; joined: these, with a thin line between them; line: a
-curve, with U as a band; bars: a histogram, with x in the middle of each class; excluded: crosses,
-of values that do not take part; marked: open squares around points of another series.
+points: measured values, with U as bars; joined: the same with a thin line; line: a curve, with U as
+a band; bars: a histogram, with x at the middle of each class; excluded: crosses for excluded
+values; marked: open squares around points of another series.
 """
 
 
 @dataclass(frozen=True)
 class Axis:
-    """What is along an axis."""
+    """An axis of a figure."""
 
     name: str
     unit: str = ""
     low: float | None = None
-    """Where the axis begins and ends; None: where the values do."""
+    """Start and end of the axis; None: from the values."""
     high: float | None = None
     ticks: tuple[tuple[float, str], ...] = ()
-    """Places with their names, of an axis that has no scale of numbers."""
+    """Positions with labels, for an axis without a numerical scale."""
     is_time: bool = False
-    """Whether its values are seconds since 1970 (UTC), shown as dates."""
+    """Whether values are seconds since 1970 (UTC), shown as dates."""
 
     def __str__(self) -> str:
-        """Return it as it stands at the axis: 'R / Ω'."""
+        """Return the label of the axis: 'R / Ω'."""
         if self.unit in {"", "1"}:
             return self.name
         compound = "/" in self.unit and len(self.unit) > len("1/")
@@ -50,20 +50,20 @@ class Point:
     x: float
     y: float
     U: float | None = None
-    """The expanded uncertainty of y for 95 %, where it is known."""
+    """Expanded uncertainty of y (95 %), if known."""
     lower: float | None = None
-    """What y may be there; None where there is no such limit."""
+    """Limits of y at this point; None for none."""
     upper: float | None = None
     missed: bool = False
-    """Whether it is not within its limits by the rule that decides, so far as one does."""
+    """Whether it misses its limits by the decision rule, if there is one."""
 
 
 @dataclass(frozen=True)
 class Series:
-    """Points that belong together, by x."""
+    """Points in one style."""
 
     name: str
-    """'' for the only one; series of one name are drawn alike in all panels of a picture."""
+    """'' for the only one; series of one name have the same style in all panels of a picture."""
     points: tuple[Point, ...]
     kind: SeriesKind = "points"
 
@@ -76,7 +76,7 @@ class Series:
         kind: SeriesKind = "points",
         U: Iterable[float] | None = None,  # noqa: N803  (the symbol of GUM)
     ) -> Series:
-        """Return the series of columns of one length; a U that is not finite is not known."""
+        """Return the series of columns of equal length; a U that is not finite is unknown."""
         half = repeat(None) if U is None else (each if isfinite(each) else None for each in U)
         columns = map(float, x), map(float, y), half
         return cls(name, tuple(starmap(Point, zip(*columns, strict=U is not None))), kind)
@@ -84,19 +84,19 @@ class Series:
 
 @dataclass(frozen=True)
 class Mark:
-    """A value that is marked across a figure: a line, or the area up to another value."""
+    """A marked value: a line across the figure, or the area up to another value."""
 
     axis: Literal["x", "y"]
     at: float
     end: float | None = None
-    """The other end of an area; None of a line."""
+    """Other end of an area; None for a line."""
     name: str = ""
     is_limit: bool = False
 
 
 @dataclass(frozen=True)
 class Figure:
-    """Series over one coordinate, drawn alike by report, panel and notebook."""
+    """Series over one coordinate."""
 
     title: str
     x: Axis
@@ -104,13 +104,13 @@ class Figure:
     series: tuple[Series, ...]
     marks: tuple[Mark, ...] = ()
     of: str = ""
-    """The name of the result with which an analysis gives it."""
+    """Name of the result that an analysis gives it for."""
     caption: str = ""
-    """What it shows, in a sentence; '' where its title says it."""
+    """Description in one sentence; '' if the title is enough."""
 
     @property
     def has_limits(self) -> bool:
-        """Whether any point has a limit, or all have."""
+        """Whether any point, or all, have a limit."""
         return any(mark.is_limit for mark in self.marks) or any(
             end is not None
             for series in self.series
@@ -121,32 +121,32 @@ class Figure:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Curve:
-    """A curve that a screen shows as soon as it is measured, such as one cycle over its phase."""
+    """A curve for immediate display, such as one cycle over its phase."""
 
     title: str
     x: Axis
     y: Axis
     at: Array
-    """The values of x, shape (n,)."""
+    """Values of x, shape (n,)."""
     series: Mapping[str, Array]
-    """The values of y by the name of the series, each of shape (n,); at most two."""
+    """Values of y by name of the series, each of shape (n,); at most two."""
     end_s: float
-    """When it was complete, in seconds of its recording."""
+    """Time of its end, in seconds of its recording."""
     frequency_hz: float | None = None
-    """Of the cycle that it shows; None where it shows none."""
+    """Frequency of its cycle; None if it shows none."""
 
 
 @dataclass(frozen=True)
 class Picture:
-    """Figures that a document shows together, with one caption."""
+    """Figures with one caption."""
 
     caption: str
     alt: str
-    """What it shows in words and numbers, for those who do not see it."""
+    """Description in words and numbers, for people who cannot see it."""
     panels: tuple[Figure, ...]
     in_a_row: bool = False
-    """Whether the panels stand side by side; else above each other, on one x axis."""
+    """Whether the panels are side by side; else above each other, on one x axis."""
     limit: str = "limit"
-    """What limits of points are called, in the language of the document."""
+    """Label of limits of points, in the language of the document."""
     decimal: str = "."
-    """The decimal sign of that language."""
+    """Decimal sign of that language."""

@@ -1,4 +1,4 @@
-"""The low-pass filter between transducer and converter, as a register describes it."""
+"""The low-pass filter between transducer and converter, as stated in the register."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from rigrunner.api.settings import Angle, Frequency, ListOf, PlainText, Settings
 
 
 class LowPass(Settings):
-    """An analogue filter of a named characteristic."""
+    """An analogue filter with a named characteristic."""
 
     type: Literal["butterworth", "bessel", "chebyshev"] = "butterworth"
-    """The filter's characteristic."""
+    """Characteristic of the filter."""
     order: Annotated[int, Field(ge=1, le=8)] = 2
-    """Its order."""
+    """Order of the filter."""
     corner: Annotated[Frequency, Field(gt=0)]
-    """Where its gain is down by 3 dB."""
+    """Frequency of -3 dB."""
     ripple_db: Annotated[float | None, Field(gt=0, le=3)] = None
-    """By how many dB the gain of a Chebyshev filter (type I) ripples in its pass band."""
+    """Ripple of a Chebyshev filter (type I) in its pass band, in dB."""
 
     @model_validator(mode="after")
     def _ripples(self) -> Self:
@@ -30,24 +30,24 @@ class LowPass(Settings):
 
     @property
     def described(self) -> str:
-        """The filter in a few words."""
+        """The filter as text."""
         ripple = "" if self.ripple_db is None else f", {self.ripple_db:g} dB ripple"
         return f"{self.type}, order {self.order}, {self.corner:g} Hz{ripple}"
 
     def scaled(self, factor: float) -> LowPass:
-        """Return the same filter at frequencies that are higher by a factor."""
+        """Return the same filter, scaled up in frequency by a factor."""
         return self.model_copy(update={"corner": self.corner * factor})
 
 
 class Fir(Settings):
-    """A digital filter by its taps, with the delay that they have."""
+    """A digital filter by its taps, with their delay."""
 
     type: Literal["fir"]
-    """By its impulse response."""
+    """Specified by the impulse response."""
     taps: Annotated[ListOf[float], Field(min_length=1, max_length=4096)]
-    """One for each sample; the gain at rest is taken for 1, whatever their sum."""
+    """One tap per sample; scaled to a gain of 1 at rest."""
     rate: Annotated[Frequency, Field(gt=0)]
-    """The rate of the samples that it filters."""
+    """Rate of the samples that it filters."""
 
     @model_validator(mode="after")
     def _passes_what_rests(self) -> Self:
@@ -57,34 +57,34 @@ class Fir(Settings):
 
     @property
     def described(self) -> str:
-        """The filter in a few words."""
+        """The filter as text."""
         return f"FIR of {len(self.taps)} taps at {self.rate:g} Hz"
 
     def scaled(self, factor: float) -> Fir:
-        """Return the same filter at frequencies that are higher by a factor."""
+        """Return the same filter, scaled up in frequency by a factor."""
         return self.model_copy(update={"rate": self.rate * factor})
 
 
 class ResponsePoint(Settings):
-    """The response at one frequency, over that at rest."""
+    """The response at one frequency, relative to that at rest."""
 
     frequency: Annotated[Frequency, Field(gt=0)]
-    """Of a sine."""
+    """Frequency of the sine."""
     gain: Annotated[float, Field(gt=0)]
-    """Amplitude out over amplitude in, over that at rest."""
+    """Amplitude out over amplitude in, relative to that at rest."""
     phase: Angle
-    """By how much the output leads the input: negative where it lags."""
+    """Phase of the output relative to the input: negative if it lags."""
 
 
 class MeasuredResponse(Settings):
-    """A filter, or a whole measuring chain, by its measured frequency response."""
+    """A filter, or a whole measuring chain, with a measured frequency response."""
 
     type: Literal["measured"]
-    """By a table."""
+    """Specified by a table."""
     response: Annotated[ListOf[ResponsePoint], Field(min_length=2)]
     """At ascending frequencies, close enough that the phase changes by less than half a turn."""
     source: Annotated[PlainText, Field(min_length=1, max_length=80)]
-    """Who measured it, and when."""
+    """Who measured it and when."""
 
     @model_validator(mode="after")
     def _ascends(self) -> Self:
@@ -95,12 +95,12 @@ class MeasuredResponse(Settings):
 
     @property
     def described(self) -> str:
-        """The filter in a few words."""
+        """The filter as text."""
         last = self.response[-1].frequency
         return f"measured up to {last:g} Hz ({self.source})"
 
     def scaled(self, factor: float) -> MeasuredResponse:
-        """Return the same filter at frequencies that are higher by a factor."""
+        """Return the same filter, scaled up in frequency by a factor."""
         moved = tuple(
             point.model_copy(update={"frequency": point.frequency * factor})
             for point in self.response
@@ -119,4 +119,4 @@ AnyFilter = Annotated[
     | Annotated[MeasuredResponse, Tag("measured")],
     Discriminator(_kind),
 ]
-"""A filter of any kind: `butterworth` unless `type` says something else."""
+"""A filter of any kind: `butterworth` unless `type` states another."""

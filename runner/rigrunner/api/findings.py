@@ -1,4 +1,4 @@
-"""What an analysis of any quantity takes and gives: named measurement results (VIM 2.9)."""
+"""What an analysis takes and returns: named measurement results (VIM 2.9)."""
 
 from __future__ import annotations
 
@@ -23,82 +23,82 @@ class ResultDefinition:
     """The definition of a result, known from the settings alone."""
 
     name: str
-    """By which limits, documents and other analyses name it."""
+    """Name for limits, documents and other analyses."""
     symbol: str = ""
     """Such as R; '' for none."""
     text: str = ""
-    """The measurand in words (VIM 2.3), such as 'load regulation'."""
+    """Description of the measurand (VIM 2.3), such as 'load regulation'."""
     unit: str
-    """In which it is stated."""
+    """Unit of the result."""
     per: tuple[str, ...] = ()
-    """The coordinates that tell its results apart; none: there is one result."""
+    """Coordinates that distinguish its values; empty for a single one."""
     id: str = ""
-    """The measurand for programs; '' where the analysis is not told one."""
+    """Identifier of the measurand for programs; '' if not stated."""
     measurand: MeasurandKind | None = None
-    """Which torque it is, of a torque whose method says so; a limit of another one is refused."""
+    """Kind of torque, for a torque whose method states it; limits of other kinds are refused."""
 
     @property
     def words(self) -> str:
-        """The measurand in words, or else its name."""
+        """The description of the measurand, or its name."""
         return self.text or self.name
 
 
 @dataclass(frozen=True, kw_only=True)
 class MeasurementResult:
-    """One value of a named result, with its uncertainty, and where it holds (VIM 2.9)."""
+    """One value of a named result, with its uncertainty and its place (VIM 2.9)."""
 
     of: ResultDefinition
     estimate: Estimate
     """In the unit of the definition."""
     components: tuple[Component, ...] = ()
-    """Its budget, in the same unit; empty where nothing is known of its uncertainty."""
+    """Uncertainty budget, in the same unit; empty if the uncertainty is unknown."""
     coordinates: Mapping[str, CoordinateValue] = field(default_factory=dict)
     """A value for each coordinate of `of.per`."""
     readings: int = 1
-    """How many values it was made of."""
+    """Number of values that it was calculated from."""
     uncorrected: Estimate | None = None
-    """The same before the correction that it is for, judged beside it; None where none is made."""
+    """The uncorrected value, judged beside it; None without a correction."""
 
     @property
     def name(self) -> str:
-        """That of the definition."""
+        """Name of the definition."""
         return self.of.name
 
     @property
     def place(self) -> str:
-        """Where it holds, in words: 'load.current = 2 A'; '' for the only one."""
+        """The place as text: 'load.current = 2 A'; '' for the only one."""
         return place_text(self.coordinates)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Formula:
-    """An equation by which a result was computed, as the report sets it."""
+    """An equation of a result, as the report typesets it."""
 
     of: str = ""
-    """The name of the result with which it stands; '' in a section."""
+    """Name of the result that it is shown with; '' in a section."""
     symbol: str
-    """What it gives: the left side."""
+    """The left side."""
     text: str
     """The right side, in the notation of `rigrunner.signal.expression`."""
     quantities: Mapping[str, str] = field(default_factory=dict)
-    """What names in it stand for that are numbers with a unit, such as {'number_1': '0 °C'}."""
+    """Names in it that stand for a number with a unit, such as {'number_1': '0 °C'}."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
-    """A table that belongs to results, in rows of numbers and texts."""
+    """A table of numbers and texts for results."""
 
     of: str = ""
-    """The name of the result with which it stands; '' in a section."""
+    """Name of the result that it is shown with; '' in a section."""
     title: str
     columns: tuple[str, ...]
-    """What each holds, with its unit where it has one: 'u / mm'."""
+    """Heads of the columns, with units: 'u / mm'."""
     rows: tuple[tuple[float | str, ...], ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReportSection:
-    """A section of the report, as data; its parts stand in this order."""
+    """A section of the report as data; its parts are shown in this order."""
 
     title: str
     paragraphs: tuple[str, ...] = ()
@@ -112,81 +112,80 @@ class Findings:
     """What an analysis found in a run."""
 
     results: tuple[MeasurementResult, ...] = ()
-    """Of each definition one, or one for each place."""
+    """One for each definition, or one for each place."""
     means: tuple[MeasurementResult, ...] = ()
-    """The mean over all places, of a definition whose analysis knows what the places share.
+    """Means over all places, of definitions whose analysis knows what the places have in common.
 
-    It has no coordinates. Of any other definition the mean is taken by the budgets.
+    They have no coordinates. The means of other definitions are calculated from the budgets.
     """
     checks: tuple[Check, ...] = ()
-    """What was looked at besides; one that is `decisive` and not `ok` forbids a verdict."""
+    """Further checks; one that is `decisive` and not `ok` makes the verdict inconclusive."""
     notes: tuple[str, ...] = ()
-    """What a reader must know, in sentences."""
+    """Notes for the reader, in sentences."""
     formulas: tuple[Formula, ...] = ()
-    """By which results were computed; the report shows them with the results."""
+    """Equations, shown in the report with the results."""
     tables: tuple[Table, ...] = ()
-    """What belongs to results besides; in the report, and in `result.json`."""
+    """Tables for results, in the report and in `result.json`."""
     figures: tuple[Figure, ...] = ()
-    """Likewise, drawn in the report."""
+    """Figures for results, in the report."""
     sections: tuple[ReportSection, ...] = ()
-    """Of the report, after the results; in `result.json` too."""
+    """Report sections after the results; also in `result.json`."""
     details: tuple[AnalysisDetails, ...] = ()
-    """What the analysis keeps besides, for pages and programs that know it."""
+    """Further record of the analysis, for its own pages and programs."""
 
 
 class Analysis(Protocol):
-    """Makes results of a run; it changes nothing, asks no clock, and reads no file."""
+    """Calculates results of a run. It changes nothing, reads no clock and no file."""
 
     def __call__(self, run: RunData) -> Findings:
-        """Return what was found; raise DataError where the run lacks what is required.
+        """Return the findings; raise DataError if required data are missing.
 
-        `run.partners` has the partner runs that it requires, by name.
+        `run.partners` has the required partner runs by name.
         """
         ...
 
 
 class AnalysisOfResults(Protocol):
-    """The same of an analysis that needs results of others: it is given those that it names."""
+    """An Analysis that requires results of others, and is called with them."""
 
     def __call__(self, run: RunData, results: Sequence[MeasurementResult]) -> Findings:
-        """Return what was found; raise DataError where the run or the results lack something."""
+        """Return the findings; raise DataError if required data or results are missing."""
         ...
 
 
 class LiveAnalysis(Protocol):
-    """What an analysis shows while it is measured: a fold over blocks, in bounded memory.
+    """The live view of an analysis during a measurement: a fold over blocks, in bounded memory.
 
-    What it shows of a whole recording is what the analysis finds of it, however the blocks are cut.
+    For a complete recording it shows the findings of the analysis, whatever the size of the blocks.
     """
 
     def begin(self, recording: Recording, run: RunData) -> None:
-        """Begin with a recording: all of it but its samples.
+        """Start a recording, given without its samples.
 
-        One that is not kept has no name: its curves are shown, and it enters no result. `run` is
-        the run that it belongs to, without recordings: its rig, instruments, zero readings and
-        partner runs, as far as they are known.
+        A recording without a name is not kept: its curves are shown, but it does not contribute to
+        results. `run` has the rig, instruments, zero readings and partner runs as far as known, and
+        no recordings.
         """
         ...
 
     def take(self, block: Block) -> Sequence[Curve]:
-        """Take the next block of that recording; return the curves that it completes, or none.
+        """Take the next block of the recording; return the curves that it completes.
 
-        A screen shows them at once. Its channels, 'role.name', have readings in SI units: zero
-        readings are taken off, and what a certificate corrects is corrected, as `RunData.readings`
-        does.
+        They are displayed at once. Channels, 'role.name', are in SI units, minus zero readings and
+        corrected by certificates, as by `RunData.readings`.
         """
         ...
 
     def findings(self) -> Findings:
-        """Return what is known by now. An uncertainty that only the whole run tells is nan.
+        """Return the findings so far. An uncertainty that needs the whole run is nan.
 
-        It is asked for a few times a second: what takes long is done here, not in `take`.
+        Called a few times per second: do lengthy calculations here, not in `take`.
         """
         ...
 
 
 Objection = tuple[tuple[str | int, ...], str, str] | tuple[tuple[str | int, ...], str, str, int]
-"""A key of the settings, what is wrong with what stands there, and what to write instead.
+"""A key of the settings, what is wrong with its value, and a hint.
 
-With a number: which character of the text that stands there is meant, from 1.
+With a number: the character in the text that it refers to, from 1.
 """

@@ -1,4 +1,4 @@
-"""A fit named in settings; the plugin receives the fit itself."""
+"""A fit named in settings; the plugin gets the fit itself."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ if TYPE_CHECKING:
 
 
 class FitChoice(Settings):
-    """A fit by its name, or as `name: {setting: value}`.
+    """A fit by name, or as `name: {setting: value}`.
 
-    The factory of a plugin with a field of this type gets the fit itself too, as a keyword argument
-    with the name of the field: `factory(settings, fit=...)`.
+    The factory of a plugin with a field of this type also gets the fit, as a keyword argument with
+    the name of the field: `factory(settings, fit=...)`.
     """
 
     kind: ClassVar[str] = "fit"
     name: Annotated[str, Field(min_length=1)]
-    """Of the fit."""
+    """Name of the fit."""
     settings: dict[str, Any] = Field(default_factory=dict)
-    """Its settings."""
+    """Settings of the fit."""
 
     @model_validator(mode="before")
     @classmethod
@@ -39,5 +39,5 @@ class FitChoice(Settings):
 
 
 def chosen_fits(settings: Settings) -> Mapping[str, FitChoice]:
-    """Return the fits that settings name, by the fields that do."""
+    """Return the fits in settings, by field."""
     return {name: value for name, value in settings if isinstance(value, FitChoice)}

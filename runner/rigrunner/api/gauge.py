@@ -1,4 +1,4 @@
-"""What a gauge study of the rig found, as its station names it."""
+"""The result of a gauge study of the rig, as entered in its station."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from rigrunner.api.settings import PlainText, Settings, Torque
 
 
 class Scatter(Settings):
-    """A standard deviation that a study found."""
+    """A standard deviation from a study."""
 
     u: Annotated[Torque, Field(ge=0, description="the standard deviation of one result")]
     degrees_of_freedom: Annotated[float, Field(ge=1, description="as the study states them")]
 
 
 class NamedStudy(Settings):
-    """A gauge study of this rig: `rigrunner gauge-rr` states what to enter."""
+    """A gauge study of this rig; `rigrunner gauge-rr` prints the entry."""
 
     source: Annotated[
         PlainText, Field(min_length=1, max_length=80, description="the study: its date or report")

@@ -1,7 +1,7 @@
-"""What a plugin declares: hooks are plural nouns that return typed records.
+"""The records that plugins declare; each hook is a plural noun and returns a list of records.
 
-A record's `factory` is called with the validated settings, and imports what it needs then: a plugin
-is listed, and a procedure checked, without loading numpy.
+The `factory` of a record is called with the validated settings and imports what it needs then:
+plugins are listed, and procedures checked, without loading numpy.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ if TYPE_CHECKING:
     from rigrunner.api.verdict import DecisionRule
 
 API_VERSION = 1
-"""The plugin API as it is now; a plugin's module says `api_version = 1` if it is made for it."""
+"""The present plugin API; a plugin module made for it has `api_version = 1`."""
 OLDEST_API_VERSION = 1
-"""The oldest one for which plugins are still taken."""
+"""The oldest plugin API that is still supported."""
 PROJECT = "rigrunner"
 hookspec = pluggy.HookspecMarker(PROJECT)
 hookimpl = pluggy.HookimplMarker(PROJECT)
@@ -64,35 +64,35 @@ class PluginRecord:
     name: str
     """In YAML: small letters, digits and '_'."""
     help: str
-    """One line for lists, of at most 100 characters."""
+    """One line for lists; at most 100 characters."""
     settings: type[Settings] | str = NoSettings
-    """Its settings; a docstring under a field explains it to users.
+    """The model of its settings; the docstring under a field explains the field to users.
 
-    Or where that stands, as 'package.module:Name': imported once it is needed.
+    Or its path, 'package.module:Name', which is imported when first needed.
     """
     trial: Mapping[str, Any] = field(default_factory=dict)
-    """Settings with which it can be tried, a device without an instrument."""
+    """Settings for a trial, of a device without an instrument."""
     rig: type[Settings] | str | None = None
-    """The keys that it reads under `rig` of a station, or where they stand, as of `settings`.
+    """The model of the keys that it reads under `rig` of a station, or its path, as for `settings`.
 
-    A key that no plugin declares is refused; one without a default must be there where the plugin
+    A key that no plugin declares is refused. A key without a default is required where the plugin
     is used.
     """
     revision: int = 1
-    """Of a method or a page layout: one more with each change that gives another number or page.
+    """Revision of a method or a page layout; increased by each change of its numbers or pages.
 
-    Runs and documents carry it. `verify` computes numbers again by the revision that made them, and
-    says so where another one is installed. Also of a change that fixes a mistake.
+    Runs and documents record it. `verify` recomputes with the recorded revision, and reports if
+    another one is installed. A correction of a mistake is a new revision too.
     """
 
     @property
     def settings_model(self) -> type[Settings]:
-        """The model of the settings; PluginError if there is none where the record says."""
+        """The model of the settings; raises PluginError if the path leads to none."""
         return _model_at(self.settings) if isinstance(self.settings, str) else self.settings
 
     @property
     def rig_model(self) -> type[Settings] | None:
-        """The model of its keys of the rig; PluginError if there is none where the record says."""
+        """The model of the keys of the rig; raises PluginError if the path leads to none."""
         return _model_at(self.rig) if isinstance(self.rig, str) else self.rig
 
 
@@ -101,27 +101,28 @@ class DeviceRecord(PluginRecord):
     """A device: `factory(settings, context)` does no I/O."""
 
     factory: Callable[[Any, DeviceContext], Device]
-    """Makes the device of its settings and what it is given beside them."""
+    """Makes the device from its settings and a DeviceContext."""
     simulated: bool = False
-    """Whether there is no instrument at all; of SimulableSettings, the settings say so."""
+    """True if there is never an instrument; for SimulableSettings the settings decide."""
     wired: bool = False
-    """Whether every exchange with the instrument goes through `context.wire`."""
+    """True if every exchange with the instrument goes through `context.wire`."""
     reopenable: bool = True
-    """Whether another process can open it once the one that had it is gone: the guardian does."""
+    """True if another process can open the device after the first one died; the guardian does so.
+    """
     stop_latency_s: float = 1.0
-    """How long a stream may go on after the run was asked to stop."""
+    """Longest time for which a stream continues after a stop request."""
     absent: Mapping[str, Any] = field(default_factory=dict)
-    """Settings, laid over others, with which nobody answers."""
+    """Settings, merged into others, for which no instrument answers."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class OutlierExample:
-    """Values of which it is known, by a source, which ones a rule rejects."""
+    """Values for which a source states which of them a rule rejects."""
 
     source: str
     values: tuple[float, ...]
     rejected: tuple[int, ...]
-    """Counted from 0."""
+    """Indices, counted from 0."""
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -130,27 +131,27 @@ class OutlierRuleRecord(PluginRecord):
     """A rule for gross errors: `factory(settings)`."""
 
     factory: Callable[[Any], OutlierRule]
-    """Makes the rule, of the settings."""
+    """Makes the rule from the settings."""
     rejects: bool = True
     """False for a rule that keeps every value."""
     requires: Callable[[Any], Requirements] = needs_nothing
-    """Gives, of the settings, what the rule needs of a run."""
+    """Returns, from the settings, what the rule requires of a run."""
     leaves_at_least: int = 2
-    """How many values it leaves of any sample that has as many."""
+    """The number of values that it keeps of any larger sample."""
     examples: tuple[OutlierExample, ...] = ()
-    """What the conformance kit holds it to, beside what is the same for every rule."""
+    """Examples for the conformance kit, in addition to the checks of every rule."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FitExample:
-    """Points of which it is known, by a source, what a fit gives."""
+    """Points for which a source states the result of a fit."""
 
     source: str
     x: tuple[float, ...]
     y: tuple[float, ...]
     coefficients: tuple[float, ...]
     u: tuple[float, ...] = ()
-    """Their standard uncertainties, where the source has them."""
+    """Standard uncertainties of y, if the source states them."""
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -159,25 +160,25 @@ class FitRecord(PluginRecord):
     """A fit of y over x: `factory(settings)`."""
 
     factory: Callable[[Any], Fit]
-    """Makes the fit, of the settings."""
+    """Makes the fit from the settings."""
     requires: Callable[[Any], Requirements] = needs_nothing
-    """Gives, of the settings, what the fit needs of a run."""
+    """Returns, from the settings, what the fit requires of a run."""
     examples: tuple[FitExample, ...] = ()
-    """What the conformance kit holds it to, beside what is the same for every fit."""
+    """Examples for the conformance kit, in addition to the checks of every fit."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class DecisionRuleRecord(PluginRecord):
-    """A decision rule, by which limits give a verdict: `factory(settings)`."""
+    """A decision rule, which turns a result and its limits into a verdict: `factory(settings)`."""
 
     factory: Callable[[Any], DecisionRule]
-    """Makes the rule, of the settings."""
+    """Makes the rule from the settings."""
     passes_outside: bool = False
     """Whether a value outside its limits can pass: a guard band outwards (JCGM 106, 8.3.3)."""
 
 
 def nothing(*_: Any) -> tuple[Any, ...]:
-    """Return none, of any settings."""
+    """Return an empty sequence for any settings."""
     return ()
 
 
@@ -185,125 +186,126 @@ def nothing(*_: Any) -> tuple[Any, ...]:
 class AnalysisRecord(PluginRecord):
     """An analysis of any quantity: `factory(settings)`.
 
-    What it gives and needs is known from its settings alone: so limits and channels are checked
-    before anything moves.
+    Its settings alone state its results and requirements, so limits and channels are checked before
+    anything moves.
     """
 
     factory: Callable[..., Analysis | AnalysisOfResults]
-    """Makes the analysis, of the settings, and of each fit that they name: see `FitChoice`. One
-    that requires results is called with them too."""
+    """Makes the analysis from the settings and the fits that they name (see `FitChoice`). An
+    analysis that requires results is called with these too."""
     in_context: bool = False
-    """Whether `factory`, `yields`, `requires` and `live` are given an AnalysisContext too, after
-    the settings: it has the other plugins, and what the procedure measures."""
+    """Whether `factory`, `yields`, `requires` and `live` get an AnalysisContext after the settings:
+    it has the other plugins, and what the procedure measures."""
     yields: Callable[..., tuple[ResultDefinition, ...]]
-    """Gives, of the settings, the results that it makes."""
+    """Returns, from the settings, the results that the analysis makes."""
     requires: Callable[..., Requirements] = needs_nothing
-    """Gives, of the settings, what it needs of a run: above all the channels to measure."""
+    """Returns, from the settings, what the analysis requires of a run, above all channels."""
     objections: Callable[[Any, Mapping[str, str]], Iterable[Objection]] = nothing
-    """Gives, of the settings and the units of what it needs, by name, what does not fit. That of a
-    channel is its SI unit, that of a result the one in which it is stated."""
+    """Returns, from the settings and the units of the requirements by name, settings that do not
+    fit. Channels have SI units; results have their own."""
     live: Callable[..., LiveAnalysis] | None = None
-    """Makes, of the settings, what is shown while it is measured; None for nothing."""
+    """Makes, from the settings, the live view of a measurement; None for no live view."""
     trial_units: Mapping[str, str] = field(default_factory=dict)
-    """The SI unit of each channel that `trial` names: the conformance kit makes up values of it."""
+    """The SI unit of each channel in `trial`, for which the conformance kit makes up values."""
     trial_run: str = ""
-    """Of an analysis that finds nothing in made-up values: 'package.module:function', which gives
-    for a number 0, 1, ... a run to try it on, a RunData, such as one of a simulated rig."""
+    """Path, 'package.module:function', of a function that returns a RunData for a number 0, 1, ...,
+    such as from a simulated rig; for an analysis that finds nothing in made-up values."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReportFormatRecord(PluginRecord):
-    """A report: `factory(settings)` gives a function from ReportInput to the file's bytes."""
+    """A report: `factory(settings)` returns a function from ReportInput to the bytes of a file."""
 
     suffix: str
-    """Of the file, with its dot."""
+    """Suffix of the file, with the dot."""
     factory: Callable[[Any], Callable[[ReportInput], bytes]]
-    """Makes the function that writes, of the settings."""
+    """Makes the writer from the settings."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class CertificateFormatRecord(PluginRecord):
-    """A printed form of certificates: `factory(settings)` gives a function to the file's bytes.
+    """A printed form of certificates: `factory(settings)` returns a function to bytes.
 
-    The factory raises MissingPackageError if it needs a package that is not installed. The function
-    raises InvalidFileError where the letterhead's own texts or templates are wrong.
+    The factory raises MissingPackageError if a package that it needs is not installed. The function
+    raises InvalidFileError if texts or templates of the letterhead are wrong.
     """
 
     suffix: str
-    """Of the file, with its dot."""
+    """Suffix of the file, with the dot."""
     factory: Callable[[Any], Callable[[CertificateInput], bytes]]
-    """Makes the function that writes, of the settings."""
+    """Makes the writer from the settings."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class StudyFormatRecord(PluginRecord):
-    """A report on many runs: `factory(settings)` gives a function to the file's bytes."""
+    """A report on many runs: `factory(settings)` returns a function to the bytes of a file."""
 
     suffix: str
-    """Of the file, with its dot."""
+    """Suffix of the file, with the dot."""
     factory: Callable[[Any], Callable[[StudyInput], bytes]]
-    """Makes the function that writes, of the settings."""
+    """Makes the writer from the settings."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ImporterExample:
-    """A small file of which it is known what stands in it."""
+    """A small file with known content."""
 
     source: str
-    """Where it is from."""
+    """The origin of the file."""
     content: bytes
     """The whole file."""
     columns: Mapping[str, int | str]
-    """Which column of the file each name is, as a mapping has it."""
+    """The column of the file for each name, as in a mapping."""
     values: Mapping[str, tuple[float, ...]]
-    """What these columns hold, by the same names."""
+    """The values of these columns, by the same names."""
     suffix: str = ""
-    """Of the file's name."""
+    """Suffix of the file name."""
     group: str = ""
-    """The part of the file that holds them."""
+    """The part of the file with these columns."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ImporterRecord(PluginRecord):
     """A reader of files of other programs: `factory(settings)`.
 
-    The factory raises MissingPackageError if it needs a package that is not installed.
+    The factory raises MissingPackageError if a package that it needs is not installed.
     """
 
     factory: Callable[[Any], Importer]
-    """Makes the reader, of the settings."""
+    """Makes the reader from the settings."""
     examples: tuple[ImporterExample, ...] = ()
-    """What the conformance kit holds it to, beside what is the same for every importer."""
+    """Examples for the conformance kit, in addition to the checks of every importer."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class EventSinkRecord(PluginRecord):
     """A guarded listener to the events of a run: `factory(settings)`.
 
-    A station names it under `listeners`. It has a thread of its own; one that raises, or does not
-    keep up with the run, is dropped with an alarm.
+    A station names it under `listeners`. It runs in its own thread; one that raises, or cannot keep
+    up with the run, is dropped with an alarm.
     """
 
     factory: Callable[[Any], EventSink]
-    """Makes the listener, of the settings."""
+    """Makes the listener from the settings."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class StepRecord(PluginRecord):
-    """A kind of step, under its name in procedures; its settings are StepSettings.
+    """A kind of step, by its name in procedures; its settings are StepSettings.
 
-    `help` says in one line what it does; its model with its docstrings describes the keys. The
-    schema for editors and the pages of the language are made of them.
+    `help` describes it in one line, and the docstrings of the model describe its keys. The schema
+    for editors and the reference of the language are generated from them.
     """
 
     factory: Callable[[Any, Any], None]
-    """Plans it: `factory(settings, planning)` writes down each action by `planning`, a Planning."""
+    """Plans the step: `factory(settings, planning)` passes each action to `planning`, a Planning.
+    """
     example: str = ""
-    """How it is written, in a line."""
+    """An example in one line."""
 
     @property
     def steps_model(self) -> type[StepSettings]:
-        """The model of the settings; PluginError if that is none of a step."""
+        """The model of the settings; raises PluginError if it is not a model of a step."""
         model = self.settings_model
         if not issubclass(model, StepSettings):
             raise PluginError(f"the settings of the step '{self.name}' are no StepSettings")
@@ -312,10 +314,10 @@ class StepRecord(PluginRecord):
 
 @dataclass(frozen=True, kw_only=True)
 class UnitRecord(PluginRecord):
-    """A unit of measurement: known wherever a quantity is written, under its symbol."""
+    """A unit of measurement, accepted by its symbol wherever a quantity is written."""
 
     definition: UnitDefinition
-    """The symbol, the kind of quantity with its dimension, and how large the unit is."""
+    """The symbol, the kind of quantity with its dimension, and the size of the unit."""
 
     def factory(self, settings: Any) -> Unit:  # noqa: ARG002  (there are none)
         """Return the unit."""
@@ -324,41 +326,42 @@ class UnitRecord(PluginRecord):
 
 @dataclass(frozen=True, kw_only=True)
 class LabRecord(PluginRecord):
-    """A lab folder to begin with, as `rigrunner init` makes it.
+    """A lab folder made by `rigrunner init`.
 
-    Letterhead, reports and schemas are the same in every one; the rest is its own.
+    Letterhead, reports and schemas are the same in every lab folder; the record adds the other
+    files.
     """
 
     files: str
-    """Where its own files stand, 'package:folder': station.yaml, README.md, plugins, procedures."""
+    """Path of the files, 'package:folder': station.yaml, README.md, plugins, procedures."""
     procedures: tuple[str, ...] = ()
-    """Shipped procedures of which it gets a copy, in the order in which to run them."""
+    """Shipped procedures to copy, in the order in which to run them."""
 
     def factory(self, settings: Any) -> Path:  # noqa: ARG002  (there are none)
-        """Return the folder with its own files."""
+        """Return the folder with the files."""
         return _folder_at(self.files)
 
 
 @dataclass(frozen=True, kw_only=True)
 class KindRecord(PluginRecord):
-    """A kind of plugin: whoever brings plugins of it has a function of the name `hook`.
+    """A kind of plugin; plugins of it are returned by a function with the name `hook`.
 
-    Its name is that of the kind, its help says what such a plugin is. The package that brings a
-    kind uses the plugins of it, and says what they must keep to.
+    `name` and `help` describe the kind. The package that brings a kind uses its plugins, and states
+    what they must comply with.
     """
 
     hook: str
-    """What that function is called: 'rigrunner_' and a plural noun."""
+    """Name of the hook function: 'rigrunner_' and a plural noun."""
     record: type[PluginRecord]
-    """Of what it returns a list."""
+    """Type of the records in the list that the hook returns."""
     takes: tuple[str, ...] = ()
-    """By which names that is called what a record's factory makes, if it is a function."""
+    """Names of the arguments of what the factory of a record makes, if that is a function."""
     conformance: str = ""
-    """The module, 'package.module', that has `CHECKS`, the checks of the conformance kit for such
-    plugins, and `SUBJECT`, the class of `rigrunner_testing` that they are given."""
+    """Path, 'package.module', of `CHECKS`, the checks of the conformance kit for such plugins, and
+    `SUBJECT`, the class of `rigrunner_testing` that is passed to them."""
     template: str = ""
-    """Of which files `rigrunner new` makes one: 'package:folder', where `KIND.py.jinja` and
-    `test_KIND.py.jinja` stand."""
+    """Path, 'package:folder', of the templates of `rigrunner new`: `KIND.py.jinja` and
+    `test_KIND.py.jinja`."""
 
     def factory(self, settings: Any) -> type[PluginRecord]:  # noqa: ARG002  (there are none)
         """Return the type of its records."""
@@ -366,7 +369,7 @@ class KindRecord(PluginRecord):
 
     @property
     def templates(self) -> Path:
-        """The folder of these files."""
+        """The folder of the templates."""
         return _folder_at(self.template)
 
 

@@ -1,4 +1,4 @@
-"""What an importer is: it reads columns of numbers out of a file that another program wrote."""
+"""Importers read columns of numbers from files of other programs."""
 
 from __future__ import annotations
 
@@ -18,48 +18,47 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """Numbers as they stand in a file, and what the file itself says of them."""
+    """Numbers as in the file, and what the file states about them."""
 
     values: Array
-    """Shape (n,), finite; no unit is converted."""
+    """Shape (n,), finite; not converted."""
     unit: str = ""
-    """As the file spells it; empty where it states none."""
+    """As spelled in the file; empty if not stated."""
     interval_s: float | None = None
-    """Between two samples; None where the file states none."""
+    """Time between samples; None if not stated."""
     interval_within_s: float = 0.0
-    """How far the stated interval may be from the true one, because of the digits written."""
+    """Uncertainty of the interval from its number of digits."""
     started: datetime | None = None
-    """When the column's time begins: with its zone, or in the local time of the rig without."""
+    """Time zero of the column: with a zone, or in the local time of the rig."""
     offset_s: float = 0.0
-    """When the first sample was taken, counted from there."""
+    """Time of the first sample, relative to `started`."""
     goes: tuple[tuple[int, datetime], ...] = ()
-    """Of what was written in several goes: with which sample, from 0, each but the first began, and
-    when that sample was taken."""
+    """For data written in several parts: index of the first sample of each later part, and its
+    time."""
 
 
 class Importer(Protocol):
-    """Reads one kind of file."""
+    """Reads one type of file."""
 
     def read(
         self, path: Path, columns: Mapping[str, int | str], group: str
     ) -> Mapping[str, Column]:
-        """Return the wanted columns of a file, by the same names.
+        """Return the requested columns of a file, by the same names.
 
-        `group` is the part of the file that holds the recording: a group, a segment, a structure;
-        '' where a file holds only one. No more is kept in memory than what is wanted. Raises
-        NotInFileError for a column or group that is not there, and DataError naming file, and line,
-        group or column, for a file that is not of the kind, or is damaged or cut short; whatever
-        the file holds, nothing else.
+        `group` is the part of the file with the recording: a group, a segment, a structure; '' for
+        the only one. Keeps only the requested columns in memory. Raises NotInFileError for a
+        missing column or group, and DataError naming file, and line, group or column, for a file of
+        another type, or one that is damaged or truncated; no other exception.
         """
         ...
 
 
 class NotInFileError(DataError):
-    """A column or a group is not in the file, or is there twice: who named it may be wrong."""
+    """A column or a group is missing or not unique: the name may be wrong."""
 
     def __init__(
         self, message: str, *, wanted: str = "", location: Location | None = None, hint: str = ""
     ) -> None:
         super().__init__(message, location=location, hint=hint)
         self.wanted = wanted
-        """By the caller's name; empty where it is the group."""
+        """Name used by the caller; empty for the group."""

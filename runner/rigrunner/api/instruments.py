@@ -1,4 +1,4 @@
-"""What the register of a station says of an instrument, whatever it measures (all SI)."""
+"""Entries of the station's register of instruments, for any quantity (all SI)."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ if TYPE_CHECKING:
     from rigrunner.api.accuracy import ReadingError
 
 STORED = "stored"
-"""The key in the context of validation that says that an entry is of a run made before."""
+"""Key in the validation context that marks an entry of a stored run."""
 LEAST_POINTS = 2
-"""Of a table that readings are corrected by."""
+"""Least number of points of a correction table."""
 TORQUE = "torque"
 ZEROED = (TORQUE, "force")
-"""Quantities whose calibration begins with a zero that is taken off (DIN 51309, ISO 376)."""
+"""Quantities that are calibrated relative to a zero reading (DIN 51309, ISO 376)."""
 
 
 def _name_quantities(schema: dict[str, Any]) -> None:
@@ -65,9 +65,9 @@ def _no_mapping(value: object) -> object:
 
 
 class Instrument(Settings):
-    """The register's entry for an instrument of any quantity.
+    """An entry of the register, for an instrument of any quantity.
 
-    A torque transducer is one whose quantity is torque, in N·m.
+    A torque transducer has the quantity torque, in N·m.
     """
 
     channel: Annotated[Member, Field(description="role.channel, such as tester.torque")]
@@ -76,47 +76,47 @@ class Instrument(Settings):
     ] = TORQUE
     """The quantity, such as force, angle or temperature."""
     id: PlainText = ""
-    """The laboratory's own number of it."""
+    """Inventory number of the laboratory."""
     maker: PlainText = ""
-    """Who made it."""
+    """The manufacturer."""
     type: PlainText = ""
-    """The maker's designation."""
+    """Type designation of the manufacturer."""
     serial: PlainText
     """Its serial number."""
     certificate: PlainText = ""
-    """The number of its calibration certificate."""
+    """Number of the calibration certificate."""
     laboratory: PlainText = ""
-    """Who calibrated it."""
+    """The calibration laboratory."""
     calibrated: IsoDate | None = None
-    """When it was calibrated."""
+    """Date of calibration."""
     due: IsoDate | None = None
-    """When it is to be calibrated again; it may be used on that day."""
+    """Date on which the calibration expires; the last day of use."""
     calibration: Annotated[
         Literal["simulated", "recorded", "trial"] | None, BeforeValidator(_no_mapping)
     ] = None
-    """Why there is nothing to calibrate: the device is `simulated`, its values were `recorded`
-    before and are only read from a file, or the set-up is a `trial`: of what that measures nothing
-    can be certified. Left out: the instrument is calibrated."""
+    """Why there is no calibration: the device is `simulated`, its values were `recorded` before and
+    are read from a file, or the set-up is a `trial`, whose results cannot be certified. Left
+    out: the instrument is calibrated."""
     full_scale_: Annotated[AnyQuantity | None, Field(alias="full_scale")] = None
-    """Its nominal value; left out, the end of the range."""
+    """Nominal value; left out, the end of the range."""
     range_: Annotated[CalibratedRange | None, Field(alias="range")] = None
-    """Between which values the calibration holds."""
+    """Range for which the calibration is valid."""
     points: ListOf[CalibrationPoint] = ()
-    """The table of the certificate."""
+    """Table of the calibration certificate."""
     interpolation: Literal["linear", "cubic"] | None = None
-    """Corrects each reading by the calibration `points`: on straight lines between them, or by a
-    cubic through zero that is fitted to them. Left out: readings are not corrected."""
+    """Corrects readings by the calibration `points`: by straight lines between them, or by a cubic
+    through zero fitted to them. Left out: no correction."""
     conditions: CalibrationConditions | None = None
-    """The ambient conditions for which the calibration is valid."""
+    """Ambient conditions for which the calibration is valid."""
     accuracy_: Annotated[StatedAccuracy | None, Field(alias="accuracy")] = None
-    """What its readings may be off by: in one figure, or error by error."""
+    """Accuracy of the readings: one limit for all errors, or one for each."""
     low_pass: AnyFilter | None = None
-    """The filter before the converter. Methods that undo it need it."""
+    """The filter before the converter; required by methods that undo it."""
 
     @field_validator("full_scale_", "range_", "points")
     @classmethod
     def _of_its_quantity(cls, value: Any, info: ValidationInfo) -> Any:
-        """Refuse values of another quantity; one that is wrong itself is reported already."""
+        """Refuse values of other quantities; invalid values have been reported already."""
         wanted = info.data.get("quantity")
         written = [value] if isinstance(value, Quantity) else []
         written += [value.max] if isinstance(value, CalibratedRange) else []
@@ -134,7 +134,7 @@ class Instrument(Settings):
     def _limits_of_its_quantity(
         cls, value: Accuracy | None, info: ValidationInfo
     ) -> Accuracy | None:
-        """Refuse limits of error of another quantity; a run of before may have them."""
+        """Refuse limits of error of other quantities; stored runs may have them."""
         quantity = info.data.get("quantity")
         if value is None or quantity is None:
             return value
@@ -153,7 +153,7 @@ class Instrument(Settings):
         return self
 
     def _objections(self, *, stored: bool) -> Iterator[str]:
-        """Yield all that is wrong with how its parts fit together."""
+        """Yield every inconsistency of its fields."""
         if self.calibrated and self.due and self.calibrated > self.due:
             yield f"calibrated ({self.calibrated}) must not be after due ({self.due})"
         if self.quantity == TORQUE and self.accuracy_ is None and not self.points:
@@ -196,22 +196,22 @@ class Instrument(Settings):
 
     @property
     def name(self) -> str:
-        """The laboratory's number, or else the serial number."""
+        """The inventory number, or else the serial number."""
         return self.id or self.serial
 
     @property
     def full_scale(self) -> float:
-        """The nominal value in SI: as entered, or the end of the range; nan: neither is stated."""
+        """The nominal value in SI: as stated, or the end of the range; nan if neither is stated."""
         if self.full_scale_ is not None:
             return self.full_scale_.si
         return self._entered_range[1] if self._entered_range else math.nan
 
     @property
     def calibrated_range(self) -> tuple[float, float] | None:
-        """Lowest and highest value, in SI, for which the calibration holds; None: not stated.
+        """Lowest and highest value, in SI, of the calibration; None if not stated.
 
-        As entered, or else as far as the calibration points reach, zero included, or else full
-        scale. A torque transducer turns both ways alike where `range` has no `min`.
+        As stated, or else the span of the calibration points with zero, or else full scale. For a
+        torque transducer a `range` without `min` is symmetrical.
         """
         found = self._entered_range
         if found is None and not math.isnan(self.full_scale):
@@ -223,9 +223,9 @@ class Instrument(Settings):
         return (-highest if both_ways else lowest), highest
 
     def beyond_range(self, lowest: float, highest: float, unit: str) -> str:
-        """Return how far values in an SI unit went beyond that range, in words; '' if they did not.
+        """Return, as text, by how much values in an SI unit exceed that range; '' for not at all.
 
-        `unit` is shown.
+        `unit` is the unit of the text.
         """
         bounds = self.calibrated_range
         if bounds is None or bounds[0] <= lowest <= highest <= bounds[1]:
@@ -248,13 +248,16 @@ class Instrument(Settings):
 
     @property
     def accuracy(self) -> Accuracy | None:
-        """What its readings may be off by: as stated, or else what the calibration points allow.
+        """The accuracy of the readings: as stated, or else from the calibration points.
 
-        The points stand for the figure over all where none is stated, nor gain, offset or
-        nonlinearity. Where readings are not corrected by the points, that is the greatest of
-        |deviation| + U among them, the same over the whole range (after GUM F.2.4.5). Where they
-        are, it is the greatest U, and the most that a point is off the straight line between its
-        neighbours, or off the cubic.
+        The points take the place of the overall limit if neither this nor gain, offset or
+        nonlinearity is stated. Without correction it is the greatest
+
+        deviation
+
+        + U of the points, for the whole range (after GUM F.2.4.5). With correction it is the
+        greatest U, and the greatest distance of a point from the line between its neighbours, or
+        from the cubic.
         """
         stated = self.accuracy_
         if not self.points or (stated is not None and stated.has_calibration):
@@ -273,21 +276,21 @@ class Instrument(Settings):
     def half_width(self, name: str, value: float | None = None) -> float:
         """Return the limit of one error at a value, or else at full scale, in the SI unit.
 
-        0 where nothing is stated. A gain is a share; of a resolution it is half of the step.
+        0 if not stated. A gain is relative; a resolution counts half its step.
         """
         known, at = self.accuracy, self.full_scale if value is None else value
         return known.half_width(name, at, self.full_scale) if known else 0.0
 
     def limit_of_error(self, value: float) -> float | None:
-        """Return what it may be off by at a value, both in the SI unit; None if nothing says it."""
+        """Return the limit of error at a value, both in the SI unit; None if unknown."""
         known = self.accuracy
         limit = known.limit_of_error(value, self.full_scale) if known else math.nan
         return None if math.isnan(limit) else limit
 
     def reading_errors(self, value: float, *, zeroed: bool = False) -> tuple[ReadingError, ...]:
-        """Return what a reading of a value, in the SI unit, may be off by, each error by itself.
+        """Return the errors of a reading at a value, in the SI unit.
 
-        `zeroed`: a zero was taken off, and with it the offset. Empty where nothing is known.
+        `zeroed`: a zero reading is subtracted, which removes the offset. Empty if unknown.
         """
         known = self.accuracy
         found = known.errors(self.channel, value, self.full_scale) if known else ()
@@ -295,20 +298,20 @@ class Instrument(Settings):
 
     @property
     def deviations(self) -> tuple[tuple[float, float], ...]:
-        """What the points show: ascending indicated values, each with indicated less applied, SI.
+        """Deviations by ascending indicated value: indicated minus applied, in SI.
 
-        Of torque and force, of which a zero is taken off first, there is none at zero, and points
-        of one direction stand for both.
+        Torque and force, which are zeroed, have none at zero; points of one direction are used for
+        both.
         """
         if self.interpolation == "cubic":
             return calibration_curve.cubic(self._known)
         return calibration_curve.linear(self._known, through_zero=self.quantity in ZEROED)
 
     def corrected(self, values: NDArray[float64], zero: float = 0.0) -> NDArray[float64]:
-        """Return indicated values less a zero reading, less what they deviate, shape (n,), in SI.
+        """Return indicated values minus zero reading and deviations, shape (n,), in SI.
 
-        Between the values of `deviations` on straight lines; beyond the last it stays what it is
-        there. Without `interpolation` only the zero is taken off.
+        Deviations are interpolated linearly, and constant beyond the last. Without `interpolation`
+        only the zero reading is subtracted.
         """
         if self.interpolation is None:
             return values - zero
@@ -336,17 +339,17 @@ class Instrument(Settings):
 
 
 def is_stored(info: ValidationInfo) -> bool:
-    """Say whether an entry is of a run made before, by the context of its validation."""
+    """Return whether an entry belongs to a stored run, by the validation context."""
     return info.context is not None and bool(info.context.get(STORED))
 
 
 def torque_instruments(register: Iterable[Instrument]) -> dict[str, Instrument]:
-    """Return the torque transducers of a register by channel."""
+    """Return the torque transducers of a register, by channel."""
     return {each.channel: each for each in register if each.quantity == TORQUE}
 
 
 def __getattr__(name: str) -> Any:
-    """Give the names of version 0.1.0, with a warning."""
+    """Return names of version 0.1.0, with a warning."""
     if name in {"TorqueInstrument", "OtherInstrument"}:
         message = f"rigrunner.api.instruments.{name} is Instrument now; the name goes with 0.3"
         warnings.warn(message, DeprecationWarning, stacklevel=2)

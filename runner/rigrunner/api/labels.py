@@ -1,4 +1,4 @@
-"""Labels of steps as a file has them: what recordings and rows made there carry as coordinates."""
+"""Labels of steps in a file, which become coordinates of recordings and rows."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from rigrunner.api.coordinates import Coordinate
 
 RESERVED = frozenset({"cycles", "elapsed", "name", "recording", "utc"})
-"""Names that tables use for their own columns."""
+"""Names of columns that tables have anyway."""
 _LONGEST = 80
 _MEANT_AS_QUANTITY = re.compile(r"[^\w\s]?[0-9][0-9.,]*\s+\S|[^\w\s]?[0-9]+[.,][0-9]+[^\d.,\s-]")
 
@@ -60,7 +60,7 @@ LabelValue = Annotated[
     BeforeValidator(_value),
     WithJsonSchema({"anyOf": [{"type": each} for each in ("string", "number", "boolean")]}),
 ]
-"""A text, a float, a boolean or a Quantity. A text that reads as a quantity is one."""
+"""A text, a float, a boolean or a Quantity. A text that is a quantity is read as one."""
 Labels = Annotated[
     dict[CoordinateName, LabelValue],
     Field(

@@ -1,4 +1,4 @@
-"""What a laboratory puts around a certificate: who it is, its logo, language and templates."""
+"""The letterhead of a laboratory: name, logo, language and templates."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Logo:
-    """A picture with the text that stands for it."""
+    """A picture with its alternative text."""
 
     content: bytes
     media_type: str
@@ -22,29 +22,29 @@ class Logo:
 
 @dataclass(frozen=True)
 class Letterhead:
-    """A laboratory's folder, read; it holds data only, no code."""
+    """The folder of a laboratory, as data without code."""
 
     laboratory: Laboratory
     language: str
-    """Of documents, as a tag of BCP 47: 'en', 'de'."""
+    """Language of documents, as a BCP 47 tag: 'en', 'de'."""
     prefix: str
-    """What the laboratory's numbers begin with."""
+    """Prefix of the numbers of certificates."""
     logo: Logo | None = None
     statements: tuple[str, ...] = ()
-    """What the laboratory says on each certificate besides."""
+    """Statements of the laboratory on each certificate."""
     texts: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    """Fixed texts by language and key; they go before the shipped ones."""
+    """Texts by language and key; they replace the shipped ones."""
     templates: Mapping[str, str] = field(default_factory=dict)
-    """Templates by file name; they go before the shipped ones."""
+    """Templates by file name; they replace the shipped ones."""
     style: str = ""
-    """CSS that is added to the shipped one."""
+    """CSS added to the shipped one."""
     files: Mapping[str, str] = field(default_factory=dict)
-    """SHA-256 of every file that the documents depend on, by name."""
+    """SHA-256 of every file that documents depend on, by name."""
 
 
 @dataclass(frozen=True)
 class CertificateInput:
-    """What a certificate format is given."""
+    """The input of a certificate format."""
 
     certificate: Certificate
     letterhead: Letterhead

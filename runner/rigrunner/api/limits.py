@@ -1,7 +1,7 @@
-"""Limits of measured values, as the steps of a procedure state them.
+"""Limits of measured values, as stated by the steps of a procedure.
 
-Every view of a missed limit is made of the `LimitDecision` that a limit gives: table, run file,
-report, panel, certificate.
+Table, run file, report, panel and certificate show a missed limit from the `LimitDecision` of the
+limit.
 """
 
 from __future__ import annotations
@@ -19,26 +19,26 @@ if TYPE_CHECKING:
     from rigrunner.api.quantity import Quantity
 
 STATISTICS = ("mean", "minimum", "maximum", "peak_to_peak", "rms")
-"""The statistics of a recording that may have limits, as procedures and tables name them."""
+"""The statistics of a recording that can have limits, as procedures and tables name them."""
 STATED_BY = "the procedure"
 """The source of these limits."""
 
 
 @dataclass(frozen=True)
 class ValueLimit:
-    """The limit that a step sets on one of its values, as plans, events and run files have it.
+    """The limit that a step sets for one of its values, in plans, events and run files.
 
-    Numbers in the SI unit of the value. Its meaning is in `limits`.
+    Numbers are in the SI unit of the value. `limits` are the limits with their meaning.
     """
 
     of: str
-    """The value: a channel, 'role.name', or of a recording 'role.name.statistic'."""
+    """The value: a channel, 'role.name', or a statistic of a recording, 'role.name.statistic'."""
     minimum: float | None = None
     maximum: float | None = None
     unit: str = "1"
-    """The symbol of the unit in which the procedure states the limit, and texts show the value."""
+    """Symbol of the unit of the limit in the procedure, in which texts show the value."""
     marginal: float = 0.0
-    """A value within the limit, but nearer to it than this, is marginal."""
+    """A value inside the limit by less than this is marginal."""
 
     @classmethod
     def between(
@@ -52,18 +52,18 @@ class ValueLimit:
 
     @cached_property  # each value that is measured is held against it
     def limits(self) -> Limits:
-        """The limits in the SI unit of the value, shown in the unit of the procedure."""
+        """The limits in the SI unit of the value, displayed in the unit of the procedure."""
         si = si_symbol(unit(self.unit).dimension)
         return Limits.between(self.minimum, self.maximum, si, shown_in=self.unit)
 
     def is_marginal(self, value: float) -> bool:
-        """Say whether a value is within the limits, but nearer to one of them than `marginal`."""
+        """Return whether a value is within the limits, but by less than `marginal`."""
         return self.limits.allow(value) and self.limits.margin(value) < self.marginal
 
     def decision(self, value: float) -> LimitDecision:
-        """Return the decision on a value as it was read, without its uncertainty.
+        """Return the decision on a value as read, without its uncertainty.
 
-        That is simple acceptance (JCGM 106, 8.2); no risk is stated.
+        This is simple acceptance (JCGM 106, 8.2); no risk is stated.
         """
         limits, marginal = self.limits, self.is_marginal(value)
         verdict = Verdict.PASS if limits.allow(value) else Verdict.FAIL

@@ -1,4 +1,4 @@
-"""Lines of text to an instrument and back, one asked and one answered."""
+"""Exchange of lines of text with an instrument, one answer to each request."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 _LONGEST = 65536
-"""Bytes of a line: more than that is no answer."""
+"""Maximum bytes of a line."""
 
 
 class Port(Protocol):
-    """Carries bytes; what fails is an OSError."""
+    """Transports bytes; errors are OSErrors."""
 
     def ready(self, within_s: float) -> bool:
-        """Say whether there is something to receive, once there is or the time is over."""
+        """Return whether data can be received, waiting at most for the given time."""
         ...
 
     def receive(self) -> bytes:
-        """Return what is there; nothing, where the other end has closed."""
+        """Return the received data; empty if the other end has closed."""
         ...
 
     def transmit(self, data: bytes, within_s: float) -> None:
@@ -42,10 +42,10 @@ class Port(Protocol):
 
 
 class LineLink:
-    """Carries lines of ASCII text, without their terminator.
+    """Exchanges lines of ASCII text, without their terminator.
 
-    `answer_s` is how long a whole answer may take. All that fails is a DeviceError. After that the
-    port is closed, so that an answer which comes late is never taken for that to another question.
+    `answer_s` is the time-out of a whole answer. All errors are DeviceErrors. After one the port is
+    closed, so that a late answer is never taken for that to another request.
     """
 
     def __init__(self, name: str, port: Port, terminator: str, answer_s: float) -> None:
@@ -54,21 +54,21 @@ class LineLink:
         self._failed = False
 
     def ask(self, request: str) -> str:
-        """Send a line and return the one line that answers it."""
+        """Send a line and return the answer."""
         with self._given_up_if_it_fails(request):
             self._send(request)
             return self._line(request)
 
     def tell(self, request: str) -> None:
-        """Send a line that is not answered."""
+        """Send a line without an answer."""
         with self._given_up_if_it_fails(request):
             self._send(request)
 
     def wait_for_silence(self, quiet_s: float) -> None:
-        """Throw away what comes until nothing has come for a time: late answers to earlier lines.
+        """Discard late answers until nothing has arrived for a time.
 
-        A serial port, unlike a socket, gives them to who opens it next. Waits three times as long
-        at most.
+        A serial port, unlike a socket, passes them to the next one who opens it. Waits three times
+        as long at most.
         """
         until_s = time.monotonic() + 3 * quiet_s
         with self._given_up_if_it_fails("(waiting for silence)"):
@@ -76,7 +76,7 @@ class LineLink:
                 self._port.receive()
 
     def close(self) -> None:
-        """Give the port back; idempotent."""
+        """Close the port; idempotent."""
         self._port.close()
 
     @contextmanager
@@ -116,7 +116,7 @@ class LineLink:
         )
 
     def _line(self, request: str) -> str:
-        """Return one whole line, within the time-out from the first byte to the last."""
+        """Return one complete line, within the time-out from the first byte to the last."""
         until_s = time.monotonic() + self._answer_s
         got = b""
         while not got.endswith(self._end):

@@ -1,8 +1,8 @@
-"""Drivers of instruments that are asked by a line of text and answer with one.
+"""Drivers of instruments that communicate in lines of text.
 
-Many do, over a TCP socket or a serial port, in SCPI or in their maker's own words. A driver says
-what is asked and what the answers mean; what is the same for all of them is here. A simulator of
-the instrument answers the same lines, so that all of a driver is tried without its instrument.
+Many do, over a TCP socket or a serial port, in SCPI or in a protocol of their own. A driver states
+requests and meaning of the answers; this module has the common part. A simulator of the instrument
+answers the same lines, so that all of a driver can be tested without the instrument.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ class LineSettings(SimulableSettings):
     """The address of an instrument that communicates in lines of text."""
 
     address: str = ""
-    """host:port, or a serial port such as /dev/ttyUSB0 or COM3; not needed of a simulated one."""
+    """host:port, or a serial port such as /dev/ttyUSB0 or COM3; not needed if simulated."""
     baud: Annotated[int, Field(ge=50, le=4_000_000)] = 9600
     """Bits per second of a serial port."""
     timeout: PositiveDuration = 2.0
-    """How long the answer to a line is waited for; the station's patience must be longer."""
+    """Time-out of an answer; the time limit of the station must be longer."""
 
     @model_validator(mode="after")
     def _can_be_found(self) -> Self:
@@ -61,12 +61,12 @@ class LineSettings(SimulableSettings):
         )
 
     def physical_addresses(self) -> Sequence[str]:
-        """Return where the instrument is reached: one run at a time may."""
+        """Return the address of the instrument, which one run at a time may use."""
         return (f"{'serial' if self.is_serial else 'tcp'}:{self.address}",) if self.address else ()
 
     @property
     def is_serial(self) -> bool:
-        """Whether the address is that of a serial port."""
+        """Whether the address is a serial port."""
         return _SERIAL_PORT.fullmatch(self.address) is not None
 
 
@@ -74,23 +74,23 @@ class Answering(Protocol):
     """A simulated instrument."""
 
     def answer(self, request: str) -> str:
-        """Return the line that answers a line; an empty one where the instrument keeps silent."""
+        """Return the answer to a line; empty if the instrument sends none."""
         ...
 
 
 class LineDriver(Driver):
-    """A Driver that asks its instrument by lines of text; give it `get` and, with drives, `put`.
+    """A Driver for lines of text; implement `get` and, with drives, `put`.
 
-    Every exchange goes over the wire: its DeviceRecord is `wired`. A ValueError, such as that of
-    `float` for an answer that is not a number, is a DeviceRejectedError.
+    Every exchange goes over the wire: the DeviceRecord is `wired`. A ValueError, such as that of
+    `float` for an answer that is not a number, becomes a DeviceRejectedError.
     """
 
     simulator: ClassVar[type[Answering]]
-    """Makes what answers where the settings say `simulated: yes`."""
+    """Makes the simulator for `simulated: yes`."""
     reconnects_after: ClassVar[tuple[type[DeviceError], ...]] = (DeviceError,)
-    """After any error: an answer does not say what it answers, and may be that to another line."""
+    """After any error: an answer does not state its request, and may belong to an earlier one."""
     terminator: ClassVar[str] = "\n"
-    """What ends a line, both ways."""
+    """End of a line, in both directions."""
     errors: ClassVar[Mapping[type[Exception], type[DeviceError]]] = {
         ValueError: DeviceRejectedError
     }
@@ -107,10 +107,10 @@ class LineDriver(Driver):
         self.settings = settings
         self._link: _Link | None = None
         self._instrument: Answering | None = None
-        """The simulator, which keeps its state over a new connection."""
+        """The simulator, which keeps its state when reconnected."""
 
     def open(self, timeout_s: float) -> Identity:
-        """Open the connection and say who answers."""
+        """Open the connection and identify the instrument."""
         address = "the simulator" if self.settings.simulated else self.settings.address
         self.exchange(f"open {address}", lambda: self._open(timeout_s))
         identity = self.identify()
@@ -122,9 +122,9 @@ class LineDriver(Driver):
         return replace(identity, simulated=self.settings.simulated)
 
     def identify(self) -> Identity:
-        """Say who answers; by itself what '*IDN?' is answered with (IEEE 488.2, 10.14).
+        """Identify the instrument; by default by the answer to '*IDN?' (IEEE 488.2, 10.14).
 
-        Raise a DeviceNotFoundError where that is not the instrument that it should be.
+        Raise a DeviceNotFoundError if it is not the expected instrument.
         """
         answer = self.ask("*IDN?")
         fields = [field.strip() for field in answer.split(",")]
@@ -137,15 +137,15 @@ class LineDriver(Driver):
         return Identity(maker, model, serial, firmware)
 
     def ask(self, request: str) -> str:
-        """Return the line that answers a line."""
+        """Send a line and return the answer."""
         return self.exchange(f"ask {request}", lambda: self._linked().ask(request))
 
     def tell(self, request: str) -> None:
-        """Send a line that is not answered."""
+        """Send a line without an answer."""
         self.exchange(f"tell {request}", lambda: self._linked().tell(request))
 
     def shut(self) -> None:
-        """Give the connection back."""
+        """Close the connection."""
         link, self._link = self._link, None
         if link is not None:
             link.close()
@@ -173,7 +173,7 @@ class LineDriver(Driver):
 
 
 def _need_simulator(kind: type[LineDriver]) -> None:
-    """Raise PluginError for a driver that has nothing that answers in the instrument's place."""
+    """Raise PluginError for a driver without a simulator."""
     simulator = getattr(kind, "simulator", None)
     if simulator is None:
         problem = f"{kind.__name__} has no simulator, and its settings say 'simulated: yes'"
@@ -189,7 +189,7 @@ def _need_simulator(kind: type[LineDriver]) -> None:
 
 
 class _Link(Protocol):
-    """Carries lines to an instrument and back."""
+    """Exchanges lines with an instrument."""
 
     def ask(self, request: str) -> str: ...
 
@@ -199,7 +199,7 @@ class _Link(Protocol):
 
 
 class _Simulated:
-    """A simulated instrument, as silent as the real one where it is not asked for an answer."""
+    """A simulated instrument, which sends nothing unless asked."""
 
     def __init__(self, instrument: Answering) -> None:
         self._instrument = instrument

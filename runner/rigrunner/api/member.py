@@ -1,4 +1,4 @@
-"""The name of a channel or a drive of a device: `role.name`, parsed once where text comes in."""
+"""The name of a channel or a drive of a device: `role.name`, parsed once where text is read."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ _MEMBER = rf"{NAME}\.{NAME}"
 class Member(str):
     """A channel or a drive of the device in a role.
 
-    It is the text `role.name` that also knows its two parts: it compares, hashes, sorts and is
-    written as that text, so a mapping by members can be asked by text, and a stored one read.
+    It is the text `role.name` and knows its two parts. It compares, hashes, sorts and prints as
+    that text, so mappings with members as keys accept plain texts, also stored ones.
     """
 
     __slots__ = ("name", "role")
@@ -35,7 +35,7 @@ class Member(str):
 
     @classmethod
     def parse(cls, text: str) -> Member:
-        """Return the member that a text names; raise ValueError for one of another form."""
+        """Return the member named by a text; raise ValueError for another form."""
         if isinstance(text, cls):
             return text
         if not re.fullmatch(_MEMBER, text):
@@ -43,14 +43,14 @@ class Member(str):
         return cls(*text.split("."))
 
     def __getnewargs__(self) -> tuple[str, str]:  # type: ignore[override]  # as __new__ takes
-        """Return what a copy is made of, also in another process."""
+        """Return the arguments for copies and pickles."""
         return self.role, self.name
 
     @classmethod
     def __get_pydantic_core_schema__(
         cls, source: object, handler: GetCoreSchemaHandler
     ) -> core_schema.CoreSchema:
-        """Let a model of settings parse it."""
+        """Let settings parse members."""
         return core_schema.no_info_after_validator_function(cls.parse, core_schema.str_schema())
 
     @classmethod
@@ -65,7 +65,7 @@ class Member(str):
 
 
 def channel_of(value: str) -> Member:
-    """Return the channel, 'role.name', of a value: itself, or one of its statistics.
+    """Return the channel, 'role.name', of a value: itself, or the channel of its statistic.
 
     That of 'tester.torque.rms' is tester.torque.
     """
@@ -74,5 +74,5 @@ def channel_of(value: str) -> Member:
 
 
 def role_of(place: Member | str) -> str:
-    """Return the role of a member, or the role itself where a whole device is named."""
+    """Return the role of a member, or the role itself if a whole device is named."""
     return place.role if isinstance(place, Member) else place

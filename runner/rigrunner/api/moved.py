@@ -1,4 +1,4 @@
-"""Names that stood here in 0.1.0 and have moved: they are found for one release, with a warning."""
+"""Names of 0.1.0 that have moved; found here for one release, with a warning."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ _MOVED = {
     "CompensationRecord": "rigrunner_bearings.api",
     "Influence": "rigrunner_bearings.api",
 }
-"""Where each is now."""
+"""Present place of each name."""
 
 
 def moved(module: str, name: str) -> Any:
-    """Return a name that has moved from a module; raise AttributeError for any other name."""
+    """Return a moved name of a module; raise AttributeError for any other name."""
     place = _MOVED.get(name)
     if place is None:
         raise AttributeError(f"module {module!r} has no attribute {name!r}")

@@ -1,8 +1,8 @@
-"""Partner runs: other runs that an analysis takes besides the one that it analyses.
+"""Partner runs: other runs that an analysis uses besides the one that it analyses.
 
-A dark reading for a responsivity, a reference specimen for a comparison, the rig without load for a
-torque: settings ask for one as a `PartnerRun`, the analysis says so in its `Requirements`, and it
-has the data as `run.partners[name]`, online, of a stored run and in a batch.
+A dark reading for a responsivity, a reference specimen for a comparison, an unloaded rig for a
+torque: settings ask for one as a `PartnerRun`, the analysis lists it in its `Requirements` and gets
+the data as `run.partners[name]`, online, of a stored run and in a batch.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ PartnerName = Annotated[str, Field(pattern=f"^{NAME}$"), AfterValidator(_name)]
 
 
 class PartnerRun(Settings):
-    """Which other run is taken besides this one, and what both must have in common."""
+    """Selects a partner run, and what it must have in common with this run."""
 
     from_: Annotated[str, Field(alias="from", min_length=1)] = LATEST
     """'latest', or a run by its folder or name."""
@@ -51,11 +51,11 @@ class PartnerRun(Settings):
         ]
         | None
     ) = None
-    """The id of the procedure that it must be a run of."""
+    """The id of its procedure."""
     max_age: Annotated[Duration, Field(gt=0)] = 8 * _HOUR_S
-    """How long before this run it may have begun."""
+    """Longest time between the start of the partner run and of this one."""
     same: ListOf[str] = (STATION,)
-    """What both must have in common: 'station', and keys of the rig such as 'mandrel'."""
+    """What both runs must share: 'station', and keys of the rig such as 'mandrel'."""
 
     def needed(
         self,
@@ -67,7 +67,7 @@ class PartnerRun(Settings):
         at: tuple[str, ...] = (),
         within: float = 1e-6,
     ) -> NeededRun:
-        """Return it as what an analysis requires under a name; `key` is where it stands."""
+        """Return it as a requirement under a name; `key` is its place in the settings."""
         return NeededRun(
             name=name,
             key=key,

@@ -1,4 +1,4 @@
-"""Which of several values is meant: by where each was measured, in set-points and coordinates."""
+"""Places select one of several values by set-points and coordinates."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rigrunner.api.coordinates import CoordinateValue
 
 SAME = 1e-6
-"""How far, relatively, a coordinate may be from the one that is named."""
+"""Relative tolerance of a coordinate."""
 _COORDINATE = "[A-Za-z][A-Za-z0-9_]*([.][A-Za-z][A-Za-z0-9_]*)?"
 
 
@@ -40,11 +40,11 @@ def _read(value: object) -> object:
 
 _SCHEMA = {"anyOf": [{"type": "string"}, {"type": "number"}]}
 PlaceValue = Annotated[Quantity | str, BeforeValidator(_read), WithJsonSchema(_SCHEMA)]
-"""What a coordinate is: a quantity, '2 A', a count, 3, or a text, 'final'."""
+"""Value of a coordinate: a quantity, '2 A', a count, 3, or a text, 'final'."""
 CoordinateKey = Annotated[str, Field(pattern=f"^{_COORDINATE}$")]
 """A drive, 'role.name', or the name of a counter or label."""
 Place = Annotated[Mapping[CoordinateKey, PlaceValue], AfterValidator(dict)]
-"""A value for each coordinate that is named: {load.current: 2 A, phase: final}."""
+"""A value for some coordinates: {load.current: 2 A, phase: final}."""
 
 
 def _read_several(value: object) -> object:
@@ -62,11 +62,11 @@ PlaceValues = Annotated[
 ]
 """One value of a coordinate, or several: 2 A, [1 A, 2 A]."""
 Places = Annotated[Mapping[CoordinateKey, PlaceValues], AfterValidator(dict)]
-"""One value or several for each coordinate that is named: {load.current: [1 A, 2 A]}."""
+"""One value or several for some coordinates: {load.current: [1 A, 2 A]}."""
 
 
 def each_of(places: Mapping[str, tuple[Quantity | str, ...]]) -> Iterator[Place]:
-    """Yield each place, one value for each coordinate; of nothing named the one that is all."""
+    """Yield each place, with one value per coordinate; for none a single empty place."""
     for values in product(*places.values()):
         yield dict(zip(places, values, strict=True))
 
@@ -74,12 +74,12 @@ def each_of(places: Mapping[str, tuple[Quantity | str, ...]]) -> Iterator[Place]
 def is_in(
     places: Mapping[str, tuple[Quantity | str, ...]], coordinates: Mapping[str, CoordinateValue]
 ) -> bool:
-    """Say whether coordinates are those of one of the places."""
+    """Return whether coordinates are at one of the places."""
     return any(is_at(place, coordinates) for place in each_of(places))
 
 
 def places_text(places: Mapping[str, tuple[Quantity | str, ...]]) -> str:
-    """Return places in words, equal for equal places: 'load.current = 1 A or 2 A'."""
+    """Return places as text, equal for equal places: 'load.current = 1 A or 2 A'."""
     return ", ".join(
         f"{name} = {' or '.join(sorted(map(str, values)))}"
         for name, values in sorted(places.items())
@@ -87,7 +87,7 @@ def places_text(places: Mapping[str, tuple[Quantity | str, ...]]) -> str:
 
 
 def matches(wanted: Quantity | str, found: CoordinateValue) -> bool:
-    """Say whether a coordinate is the one that is meant; quantities in any unit of one kind."""
+    """Return whether a coordinate has a value; quantities in any unit of one kind."""
     if isinstance(wanted, str) or isinstance(found.value, str):
         return wanted == found.value
     known = unit(found.unit or "1")
@@ -100,7 +100,7 @@ def matches(wanted: Quantity | str, found: CoordinateValue) -> bool:
 
 
 def is_at(place: Mapping[str, Quantity | str], coordinates: Mapping[str, CoordinateValue]) -> bool:
-    """Say whether coordinates are those of a place; what the place does not name may be any."""
+    """Return whether coordinates are at a place; other coordinates can have any value."""
     return all(
         name in coordinates and matches(wanted, coordinates[name]) for name, wanted in place.items()
     )

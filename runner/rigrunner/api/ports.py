@@ -1,4 +1,4 @@
-"""Where lines of text travel: a TCP socket, or a serial port (pyserial)."""
+"""Ports for lines of text: a TCP socket, or a serial port (pyserial)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rigrunner.api.errors import DeviceNotFoundError, DeviceTimeoutError
 
 _AT_ONCE = 65536
 _LOOK_S = 0.005
-"""How often a serial port is looked at: it takes as long for a few characters."""
+"""Polling interval of a serial port, about the time of a few characters."""
 
 
 class TcpPort:
@@ -33,11 +33,11 @@ class TcpPort:
             ) from error
 
     def ready(self, within_s: float) -> bool:
-        """Say whether there is something to receive, or the end."""
+        """Return whether there is data, or the end of the connection."""
         return bool(select.select([self._socket], [], [], within_s)[0])
 
     def receive(self) -> bytes:
-        """Return what is there."""
+        """Return the received data."""
         return self._socket.recv(_AT_ONCE)
 
     def transmit(self, data: bytes, within_s: float) -> None:
@@ -46,12 +46,12 @@ class TcpPort:
         self._socket.sendall(data)
 
     def close(self) -> None:
-        """Give the connection back."""
+        """Close the connection."""
         self._socket.close()
 
 
 class SerialPort:
-    """A serial port of this machine: 8 data bits, no parity, one stop bit; needs pyserial."""
+    """A serial port of this machine: 8 data bits, no parity, one stop bit; requires pyserial."""
 
     def __init__(self, name: str, baud: int) -> None:
         import serial  # noqa: PLC0415  (an extra)
@@ -66,7 +66,7 @@ class SerialPort:
         self._port.reset_input_buffer()
 
     def ready(self, within_s: float) -> bool:
-        """Say whether there is something to receive."""
+        """Return whether there is data."""
         until_s = time.monotonic() + within_s
         while not self._port.in_waiting:
             if time.monotonic() >= until_s:
@@ -75,7 +75,7 @@ class SerialPort:
         return True
 
     def receive(self) -> bytes:
-        """Return what is there."""
+        """Return the received data."""
         return bytes(self._port.read(self._port.in_waiting))
 
     def transmit(self, data: bytes, within_s: float) -> None:
@@ -84,5 +84,5 @@ class SerialPort:
         self._port.write(data)
 
     def close(self) -> None:
-        """Give the port back."""
+        """Close the port."""
         self._port.close()

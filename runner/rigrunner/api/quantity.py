@@ -1,6 +1,6 @@
-"""Quantities with units: parsed once at the edge, SI inside, printed at the edge.
+"""Quantities with units: parsed once on input, SI inside, formatted on output.
 
-What a person might regret is refused: '1,5 N' is not read as 15 N.
+Ambiguous numbers are refused: '1,5 N' is not read as 15 N.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from rigrunner.api.units import (
 
 _MINUS = "\N{MINUS SIGN}"
 LONGEST_S = 3653 * 86400.0
-"""Ten years: no duration, and no procedure, is longer."""
+"""Ten years, the longest duration."""
 _LARGEST = {"time": LONGEST_S, "frequency": 1e12}
 _LARGEST_OF_ANY = 1e18
-"""In SI units. What is larger is a slip of the pen, and no step could wait for it or reach it."""
+"""In SI units. Larger numbers are typing mistakes."""
 
 _NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _QUANTITY = re.compile(rf"({_NUMBER})\s*(.*)", re.DOTALL)
@@ -37,10 +37,9 @@ _GROUP = 3
 
 
 def quantity_pattern(dimension: str | None = None) -> str:
-    """Return a regular expression, for JSON Schema too, of what `parse_quantity` reads.
+    """Return a regular expression, also valid in JSON Schema, for the input of `parse_quantity`.
 
-    It does not know of numbers that are too large to be meant, nor of which kind a product or
-    quotient of units is.
+    It does not check the magnitude, nor the kind of a product or quotient of units.
     """
     spellings = [
         re.sub(r"([$^.*+?()\[\]{}|/\\])", r"\\\1", spelling) for spelling in spellings_of(dimension)
@@ -58,40 +57,40 @@ class Estimate:
     dof: float = float("inf")
     unit: str = "N·m"
     kurtosis: float = 0.0
-    """Excess kurtosis by which its bounded inputs make it flatter than a normal distribution."""
+    """Excess kurtosis from bounded inputs; negative: flatter than a normal distribution."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A value with its unit as a person wrote it, and its SI value for computing."""
+    """A value with its unit as written, and its SI value for computations."""
 
     number: float
     unit: Unit
 
     @property
     def si(self) -> float:
-        """The value in the SI unit of its dimension (rad, N·m, Hz, K, ...)."""
+        """The value in the SI unit of its kind (rad, N·m, Hz, K, ...)."""
         return self.number * self.unit.factor + self.unit.offset
 
     @property
     def dimension(self) -> str:
-        """The name of the quantity's dimension, such as 'torque'."""
+        """The kind of quantity, such as 'torque'."""
         return self.unit.dimension
 
     def __str__(self) -> str:
-        """Return the quantity as a file may have it; reading that gives the same quantity."""
+        """Return the quantity as text; parsing it gives the same quantity."""
         return f"{repr(self.number).removesuffix('.0')} {self.unit.symbol}"
 
 
 def largest(dimension: str) -> float:
-    """Return the largest amount of a dimension that is read, in its SI unit."""
+    """Return the largest accepted amount of a kind, in its SI unit."""
     return _LARGEST.get(dimension, _LARGEST_OF_ANY)
 
 
 def readable(si: float, dimension: str) -> Quantity:
-    """Return an SI value as the quantity that takes the fewest characters, such as 45 mm.
+    """Return an SI value as the quantity with the fewest characters, such as 45 mm.
 
-    A ratio is given in %: '1 1' is read, but not understood.
+    A ratio is given in %, since '1 1' is hard to understand.
     """
     units = [known for known in usual_units(dimension) if known.symbol != "1"]
     written = [
@@ -102,10 +101,9 @@ def readable(si: float, dimension: str) -> Quantity:
 
 
 def parse_quantity(text: str, dimension: str | None = None) -> Quantity:
-    """Read '1.5 kN' and the like; raise QuantityError for anything a person might regret.
+    """Parse '1.5 kN' and the like; raise QuantityError for anything ambiguous.
 
-    Refused: a missing unit, a unit of another dimension, a decimal comma, digits in groups, inf and
-    nan.
+    Refused: a missing unit, a unit of another kind, a decimal comma, grouped digits, inf and nan.
     """
     stripped, shown = text.strip().replace(_MINUS, "-"), f"'{clip(text)}'"
     match = _QUANTITY.fullmatch(stripped)
@@ -131,7 +129,7 @@ def parse_quantity(text: str, dimension: str | None = None) -> Quantity:
 
 
 def _marked_digits(text: str) -> QuantityError:
-    """Return the refusal of '1,5 N', '1,000 N' and '1 000 N', of which one may mean two numbers."""
+    """Return the refusal of '1,5 N', '1,000 N' and '1 000 N', which can mean two numbers."""
     comma = _COMMA.match(text)
     if comma is None:
         hint = "write digits without spaces or marks between them, such as '1000.5 N'"

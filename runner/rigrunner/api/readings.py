@@ -1,4 +1,4 @@
-"""Readings that are no number: a text, a yes or no, an array; and what they may be."""
+"""Readings that are not numbers: a text, a yes or no, an array; and their limits."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _SHOWN = 4
 
 
 def reading_text(value: Reading) -> str:
-    """Return a reading in words: 'V1.2', 'yes', '1, 2, 3, 4, ... (512 values)'."""
+    """Return a reading as text: 'V1.2', 'yes', '1, 2, 3, 4, ... (512 values)'."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, str):
@@ -26,13 +26,13 @@ def reading_text(value: Reading) -> str:
 
 @dataclass(frozen=True)
 class OneOf(Limits):
-    """The allowed values of a text, or a yes or no."""
+    """The accepted values of a text, or of a yes or no."""
 
     allowed: tuple[str, ...] = ()
 
     @property
     def in_words(self) -> str:
-        """What is allowed: 'V1.2 or V1.3'."""
+        """The accepted values in English: 'V1.2 or V1.3'."""
         return " or ".join(self.allowed)
 
     @property
@@ -41,26 +41,26 @@ class OneOf(Limits):
         return " / ".join(self.allowed)
 
     def __str__(self) -> str:
-        """Return what is allowed."""
+        """Return the accepted values as text."""
         return self.in_words
 
 
 @dataclass(frozen=True)
 class ReadingLimit:
-    """The limit that a step sets on a text, or a yes or no."""
+    """The limit that a step sets for a text, or a yes or no."""
 
     of: str
     """The channel, 'role.name'."""
     allowed: tuple[bool | str, ...]
-    """At least one; of one kind."""
+    """At least one; of one type."""
 
     @property
     def limits(self) -> OneOf:
-        """The limits in words."""
+        """The limits as text."""
         return OneOf(-inf, inf, "", allowed=tuple(map(reading_text, self.allowed)))
 
     def decision(self, value: Reading) -> LimitDecision:
-        """Return the decision on a reading: it is one of those that are allowed, or not."""
+        """Return the decision on a reading: whether it is one of the accepted values."""
         limits = self.limits
         verdict = Verdict.PASS if value in self.allowed else Verdict.FAIL
         return LimitDecision(

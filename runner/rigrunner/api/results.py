@@ -1,4 +1,4 @@
-"""The result of an analysis: what the report shows and `result.json` carries."""
+"""Results of a run, as shown by the report and written to `result.json`."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ if TYPE_CHECKING:
 
 _Details = TypeVar("_Details", bound=AnalysisDetails)
 REPLAYED = "replayed"
-"""The name in a run's provenance that says from which tape it is: no instrument was asked."""
+"""Key in the provenance of a run: the tape that it replayed, without instruments."""
 
 
 @dataclass(frozen=True)
 class JudgedValue:
-    """The decision on a measured value, and where in the run it stands."""
+    """The decision on a measured value, and its place in the run."""
 
     decision: LimitDecision
     row: Measurement
     number: int
-    """The row's number in its table, from 1."""
+    """Number of the row in its table, from 1."""
 
     @property
     def value(self) -> float:
-        """The value as it was read, in its SI unit; nan of what is not a number."""
+        """The value as read, in its SI unit; nan for a reading that is not a number."""
         return self.row.values.get(self.decision.of, nan)
 
     @property
     def shown(self) -> str:
-        """The value in the unit of its limit, with as many digits as show on which side it is."""
+        """The value in the unit of its limit, with enough digits to show its side of the limit."""
         if self.decision.of in self.row.readings:
             return reading_text(self.row.readings[self.decision.of])
         return self.decision.limits.shown_apart(self.value)
@@ -53,31 +53,31 @@ class JudgedValue:
 
 @dataclass(frozen=True)
 class MeasuredLimits:
-    """The limits on measured values of a run, each value held against its own.
+    """Limits of measured values of a run, with a decision on each value.
 
-    Values are compared as they were read, without their uncertainty (simple acceptance).
+    Values are compared as read, without their uncertainty (simple acceptance).
     """
 
     values: tuple[JudgedValue, ...] = ()
 
     @classmethod
     def of(cls, rows: Iterable[Measurement]) -> MeasuredLimits:
-        """Return the limited values of some tables."""
+        """Return the limited values of tables."""
         return cls(tuple(_judged(rows)))
 
     @cached_property
     def missed(self) -> tuple[JudgedValue, ...]:
-        """The values that are out of limits."""
+        """The values out of limits."""
         return tuple(each for each in self.values if not each.decision.passes)
 
     @property
     def verdict(self) -> Verdict | None:
-        """The worst of them; None where no value has a limit."""
+        """The worst verdict; None without limits."""
         return worst(each.decision.verdict for each in self.values)
 
     @property
     def reason(self) -> str:
-        """One sentence; '' where no value has a limit."""
+        """One sentence; '' without limits."""
         if not self.values:
             return ""
         count, missed = len(self.values), len(self.missed)
@@ -98,43 +98,43 @@ def _judged(rows: Iterable[Measurement]) -> Iterator[JudgedValue]:
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """The outcome of the one analysis that serves online, stored and batch."""
+    """The results of a run; online, stored and batch analyses give the same."""
 
     run: RunData
     measurand: str
     symbol: str
     results: tuple[MeasurementResult, ...] = ()
-    """All results by their names, in the order of the analyses."""
+    """All results by name, in the order of the analyses."""
     means: tuple[MeasurementResult, ...] = ()
-    """The means that analyses give of their results by themselves."""
+    """Means that analyses calculate themselves."""
     details: tuple[AnalysisDetails, ...] = ()
-    """What analyses keep besides, each of its own class; most keep nothing."""
+    """Further records of analyses, each of its own class; most have none."""
     formulas: tuple[Formula, ...] = ()
     tables: tuple[Table, ...] = ()
     figures: tuple[Figure, ...] = ()
-    """What belongs to results besides."""
+    """Figures for results."""
     sections: tuple[ReportSection, ...] = ()
-    """Those that analyses give the report."""
+    """Report sections of analyses."""
     decision: Decision | None = None
     checks: tuple[Check, ...] = ()
     notes: tuple[str, ...] = ()
     settings: Mapping[str, object] = field(default_factory=dict)
-    """The analysis as it was asked for, resolved to defaults."""
+    """The settings of the analyses, with defaults."""
     revisions: Mapping[str, int] = field(default_factory=dict)
-    """By which revision of each method it was computed: 'analysis', 'fit linear', ..."""
+    """The revision of each method: 'analysis', 'fit linear', ..."""
 
     def details_of(self, kind: type[_Details]) -> _Details | None:
-        """Return what an analysis keeps besides, by its class; None of one that was not made."""
+        """Return the details of an analysis by class; None if there are none."""
         return next((each for each in self.details if isinstance(each, kind)), None)
 
     @property
     def headline(self) -> Estimate | None:
-        """The mean that the first analysis gives of its results; None where none gives one."""
+        """The mean of the first analysis that states one; None for none."""
         return self.means[0].estimate if self.means else None
 
     @property
     def compensations(self) -> Mapping[str, Compensation]:
-        """Those of `TorqueDetails`; for plugins made by 0.1.0."""
+        """Those of `TorqueDetails`; for plugins of 0.1.0."""
         warn(
             "ask for the torque's details: TorqueDetails.of(result).compensations",
             DeprecationWarning,
@@ -145,7 +145,7 @@ class Result:
 
     @cached_property
     def other_results(self) -> tuple[MeasurementResult, ...]:
-        """The results but those that the pages of their analysis show themselves."""
+        """Results except those that pages of their analysis show."""
         shown = frozenset[str]().union(*(each.shown_results for each in self.details))
         return tuple(each for each in self.results if each.name not in shown)
 
@@ -156,15 +156,14 @@ class Result:
 
     @cached_property
     def limits(self) -> MeasuredLimits:
-        """The limits on measured values, each with its decision."""
+        """The limits of measured values, each with its decision."""
         return MeasuredLimits.of(self.run.measurements)
 
     @property
     def verdict(self) -> Verdict | None:
-        """The verdict on the run: the worst of its limits on measured values and of the decision.
+        """The verdict on the run: the worst of measured values and of the decision.
 
-        None where there is nothing to decide, and of a run that neither was completed nor stopped
-        at a limit: it neither passes nor fails.
+        None without a decision, and for a run that was neither completed nor stopped at a limit.
         """
         if self.run.outcome not in CONCLUDED:
             return None
@@ -172,24 +171,24 @@ class Result:
 
     @property
     def verdict_reason(self) -> str:
-        """Why, in a sentence for the limits on measured values and one for the decision."""
+        """One sentence on the limits of measured values and one on the decision."""
         decided = "" if self.decision is None else self.decision.reason
         return " ".join(text for text in (self.limits.reason, decided) if text)
 
 
 @dataclass(frozen=True, eq=False)
 class ReportInput:
-    """What a report format is given."""
+    """The input of a report format."""
 
     result: Result
     document: Mapping[str, object]
     """The content of `result.json`: the same numbers, with units."""
     truth: Mapping[str, Mapping[str, float]]
-    """Of a simulated rig, by recording; empty on a real one."""
+    """Truth of a simulated rig by recording; empty for a real one."""
     provenance: Mapping[str, str]
-    """Program and package versions, files and digests, as printed on the report's last page."""
+    """Versions of program and packages, files and digests, for the last page of the report."""
     events: tuple[Mapping[str, str], ...] = ()
     """Answers, alarms and interventions, each with 'utc', 'kind' and 'text'; the kind of an
     intervention is its action, such as 'override'."""
     later_decisions: tuple[LaterDecision, ...] = ()
-    """By another rule or limit than the run was made for, oldest first."""
+    """Later decisions by another rule or limit, oldest first."""

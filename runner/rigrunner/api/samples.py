@@ -1,4 +1,4 @@
-"""Samples of a device or a file, as numbers of which nothing is left out."""
+"""Samples of a device or a file, converted to numbers without loss."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array
 
 _REAL_NUMBERS = "fiub"
-"""The kinds of NumPy's types that become float64 as they are."""
+"""The kinds of NumPy types that convert to float64 directly."""
 
 
 def as_samples(values: object) -> Array:
-    """Return real numbers as float64; raise TypeError saying what they are instead.
+    """Return real numbers as float64; raise TypeError naming the type of anything else.
 
-    NumPy would leave out an imaginary part, a mask or a unit of time with no more than a warning.
+    NumPy would drop an imaginary part, a mask or a unit of time with a warning at most.
     """
     if type(values) is np.ndarray and values.dtype == np.float64:
         return values

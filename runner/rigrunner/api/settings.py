@@ -1,7 +1,7 @@
-"""The base of every plugin's settings, and field types that read quantities with units.
+"""Base class of the settings of plugins, and field types that read quantities with units.
 
-`load: Force` takes the text '1000 N' from YAML and holds 1000.0 (SI). A bare number is refused: a
-number without its unit is how rigs get broken. From Python give a text or a `Quantity`.
+`load: Force` reads the text '1000 N' from YAML and holds 1000.0 (SI). A number without its unit is
+refused. In Python, pass a text or a `Quantity`.
 """
 
 from __future__ import annotations
@@ -29,9 +29,10 @@ _YES_NO = {"yes": True, "no": False}
 
 
 class Settings(BaseModel):
-    """Frozen, strict, no unknown keys: the base of every model that is read from YAML.
+    """Frozen, strict, no unknown keys: base class of every model that is read from YAML.
 
-    A model is built when it is first used: most commands use few of those that they import.
+    A model is built when it is first used, since most commands use few of the models that they
+    import.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
@@ -41,41 +42,41 @@ SettingsT = TypeVar("SettingsT", bound=Settings)
 
 
 def own_keys(model: type[SettingsT], keys: Mapping[str, Any]) -> SettingsT:
-    """Return the settings of those keys that are of this model; others are of other plugins.
+    """Return the settings of the keys of this model; other keys belong to other plugins.
 
-    Raises pydantic.ValidationError where one of them is wrong.
+    Raises pydantic.ValidationError if a value is wrong.
     """
     return model.model_validate({k: v for k, v in keys.items() if k in model.model_fields})
 
 
 @runtime_checkable
 class Reached(Protocol):
-    """Settings that say where the instrument is: on one machine one run at a time may reach it."""
+    """Settings with the address of an instrument, which only one run at a time may use."""
 
     def physical_addresses(self) -> Sequence[str]:
-        """Return each place where it is reached, without asking anybody.
+        """Return each address of the instrument, without contacting it.
 
-        'serial:/dev/ttyUSB0', 'tcp:192.0.2.7:5025', 'tcp:192.0.2.7:502/unit 3' of one behind a
-        gateway, 'visa:GPIB0::12::INSTR', or any other 'kind:name'. Different spellings of one place
-        are found out: links to a serial port, names and numbers of a host.
+        'serial:/dev/ttyUSB0', 'tcp:192.0.2.7:5025', 'tcp:192.0.2.7:502/unit 3' for one behind a
+        gateway, 'visa:GPIB0::12::INSTR', or any other 'kind:name'. Different spellings of one
+        address are recognised: links to a serial port, names and numbers of a host.
         """
         ...
 
 
 class MadeOfOthers(Settings):
-    """The base of the settings of a device that is made of others, `DeviceContext.make`."""
+    """Base class of the settings of a composite device; see `DeviceContext.make`."""
 
     def others(self) -> Mapping[tuple[str, ...], WrapperSettings]:
-        """Return which devices these are, each by where it stands in the settings."""
+        """Return the parts, each by its key in the settings."""
         raise NotImplementedError
 
     def source(self, channel: str) -> tuple[WrapperSettings, str] | None:
-        """Return which of them gives a channel, and its name there; None where that is none."""
+        """Return the part that provides a channel and its name there; None if no part does."""
         raise NotImplementedError
 
 
 class WrapperSettings(MadeOfOthers):
-    """The base of the settings of a device that is made of another one."""
+    """Base class of the settings of a device that wraps another one."""
 
     plugin: Annotated[
         str,
@@ -88,11 +89,11 @@ class WrapperSettings(MadeOfOthers):
     )
 
     def others(self) -> Mapping[tuple[str, ...], WrapperSettings]:
-        """Return the one device."""
+        """Return the wrapped device."""
         return {(): self}
 
     def source(self, channel: str) -> tuple[WrapperSettings, str] | None:
-        """Return the one device."""
+        """Return the wrapped device and the name."""
         return self, channel
 
 
@@ -114,7 +115,7 @@ def _read(dimension: str | None, value: object) -> Quantity:
 
 
 def _with_units(value: float, dimension: str) -> str:
-    """Return how the number may have been meant; a bare 0.3 is 0.3 % at least as often as 30 %."""
+    """Return possible spellings with units; a bare 0.3 is 0.3 % at least as often as 30 %."""
     first, *others = units_of(dimension)
     return " or ".join(
         f"'{value} {each}'" for each in ([first] if first != "1" else [*others, first])
@@ -153,7 +154,7 @@ def _read_date(value: object) -> object:
 
 @dataclass(frozen=True)
 class QuantitySchema:
-    """Tells editors what a quantity is, with the units that are known when they ask."""
+    """JSON Schema of a quantity, with the units known at that time."""
 
     dimension: str | None
     """The kind of quantity; None for any."""
@@ -195,17 +196,17 @@ VoltageRatio = Annotated[float, *_field("voltage ratio")]
 YesNo = Annotated[
     bool, BeforeValidator(_read_yes_no), WithJsonSchema({"enum": ["yes", "no", True, False]})
 ]
-"""A yes or no; the only type for which the texts 'yes' and 'no' are more than texts."""
+"""A yes or no; the only type for which the texts 'yes' and 'no' are values."""
 
 PlainText = Annotated[str, AfterValidator(plain)]
-"""A text that people write for each other: without what cannot be seen."""
+"""A text for people, without invisible characters."""
 
 IsoDate = Annotated[date, BeforeValidator(_read_date)]
 """A date such as 2026-01-31."""
 
 Item = TypeVar("Item")
 ListOf = Annotated[tuple[Item, ...], Field(strict=False)]
-"""A list in YAML, which a frozen model holds as a tuple: `ListOf[Frequency]`."""
+"""A list in YAML, stored as a tuple: `ListOf[Frequency]`."""
 
 
 def _several(value: object) -> object:
@@ -213,7 +214,7 @@ def _several(value: object) -> object:
 
 
 class _OneToo:
-    """In the schema of a list: one of its items may stand alone."""
+    """Allows a single item in place of a list, in the schema."""
 
     def __get_pydantic_json_schema__(
         self, core: CoreSchema, handler: GetJsonSchemaHandler
@@ -225,20 +226,20 @@ class _OneToo:
 OneOrSeveral = Annotated[
     tuple[Item, ...], BeforeValidator(_several), Field(strict=False), _OneToo()
 ]
-"""One, or a list of them."""
+"""One value, or a list of values."""
 
 PositiveDuration = Annotated[Duration, Field(gt=0)]
 AnyQuantity = Annotated[Quantity, BeforeValidator(partial(_read, None)), QuantitySchema(None)]
 Difference = Annotated[AnyQuantity, AfterValidator(_difference)]
-"""How far two values are apart: more than zero, and of temperatures in K."""
+"""A difference of two values: greater than zero, temperatures in K."""
 
 
 class SimulableSettings(Settings):
-    """The base of the settings of a device that brings a simulator of its instrument.
+    """Base class of the settings of a device with a simulator of its instrument.
 
-    A station of which all devices are simulated runs in simulated time, and nothing that it
-    measures is taken for a measurement.
+    If all devices of a station are simulated, time is simulated too, and the values are not taken
+    for measurements.
     """
 
     simulated: YesNo = False
-    """Whether the simulator stands in for the instrument."""
+    """Whether to use the simulator in place of the instrument."""

@@ -1,9 +1,9 @@
-"""The contract of a kind of step: how it is written, planned and done.
+"""The contract of a kind of step: how it is written, planned and executed.
 
-A kind is one module: a model of what a procedure tells it (`StepSettings`), a function that plans
-it (`plan(settings, planning)`), one or more actions of the plan that do it (`Action.do`), and a
-`StepRecord` that makes it known. The engine and the plan know no kind; what they must know of an
-action, it says itself.
+A kind is one module: a model of its settings (`StepSettings`), a function that plans it
+(`plan(settings, planning)`), one or more actions of the plan that execute it (`Action.do`), and a
+`StepRecord` that registers it. Engine and plan know no kind; an action states what they need to
+know.
 """
 
 from __future__ import annotations
@@ -31,55 +31,55 @@ NONE: Mapping[str, Any] = {}
 
 
 class StepSettings(Settings):
-    """The base of the model of a kind of step: what stands under its key in a procedure.
+    """Base class of the settings of a kind of step, the value of its key in a procedure.
 
-    Steps that stand within it are its field `steps`, a `ListOf[Step]`.
+    Steps inside it are its field `steps`, a `ListOf[Step]`.
     """
 
     label: Labels = Field(default_factory=dict)
     when: When | None = None
-    """The answer by which the step is done or left out; without one it is done."""
+    """Condition on an answer; without one the step is always executed."""
 
     def actions(self) -> int:
-        """Return how many actions of the plan it gives by itself, without those within it."""
+        """Return its own number of actions of the plan, without the steps inside it."""
         return 1
 
     def times(self) -> int:
-        """Return how often the steps within it are done."""
+        """Return how often the steps inside it are executed."""
         return 1
 
     def recordings(self) -> int:
-        """Return how many recordings it makes by itself."""
+        """Return its own number of recordings."""
         return 0
 
     def pictures(self) -> Iterable[tuple[str, str]]:
-        """Return the files beside the procedure that it shows, each with its key."""
+        """Return the picture files that it shows, each with its key."""
         return ()
 
     def answered(self) -> str:
-        """Return the input of the run that it gives a value; '' for none."""
+        """Return the input of the run that its answer becomes; '' for none."""
         return ""
 
     def calls(self) -> tuple[str, Mapping[str, Any]] | None:
-        """Return the file of a procedure that is done in its place, and its parameters."""
+        """Return the file of a called procedure and its parameters."""
         return None
 
 
 @dataclass(slots=True)  # to make a frozen one, or a tuple with names, takes twice as long
 class Found:
-    """What a step found, in SI units by 'role.name', and what a simulator knows of it."""
+    """What a step found, in SI units by 'role.name', and the truth of a simulator."""
 
     values: Mapping[str, float]
     units: Mapping[str, str]
     truth: Mapping[str, float] = field(default_factory=dict)
     statistics: Mapping[str, float] = field(default_factory=dict)
-    """Of a recording: what of its samples has limits, in SI units by 'role.name.statistic'."""
+    """Limited statistics of a recording, in SI units by 'role.name.statistic'."""
     missed: str = ""
-    """Of a step that judges its values itself: the one out of limits that ended it, in words."""
+    """The message for a value out of limits that ended a step which checks its values itself."""
     readings: Mapping[str, Reading] = field(default_factory=dict)
-    """What was read that is not a number, by 'role.name'."""
+    """Readings that are not numbers, by 'role.name'."""
     leaves: bool = False
-    """Of a condition: whether the steps that hang on it are left out."""
+    """Of a condition: whether the steps that depend on it are skipped."""
 
 
 NOTHING = Found(NONE, NONE, NONE)
@@ -87,67 +87,67 @@ NOTHING = Found(NONE, NONE, NONE)
 
 @dataclass(frozen=True)
 class Rows:
-    """The rows of a table that an action finds."""
+    """The rows of a table that an action makes."""
 
     name: str
-    """Of the table."""
+    """Name of the table."""
     channels: Sequence[Member]
-    """What is read for each row."""
+    """Channels that are read for each row."""
     units: Mapping[str, str]
-    """Of channels and drives."""
+    """Units of channels and drives."""
     setpoints: Sequence[Mapping[str, float]]
-    """Where the drives stand, for each row in order."""
+    """Set-points of the drives for each row, in order."""
 
 
 class Action:
-    """What a step of a plan does: explicit, in SI units, with nothing left to look up.
+    """An executable step of a plan: explicit, in SI units, with nothing left to look up.
 
-    An action is a frozen dataclass; its fields are kept with the plan in the run file. What the
-    engine must know of it beyond `do` are the attributes here, which say by default that it neither
-    moves nor reads anything.
+    An action is a frozen dataclass; its fields are stored with the plan in the run file. What the
+    engine needs to know besides `do` are the attributes below; by default it neither moves nor
+    reads anything.
     """
 
     kind: ClassVar[str]
-    """The keyword of the step; its events carry it."""
+    """The keyword of the step, used by its events."""
     reads: ClassVar[bool] = False
-    """Whether it reads something: what it finds depends on where the drives stand."""
+    """Whether it reads values, which depend on the positions of the drives."""
     drives_stay: ClassVar[bool] = False
-    """Whether drives must stay where they were set meanwhile: they are watched, and one that falls
-    away ends the run."""
+    """Whether drives must keep their set-points meanwhile: they are monitored, and a deviation ends
+    the run."""
     settles: ClassVar[bool] = False
-    """Whether it only gives the motion time: after a pause it is done again."""
+    """Whether it only waits for the motion to settle: after a pause it is executed again."""
     outcome_stands: ClassVar[bool] = False
-    """Whether a run that is resumed keeps its outcome, and does not do it again."""
+    """Whether a resumed run keeps its outcome and does not execute it again."""
 
     def do(self, step: str, doing: Any) -> Found:
-        """Do it, and return what was found; `doing` is a Doing, `step` its place for messages.
+        """Execute it and return what was found; `doing` is a Doing, `step` its place for messages.
 
-        Raises what keeps it from being done: what `doing` raises must not be caught. Whatever takes
-        time must pass by `doing`: there the run is stopped and paused, and interlocks are read.
+        Raises what prevents execution; exceptions of `doing` must not be caught. Anything that
+        takes time must go through `doing`, which handles stop, pause and interlocks.
         """
         raise NotImplementedError
 
     @property
     def led(self) -> Member | None:
-        """The drive that it leads."""
+        """The drive that it sweeps."""
         return None
 
     @property
     def passes(self) -> Sequence[float]:
-        """The set-points of that drive, in order; the last one is where it is left."""
+        """The set-points of that drive, in order; it stays at the last one."""
         return ()
 
     @property
     def brings_back(self) -> Action | None:
-        """What brings the rig to where it was left by this one, without reading again.
+        """The action that restores the state of the rig after this one, without reading again.
 
-        None where doing it again does that.
+        None if executing it again does that.
         """
         return None
 
     @property
     def zeroed(self) -> Member | None:
-        """The channel whose value at rest it takes as zero."""
+        """The channel whose reading at rest it stores as zero."""
         return None
 
     @property
@@ -162,39 +162,39 @@ class Action:
 
     @property
     def rows(self) -> Rows | None:
-        """The rows of a table that it finds."""
+        """The rows of a table that it makes."""
         return None
 
     @property
     def table(self) -> str:
-        """The table of which the values that it returns are a row; '' for none."""
+        """The table to which the returned values are added as a row; '' for none."""
         return ""
 
     @property
     def statistics(self) -> Sequence[str]:
-        """What of the samples that it records is a row of a table, 'role.name.statistic'."""
+        """The statistics of its samples that are added to a table, 'role.name.statistic'."""
         return ()
 
     @property
     def known(self) -> tuple[Mapping[str, float], Mapping[str, str]]:
-        """Where the drives stand when it reads, and the units of all that it reads or sets."""
+        """Set-points of the drives while it reads, and units of all that it reads or sets."""
         return NONE, NONE
 
     @property
     def judged(self) -> tuple[ValueLimit, ...]:
-        """The limits that it judges its values by itself."""
+        """The limits that it checks itself."""
         return ()
 
     def again(self, total: int) -> Self:  # noqa: ARG002  (of those that need it)
-        """Return it as it is begun for the n-th time, counted from 1."""
+        """Return it for its n-th attempt, counted from 1."""
         return self
 
 
 class Planning(Protocol):
-    """What a kind plans with: what the procedure has set by then, and the devices of the station.
+    """What a kind plans with: the set-points so far, and the devices of the station.
 
-    What cannot be done is a problem with its place in the file; the run is refused with all of them
-    before anything moves. A `key` is one of the step's own, a path of keys and indices.
+    Everything impossible is reported as a problem with its place in the file; the run is refused
+    with all problems before anything moves. A `key` is one of the step, a path of keys and indices.
     """
 
     def emit(
@@ -204,71 +204,71 @@ class Planning(Protocol):
         seconds: float = 0.0,
         limits: Iterable[ValueLimit] | None = None,
     ) -> None:
-        """Write down one action, in words and with how long it takes.
+        """Add an action with its description and duration.
 
-        The step's own `timeout`, `retries`, `repeatable` and `on_fail` are its terms; `limits` are
-        what the values may be that it returns.
+        `timeout`, `retries`, `repeatable` and `on_fail` of the step apply to it; `limits` are those
+        of the values that it returns.
         """
         ...
 
     def complain(self, key: tuple[str | int, ...], message: str, hint: str = "") -> None:
-        """Add a problem with what stands under a key of the step."""
+        """Report a problem at a key of the step."""
         ...
 
     def channel(self, member: Member, key: tuple[str | int, ...]) -> ChannelInfo | None:
-        """Return a channel of a device, or None after adding the problem."""
+        """Return a channel of a device, or None after reporting a problem."""
         ...
 
     def units(self, channels: Sequence[Member], key: tuple[str | int, ...]) -> dict[Member, str]:
-        """Return the unit of each channel; nothing at all where there is a problem with one."""
+        """Return the unit of each channel; an empty mapping after reporting a problem."""
         ...
 
     def must_be_read(self, channels: Iterable[Member]) -> None:
-        """Add a problem for each device of which single values cannot be read."""
+        """Report a problem for each device without single values."""
         ...
 
     def fits(
         self, quantity: Quantity, symbol: str, member: Member, key: tuple[str | int, ...]
     ) -> bool:
-        """Say whether a quantity has the dimension of a unit; add the problem if not."""
+        """Return whether a quantity has the dimension of a unit; report a problem if not."""
         ...
 
     def move(
         self, drive: Member, to: Quantity, named: tuple[str | int, ...], key: tuple[str | int, ...]
     ) -> tuple[str, float] | None:
-        """Let the plan know that a drive is set: return its unit, and how long that takes in s.
+        """Note that a drive is set; return its unit and the duration in s.
 
-        None after adding the problem, such as a limit of the drive or of a combination.
+        None after reporting a problem, such as a limit of the drive or of a combination.
         """
         ...
 
     def require_rest(self, role: str) -> None:
-        """Add a problem if the role's device swings or turns by then."""
+        """Report a problem if the device in the role moves at this point."""
         ...
 
     def setpoints(self) -> dict[str, float]:
-        """Return what each drive was set to by then, in SI units."""
+        """Return the set-points of the drives at this point, in SI units."""
         ...
 
 
 class Doing(Protocol):
-    """What an action does its work with; each call raises what prevents the run from continuing."""
+    """What an action works with; each call raises what prevents the run from continuing."""
 
     @property
     def clock(self) -> Clock:
-        """The rig's clock."""
+        """The clock of the rig."""
         ...
 
     def check(self) -> None:
-        """Raise if the run is to stop or pause, an interlock trips, or the step's time is over."""
+        """Raise if the run has to stop or pause, an interlock trips, or the step takes too long."""
         ...
 
     def wait(self, duration_s: float) -> None:
-        """Let a time pass."""
+        """Wait for a duration."""
         ...
 
     def read(self, channels: Sequence[Member]) -> dict[str, float]:
-        """Return the present value of each channel, in SI units and in their order."""
+        """Return the present value of each channel, in SI units and in the given order."""
         ...
 
     def observe(self, readings: Sequence[Member]) -> dict[str, Reading]:
@@ -276,24 +276,24 @@ class Doing(Protocol):
         ...
 
     def set(self, role: str, drive: str, value: float) -> float:
-        """Set a drive and return its read-back; limits, combinations and interlocks hold."""
+        """Set a drive and return its read-back; limits, combinations and interlocks apply."""
         ...
 
     def stream(self, role: str, channels: Sequence[str], duration_s: float) -> Iterator[Block]:
-        """Yield the blocks of a device, checked, with their channels named 'role.channel'."""
+        """Yield the checked blocks of a device, with channels named 'role.channel'."""
         ...
 
     def answer(self, name: str) -> str | None:
-        """Return the answer that an input of the run has by now; None where it has none."""
+        """Return the present answer of an input of the run; None for none."""
         ...
 
     def result(self, name: str) -> Estimate:
-        """Return a result of the procedure's analyses, of what was recorded by now, in its unit.
+        """Return a result of the analyses of the procedure, from the data so far, in its unit.
 
-        Of several, that of the place that came last. Raises DataError where there is none.
+        Of several, the one of the latest place. Raises DataError for none.
         """
         ...
 
     def note(self, step: str, text: str) -> None:
-        """Put a remark on record."""
+        """Record a remark."""
         ...

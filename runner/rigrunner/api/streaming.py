@@ -1,4 +1,4 @@
-"""What is the same in every driver that streams: blocks without gaps, the stop, the end."""
+"""The common part of all streaming drivers: gapless blocks, stop, and end."""
 
 from __future__ import annotations
 
@@ -18,38 +18,38 @@ if TYPE_CHECKING:
 
 
 class StreamingDriver(Driver):
-    """A Driver that is Streaming; give it `sample_rate_hz` and `take`, and what starts and halts.
+    """A Streaming Driver; implement `sample_rate_hz`, `start`, `take` and `halt`.
 
     Each block goes over the wire.
     """
 
     block_s: ClassVar[float] = 0.1
-    """How long a block is; the run is looked at between two."""
+    """Duration of a block; the run is checked between blocks."""
 
     reads_back_while_streaming: ClassVar[bool] = False
-    """Whether `actual` may be called between two blocks, so that the drives are watched meanwhile.
+    """Whether `actual` may be called between blocks, so that drives are monitored meanwhile.
 
-    Any device that streams may have it.
+    Any streaming device can have this attribute.
     """
 
     @property
     def sample_rate_hz(self) -> float:
-        """Samples per second and channel, as the instrument keeps them."""
+        """Samples per second and channel, by the clock of the instrument."""
         raise NotImplementedError
 
     def start(self, channels: Sequence[str]) -> None:
-        """Begin to sample these channels."""
+        """Start sampling these channels."""
 
     def take(self, channels: Sequence[str], samples: int) -> Mapping[str, Array]:
-        """Return the next samples of each channel, shape (samples,), once they are there.
+        """Wait for the next samples of each channel and return them, shape (samples,).
 
-        They follow those that were taken before, without a gap; raise a DeviceError where some were
+        They follow the samples returned before without a gap; raise a DeviceError if some were
         lost.
         """
         raise NotImplementedError
 
     def halt(self) -> None:
-        """End the sampling: called however a stream ends, also where `start` failed."""
+        """Stop sampling: called at every end of a stream, also after `start` failed."""
 
     def stream(
         self, channels: Sequence[str], duration_s: float, stop: StopToken

@@ -1,4 +1,4 @@
-"""Studies over many runs, as their commands find them and their reports show them.
+"""Studies of many runs, as calculated by their commands and shown in their reports.
 
 Values are in the unit of the study, an SI unit.
 """
@@ -19,7 +19,7 @@ DISTINCT = sqrt(2.0)
 
 @dataclass(frozen=True)
 class Observed:
-    """What one run found: the value, and its expanded uncertainty (95 %) where it is stated."""
+    """The value of one run, and its expanded uncertainty (95 %) if stated."""
 
     run_id: str
     started_utc: datetime
@@ -29,7 +29,7 @@ class Observed:
 
 @dataclass(frozen=True)
 class Excluded:
-    """A run that is not in a study, and why."""
+    """A run that is excluded from a study, and why."""
 
     run_id: str
     reason: str
@@ -37,7 +37,7 @@ class Excluded:
 
 @dataclass(frozen=True)
 class Limits:
-    """The centre of a chart, its limits, and the standard deviation that they stand for."""
+    """The centre of a chart, its limits, and the standard deviation behind them."""
 
     centre: float
     sigma: float
@@ -47,17 +47,17 @@ class Limits:
 
 @dataclass(frozen=True)
 class ChartPoint:
-    """A run on a chart: what is plotted, its limits, and the rules that are met there."""
+    """A run on a chart: plotted value, limits, and the rules that it violates."""
 
     observed: Observed
     baseline: bool
-    """Whether the limits were made of it, with others (phase I)."""
+    """Whether it was used to calculate the limits (phase I)."""
     plotted: float
-    """The value itself, or the EWMA up to it."""
+    """The value, or the EWMA at it."""
     lower: float
     upper: float
     moving_range: float | None
-    """From the value before it; None for the first."""
+    """Relative to the previous value; None for the first."""
     rules: tuple[str, ...] = ()
 
 
@@ -70,23 +70,23 @@ class TrendSeries:
     individuals: Limits
     moving_range: Limits
     lag_one: float
-    """Autocorrelation of neighbours within the baseline."""
+    """Lag-1 autocorrelation within the baseline."""
     warnings: tuple[str, ...] = ()
 
     @property
     def after(self) -> tuple[ChartPoint, ...]:
-        """The points beyond the baseline (phase II)."""
+        """Points after the baseline (phase II)."""
         return tuple(each for each in self.points if not each.baseline)
 
     @property
     def alarms(self) -> tuple[ChartPoint, ...]:
-        """Those of them at which a rule is met."""
+        """Those of them that violate a rule."""
         return tuple(each for each in self.after if each.rules)
 
 
 @dataclass(frozen=True)
 class Index:
-    """A capability index with the ends of its two-sided confidence interval."""
+    """A capability index with its two-sided confidence interval."""
 
     name: str
     value: float
@@ -96,7 +96,7 @@ class Index:
 
 @dataclass(frozen=True)
 class Capability:
-    """What a process is capable of: its mean, its standard deviation, and the indices."""
+    """The capability of a process: mean, standard deviation, and indices."""
 
     count: int
     mean: float
@@ -107,20 +107,20 @@ class Capability:
 
 @dataclass(frozen=True)
 class CapabilitySeries:
-    """The capability of one group of runs, with what speaks against it."""
+    """The capability of one group of runs, with reservations."""
 
     name: str
     observed: tuple[Observed, ...]
     capability: Capability
     warnings: tuple[str, ...] = ()
     lower: float | None = None
-    """The limits against which it is stated: those that were asked for, or else the runs' own."""
+    """The limits: those requested, or else those of the runs."""
     upper: float | None = None
 
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the table of an analysis of variance."""
+    """A row of the analysis of variance."""
 
     source: str
     degrees_of_freedom: int
@@ -132,7 +132,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Components:
-    """Standard deviations of what a reading consists of, in the unit of the readings."""
+    """Standard deviations of the components of a reading, in the unit of the readings."""
 
     repeatability: float
     operator: float
@@ -141,7 +141,7 @@ class Components:
 
     @property
     def reproducibility(self) -> float:
-        """Of operators, their interaction with the parts included."""
+        """Of operators, including their interaction with the parts."""
         return sqrt(self.operator**2 + self.interaction**2)
 
     @property
@@ -156,41 +156,41 @@ class Components:
 
     @property
     def distinct_categories(self) -> float:
-        """The number of categories that the gauge can tell apart, not rounded down."""
+        """Number of distinct categories, not rounded down."""
         return DISTINCT * self.part / self.gauge if self.gauge > 0.0 else float("inf")
 
 
 @dataclass(frozen=True)
 class Known:
-    """How well a component of a gauge study is known."""
+    """The uncertainty of a component of a gauge study."""
 
     low: float
-    """The ends of its confidence interval, as standard deviations."""
+    """Confidence interval, as standard deviations."""
     high: float
     confidence: float
     degrees_of_freedom: float
-    """By Satterthwaite; 0 where the component was found to be 0."""
+    """By Satterthwaite; 0 if the component is 0."""
 
 
 @dataclass(frozen=True)
 class GaugeAnalysis:
-    """The full table of a gauge study, whether the interaction was pooled, the components."""
+    """The table of a gauge study, whether the interaction was pooled, and the components."""
 
     table: tuple[Row, ...]
     pooled: bool
     components: Components
     known: Mapping[str, Known] = field(default_factory=dict)
-    """By the names of the components; a pooled interaction is not among them."""
+    """By name of the component; without a pooled interaction."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """What every study says: of what it is, and of which runs."""
+    """Common part of all studies: the quantity and the runs."""
 
     quantity: str
     unit: str
     asked: Mapping[str, str]
-    """What was asked for, in words, by name."""
+    """The selection as text, by name."""
     excluded: tuple[Excluded, ...] = ()
     warnings: tuple[str, ...] = ()
 
@@ -202,7 +202,7 @@ class Trend(Study):
     chart: str
     """'i-mr' or 'ewma'."""
     rules: Mapping[str, str]
-    """The rules that were applied, by name, in words."""
+    """The applied rules by name, as text."""
     series: tuple[TrendSeries, ...]
     not_charted: Mapping[str, str] = field(default_factory=dict)
     """Groups without a chart, and why."""
@@ -213,11 +213,11 @@ class CapabilityStudy(Study):
     """The capability of a quantity against its limits, for each group of runs."""
 
     lower: float | None
-    """The limits that were asked for; without any each group has its own."""
+    """The requested limits; without any each group has its own."""
     upper: float | None
     series: tuple[CapabilitySeries, ...]
     not_stated: Mapping[str, str] = field(default_factory=dict)
-    """Groups without a capability, and why."""
+    """Groups without capability, and why."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -230,59 +230,59 @@ class GaugeStudy(Study):
     """Of shape (parts, operators, trials)."""
     analysis: GaugeAnalysis
     tolerance: float | None = None
-    """Upper limit less lower limit, to which the gauge is compared."""
+    """Upper limit minus lower limit, to which the gauge is compared."""
     expanded: float | None = None
-    """The median stated expanded uncertainty (95 %) of a reading, where there is one."""
+    """Median stated expanded uncertainty (95 %) of a reading, if stated."""
 
     @property
     def trials(self) -> int:
-        """How many readings there are of each part by each operator."""
+        """Number of readings of each part by each operator."""
         return len(self.readings[0][0])
 
 
 @dataclass(frozen=True)
 class Shift:
-    """How the results at one set-point moved, over all golden runs."""
+    """Shift of the results at one set-point, over all golden runs."""
 
     frequency_hz: float
     count: int
     mean_nm: float
     deviation_nm: float | None
-    """The standard deviation; None of a single one."""
+    """Standard deviation; None for a single one."""
     mean_in_u: float | None
-    """In expanded uncertainties (95 %) of the references; None where they had none."""
+    """Relative to expanded uncertainties (95 %) of the references; None without any."""
     largest_in_u: float | None
-    """The one that is farthest from 0, with its sign."""
+    """The shift with the greatest amount, with its sign."""
 
 
 @dataclass(frozen=True)
 class GoldenRun:
-    """A golden run: how it stands to its reference, its verdict now, and what differs, in words."""
+    """A golden run: comparison with its reference, present verdict, and differences as text."""
 
     name: str
     standing: str
     moved: bool
-    """Whether somebody has to look at it."""
+    """Whether a person must look at it."""
     verdict: str
     lines: tuple[str, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class GoldenStudy(Study):
-    """Stored raw data through other software or settings, against references."""
+    """Stored raw data, analysed with other software or settings and compared with references."""
 
     tolerance: float
-    """In expanded uncertainties of the references."""
+    """Relative to expanded uncertainties of the references."""
     counts: tuple[tuple[str, bool, int], ...]
-    """How many runs stand how: the standing, whether it is a move, how many."""
+    """Number of runs by state: the state, whether it is a shift, the number."""
     flips: tuple[tuple[str, str, int], ...]
-    """Verdict of the reference, verdict now, how many runs."""
+    """Verdict of the reference, present verdict, number of runs."""
     shifts_in_u: tuple[float, ...]
-    """Of each run's result."""
+    """Shift of the result of each run."""
     set_points: tuple[Shift, ...]
     runs: tuple[GoldenRun, ...]
-    """The gravest first."""
+    """Runs, the most serious first."""
 
 
 StudyInput = Trend | CapabilityStudy | GaugeStudy | GoldenStudy
-"""What a study format is given."""
+"""The input of a study format."""

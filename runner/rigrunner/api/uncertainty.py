@@ -1,6 +1,6 @@
-"""A measurement model as data: what is known of each input, and the equation (GUM 4.1).
+"""A measurement model as data: the inputs and the equation (GUM 4.1).
 
-One model serves both ways of propagation: first order with degrees of freedom (the GUM) and trials
+One model serves both ways of propagation: first order with degrees of freedom (GUM) and trials
 (JCGM 101), which evaluate the same equation.
 """
 
@@ -23,19 +23,19 @@ Equation = Callable[[Mapping[str, "Array"]], "Array"]
 
 @runtime_checkable
 class Differentiable(Protocol):
-    """An equation that knows its derivatives; of any other they are taken by differences."""
+    """An equation with derivatives; for others they are calculated numerically."""
 
     def __call__(self, inputs: Mapping[str, Array]) -> Array:
-        """Return the measurand of inputs of shape (trials,)."""
+        """Return the measurand for inputs of shape (trials,)."""
         ...
 
     def gradient(self, inputs: Mapping[str, Array]) -> Mapping[str, Array]:
-        """Return the derivative by each input that acts, each of shape (trials,)."""
+        """Return the derivative by each input that has an effect, each of shape (trials,)."""
         ...
 
 
 class Distribution(StrEnum):
-    """What is known of an input (JCGM 101:2008, 6.4)."""
+    """Distribution of an input (JCGM 101:2008, 6.4)."""
 
     NORMAL = "normal"
     T = "t"
@@ -53,21 +53,21 @@ class Input:
     """One input quantity: estimate, standard uncertainty, and where it acts."""
 
     name: str
-    """Unique in a model. A common input has the same name in all points of a run."""
+    """Unique in a model. A common input has the same name at all points of a run."""
     value: float
     u: float
     dof: float = inf
     distribution: Distribution = Distribution.NORMAL
     unit: str = "N·m"
     common: bool = False
-    """True if its error is one and the same in all points of the run."""
+    """True if its error is the same at all points of the run."""
     line: str = ""
-    """The line of the budget that it stands in, by default its own."""
+    """Name of its line of the budget; by default its own."""
     ensemble: str = ""
-    """Inputs with the same one come from one estimation, such as a fit's coefficients.
+    """Inputs with the same ensemble come from one estimation, such as the coefficients of a fit.
 
-    They share its degrees of freedom (Willink, Metrologia 44, 2007, 340); where these are finite,
-    they are jointly t-distributed.
+    They share its degrees of freedom (Willink, Metrologia 44, 2007, 340); if finite, the inputs are
+    jointly t-distributed.
     """
 
     @property
@@ -78,7 +78,7 @@ class Input:
 
 @dataclass(frozen=True)
 class Line:
-    """What the budget shows of a line of several inputs, such as a fit: one quantity in N·m."""
+    """A line of the budget for several inputs, such as a fit: one quantity in N·m."""
 
     value_nm: float
     sensitivity: float = 1.0
@@ -86,17 +86,17 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class MeasurementModel:
-    """Inputs, their correlation, and the equation that makes the measurand of them, in N·m.
+    """Inputs, their correlation, and the equation of the measurand, in N·m.
 
-    `correlation` has shape (n, n) in the order of the inputs; None if there is none. Raises
-    ValueError for a name that comes twice and for a correlation of another shape.
+    `correlation` has shape (n, n) in the order of the inputs; None for no correlation. Raises
+    ValueError for a repeated name and for a correlation of another shape.
     """
 
     inputs: tuple[Input, ...]
     equation: Equation
     correlation: Array | None = None
     lines: Mapping[str, Line] = field(default_factory=dict)
-    """How lines of several inputs appear in the budget, by name."""
+    """Lines of the budget for several inputs, by name."""
 
     def __post_init__(self) -> None:
         names = [each.name for each in self.inputs]
@@ -114,19 +114,19 @@ class MeasurementModel:
 
 @dataclass(frozen=True)
 class Effect:
-    """An input that acts to first order: how much the measurand changes with it."""
+    """The first-order effect of an input on the measurand."""
 
     input: Input
     sensitivity: float
-    """The change of the measurand in N·m over that of the input (GUM 5.1.3)."""
+    """Change of the measurand in N·m per change of the input (GUM 5.1.3)."""
 
 
 @dataclass(frozen=True)
 class Corrected:
     """y = (value + sum c_i (x_i - estimate_i)) / product (1 + e_j): the equation of a result.
 
-    The effects are what an algorithm's result changes by; `scales` name inputs that are relative
-    errors of the whole, such as a transducer's gain.
+    The effects are changes of the result of an algorithm; `scales` are the names of inputs that are
+    relative errors of the whole, such as the gain of a transducer.
     """
 
     value_nm: float

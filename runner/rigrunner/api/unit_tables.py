@@ -30,21 +30,22 @@ class UnitDefinition:
     """A unit that a plugin adds; SI value = number * factor + offset."""
 
     symbol: str
-    """Letters, °, %, µ, Ω, and digits after the first: what is no power of another unit."""
+    """Letters, °, %, µ, Ω, and digits after the first character; not a power of another unit."""
     kind: str
-    """The kind of quantity, such as 'power'; of a new one a unit with factor 1 is its SI unit."""
+    """The kind of quantity, such as 'power'; for a new kind the unit with factor 1 is its SI unit.
+    """
     base: str
     """Its coherent SI unit in kg, m, s, A, K, mol, cd and rad, such as 'kg·m²/s³'; or '1'."""
     factor: float = 1.0
     offset: float = 0.0
     spellings: tuple[str, ...] = ()
-    """How it may be written besides."""
+    """Alternative spellings."""
     logarithmic: bool = False
-    """Whether the kind is a level: no product or quotient is made of it."""
+    """Whether the kind is a level: no products or quotients are made of it."""
 
     @property
     def unit(self) -> Unit:
-        """The unit that it defines."""
+        """The unit."""
         return Unit(self.symbol, self.kind, self.factor, self.offset)
 
     @property
@@ -129,9 +130,10 @@ BY_NAME_ALONE = {
     *("luminous flux", "illuminance", "absorbed dose", "dose equivalent", "level", "power level"),
     "pH",
 }
-"""Another kind has the same dimension: a product or quotient is of these by what it is made of."""
+"""Kinds that share a dimension with another: a product or quotient is of these by its factors only.
+"""
 LEVELS = {"level", "power level", "pH"}
-"""Logarithmic: no product or quotient is made of them."""
+"""Logarithmic kinds, of which no products or quotients are made."""
 
 PRODUCTS: Mapping[frozenset[tuple[str, int]], str] = {
     frozenset({("force", 1), ("length", 1)}): "torque",
@@ -142,7 +144,7 @@ PRODUCTS: Mapping[frozenset[tuple[str, int]], str] = {
     frozenset({("luminous flux", 1), ("length", -2)}): "illuminance",
     frozenset({("voltage", 0)}): "voltage ratio",
 }
-"""Kinds that a product has by the kinds of its factors, each with its power."""
+"""Kind of a product by the kinds of its factors, each with its power."""
 
 UNITS: tuple[Unit, ...] = (
     Unit("N·m", "torque"),
@@ -269,13 +271,13 @@ UNITS: tuple[Unit, ...] = (
     Unit("dBm", "power level"),
     Unit("pH", "pH"),
 )
-"""What messages and pages list; more are made by prefixes, products and quotients."""
+"""Units in messages and pages; prefixes, products and quotients make more."""
 
 CUSTOMARY = {
     *("lbf", "kgf", "in", "ft", "lb", "°F", "psi", "atm", "Torr", "mmHg", "rev", "eV"),
     *("t", "ppm", "ppb", "cP", "cSt", "bar/min", "mbar"),
 }
-"""Read, but neither suggested nor used where a person did not write so."""
+"""Accepted, but not suggested and used only if a person wrote it so."""
 
 FACTORS = {
     "T": 1e12,
@@ -307,7 +309,7 @@ PREFIXED = {
     "Pa": "GMkhmµ",
     "bar": "kmµ",
 }
-"""Which prefixes a unit takes; pH is no picohenry."""
+"""Prefixes that a unit accepts; pH is no picohenry."""
 
 SPELLINGS = {
     "Nm": "N·m", "N m": "N·m", "mNm": "mN·m", "kNm": "kN·m",

@@ -34,11 +34,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
 Exponents = tuple[int, ...]
-"""Of kg, m, s, A, K, mol, cd and rad, in this order."""
+"""Exponents of kg, m, s, A, K, mol, cd and rad, in this order."""
 
 
 class QuantityError(RigrunnerError, ValueError):
-    """A text is not a quantity or unit of the kind that is needed here."""
+    """A text is not a quantity or unit of the required kind."""
 
 
 _BASES = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
@@ -53,7 +53,7 @@ _TIMES = r"[·*.]"
 _PRODUCT = rf"{_FACTOR}(?:{_TIMES}{_FACTOR})+"
 _BELOW = rf"/(?:{_FACTOR}|\({_PRODUCT}\))"
 COMPOSED = rf"(?:(?:1|{_FACTOR}){_BELOW}|{_PRODUCT}(?:{_BELOW})?|{_NAME}{_POWER})"
-"""A regular expression, for JSON Schema too, of products and quotients of units."""
+"""A regular expression, also valid in JSON Schema, for products and quotients of units."""
 _COMPOSED = re.compile(COMPOSED)
 _PART = re.compile(rf"({_NAME})({_POWER})?")
 _ADDED_SYMBOL = re.compile(r"[A-Za-zΩµ°%][A-Za-z0-9Ωµ°%]*")
@@ -63,13 +63,13 @@ _HIGHEST_POWER = 9
 _LARGEST_FACTOR = 1e30
 _LONGEST = 40
 _NEAR = 0.51
-"""How alike a unit must be to be suggested: °C is not what was meant by °F."""
+"""Minimum similarity of a suggested unit: °F must not suggest °C."""
 
 
 def unit(symbol: str, dimension: str | None = None) -> Unit:
-    """Return the unit of that symbol or spelling; raise QuantityError with a suggestion.
+    """Return the unit of a symbol or spelling; raise QuantityError with a suggestion.
 
-    `dimension`: what is measured here; a unit of something else is not suggested.
+    `dimension`: the required kind; units of other kinds are not suggested.
     """
     wanted = symbol.strip().translate(_SAME_LETTERS)
     found = _named(wanted)
@@ -87,10 +87,10 @@ def unit(symbol: str, dimension: str | None = None) -> Unit:
 
 
 def define(added: Iterable[UnitDefinition], by: str) -> None:
-    """Make units known from now on; raise QuantityError for one that cannot be.
+    """Define units; raise QuantityError for an invalid one.
 
-    `by` is who defines them: what it defines again takes the place of what it defined before. Where
-    two define one symbol differently, using that unit raises QuantityError, which names both.
+    `by` is the definer: its later definition of a symbol replaces its earlier one. If two definers
+    define a symbol differently, using it raises QuantityError, which names both.
     """
     news = tuple(added)
     for new in news:
@@ -106,7 +106,7 @@ def define(added: Iterable[UnitDefinition], by: str) -> None:
 
 
 def kinds() -> tuple[str, ...]:
-    """Return the names of all kinds of quantities that have one."""
+    """Return the names of all kinds of quantities."""
     own = [name for name, _, _ in KINDS]
     return (*own, *sorted({new.kind for new in _added()} - set(own)))
 
@@ -117,7 +117,7 @@ def units_of(dimension: str) -> list[str]:
 
 
 def usual_units(dimension: str) -> list[Unit]:
-    """Return the listed units of a kind in which values are written, at least its SI unit."""
+    """Return the usual units for values of a kind, at least its SI unit."""
     found = [u for u in UNITS if u.dimension == dimension and u.symbol not in CUSTOMARY]
     if dimension not in _COHERENT:
         found = list(dict.fromkeys(new.unit for new in _added() if new.kind == dimension))
@@ -125,7 +125,7 @@ def usual_units(dimension: str) -> list[Unit]:
 
 
 def spellings_of(dimension: str | None) -> list[str]:
-    """Return all spellings of units of a kind, or of any, without those of COMPOSED."""
+    """Return all spellings of units of a kind, or of any kind, without those of COMPOSED."""
     return [spelling for spelling, _, kind in _spellings() if dimension in (None, kind)]
 
 
@@ -137,7 +137,7 @@ def si_symbol(dimension: str) -> str:
 
 
 def rate_of(dimension: str) -> str | None:
-    """Return the kind of what a quantity changes by in a time; None for a level."""
+    """Return the kind of the rate of change of a quantity; None for a level."""
     if _is_level(dimension):
         return None
     symbol = si_symbol(dimension)
@@ -148,25 +148,25 @@ def rate_of(dimension: str) -> str | None:
 
 
 def from_si(value: float, symbol: str) -> float:
-    """Return an SI value as a number of a unit."""
+    """Convert an SI value to a unit."""
     known = unit(symbol)
     return (value - known.offset) / known.factor
 
 
 def is_coherent(known: Unit) -> bool:
-    """Say whether numbers in a unit are SI values."""
+    """Return whether numbers in a unit are SI values."""
     return (known.factor, known.offset) == (1, 0)
 
 
 def with_article(dimension: str) -> str:
-    """Return a kind as a sentence has it: 'a torque', 'an angle', 'a quantity in V/K'."""
+    """Return a kind with its article: 'a torque', 'an angle', 'a quantity in V/K'."""
     if dimension not in kinds():
         return f"a quantity in {dimension}"
     return f"{'an' if dimension[0] in 'aeiou' else 'a'} {dimension}"
 
 
 def clip(text: str) -> str:
-    """Return a text as a message has it, not too long."""
+    """Shorten a text for a message."""
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
 
 
@@ -178,7 +178,7 @@ def _listing(dimension: str | None) -> str:
 
 
 def _named(spelling: str) -> Unit | None:
-    """Return the unit of a name; raise QuantityError where two define it differently."""
+    """Return the unit of a name; raise QuantityError if two define it differently."""
     found = _BY_SPELLING.get(spelling)
     if found is not None or spelling not in _ADDED:
         return found
@@ -194,7 +194,7 @@ def _named(spelling: str) -> Unit | None:
 
 
 def _rivals(spelling: str, new: UnitDefinition) -> Iterator[tuple[str, UnitDefinition]]:
-    """Yield who defines the same symbol too, or another SI unit of the same new kind."""
+    """Yield other definers of the same symbol, or of another SI unit of the same new kind."""
     yield from _ADDED[spelling].items()
     for claims in _ADDED.values():
         for by, other in claims.items():
@@ -208,7 +208,7 @@ def _meaning(new: UnitDefinition) -> str:
 
 
 def _objections(new: UnitDefinition, coherent: Iterable[UnitDefinition]) -> Iterator[str]:
-    """Yield why a unit cannot be added; `coherent` are those that come with it and are SI units."""
+    """Yield why a unit cannot be added; `coherent` are the SI units defined with it."""
     for spelling in (new.symbol, *new.spellings):
         if not _ADDED_SYMBOL.fullmatch(spelling) or len(spelling) > _LONGEST:
             yield f"is written '{clip(spelling)}'; expected letters, °, %, µ, Ω, and then digits"
@@ -262,7 +262,7 @@ def _spellings() -> Iterator[tuple[str, str, str]]:
 
 
 def _powers(text: str) -> Iterator[tuple[str, int]]:
-    """Yield each factor of a product or quotient with its power, as they stand."""
+    """Yield each factor of a product or quotient with its power, as written."""
     above, _, below = text.partition("/")
     for part, sign in ((above, 1), (below, -1)):
         for name, power in _PART.findall(part):
@@ -277,7 +277,7 @@ def _power(text: str) -> int:
 
 @lru_cache(maxsize=1024)
 def _composed(text: str) -> Unit | None:
-    """Return the unit that a product or quotient is; None where a factor is no unit."""
+    """Return the unit of a product or quotient; None if a factor is no unit."""
     parts: list[tuple[Unit, int]] = []
     for name, power in _powers(text):
         known = _named(name)
@@ -301,7 +301,7 @@ def _composed(text: str) -> Unit | None:
 
 
 def _symbol(parts: Iterable[tuple[str, int]]) -> str:
-    """Return a product or quotient in one form: N·m²/(K·s)."""
+    """Return a product or quotient in canonical form: N·m²/(K·s)."""
     given = list(parts)
     above = [_raised(name, power) for name, power in given if power > 0]
     below = [_raised(name, -power) for name, power in given if power < 0]
@@ -314,12 +314,12 @@ def _raised(name: str, power: int) -> str:
 
 
 def kind_of(exponents: Exponents) -> str:
-    """Return the kind that has these exponents; of one without a name its coherent SI unit."""
+    """Return the kind with these exponents; if it has no name, its coherent SI unit."""
     return _KIND_OF.get(exponents) or _shortest(exponents)
 
 
 def _kind(parts: Iterable[tuple[Unit, int]]) -> str:
-    """Return the kind of a product: by its factors where that is agreed, else by its dimension."""
+    """Return the kind of a product: by its factors if agreed, else by its dimension."""
     powers: dict[str, int] = {}
     dimension = (0,) * len(_BASES)
     for known, power in parts:
@@ -333,14 +333,14 @@ def _kind(parts: Iterable[tuple[Unit, int]]) -> str:
 
 
 def exponents_of(kind: str) -> Exponents:
-    """Return the exponents of a kind in kg, m, s, A, K, mol, cd and rad, in this order."""
+    """Return the exponents of a kind for kg, m, s, A, K, mol, cd and rad, in this order."""
     if kind in _EXPONENTS:
         return _EXPONENTS[kind]
     return _exponents(next((new.base for new in _added() if new.kind == kind), kind))
 
 
 def _exponents(text: str) -> Exponents:
-    """Return the exponents of an expression in base units and coherent units with a name."""
+    """Return the exponents of an expression of base units and named coherent units."""
     total = [0] * len(_BASES)
     for name, power in _powers(text):
         if name in _BASES:
@@ -353,7 +353,7 @@ def _exponents(text: str) -> Exponents:
 
 
 def _shortest(dimension: Exponents) -> str:
-    """Return the coherent unit of a dimension without a name: a named one and base units."""
+    """Return the coherent unit of a dimension without a name, from a named one and base units."""
     named = [symbol for _, symbol, _ in KINDS if symbol.isalpha() and symbol not in _BASES]
     if max(map(abs, dimension)) > _HIGHEST_POWER:
         raise QuantityError("a unit to such a high power is not meant")
@@ -390,6 +390,6 @@ _KIND_BY_SYMBOL = {symbol: name for name, symbol, _ in KINDS}
 _EXPONENTS = {name: _exponents(base) for name, _, base in KINDS}
 _KIND_OF = {exponents: name for name, exponents in _EXPONENTS.items() if name not in BY_NAME_ALONE}
 _ADDED: dict[str, dict[str, UnitDefinition]] = {}
-"""What plugins and stored runs define: by spelling, then by who does."""
+"""Units of plugins and stored runs: by spelling, then by definer."""
 _BY_SPELLING: dict[str, Unit] = _all_spellings()
 _BY_SPELLING.update({spelling: unit(symbol) for spelling, symbol in SPELLINGS.items()})

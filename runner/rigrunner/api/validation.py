@@ -1,4 +1,4 @@
-"""What a Monte Carlo method says of a result that the GUM's law of propagation gave."""
+"""Validation of uncertainties of the GUM's law of propagation by a Monte Carlo method."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Agreement:
-    """One value as the GUM gives it and as trials show it, in N·m; intervals of 95 %."""
+    """The 95 % intervals of one value by the GUM and by trials, in N·m."""
 
     set_frequency_hz: float | None
     """The set-point; None for the mean over all."""
@@ -28,20 +28,20 @@ class Agreement:
     low: float
     high: float
     tolerance: float
-    """What both ends may differ by, of the digits that matter (JCGM 101:2008, 8.1.3)."""
+    """Allowed difference of both ends, from the significant digits (JCGM 101:2008, 8.1.3)."""
     resolution: float
-    """What each end may be off only because the trials are no more."""
+    """Uncertainty of each end from the limited number of trials."""
     agrees: bool
 
     @property
     def gum_is_wider(self) -> bool:
-        """Whether the GUM's interval has the trials' within it, to the tolerance."""
+        """Whether the interval of the GUM contains that of the trials, within the tolerance."""
         low, high = self.gum_low - self.tolerance, self.gum_high + self.tolerance
         return low <= self.low and self.high <= high
 
     @property
     def apart(self) -> float:
-        """How far apart the ends are, the greater of d_low and d_high."""
+        """The greater difference of the ends, d_low or d_high."""
         return max(abs(self.gum_low - self.low), abs(self.gum_high - self.high))
 
 
@@ -52,33 +52,33 @@ class EquationTrials:
     mean: Agreement
     points: tuple[Agreement, ...]
     trials: int
-    """The most that any of them took."""
+    """The greatest number of trials of one value."""
     stable: bool
-    """False if one of them did not settle within the trials that were allowed."""
+    """False if one value was not stable within the allowed number of trials."""
 
 
 @dataclass(frozen=True)
 class PipelineDraws:
-    """Draws of the recorded data, each analysed anew from its prepared cycles on."""
+    """Draws of the recorded data, each analysed again from the prepared cycles."""
 
     mean: Agreement
     points: tuple[Agreement, ...]
     draws: int
     refused: int
-    """Of them, those that the method refused."""
+    """Draws that the method refused."""
     through_the_data: tuple[str, ...]
-    """The lines of the budget that were drawn as errors of the data."""
+    """Lines of the budget that were drawn as errors of the data."""
     as_effects: tuple[str, ...]
-    """Those that were drawn as the effect on the torque that the budget states."""
+    """Lines that were drawn as their stated effect on the torque."""
 
 
 @dataclass(frozen=True)
 class Validation:
-    """Both checks of the primary method's result."""
+    """Both validations of the result of the primary method."""
 
     method: str
     digits: int
-    """Of the standard uncertainty: which of them matter."""
+    """Significant digits of the standard uncertainty."""
     seed: int
     equation: EquationTrials
     pipeline: PipelineDraws
@@ -90,7 +90,7 @@ class Validation:
 
     @property
     def statements(self) -> tuple[str, str]:
-        """What is to be said of the mean: by the trials, and by the draws."""
+        """Statements on the mean: from the trials, and from the draws."""
         return _by_trials(self.equation), _by_draws(self.pipeline)
 
 
@@ -137,29 +137,29 @@ def _advice(found: Agreement) -> str:
 
 
 class Perturbation(Protocol):
-    """The errors of a rig, as a method's budget states them, put into a sweep."""
+    """Adds the errors of a rig, from the budget of a method, to a sweep."""
 
     @property
     def covers(self) -> Collection[str]:
-        """The lines of the budget that it draws."""
+        """Lines of the budget that it draws."""
         ...
 
     def __call__(self, sweep: Sweep, rng: Generator) -> Sweep:
-        """Return the sweep with one draw of these errors."""
+        """Return the sweep with one draw of the errors."""
         ...
 
 
 @runtime_checkable
 class Drawable(Protocol):
-    """What a CompensationMethod can have besides, so that Monte Carlo draws show more."""
+    """An optional ability of a CompensationMethod, with which more lines can be drawn."""
 
     def torques(self, sweep: Sweep) -> Array:
-        """Return the torque per point of the loaded run, shape (points,), and no uncertainty.
+        """Return the torque per point of the loaded run, shape (points,), without uncertainty.
 
-        Raises DataError like the method itself.
+        Raises DataError like the method.
         """
         ...
 
     def perturbation(self, sweep: Sweep) -> Perturbation:
-        """Return what puts the errors of this sweep's rig into it; raise DataError."""
+        """Return the perturbation for this sweep; raise DataError."""
         ...

@@ -1,8 +1,8 @@
-"""The verdict: limits, decision rules, and what was decided by them, at once or later.
+"""Verdicts: limits, decision rules, and decisions, made at once or later.
 
-The one model of it: result file, archive, panel, certificate and report are views of this. A rule
-(JCGM 106, 8; ILAC-G8:09/2019, 4.2) is a plugin; it says what a value within or outside its limits
-gets, and everything else follows: verdict, reason, risks, and whether the verdict is marginal.
+Result file, archive, panel, certificate and report are views of this one model. A decision rule
+(JCGM 106, 8; ILAC-G8:09/2019, 4.2) is a plugin; it states the verdict on a value by its distance
+from the limits. Verdict, reason, risks and the marginal state follow.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from rigrunner.api.quantity import Estimate
 
 MEAN = "mean"
-"""What is judged where not a single set-point is: the mean over all of them."""
+"""What is decided on besides single set-points: the mean over all."""
 CERTAIN = 0.9999
-"""A probability beyond this is not printed as a number: it would look like certainty."""
+"""A greater probability is not printed as a number, which would suggest certainty."""
 
 
 _DIGITS = (4, 6, 9, 12, 17)
-"""A value is shown with the fewest of these by which it differs from the limit that it missed."""
+"""A value is shown with the fewest digits with which it differs from the limit that it missed."""
 
 
 def probability_text(probability: float) -> str:
@@ -40,7 +40,7 @@ def probability_text(probability: float) -> str:
 
 
 class Verdict(StrEnum):
-    """What was decided; a run without limits has none."""
+    """The result of a decision; a run without limits has none."""
 
     PASS = "pass"  # noqa: S105  (a verdict, not a password)
     CONDITIONAL_PASS = "conditional pass"  # noqa: S105  (a verdict, not a password)
@@ -56,40 +56,40 @@ WORST_FIRST = (
     Verdict.CONDITIONAL_PASS,
     Verdict.PASS,
 )
-"""A run fails if one of its limits does, and passes if all of them do."""
+"""A run fails if one of its limits fails, and passes if all pass."""
 
 
 def worst(verdicts: Iterable[Verdict | None]) -> Verdict | None:
-    """Return the worst of some verdicts; None where there is none."""
+    """Return the worst of some verdicts; None for none."""
     return min((each for each in verdicts if each), key=WORST_FIRST.index, default=None)
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What a value may be; infinite where there is no limit."""
+    """Limits of a value; infinite for no limit."""
 
     lower: float
     upper: float
     unit: str = "N·m"
-    """Of these numbers, and of the values that they are for."""
+    """Unit of the limits, and of the values that they apply to."""
     shown_in: str = ""
-    """The unit in which texts have limits and values, such as °C for K; '' for `unit`."""
+    """Unit of limits and values in texts, such as °C for K; '' for `unit`."""
 
     @classmethod
     def between(
         cls, lower: float | None, upper: float | None, unit: str = "N·m", *, shown_in: str = ""
     ) -> Limits:
-        """Return limits with infinity where there is none."""
+        """Return limits, with infinity for None."""
         ends = -inf if lower is None else lower, inf if upper is None else upper
         return cls(*ends, unit, shown_in)
 
     def __str__(self) -> str:
-        """Return the limits as a person writes them: '≤ 0.95 N·m', '0.2 N·m to 0.95 N·m'."""
+        """Return the limits as text: '≤ 0.95 N·m', '0.2 N·m to 0.95 N·m'."""
         return self._text("≥ {}", "≤ {}", "{} to {}", digits=6)
 
     @property
     def in_words(self) -> str:
-        """The limits in words: '0.5 N·m or less'; '20 °C to 26 °C'."""
+        """The limits in English: '0.5 N·m or less'; '20 °C to 26 °C'."""
         return self._text("{} or more", "{} or less", "{} to {}")
 
     @property
@@ -98,7 +98,7 @@ class Limits:
         return self._text("≥ {}", "≤ {}", "{} … {}")
 
     def shown(self, value: float, digits: int = 12) -> str:
-        """Return a value in the unit that texts have."""
+        """Return a value in the unit of texts."""
         number, symbol = value, self.shown_in or self.unit
         if symbol != self.unit:
             known = unit(symbol)
@@ -106,17 +106,17 @@ class Limits:
         return f"{number:.{digits}g} {symbol}"
 
     def shown_apart(self, value: float) -> str:
-        """Return the same, with the fewest digits by which it differs from a limit beside it."""
+        """Return the same, with the fewest digits with which it differs from a limit beside it."""
         limits = {self.shown(limit) for limit in self.edges(0.0) if limit != value}
         texts = (self.shown(value, digits) for digits in _DIGITS)
         return next((text for text in texts if text not in limits), self.shown(value, 17))
 
     def allow(self, value: float) -> bool:
-        """Say whether a value is within the limits, these included; NaN is not."""
+        """Return whether a value is within the limits, limits included; NaN is not."""
         return self.lower <= value <= self.upper
 
     def not_kept(self, value: float, by: float = 0.0) -> Limits:
-        """Return the one limit that a value is not within by that much; both where it is."""
+        """Return the limits from which the value is not inside by that margin."""
         if not isinf(self.lower) and not value - self.lower >= by:
             return replace(self, upper=inf)
         if not isinf(self.upper) and not self.upper - value >= by:
@@ -124,16 +124,16 @@ class Limits:
         return self
 
     def margin(self, value: float) -> float:
-        """Return how far inside the nearer limit the value is; negative outside."""
+        """Return the distance of the value inside the nearer limit; negative outside."""
         return min(value - self.lower, self.upper - value)
 
     def edges(self, inward: float) -> tuple[float, ...]:
-        """Return the limits moved inward by that much (outward if negative), lower one first."""
+        """Return the limits moved inwards by that much (outwards if negative), lower one first."""
         moved = (self.lower + inward, self.upper - inward)
         return tuple(edge for edge in moved if not isinf(edge))
 
     def can_be_within(self, guard: float) -> bool:
-        """Return whether any value is inside both limits by that much."""
+        """Return whether a value can be inside both limits by that much."""
         return self.upper - self.lower >= 2 * guard
 
     def _text(self, at_least: str, at_most: str, both: str, *, digits: int = 12) -> str:
@@ -145,72 +145,73 @@ class Limits:
 
 @dataclass(frozen=True)
 class Zone:
-    """The values that are within their limits by a margin get this verdict, or a better one."""
+    """Values inside their limits by a margin get this verdict, or a better one."""
 
     verdict: Verdict
-    """Any but `fail`, which is what a value outside all zones gets."""
+    """Any but `fail`, the verdict outside all zones."""
     margin: float
-    """How far within the nearer limit, in its unit; negative: how far outside at most."""
+    """Least distance inside the nearer limit, in its unit; negative: greatest distance outside."""
     width: str = ""
-    """What that distance is, for the reason: 'U', 'w = 0.5 U'; '' where it is 0."""
+    """The distance as text for the reason: 'U', 'w = 0.5 U'; '' for 0."""
 
 
 class DecisionRule(Protocol):
-    """Says which verdict a value gets by its place within or outside its limits.
+    """States the verdict on a value by its position relative to its limits.
 
-    It receives the limits and the estimate, whose uncertainty is known and not zero, and says
-    nothing of values by `estimate.value`: the same rule holds for every value of that uncertainty.
+    It gets the limits and the estimate, whose uncertainty is known and not zero. It must not depend
+    on `estimate.value`: the zones apply to every value with that uncertainty.
     """
 
     @property
     def words(self) -> Mapping[str, str]:
-        """What it does, in one sentence by language: 'en', and 'de' where that is known."""
+        """The rule in one sentence, by language: 'en', and 'de' if known."""
         ...
 
     def __call__(self, limits: Limits, estimate: Estimate) -> Sequence[Zone]:
-        """Return the zones from the best verdict to the worst, their margins falling."""
+        """Return the zones from the best verdict to the worst, with decreasing margins."""
         ...
 
 
 @dataclass(frozen=True, kw_only=True)
 class LimitDecision:
-    """What one limit says of one result, with all that is needed to understand it."""
+    """The decision on one result by one limit, with all that is needed to understand it."""
 
     of: str = MEAN
-    """What is judged: 'mean', one set-point, such as '35 Hz', or a named result and its place."""
+    """What the limit applies to: 'mean', one set-point, such as '35 Hz', or a named result and its
+    place."""
     named: str = ""
-    """The name of the result."""
+    """Name of the result."""
     verdict: Verdict
     reason: str
     """One sentence."""
     limits: Limits
-    """What the result may be, in the unit of every number here."""
+    """Limits of the result, in the unit of every number here."""
     source: str
-    """Who says so."""
+    """Source of the limits."""
     result: Estimate | None = None
-    """What was judged; None where there is nothing to judge."""
+    """The result; None if there is none."""
     coordinates: Mapping[str, CoordinateValue] = field(default_factory=dict)
-    """Where that result holds; empty of a mean, and of the only result of its name."""
+    """Place of the result; empty for a mean, and for the only result of its name."""
     guard_band: float = nan
-    """w: a result passes that is within the limits by at least w; nan where unknown."""
+    """w: a result inside the limits by at least w passes; nan if unknown."""
     false_accept_risk: float = nan
     """The highest probability that an item which this rule passes does not conform.
 
-    The specific risk of false acceptance, for this uncertainty (JCGM 106, 3.3.13); nan where
-    unknown, or where no result could pass.
+    The specific risk of false acceptance for this uncertainty (JCGM 106, 3.3.13); nan if unknown,
+    or if no result could pass.
     """
     false_reject_risk: float = nan
     """The highest probability that an item which this rule fails conforms."""
     probability: float = nan
-    """That the true value is within the limits (JCGM 106, 7); nan where unknown."""
+    """Probability that the true value is within the limits (JCGM 106, 7); nan if unknown."""
     uncompensated: Verdict | None = None
-    """What the same rule would say of the raw torque; None of another quantity."""
+    """The verdict of the same rule on the raw torque; None for other quantities."""
     marginal: bool = False
-    """Whether a result different by no more than the marginal band had another verdict."""
+    """Whether a change of the result within the marginal band would change the verdict."""
     measurand: MeasurandKind | None = None
-    """What the limit is a limit of."""
+    """The measurand that the limit is stated for."""
     load_n: float | None = None
-    """The load that the limit is for, where it names one."""
+    """The load that the limit is stated for, if any."""
 
     @property
     def passes(self) -> bool:
@@ -219,10 +220,10 @@ class LimitDecision:
 
     @property
     def badness(self) -> tuple[int, float, float]:
-        """What sorts the limits of a run, the one that decides first.
+        """Sort key of the limits of a run; the deciding one comes first.
 
-        Verdict, probability, and, where that is as good as certain of several, how many standard
-        uncertainties the value is within its limit.
+        Verdict, probability and, if this is nearly 1 for several, the distance from the limit in
+        standard uncertainties.
         """
         found, within = self.result, -inf
         if found is not None and found.u > 0:
@@ -233,22 +234,22 @@ class LimitDecision:
 
 @dataclass(frozen=True, kw_only=True)
 class Decision:
-    """The verdict on the results of a run: every limit, and the rule by which it was decided."""
+    """The verdict on the results of a run: all limits, and the decision rule."""
 
     rule: str
-    """The rule with its words: 'simple: ...'."""
+    """The rule with its description: 'simple: ...'."""
     rule_in: Mapping[str, str] = field(default_factory=dict)
-    """These words in other languages than English, where the rule has them."""
+    """The description in other languages, if available."""
     parts: tuple[LimitDecision, ...]
-    """Every limit on the mean and on the set-points, at least one."""
+    """The decisions on mean and set-points, at least one."""
 
     @cached_property
     def deciding(self) -> LimitDecision:
-        """The limit that decides: the worst, as it stands for the run.
+        """The deciding limit: the worst one, as it applies to the run.
 
         Among equal verdicts it is the one with the least probability of conformity. Its reason
-        names what it is of where that is not the only mean; what the rule would say of the raw
-        torque is the worst of all limits.
+        names the result if there are several means. The verdict on the raw torque is the worst of
+        all limits.
         """
         worst_part = min(self.parts, key=lambda part: part.badness)
         raw = worst(part.uncompensated for part in self.parts)
@@ -257,16 +258,16 @@ class Decision:
 
     @property
     def verdict(self) -> Verdict:
-        """That of the limit that decides."""
+        """The verdict of the deciding limit."""
         return self.deciding.verdict
 
     @property
     def reason(self) -> str:
-        """That of the limit that decides, in one sentence."""
+        """The reason of the deciding limit, in one sentence."""
         return self.deciding.reason
 
     def words(self, part: LimitDecision) -> str:
-        """Return what a limit is of: a torque by its name where others are limited as well."""
+        """Return what a limit applies to: a torque by its name if other results have limits too."""
         if part.uncompensated is not None and len({each.named for each in self.parts}) > 1:
             return f"{part.named}, {part.of}"
         return part.of
@@ -282,19 +283,19 @@ class Decision:
 
 @dataclass(frozen=True, kw_only=True)
 class LaterDecision:
-    """A stored run decided again by another rule or limit, as put on record beside it."""
+    """A later decision on a stored run by another rule or limit, recorded beside it."""
 
     file: str
     decided_utc: str
     by: str
     why: str
-    """The reason that was given for deciding again."""
+    """The stated reason for the new decision."""
     verdict: str
     reason: str
     rule: str
     limit_text: str
     limit_source: str
     verdict_before: str
-    """What held until then; 'none' where nothing had been decided."""
+    """The verdict until then; 'none' without one."""
     rule_before: str
     limit_before: str
