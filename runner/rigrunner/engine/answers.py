@@ -1,4 +1,4 @@
-"""Where answers come from: a person, or the procedure itself when nobody is there."""
+"""Sources of answers: a person, or the procedure itself when unattended."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Confirm(Protocol):
-    """What a person is to confirm."""
+    """A statement to confirm."""
 
     @property
     def text(self) -> str:
@@ -25,12 +25,12 @@ class Confirm(Protocol):
 
     @property
     def unattended(self) -> bool | None:
-        """The answer where nobody is there; None for none."""
+        """The unattended answer; None for none."""
         ...
 
 
 class Ask(Protocol):
-    """What a person is asked."""
+    """A question."""
 
     @property
     def text(self) -> str:
@@ -44,17 +44,17 @@ class Ask(Protocol):
 
     @property
     def unattended(self) -> str | None:
-        """The answer where nobody is there; None for none."""
+        """The unattended answer; None for none."""
         ...
 
     @property
     def expected(self) -> Expected:
-        """What is allowed as an answer."""
+        """The accepted answers."""
         ...
 
 
 class AnswerSource(Protocol):
-    """Answers what a procedure asks while it runs."""
+    """Answers the questions of a procedure while it runs."""
 
     @property
     def by(self) -> str:
@@ -62,16 +62,16 @@ class AnswerSource(Protocol):
         ...
 
     def confirm(self, step: str, question: Confirm) -> bool:
-        """Return whether it is so; `step` names the place of the question in the procedure."""
+        """Return the answer yes or no; `step` is the place of the question in the procedure."""
         ...
 
     def ask(self, step: str, question: Ask) -> str:
-        """Return the answer, one that `question.expected` accepts."""
+        """Return an answer that `question.expected` accepts."""
         ...
 
 
 class UnattendedAnswers:
-    """Gives the unattended answers of the procedure; raises UsageError where there is none."""
+    """Gives the unattended answers of the procedure; raises UsageError if there is none."""
 
     by = "unattended answer of the procedure"
 

@@ -1,4 +1,4 @@
-"""One try of a step: its events, and what its failure means."""
+"""One attempt of a step: its events, and the consequence of a failure."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 
 class Attempt:
-    """The number of the attempt, from 1, at a step at its place in the plan.
+    """The number of the attempt, from 1, of a step of the plan.
 
-    `total` is its number over all attempts, where the step was repeated.
+    `total` is its number over all attempts, if the step was repeated.
     """
 
     def __init__(
@@ -29,7 +29,7 @@ class Attempt:
         total: int,
         cycles: CycleCount | None = None,
     ) -> None:
-        """Take the counted cycles too, where a rig moves."""
+        """Record the cycles too, if a rig moves."""
         self.step = step
         self.number = number
         self.action = step.action.again(total)
@@ -40,7 +40,7 @@ class Attempt:
         self._cycles = cycles
 
     def begin(self, emit: Emit) -> None:
-        """Put on record that it begins; of one that reads, after how many cycles."""
+        """Record its start; for a step that reads, with the number of cycles."""
         emit(
             StepStarted,
             step=self.step.path,
@@ -58,7 +58,7 @@ class Attempt:
         )
 
     def end(self, emit: Emit, found: Found = NOTHING, *, ok: bool) -> None:
-        """Put on record that it is over, and what it found."""
+        """Record its end and what it found."""
         emit(
             StepEnded,
             step=self.step.path,
@@ -78,14 +78,14 @@ class Attempt:
         )
 
     def is_tried_again(self, error: BaseException) -> bool:
-        """Say whether another try follows upon an error."""
+        """Return whether another attempt follows an error."""
         return _is_failure(error) and self.number < self.step.terms.tries
 
     def is_passed_over(self, error: BaseException) -> bool:
-        """Say whether the run goes on in spite of an error."""
+        """Return whether the run continues despite an error."""
         return _is_failure(error) and self.step.terms.goes_on
 
 
 def _is_failure(error: BaseException) -> bool:
-    """Say whether a step failed, and not the run: a person, a sink or a bug ends that."""
+    """Return whether the step failed; a person, a sink or a bug ends the run instead."""
     return isinstance(error, (DeviceError, DataError))

@@ -1,4 +1,4 @@
-"""A pause: devices stand still where they can, a person decides how the run goes on."""
+"""Pauses: devices stand still if they can, and a person decides how the run continues."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 def take_break(
     steps: Sequence[PlannedStep], index: int, wanted: PauseWantedError, session: Session
 ) -> Decision:
-    """Pause before a step, and return how the run goes on; raise AbortedError if it does not.
+    """Pause before a step and return how the run continues; raise AbortedError if it does not.
 
-    Interlocks are watched meanwhile. Where nobody is there to decide, the run is aborted.
+    Interlocks are monitored meanwhile. Without a person to decide, the run is aborted.
     """
     session.intervene("pause", wanted.by, wanted.message)
     if session.pauses is None:
@@ -44,7 +44,7 @@ def take_break(
 
 @dataclass(frozen=True, eq=False)
 class _Break:
-    """Where a run is paused: before a step, or inside of it."""
+    """A pause, before or inside a step."""
 
     steps: Sequence[PlannedStep]
     index: int
@@ -59,7 +59,7 @@ class _Break:
         return point_name(self.steps, self.index)
 
     def decision(self, pauses: Pauses, reason: str, moving: tuple[str, ...]) -> Decision:
-        """Ask until the run may go on so, or is to end."""
+        """Ask until the run can continue as chosen, or is to end."""
         guard, why = self.session.guard, reason
         while True:
             choices = tuple(self._choices())
@@ -81,7 +81,7 @@ class _Break:
                     why = f"{guard.pausing()}; not cleared yet" if guard.pausing() else reason
 
     def reason(self, decision: Decision) -> str:
-        """Return what goes on record beside the choice."""
+        """Return the reason that is recorded with the choice."""
         if decision.choice not in (Choice.REPEAT, Choice.SKIP):
             return decision.reason
         return f"{self.point}: {decision.reason}" if decision.reason else self.point

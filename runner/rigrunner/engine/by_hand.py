@@ -1,4 +1,4 @@
-"""A run without a plan: a person says step by step what is done."""
+"""Manual mode: a run without a plan, whose steps a person gives one by one."""
 
 from __future__ import annotations
 
@@ -44,11 +44,11 @@ def run_by_hand(  # noqa: PLR0917  (the things that a run is made of)
     pauses: Pauses,
     before: Sequence[Interference] = (),
 ) -> RunSummary:
-    """Do the steps as they come, on a connected rig, and return how it ended; never raises.
+    """Execute steps as they come, on a connected rig, and return how it ended; never raises.
 
-    `steps` is given the session, to look at the rig between steps. What fails is on record, and
-    ends it unless the step's terms say otherwise; an interlock that would pause a run ends it too.
-    In the end the rig is made safe, whatever happened. What happened `before` it is on record too.
+    `steps` is called with the session, to read the rig between steps. A failure is recorded and
+    ends the run unless the terms of the step say otherwise; so does an interlock that would pause a
+    run. The rig is always made safe at the end. Events `before` it are recorded too.
     """
     emit = Emitter(bus, clock)
     session = Session(rig, emit, UnattendedAnswers(), stop, Guard(interlocks, rig, emit), pauses)
@@ -68,7 +68,7 @@ class _ByHand(Run):
     """A run whose steps come one by one."""
 
     def follow(self, steps: Steps, run_id: str) -> None:
-        """Do each step when it comes."""
+        """Execute each step as it comes."""
         self._begin(run_id)
         attempts: Counter[int] = Counter()
         try:

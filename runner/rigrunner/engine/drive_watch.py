@@ -1,4 +1,4 @@
-"""Drives that were set, watched beside each reading: each is to stay where it was set."""
+"""Monitors drives during readings: each must stay at its set-point."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     from rigrunner.rig import Rig
 
 EVERY_S = 0.1
-"""How often drives are read back during a reading, as the channels of interlocks are."""
+"""Interval of read-backs during a reading, the same as for the channels of interlocks."""
 
 
 class DriveWatch:
-    """Reads drives back and ends the run, like an interlock, where one fell away.
+    """Reads drives back and ends the run, as an interlock does, if one left its set-point.
 
-    A drive may have been switched off at the device, set by another program, or have failed: what
-    is read meanwhile does not belong to its set-point.
+    A drive may have been switched off at the device, set by another program, or have failed:
+    readings then do not belong to its set-point.
     """
 
     def __init__(self, rig: Rig, emit: Emit) -> None:
@@ -33,14 +33,14 @@ class DriveWatch:
         self._streaming: list[str] = []
 
     def look(self) -> None:
-        """Check if it is time to."""
+        """Check if the interval has passed."""
         if self._now_s() - self._looked_s >= EVERY_S:
             self.check()
 
     def check(self) -> None:
-        """Read back every drive that was set; raise InterlockError for one that is elsewhere.
+        """Read back every drive that was set; raise InterlockError for a deviation.
 
-        The drives of a device that streams are left out, unless it can be read meanwhile.
+        Skips the drives of a device that streams, unless it can be read meanwhile.
         """
         before_s = self._looked_s
         for member, found in self._rig.drives_astray(self._streaming):
@@ -58,7 +58,7 @@ class DriveWatch:
 
     @contextmanager
     def streaming(self, role: str) -> Iterator[None]:
-        """Leave a device alone while it streams, unless it says that it can be read meanwhile."""
+        """Skip a device while it streams, unless it can be read meanwhile."""
         busy = not getattr(self._rig.devices[role], "reads_back_while_streaming", False)
         if busy:
             self._streaming.append(role)

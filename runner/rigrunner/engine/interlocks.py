@@ -1,4 +1,4 @@
-"""Interlocks at work: what each channel was last seen to be, and what follows from it."""
+"""Interlocks of a run: the last reading of each channel, and the consequence."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class InterlockError(AbortedError):
 
 
 class Guard:
-    """Watches the channels of all interlocks between blocks, and says what may be set."""
+    """Monitors the channels of all interlocks between blocks, and allows or forbids set-points."""
 
     def __init__(self, interlocks: Sequence[Interlock], rig: Rig, emit: Emit) -> None:
         self._rig = rig
@@ -40,29 +40,29 @@ class Guard:
         now_s = rig.clock.monotonic_s()
         self._watches = [Watch(each, now_s) for each in interlocks]
         self.watching = bool(self._watches)
-        """Whether there is any: where not, a step need not ask."""
+        """Whether there are interlocks; without any, steps need not call."""
 
     @property
     def tripped(self) -> list[Watch]:
-        """The interlocks that are tripped and that nobody has overridden."""
+        """The interlocks that are tripped and not overridden."""
         return [each for each in self._watches if each.tripped and not each.overridden]
 
     def pausing(self) -> str:
-        """Return what is tripped that prevents a paused run from continuing, in words."""
+        """Return what prevents a paused run from continuing, as text."""
         acting = [each for each in self.tripped if each.interlock.does == "pause"]
         return "; ".join(each.text for each in acting)
 
     def may_be_overridden(self) -> bool:
-        """Say whether something is tripped, and a person may go on in spite of all of it."""
+        """Return whether interlocks are tripped and a person may override all of them."""
         return bool(self.tripped) and all(each.interlock.overridable for each in self.tripped)
 
     def override(self) -> None:
-        """Let the run go on in spite of what is tripped now, until that has cleared."""
+        """Override the tripped interlocks until each has cleared."""
         for each in self.tripped:
             each.overridden = True
 
     def feed(self, role: str, block: Block) -> None:
-        """Look at the samples of a stream, whose channels are named without the role."""
+        """Check the samples of a stream, whose channels are named without the role."""
         watched = [
             each
             for each in self._watches
@@ -76,7 +76,7 @@ class Guard:
             each.take(times_s, np.asarray(block.channels[each.interlock.member.name]), end_s)
 
     def look(self, *, anew: bool = False) -> None:
-        """Read what is due, or all of it `anew`; put on record what has tripped or cleared."""
+        """Read the channels that are due, or with `anew` all; record what tripped or cleared."""
         for each in self._watches:
             now_s = self._rig.clock.monotonic_s()
             if anew or now_s - each.looked_s >= each.interlock.every_s - _ROUNDING_S:
@@ -94,7 +94,7 @@ class Guard:
             raise _error(each.interlock, each.text)
 
     def allow(self, role: str, drive: str, value: float) -> None:
-        """Raise InterlockError if a set-point leads away from safe and is forbidden now."""
+        """Raise InterlockError if a set-point leaves the safe value while that is forbidden."""
         member = Member(role, drive)
         against = [each for each in self.tripped if member in each.interlock.forbids]
         for each in against:

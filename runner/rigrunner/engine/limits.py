@@ -1,4 +1,4 @@
-"""What follows from the limits of the values that a step found."""
+"""The consequences of limits of the values of a step."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from rigrunner.api.readings import Reading, ReadingLimit
 
 Remark = tuple[type[Note], str]
-"""An event on a value with a limit, and its text."""
+"""An event on a limited value, and its text."""
 
 
 def remarks_on(
@@ -21,9 +21,9 @@ def remarks_on(
     values: Mapping[str, float],
     where: Callable[[], str] | None = None,
 ) -> Iterator[Remark]:
-    """Yield what is to be put on record of values: which are out of limits, which are marginal.
+    """Yield the events for values out of limits and for marginal values.
 
-    `values` are in SI units, by the name that the limits have for them; `where` says of what point.
+    `values` are in SI units, by their names in the limits; `where` is the place.
     """
     for limit in limits:
         value = values[limit.of]
@@ -39,7 +39,7 @@ def remarks_on(
 def missed_of(
     expected: Sequence[ReadingLimit], readings: Mapping[str, Reading]
 ) -> Iterator[Remark]:
-    """Yield what is to be put on record of readings that are not what they have to be."""
+    """Yield the events for readings that are not as expected."""
     for limit in expected:
         found = limit.decision(readings[limit.of])
         if not found.passes:

@@ -1,4 +1,4 @@
-"""What goes wrong in a run, put on record, and the outcome that follows from it."""
+"""Records what goes wrong in a run, and determines its outcome."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from rigrunner.bus import Bus, Emit
 
 GOES_ON = "; the run goes on"
-"""Ends the text of the alarm for a failure that is passed over."""
+"""End of the text of an alarm for a failure after which the run continues."""
 
 
 class Notes:
-    """The first error decides how a run ends, the others are put on record beside it."""
+    """The first error determines how a run ends; later ones are recorded with it."""
 
     def __init__(
         self, bus: Bus, emit: Emit, stop: StopToken, passed_over: Iterable[str] = ()
@@ -40,11 +40,11 @@ class Notes:
         self._passed_over = list(passed_over)
         self._unsafe: DeviceError | None = None
         self.stopped_at = ""
-        """The values out of limits that stop the run, in words; '' for none."""
+        """The values out of limits that stop the run, as text; '' for none."""
 
     @property
     def goes_on(self) -> bool:
-        """Whether the run is to go on: nothing failed, and no limit stops it."""
+        """Whether the run continues: no error, and no limit stops it."""
         return self.first is None and not self.stopped_at
 
     @property
@@ -54,18 +54,18 @@ class Notes:
 
     @property
     def passed_over(self) -> tuple[str, ...]:
-        """What the run went on after, though it is not as it should be."""
+        """Failures and skips after which the run continued."""
         return tuple(self._passed_over)
 
     def tell(self, kind: type[Event], /, **fields: Any) -> None:
-        """Emit what must not raise: a sink that fails now is an error beside the first."""
+        """Emit an event without raising; a sink that fails is a further error."""
         try:
             self._emit(kind, **fields)
         except Exception as error:  # noqa: BLE001  (a failed sink gets no more events: this ends)
             self.note("event sink", error)
 
     def note(self, source: str, error: BaseException) -> None:
-        """Put an error on record, once."""
+        """Record an error, once."""
         if any(error is noted for noted in self._noted):
             return
         self.keep(error)
@@ -76,37 +76,38 @@ class Notes:
             self.trace(error)
 
     def trace(self, error: BaseException) -> None:
-        """Let run.log have the traceback of an error that was just put on record."""
+        """Write the traceback of an error that was just recorded to run.log."""
         self._bus.trace(error)
 
     def keep(self, error: BaseException) -> None:
-        """Let an error that is on record already count for the outcome."""
+        """Let an error that is already recorded count for the outcome."""
         self._noted.append(error)
         self.first = self._noted[0]
 
     def left_unsafe(self, error: DeviceError) -> None:
-        """Let the run end by an error, whatever else ended it: somebody has to go to the rig."""
+        """End the run with an error, whatever else ended it: a person must go to the rig."""
         self.keep(error)
         self._unsafe = error
 
     def is_unkept(self, error: BaseException | None) -> bool:
-        """Say whether an error is that the run cannot be kept on record: no step is to blame."""
+        """Return whether an error means that the run cannot be recorded; no step is to blame."""
         return error is not None and error is self._bus.failure
 
     def may_be_resumed(self) -> bool:
-        """Say whether the run may be resumed once its cause is fixed: no person has ended it.
+        """Return whether the run may be resumed once its cause is fixed.
 
-        So it is where it could not be kept on record, or where a device was lost or did not answer.
+        True if it could not be recorded, or if a device was lost or did not answer, and no person
+        ended it.
         """
         lost = isinstance(self.first, (DeviceLostError, DeviceTimeoutError))
         return lost or self.is_unkept(self.first)
 
     def pass_over(self, text: str) -> None:
-        """Let the run go on, and say so at its end."""
+        """Let the run continue, and mention it at the end."""
         self._passed_over.append(text)
 
     def outcome(self) -> tuple[Outcome, str]:
-        """Return how the run ends, and why."""
+        """Return the outcome of the run and the reason."""
         error = self.first
         if error is None:
             passed_over = (
@@ -132,12 +133,12 @@ class Notes:
 
 
 def words(error: BaseException) -> str:
-    """Return an error as one line, with what failed after it in the cleanup."""
+    """Return an error as one line, with later failures of the cleanup."""
     if isinstance(error, KeyboardInterrupt):
         return "; ".join((_interrupt(error).reason, *getattr(error, "__notes__", ())))
     return error_text(error)
 
 
 def _interrupt(error: KeyboardInterrupt) -> StopNow:
-    """Return the interrupt with who did it and why; a plain one is Ctrl-C."""
+    """Return the interruption with who caused it and why; a plain one is Ctrl-C."""
     return error if isinstance(error, StopNow) else StopNow()

@@ -1,4 +1,4 @@
-"""What a person lets pass before a run, so that it can be put on record as the run begins."""
+"""Overrides of failed checks before a run, which the run records at its start."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Override:
-    """Something that stood against the start, and who let it pass."""
+    """A failed check before the start, and who overrode it."""
 
     what: str
-    """Its short name, such as 'overdue tester.torque'."""
+    """Short name, such as 'overdue tester.torque'."""
     subject: str
-    """In a sentence."""
+    """The failed check in a sentence."""
     by: str
     reason: str

@@ -1,4 +1,4 @@
-"""Pausing: who may ask for it, and what a person may decide while the run is paused."""
+"""Pauses: who can request one, and what a person can decide during one."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Choice(StrEnum):
-    """What a person may decide while a run is paused."""
+    """What a person can decide while a run is paused."""
 
     RESUME = "resume"
     OVERRIDE = "override"
@@ -28,20 +28,20 @@ class Choice(StrEnum):
 
 @dataclass(frozen=True)
 class Paused:
-    """Where a run is paused and why."""
+    """Where and why a run is paused."""
 
     step: str
     point: str
-    """What would be repeated or skipped: the set-point of a sweep, or the step itself."""
+    """What would be repeated or skipped: the set-point of a sweep, or the step."""
     reason: str
     moving: tuple[str, ...]
-    """Devices that cannot pause, in words, with where their drives stay."""
+    """Devices that cannot pause, as text, with the positions of their drives."""
     choices: tuple[Choice, ...]
 
 
 @dataclass(frozen=True)
 class Decision:
-    """What was decided, by whom, and why; a note's text is its reason."""
+    """A decision, who made it and why; the reason of a note is its text."""
 
     choice: Choice
     by: str
@@ -49,23 +49,23 @@ class Decision:
 
 
 class Pauses(Protocol):
-    """Asks for pauses, and decides how they end."""
+    """Requests pauses, and decides how they end."""
 
     def wanted(self) -> str:
-        """Return who asks for a pause, such as 'keyboard'; an empty text while nobody does."""
+        """Return who requests a pause, such as 'keyboard'; '' for nobody."""
         ...
 
     def decide(self, paused: Paused, watch: Callable[[], None]) -> Decision:
-        """Return one of the choices; call `watch` often while waiting, and let what it raises out.
+        """Return a decision; call `watch` often while waiting, and pass on what it raises.
 
-        Asks for no pause any more from then on, until somebody does anew.
+        This ends the request until there is a new one.
         """
         ...
 
 
 @dataclass(frozen=True)
 class Interference:
-    """Something else that a person did to a run, to be put on record as an Intervention."""
+    """Another action of a person on a run, which is recorded as an Intervention."""
 
     action: str
     by: str
@@ -75,45 +75,45 @@ class Interference:
 
 @runtime_checkable
 class Telling(Protocol):
-    """Pauses that know of such things, as that somebody else took control."""
+    """Pauses that also report other actions, such as a change of control."""
 
     def told(self) -> Iterable[Interference]:
-        """Return what has happened and was not told yet."""
+        """Return actions that were not reported yet."""
         ...
 
 
 @runtime_checkable
 class Showing(Protocol):
-    """Pauses of a person who sees the channels of the rig while nothing is recorded."""
+    """Pauses that display the channels of the rig while nothing is recorded."""
 
     def show(self, rig: Rig) -> None:
-        """Read what the person is to see, if its time has come; raise nothing of a device.
+        """Read the displayed channels when due; raises no DeviceError.
 
-        It is called often while time passes, and never while a device streams.
+        Called often while time passes, and never while a device streams.
         """
         ...
 
 
 @runtime_checkable
 class Reasoned(Protocol):
-    """A stop token that knows why it is set."""
+    """A stop token with a reason."""
 
     def reason(self) -> AbortedError:
-        """Return what ends the run."""
+        """Return the reason for stopping."""
         ...
 
 
 @runtime_checkable
 class Forbearing(Protocol):
-    """A stop token that would interrupt the run, and can be told to let it be."""
+    """A stop token that interrupts the run, and can be told not to."""
 
     def let_be(self) -> None:
-        """Interrupt nothing from now on: the rig is being made safe, and that put on record."""
+        """Stop interrupting: the rig is being made safe, and that is recorded."""
         ...
 
 
 class StopNow(KeyboardInterrupt):
-    """A person wants no teardown either: the rig is made safe at once."""
+    """A person requests to skip the teardown: the rig is made safe at once."""
 
     def __init__(self, reason: str = "interrupted from the keyboard", by: str = "keyboard") -> None:
         super().__init__(reason)
@@ -122,7 +122,7 @@ class StopNow(KeyboardInterrupt):
 
 
 class PauseWantedError(RigrunnerError):
-    """Leaves a step that a pause breaks off; no user sees it."""
+    """Leaves a step that a pause interrupts; users never see it."""
 
     def __init__(self, reason: str, by: str) -> None:
         super().__init__(reason)

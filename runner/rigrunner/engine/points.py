@@ -1,4 +1,4 @@
-"""What belongs to one set-point of a plan: what is repeated, skipped, or settled anew."""
+"""The steps of one set-point of a plan, which are repeated, skipped, or settled together."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 
 def point_at(steps: Sequence[PlannedStep], index: int) -> range:
-    """Return the steps of the set-point, or the time of a repetition, that a step belongs to.
+    """Return the steps of the set-point, or of the pass of a repetition, that contains a step.
 
-    The innermost one with all that is inside it; the step alone where there is none.
+    The innermost one with everything inside; the step alone if there is none.
     """
     points = steps[index].points
     if not points:
@@ -32,15 +32,15 @@ def point_at(steps: Sequence[PlannedStep], index: int) -> range:
 
 
 def point_name(steps: Sequence[PlannedStep], index: int) -> str:
-    """Return how that set-point is called on record."""
+    """Return the name of that set-point for the record."""
     step = steps[index]
     return step.points[-1] if step.points else step.path
 
 
 def settles_before(steps: Sequence[PlannedStep], index: int) -> list[int]:
-    """Return the settle steps since a drive was last set before a step.
+    """Return the settle steps between the last change of a drive and a step.
 
-    What was paused has to settle again before the step is done, unless the step sets a drive.
+    After a pause the rig must settle again before the step, unless the step sets a drive.
     """
     found: list[int] = []
     if steps[index].action.led:
@@ -55,17 +55,17 @@ def settles_before(steps: Sequence[PlannedStep], index: int) -> list[int]:
 
 
 def unrepeatable(steps: Sequence[PlannedStep], indices: range) -> bool:
-    """Say whether one of the steps must not be done twice."""
+    """Return whether one of the steps must not be executed twice."""
     return any(not steps[at].terms.repeatable for at in indices)
 
 
 def may_be_skipped(
     steps: Sequence[PlannedStep], index: int, standing: Callable[[str, str], float]
 ) -> bool:
-    """Say whether what follows the set-point has its drives where the plan says.
+    """Return whether drives are at their planned set-points for the steps after the set-point.
 
-    That is not so if a step that would be left out leads a drive elsewhere than it stands, and the
-    drive is not led anew before something is read.
+    False if a skipped step would have set a drive elsewhere, and it is not set again before
+    something is read.
     """
     point, left = point_at(steps, index), dict[Member, float]()
     for step in steps[index : point.stop]:
@@ -82,9 +82,9 @@ def _led_before_read(
     left: dict[Member, float],
     standing: Callable[[str, str], float],
 ) -> bool:
-    """Say whether each drive stands where it is to be left, or is led before something is read.
+    """Return whether each drive is at its planned set-point, or is set before something is read.
 
-    Both ways on from a condition count.
+    Both branches of a condition count.
     """
     for index in range(start, len(steps)):
         if not left:
@@ -103,7 +103,7 @@ def _led_before_read(
 def teardowns_within(
     steps: Sequence[PlannedStep], begun: int, indices: range
 ) -> Iterator[tuple[int, PlannedStep]]:
-    """Yield the teardown steps to come, among these, of the calls that a begun step is in."""
+    """Yield the remaining teardown steps, among these, of the calls that contain a started step."""
     within = steps[begun].calls if begun >= 0 else ()
     for index in range(max(begun + 1, indices.start), indices.stop):
         step = steps[index]

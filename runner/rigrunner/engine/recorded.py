@@ -1,4 +1,4 @@
-"""The statistics of a recording's samples that have limits."""
+"""Statistics of the samples of a recording that have limits."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ if TYPE_CHECKING:
 
 
 class RecordedStatistics:
-    """Takes the samples of a recording as they come, and gives the statistics that were named."""
+    """Calculates named statistics from the blocks of a recording."""
 
     def __init__(self, names: Sequence[str]) -> None:
-        """Take statistics as 'role.name.statistic'; none cost nothing."""
+        """Take statistics as 'role.name.statistic'; without any there is no work."""
         self._names = [(name, *_split(name)) for name in names]
         self._of = {channel: SampleStatistics() for _, channel, _ in self._names}
 
     def take(self, channels: Mapping[str, Array]) -> None:
-        """Take a block of samples by channel, 'role.name'."""
+        """Add a block of samples by channel, 'role.name'."""
         for channel, statistics in self._of.items():
             statistics.take(channels[channel])
 
     def found(self) -> dict[str, float]:
-        """Return the statistics by the names that were given; raise DataError without samples."""
+        """Return the statistics by name; raise DataError without samples."""
         try:
             known = {channel: each.found() for channel, each in self._of.items()}
         except ValueError as error:

@@ -1,4 +1,4 @@
-"""Where an interrupted run continues: found among its events and the steps of its plan."""
+"""Where an interrupted run continues, found from its events and the steps of its plan."""
 
 from __future__ import annotations
 
@@ -23,34 +23,34 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class ResumePoint:
-    """How a run goes on that was interrupted."""
+    """How to resume an interrupted run."""
 
     start: int
-    """The step that it goes on at; where the teardown begins if nothing else is left."""
+    """The step to continue at; the start of the teardown if nothing else is left."""
     before: tuple[int, ...]
-    """The steps to be done once more ahead of it, in order: setup, zeros, where drives stood."""
+    """Steps to execute again before it, in order: setup, zeros, set-points of drives."""
     attempts: Mapping[int, int]
-    """How often each step was begun, by index."""
+    """Number of attempts of each step, by index."""
     passed_over: tuple[str, ...]
-    """What the run went on after, though it was not as it should be."""
+    """Failures and skips after which the run continued."""
     next_seq: int
-    """The number of its next event."""
+    """Number of its next event."""
     by: str
     left_out: frozenset[int] = frozenset()
-    """The steps that a condition left out, by index."""
+    """Steps that a condition skipped, by index."""
     cycles: Mapping[str, float] = field(default_factory=dict)
-    """By role, how many cycles its device had moved in by the last step that is on record."""
+    """By role: cycles of the device until the last recorded step."""
     subject: str = ""
-    """What was there when it went on, in a sentence."""
+    """The state at the interruption, in a sentence."""
 
 
 def find_resume_point(
     steps: Sequence[PlannedStep], events: Sequence[Event], by: str, subject: str = ""
 ) -> ResumePoint:
-    """Return where a run of these steps goes on; raise DataError where it cannot.
+    """Return where a run of these steps continues; raise DataError if it cannot.
 
-    The set-point that was interrupted is begun anew. A step that must not be done twice is left as
-    it is if it was completed; one that was interrupted cannot be resumed.
+    The interrupted set-point starts again. A completed step that must not be executed twice is
+    kept; an interrupted one cannot be resumed.
     """
     done = {one.index for one in events if isinstance(one, StepEnded) and one.ok}
     reached = _reached(steps, events)
@@ -87,14 +87,14 @@ def _refused(message: str) -> DataError:
 
 
 def _may_come_again(step: PlannedStep, *, done: bool) -> bool:
-    """Say whether a step that was begun may stand before the rest: see `brought_back`."""
+    """Return whether a started step may be executed again before the rest: see `brought_back`."""
     return step.terms.repeatable or (done and step.action.brings_back is not None)
 
 
 def brought_back(step: PlannedStep) -> PlannedStep:
-    """Return what brings the rig to where a completed step left it: of a scan its last set-point.
+    """Return steps that restore the rig after a completed step: of a scan its last set-point.
 
-    What such a step found stands; but setup is done once more as it is, with what it measures.
+    What such a step found is kept; setup is executed again as it is, with what it measures.
     """
     action = step.action
     is_setup = step.phase is Phase.SETUP and step.terms.repeatable
@@ -125,7 +125,7 @@ def streams_before(
 
 
 def _reached(steps: Sequence[PlannedStep], events: Iterable[Event]) -> int:
-    """Return the first step on the way forward that was not completed or passed over."""
+    """Return the first forward step that was neither completed nor skipped."""
     reached = 0
     for event in events:
         match event:
@@ -141,7 +141,7 @@ def _reached(steps: Sequence[PlannedStep], events: Iterable[Event]) -> int:
 
 
 def _left_out(events: Iterable[Event]) -> Iterator[int]:
-    """Yield the steps that the last look at each condition left out."""
+    """Yield the steps that the last evaluation of each condition skipped."""
     looks = {one.index: one.leaves for one in events if isinstance(one, StepEnded) and one.ok}
     for index, leaves in looks.items():
         yield from range(index + 1, index + 1 + leaves)
@@ -156,9 +156,9 @@ def _cycles(events: Iterable[Event]) -> Mapping[str, float]:
 
 
 def _is_forward(steps: Sequence[PlannedStep], index: int, reached: int) -> bool:
-    """Say whether a begun step is where the run has come to, and not one done besides.
+    """Return whether a started step is the progress of the run, not an extra execution.
 
-    What settles anew after a pause lies behind; the teardown after a failure lies ahead.
+    Settling after a pause is behind it, and the teardown after a failure ahead.
     """
     step = steps[index]
     if step.phase is Phase.TEARDOWN:
@@ -167,7 +167,7 @@ def _is_forward(steps: Sequence[PlannedStep], index: int, reached: int) -> bool:
 
 
 def _start(steps: Sequence[PlannedStep], reached: int, done: set[int]) -> int:
-    """Return the beginning of the set-point that was reached; itself if that must not be redone."""
+    """Return the start of the set-point reached; the step itself if that must not be repeated."""
     if reached >= len(steps):
         return len(steps)
     first = point_at(steps, reached).start
@@ -182,7 +182,7 @@ def _is_final(step: PlannedStep) -> bool:
 def _again(
     steps: Sequence[PlannedStep], start: int, done: set[int], left_out: frozenset[int]
 ) -> list[int]:
-    """Return setup, the last zero of each channel, and how the drives stood then and at the end."""
+    """Return setup, the last zero of each channel, and the last settings of the drives."""
     own = [at for at in range(start) if steps[at].phase is Phase.SETUP]
     then = [at for at in range(len(own), start) if at not in left_out]
     zeros = {zeroed: at for at in then if (zeroed := steps[at].action.zeroed)}
@@ -196,14 +196,14 @@ def _again(
 
 
 def _is_kept(step: PlannedStep) -> bool:
-    """Say whether a completed step keeps its outcome: an answer, or what must not be redone."""
+    """Return whether a completed step is kept: an answer, or one that must not be repeated."""
     return step.action.outcome_stands or not _may_come_again(step, done=True)
 
 
 def _led_before(
     steps: Sequence[PlannedStep], start: int, before: Sequence[int], left_out: frozenset[int]
 ) -> set[int]:
-    """Return the steps that led the drives to where the rest has them, and each zero before it."""
+    """Return the steps that set the drives for the rest, and each zero before it."""
     led = _led_at(steps, start)
     last = _last_sets(steps, 0, start, left_out)
     found = {at for drive, at in last.items() if drive not in led}
@@ -216,13 +216,13 @@ def _led_before(
 def _last_sets(
     steps: Sequence[PlannedStep], first: int, end: int, left_out: frozenset[int]
 ) -> dict[Member, int]:
-    """Return by drive the step that last led it, before `end`."""
+    """Return by drive the step that last set it, before `end`."""
     done = (at for at in range(first, end) if at not in left_out)
     return {drive: at for at in done if (drive := steps[at].action.led)}
 
 
 def _led_at(steps: Sequence[PlannedStep], start: int) -> set[Member]:
-    """Return the drives that a set-point leads itself, with the steps that it begins with."""
+    """Return the drives that a set-point sets itself, with its first steps."""
     led: set[Member] = set()
     for step in steps[start:]:
         if not step.action.led:
@@ -234,7 +234,7 @@ def _led_at(steps: Sequence[PlannedStep], start: int) -> set[Member]:
 
 
 def passed_over(events: Iterable[Event]) -> Iterator[str]:
-    """Yield the failures and skips after which a run went on, in words."""
+    """Yield the failures and skips after which a run continued, as text."""
     for event in events:
         match event:
             case Intervention(action=Choice.SKIP, by=by, reason=reason):

@@ -1,4 +1,4 @@
-"""The way of a run: setup, main, teardown always, safe always, and an honest end."""
+"""The sequence of a run: setup, main, always teardown, always make safe, and a true outcome."""
 
 from __future__ import annotations
 
@@ -45,26 +45,27 @@ if TYPE_CHECKING:
     from rigrunner.rig import Rig, SafetyReport
 
 _TEARDOWN = Phase.TEARDOWN
-"""To look up a member of an enumeration takes, in Python 3.11, as long as a call."""
+"""In Python 3.11 the lookup of a member of an enumeration takes as long as a call."""
 
 
 @dataclass(frozen=True)
 class RunSummary:
     """How a run ended.
 
-    Only `completed` and `stopped at a limit` are successes of the runner, where the rig is safe.
+    Only `completed` and `stopped at a limit`, with a safe rig, are successes of the runner.
     """
 
     outcome: Outcome
     reason: str
     error: BaseException | None
-    """The first error; what is no RigrunnerError or KeyboardInterrupt is a bug to be shown."""
+    """The first error; other than RigrunnerError or KeyboardInterrupt it is a bug, to be displayed.
+    """
     unsafe: str = ""
-    """What speaks against the rig being safe, in words."""
+    """Why the rig is not known to be safe, as text."""
     passed_over: tuple[str, ...] = ()
-    """The failures and skips after which the run went on, as procedure or person said."""
+    """Failures and skips after which the run continued, by procedure or person."""
     resumable: bool = False
-    """Whether it may be resumed once its cause is fixed, as `RunEnded` says."""
+    """Whether it may be resumed once its cause is fixed, as in `RunEnded`."""
 
     @property
     def safe(self) -> bool:
@@ -89,15 +90,14 @@ def run_plan(  # noqa: PLR0917  (the things that a run is made of)
     inputs: Mapping[str, str] = NONE,
     results: Callable[[str], Estimate] | None = None,
 ) -> RunSummary:
-    """Run a plan on a connected rig and return how it ended; never raises for what steps raise.
+    """Run a plan on a connected rig and return how it ended; never raises for errors of steps.
 
-    Whatever happens, Ctrl-C and the failure of a critical sink included: every teardown step is
-    tried, and then the rig is made safe. `StopNow` alone skips the teardown. Without `pauses`
-    whatever asks for a pause aborts the run. With `resume_at` an interrupted run is resumed.
-    What happened `before` it is put on record with its start. `watches_drives`: they are read back
-    beside each reading; not in the replay of a tape that has none of that. `inputs` are the answers
-    that conditions look at, and `results` computes a result for them. Connecting and closing the
-    rig is the caller's.
+    In every case, Ctrl-C and the failure of a critical sink included, every teardown step is tried,
+    and then the rig is made safe. Only `StopNow` skips the teardown. Without `pauses` a request for
+    a pause aborts the run. With `resume_at` an interrupted run is resumed. Events `before` it are
+    recorded with its start. `watches_drives`: drives are read back during readings; not in the
+    replay of a tape without read-backs. `inputs` are the answers for conditions, and `results`
+    calculates a result for them. The caller connects and closes the rig.
     """
     emit = Emitter(bus, clock, 0 if resume_at is None else resume_at.next_seq)
     guard = Guard(plan.interlocks, rig, emit)
@@ -120,7 +120,7 @@ def run_plan(  # noqa: PLR0917  (the things that a run is made of)
 
 
 class Run:
-    """One run in progress: its parts, in the order in which a run needs them."""
+    """A run in progress: its parts, in the order in which it needs them."""
 
     def __init__(
         self,
@@ -142,7 +142,7 @@ class Run:
         self._begun = -1
 
     def forward(self, run_id: str) -> None:
-        """Do all steps up to the teardown, those of called procedures included."""
+        """Execute all steps up to the teardown, those of called procedures included."""
         steps, counts = self._plan.steps, False
         index = (
             self._begin(run_id)
@@ -178,7 +178,7 @@ class Run:
             self._session.watch(anew=True)  # what came up in the last step must not pass unseen
 
     def teardown(self) -> None:
-        """Do what is left of the teardowns: of the calls that the run is in, and its own."""
+        """Execute the remaining teardowns: of the calls that the run is in, and its own."""
         everything = range(len(self._plan.steps))
         for index, step in teardowns_within(self._plan.steps, self._begun, everything):
             if isinstance(self.notes.last, StopNow):
@@ -186,9 +186,9 @@ class Run:
             self._tear_down(index, step)
 
     def attempt(self, work: Callable[[], Done | None]) -> str:
-        """Do something whose failure must not keep the rig from being made safe.
+        """Call a function whose failure must not prevent making the rig safe.
 
-        Return the values out of limits that it names, in words; '' for none.
+        Return the values out of limits that it reports, as text; '' for none.
         """
         try:
             return (work() or Done()).missed
@@ -201,7 +201,7 @@ class Run:
         return ""
 
     def make_safe(self) -> tuple[SafetyReport, ...]:
-        """Make the rig safe, which nobody's impatience breaks off; what was raised is noted."""
+        """Make the rig safe; cannot be interrupted, and exceptions are recorded."""
         rig, stop = self._session.rig, self._session.stop
         try:
             if isinstance(stop, Forbearing):
@@ -212,7 +212,7 @@ class Run:
             return rig.make_safe()
 
     def end(self, reports: tuple[SafetyReport, ...]) -> RunSummary:
-        """Put on record how the rig was left and how the run ended."""
+        """Record how the rig was left and how the run ended."""
         replace(self._session, emit=self.notes.tell).put_messages()
         self._tell_safe(reports)
         unsafe = unsafe_text(reports)
@@ -231,16 +231,16 @@ class Run:
         return RunSummary(outcome, reason, self.notes.first, unsafe, passed_over, resumable)
 
     def _begin(self, run_id: str) -> int:
-        """Put the start on record, and return the first step."""
+        """Record the start and return the first step."""
         self._tell_start(run_id, self._plan.steps)
         for each in self._overrides:
             self._session.intervene("override", each.by, each.reason, each.subject)
         return 0
 
     def _take_up(self, run_id: str, resume_at: ResumePoint) -> int:
-        """Bring the rig to where a run was interrupted, and return the step that it goes on at.
+        """Restore the state of the rig for a resumed run, and return the step to continue at.
 
-        Nothing here is left out: without its zero and its drives the rest would not be comparable.
+        Nothing is skipped here: without its zero and its drives the rest would not be comparable.
         """
         before = [brought_back(self._plan.steps[index]) for index in resume_at.before]
         self._tell_start(run_id, (*before, *self._plan.steps[resume_at.start :]))
@@ -260,7 +260,7 @@ class Run:
         return resume_at.start
 
     def _tell_start(self, run_id: str, to_do: Iterable[PlannedStep]) -> None:
-        """Say that these steps are begun, and how long they take."""
+        """Announce that these steps begin, and their duration."""
         count, seconds = len(self._plan.steps), sum(step.estimated_s for step in to_do)
         self._session.emit(RunStarted, run_id=run_id, steps=count, estimated_s=seconds)
         self._session.show()
@@ -268,13 +268,13 @@ class Run:
             self._session.intervene(each.action, each.by, each.reason, each.subject)
 
     def _go_on(self, index: int, at: int) -> Done:
-        """Do a step on the way forward; `at` is how far the run has come. Return as `do_step`."""
+        """Execute a forward step; `at` is the progress of the run. Return as `do_step`."""
         self._session.check(anew=True)
         self._begun = at
         return do_step(index, self._plan.steps[index], self._session, self.notes, self._attempts)
 
     def _next(self, index: int, decision: Decision) -> int:
-        """Return the step that follows upon a decision."""
+        """Return the step that follows a decision."""
         steps = self._plan.steps
         point = point_at(steps, index)
         if decision.choice not in (Choice.REPEAT, Choice.SKIP):
@@ -289,16 +289,16 @@ class Run:
         return point.stop
 
     def _tear_down(self, index: int, step: PlannedStep) -> str:
-        """Do one step of a teardown; nothing keeps the next one from its turn.
+        """Execute one step of a teardown; its failure does not skip the next one.
 
-        Return as `attempt`: the teardown of a called procedure may stop the run that goes on.
+        Return as `attempt`: the teardown of a called procedure can stop the continuing run.
         """
         self._begun = index
         undisturbed = replace(self._session.ending(), emit=self.notes.tell)
         return self.attempt(partial(do_step, index, step, undisturbed, self.notes, self._attempts))
 
     def _tell_safe(self, reports: tuple[SafetyReport, ...]) -> None:
-        """Put on record how each drive and device was made safe, in order."""
+        """Record how each drive and device was made safe, in order."""
         for each in reports:
             for text in each.problems:
                 self.notes.tell(Alarm, source="make safe", text=f"{each.role}: {text}")

@@ -1,4 +1,4 @@
-"""What steps work with."""
+"""The context that steps work with."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ if TYPE_CHECKING:
     from rigrunner.rig import Rig
 
 _NAP_S = 0.1
-"""How long a wait goes on before the stop token is looked at again."""
+"""Interval at which waiting checks the stop token."""
 _MOST_RAMP_STEPS = 1000
 
 
 @dataclass(frozen=True)
 class Session:
-    """The rig, where events go, who answers, and whether to go on."""
+    """The rig, the sink of events, the source of answers, and whether to continue."""
 
     rig: Rig
     emit: Emit
@@ -47,37 +47,37 @@ class Session:
     stop: StopToken
     guard: Guard
     pauses: Pauses | None = None
-    """Who may pause the run; None where nobody is there to go on."""
+    """Who can pause the run; None if unattended."""
     timeout_s: float | None = None
-    """How long the present step may take."""
+    """Time limit of the present step."""
     began_s: float = 0.0
-    """When the present step began, by the rig's clock."""
+    """Start of the present step, by the clock of the rig."""
     drives: DriveWatch | None = None
-    """Watches the drives that were set; None where nobody does."""
+    """Monitors the drives that were set; None for no monitoring."""
     reads: bool = False
-    """Whether the present step reads something: then its drives are watched."""
+    """Whether the present step reads values: then its drives are monitored."""
     is_ending: bool = False
     """Whether this is a teardown."""
     inputs: dict[str, str] = field(default_factory=dict)
-    """The answers by now, which steps add to."""
+    """The answers so far; steps add to them."""
     results: Callable[[str], Estimate] | None = None
-    """Computes a result by its name of what is on record by now; None where nobody does."""
+    """Calculates a result by name from the data so far; None if unavailable."""
 
     def within(self, timeout_s: float) -> Session:
-        """Return the session of a step that begins now and may take that long."""
+        """Return the session of a step that begins now, with a time limit."""
         return replace(self, timeout_s=timeout_s, began_s=self.rig.clock.monotonic_s())
 
     def ending(self) -> Session:
-        """Return the session of a teardown: neither stopped nor paused, interlocks only told."""
+        """Return the session of a teardown: not stopped or paused, interlocks only reported."""
         return replace(self, stop=_Never(), is_ending=True)
 
     @cached_property
     def reading(self) -> Session:
-        """The session of a step during which drives must stay where they were set."""
+        """The session of a step during which drives must keep their set-points."""
         return replace(self, reads=True)
 
     def put_messages(self) -> None:
-        """Put on record what the drivers have told beside their answers."""
+        """Record the log messages of the drivers."""
         for each in self.rig.messages.taken():
             source = f"device {each.role}"
             if each.level == "info":
@@ -86,10 +86,10 @@ class Session:
                 self.emit(Alarm, source=source, text=f"{each.level}: {each.text}")
 
     def check(self, *, anew: bool = False) -> None:
-        """Raise what prevents the step from continuing; `anew`: all interlocks are read.
+        """Raise what prevents the step from continuing; with `anew` all interlocks are read.
 
-        AbortedError if the run is asked to stop or an interlock aborts it, PauseWantedError if it
-        is to pause, DeviceTimeoutError if its time is over.
+        AbortedError if the run has to stop or an interlock aborts it, PauseWantedError if it has to
+        pause, DeviceTimeoutError if its time is over.
         """
         if self._telling is not None:
             self._tell(self._telling)
@@ -110,12 +110,12 @@ class Session:
             self.check_time()
 
     def check_drives(self) -> None:
-        """Raise InterlockError for a drive that is not where it was set, in a step that reads."""
+        """Raise InterlockError for a drive that left its set-point, in a step that reads."""
         if self.reads and self.drives is not None and not self.is_ending:
             self.drives.check()
 
     def watch(self, *, anew: bool = False) -> None:
-        """Raise AbortedError if the run is not to go on; what only pauses it does not matter."""
+        """Raise AbortedError if the run must not continue; pauses are ignored."""
         if self._telling is not None:
             self._tell(self._telling)
         if self.stop.is_set():
@@ -125,7 +125,7 @@ class Session:
         self.show()
 
     def show(self) -> None:
-        """Let a person who watches see the channels now; nothing may be streaming."""
+        """Update the display of the channels; nothing may be streaming."""
         if self._showing is not None:
             self._showing.show(self.rig)
 
@@ -135,25 +135,25 @@ class Session:
 
     @cached_property
     def _telling(self) -> Telling | None:
-        """The pauses that know what else a person did; found out once, which takes its time."""
+        """The pauses that report other actions of people; determined once, since it is slow."""
         return self.pauses if isinstance(self.pauses, Telling) else None
 
     def _tell(self, telling: Telling) -> None:
-        """Put on record what else a person did."""
+        """Record other actions of people."""
         for each in telling.told():
             self.intervene(each.action, each.by, each.reason, each.subject)
 
     @property
     def clock(self) -> Clock:
-        """The rig's clock."""
+        """The clock of the rig."""
         return self.rig.clock
 
     def answer(self, name: str) -> str | None:
-        """Return the answer that an input has by now; None where it has none."""
+        """Return the present answer of an input; None for none."""
         return self.inputs.get(name)
 
     def result(self, name: str) -> Estimate:
-        """Return a result of what is on record by now; raise DataError where there is none."""
+        """Return a result from the data so far; raise DataError for none."""
         if self.results is None:
             raise DataError(f"'{name}': no results are computed here")
         pool = ThreadPoolExecutor(1)
@@ -167,11 +167,11 @@ class Session:
             pool.shutdown(wait=False)
 
     def note(self, step: str, text: str) -> None:
-        """Put a remark on record."""
+        """Record a remark."""
         self.emit(Note, step=step, text=text)
 
     def intervene(self, action: str, by: str, reason: str = "", subject: str = "") -> None:
-        """Put on record what a person did."""
+        """Record an action of a person."""
         self.emit(Intervention, action=action, by=by, reason=reason, subject=subject)
 
     def judge(
@@ -184,7 +184,7 @@ class Session:
         expected: Sequence[ReadingLimit] = (),
         readings: Mapping[str, Reading] = NONE,
     ) -> str:
-        """Put on record which values are out of limits or marginal; return the former in words."""
+        """Record values out of limits or marginal; return the former as text."""
         missed = []
         for kind, text in (*remarks_on(limits, values, where), *missed_of(expected, readings)):
             self.emit(kind, step=step, text=text)
@@ -193,7 +193,7 @@ class Session:
         return "; ".join(missed)
 
     def naps(self, duration_s: float) -> Iterator[None]:
-        """Yield while a time passes, often enough for the stop token to be looked at."""
+        """Yield during a duration, often enough to check the stop token."""
         clock = self.rig.clock
         until_s = clock.monotonic_s() + duration_s
         while (left_s := until_s - clock.monotonic_s()) > 0:
@@ -203,23 +203,23 @@ class Session:
             clock.sleep(min(left_s, _NAP_S))
 
     def wait(self, duration_s: float) -> None:
-        """Let a time pass; raise what prevents the step from continuing."""
+        """Wait for a duration; raise what prevents the step from continuing."""
         for _ in self.naps(duration_s):
             pass
 
     def read(self, channels: Sequence[Member]) -> dict[str, float]:
-        """Return the present value of each channel, in their order."""
+        """Return the present value of each channel, in the given order."""
         return self.reader(channels)()
 
     def observe(self, readings: Sequence[Member]) -> dict[str, Reading]:
-        """Return what devices tell that is not a number."""
+        """Return readings that are not numbers."""
         found: dict[str, Reading] = {}
         for role in dict.fromkeys([each.role for each in readings]):
             found |= self.rig.observe(role, [each.name for each in readings if each.role == role])
         return {member: found[member] for member in readings}
 
     def reader(self, channels: Sequence[Member]) -> Callable[[], dict[str, float]]:
-        """Return what reads channels as `read` does, again and again."""
+        """Return a function that reads channels repeatedly, as `read` does."""
         roles = dict.fromkeys([each.role for each in channels])
         readers = [
             self.rig.reader(role, [each.name for each in channels if each.role == role])
@@ -235,13 +235,13 @@ class Session:
         return read
 
     def stream(self, role: str, channels: Sequence[str], duration_s: float) -> Iterator[Block]:
-        """Yield the blocks of a device, checked, with their channels named 'role.channel'."""
+        """Yield the checked blocks of a device, with channels named 'role.channel'."""
         return checked_stream(self, role, channels, duration_s)
 
     def stream_means(
         self, role: str, channels: Sequence[str], duration_s: float
     ) -> dict[str, float]:
-        """Return the mean of each channel over a time, by 'role.channel'."""
+        """Return the mean of each channel over a duration, by 'role.channel'."""
         totals: dict[str, float] = {}
         count = 0
         for block in self.stream(role, channels, duration_s):
@@ -253,7 +253,7 @@ class Session:
         return {name: total / count for name, total in totals.items()}
 
     def lead(self, role: str, drive: str, value: float) -> float:
-        """Bring a drive to its set-point: at once, or led there where the station says how fast."""
+        """Move a drive to its set-point: at once, or at the rate in the station."""
         rate_per_s = self.rig.led_rate_per_s(role, drive)
         if rate_per_s is None:
             return self.set(role, drive, value)
@@ -261,7 +261,7 @@ class Session:
         return self.ramp(role, drive, start, value, abs(value - start) / rate_per_s)
 
     def leader(self, role: str, drive: str) -> Callable[[float], float]:
-        """Return what brings a drive to a set-point as `lead` does, again and again."""
+        """Return a function that moves a drive repeatedly, as `lead` does."""
         if self.rig.led_rate_per_s(role, drive) is None:
             return self.setter(role, drive)
 
@@ -272,7 +272,7 @@ class Session:
         return lead
 
     def ramp(self, role: str, drive: str, start: float, end: float, duration_s: float) -> float:
-        """Set a drive again and again, so that it stays on the line from start to end."""
+        """Set a drive repeatedly, so that it follows the line from start to end."""
         actual = self.set(role, drive, start)
         clock = self.rig.clock
         began_s = clock.monotonic_s()
@@ -291,13 +291,13 @@ class Session:
         return self.rig.set(role, drive, value, self.timeout_s, self.check)
 
     def setter(self, role: str, drive: str) -> Callable[[float], float]:
-        """Return what sets a drive as `set` does, again and again within this step."""
+        """Return a function that sets a drive repeatedly within this step, as `set` does."""
         if self.guard.watching:
             return partial(self.set, role, drive)
         return self.rig.setter(role, drive, self.timeout_s, self.check)
 
     def check_time(self) -> None:
-        """Raise DeviceTimeoutError if the step has taken longer than it may."""
+        """Raise DeviceTimeoutError if the step exceeds its time limit."""
         if self.timeout_s is None:
             return
         if self.rig.clock.monotonic_s() - self.began_s > self.timeout_s:
@@ -307,12 +307,12 @@ class Session:
 
 
 def stopped(stop: StopToken) -> AbortedError:
-    """Return what ends a run that is asked to stop, in the token's own words if it has any."""
+    """Return the exception for a requested stop, with the reason of the token if it has one."""
     return stop.reason() if isinstance(stop, Reasoned) else AbortedError("stopped on request")
 
 
 class _Never:
-    """The stop token of the teardown: a run that was asked to stop still ends in order."""
+    """The stop token of the teardown, which continues after a stop request."""
 
     def is_set(self) -> bool:
         return False

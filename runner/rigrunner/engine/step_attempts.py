@@ -20,22 +20,22 @@ if TYPE_CHECKING:
 
 
 class Done(NamedTuple):
-    """How a step ended that does not end the run by an error."""
+    """How a step ended, other than by an error that ends the run."""
 
     missed: str = ""
-    """The values out of limits that are to stop the run, in words; '' for none."""
+    """The values out of limits that stop the run, as text; '' for none."""
     leaves: int = 0
-    """How many of the steps that follow are left out."""
+    """Number of following steps to skip."""
 
 
 def do_step(
     index: int, step: PlannedStep, session: Session, notes: Notes, attempts: Counter[int]
 ) -> Done:
-    """Do one step, and again after a failure for as long as its terms allow.
+    """Execute a step, and repeat it after failures as its terms allow.
 
-    Return whether values out of limits stop the run, and what follows is left out. `attempts` has
-    by index how often each step was begun, so that no two recordings have the same name. Raises
-    what ends the run otherwise, and PauseWantedError if a pause broke the step off.
+    Return whether values out of limits stop the run, and what is skipped. `attempts` counts the
+    attempts of each step by index, so that names of recordings are unique. Raises other errors that
+    end the run, and PauseWantedError if a pause interrupted the step.
     """
     for number in range(1, step.terms.tries + 1):
         attempts[index] = total = attempts.get(index, 0) + 1
@@ -46,10 +46,10 @@ def do_step(
 
 
 def _try(attempt: Attempt, session: Session, notes: Notes) -> Done | None:
-    """Return how the step ended; None where it is tried again.
+    """Return how the step ended; None if it is repeated.
 
-    Raises what ends the run otherwise. A value is on record before it is judged: what was read
-    counts, and is not read again.
+    Raises errors that end the run. A value is recorded before it is judged: it counts, and is not
+    read again.
     """
     step, found = attempt.step, NOTHING
     terms = step.terms
@@ -87,7 +87,7 @@ def _try(attempt: Attempt, session: Session, notes: Notes) -> Done | None:
 
 
 def _unless_repeatable(step: PlannedStep, wanted: PauseWantedError) -> Exception:
-    """Return the pause, or the abort that it is inside a step that cannot be done twice."""
+    """Return the pause, or an abort if the step cannot be executed twice."""
     if step.terms.repeatable:
         return PauseWantedError(wanted.message, wanted.by)
     text = f"{step.path}: {wanted.message}, inside a step that cannot be repeated"
@@ -95,7 +95,7 @@ def _unless_repeatable(step: PlannedStep, wanted: PauseWantedError) -> Exception
 
 
 def _failed(attempt: Attempt, error: BaseException, notes: Notes) -> tuple[bool, bool]:
-    """Put a failure on record; return whether it is tried again, and whether passed over."""
+    """Record a failure; return whether to repeat the step, and whether to continue without it."""
     path = attempt.step.path
     if notes.is_unkept(error):
         notes.note(path, error)

@@ -1,4 +1,4 @@
-"""Streams as the engine accepts them: gapless, finite, complete, and stopped when asked."""
+"""Checks of streams: gapless, finite, complete, and stopped on request."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ if TYPE_CHECKING:
     from rigrunner.rig import Rig
 
 _POSSIBLE_ROUNDING = 1
-"""A duration that is no whole number of samples may be rounded down."""
+"""A duration that is not a whole number of samples may be rounded down."""
 
 LEAST_GAP_S = 0.15
-"""By how much the times of blocks may disagree with their count of samples: many devices stamp a
-block when it arrives, and one may wait for another."""
+"""Allowed disagreement of block times and sample counts: many devices stamp a block when it
+arrives, and one may wait for another."""
 
 MOST_EMPTY = 10_000
-"""Blocks without a sample, one after the other: a device may look for samples again and again."""
+"""Allowed number of consecutive empty blocks."""
 
 CLOCKS_DISAGREE = 1e-3
-"""Of the time since the first block: two clocks need not run alike."""
+"""Allowed disagreement of two clocks, relative to the time since the first block."""
 
 
 class Watched(Protocol):
-    """A session of the engine: what a stream needs of it."""
+    """What a stream needs of a session of the engine."""
 
     @property
     def rig(self) -> Rig:
@@ -47,17 +47,17 @@ class Watched(Protocol):
 
     @property
     def stop(self) -> StopToken:
-        """Says that the stream is to end."""
+        """Ends the stream when set."""
         ...
 
     @property
     def guard(self) -> Guard:
-        """Looks at the samples of watched channels."""
+        """Checks the samples of monitored channels."""
         ...
 
     @property
     def drives(self) -> DriveWatch | None:
-        """Watches the drives that were set."""
+        """Monitors the drives that were set."""
         ...
 
     def check(self) -> None:
@@ -70,10 +70,10 @@ def checked_stream(
 ) -> Generator[Block]:
     """Yield the blocks of a device with channels named 'role.channel'.
 
-    Raises AbortedError once the run is asked to stop, and a DeviceError once the step's time is
-    over; one that names the role for blocks that are missing, come twice or in the wrong order, for
-    times that go back or leave a gap, for samples that are missing, no numbers or not finite, for
-    fewer of them than the duration needs, and for a stream that does not end.
+    Raises AbortedError once the run has to stop, and a DeviceError once the step exceeds its time
+    limit. Raises a DeviceError that names the role for blocks that are missing, repeated or out of
+    order, for times that decrease or leave a gap, for samples that are missing, not numbers or not
+    finite, for fewer samples than the duration needs, and for a stream that does not end.
     """
     rig = session.rig
     rate_hz, received, empty = rig.sample_rate_hz(role), 0, 0
@@ -107,7 +107,7 @@ def checked_stream(
 def _checked(
     role: str, block: object, channels: Sequence[str], rate_hz: float, received: int
 ) -> Block:
-    """Return the block with the channels that were asked for, as arrays of float64."""
+    """Return the block with the requested channels as arrays of float64."""
     if not isinstance(block, Block) or not isinstance(block.monotonic_s, Real):
         what = f"{type(block).__name__} at sample {received}"
         raise DeviceRejectedError(f"{role}: the stream gave a {what}, which is no Block with times")
@@ -143,7 +143,7 @@ def _samples(role: str, name: str, block: Block, received: int) -> Array:
 
 
 class _Times:
-    """Whether the blocks' times go on as their samples do."""
+    """Checks that the times of blocks agree with their samples."""
 
     def __init__(self, role: str, rate_hz: float) -> None:
         self._role = role
@@ -152,7 +152,7 @@ class _Times:
         self._firsts: list[int] = []
 
     def take(self, block: Block) -> None:
-        """Take note of a block; raise DeviceLostError for a time that goes back."""
+        """Add a block; raise DeviceLostError for a decreasing time."""
         last_s = self._times_s[-1] if self._times_s else block.monotonic_s
         if not block.monotonic_s >= last_s:
             raise DeviceLostError(
@@ -163,9 +163,9 @@ class _Times:
         self._firsts.append(block.first_sample)
 
     def check_gaps(self) -> None:
-        """Raise DeviceLostError where time passed of which no block holds the samples.
+        """Raise DeviceLostError if there was a time without samples.
 
-        A block that was only late to arrive is followed by one that is not; after a gap all are.
+        A block that only arrived late is followed by one on time; after a gap all are late.
         """
         counted_s = np.array(self._firsts) / self._rate_hz
         late_s = np.array(self._times_s) - counted_s

@@ -1,4 +1,4 @@
-"""One interlock at work: whether its condition holds, how long it has, and since when."""
+"""One interlock: whether its condition holds, how long it may not, and since when."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ _ROUNDING_S = 1e-9
 
 @dataclass(eq=False)
 class Watch:
-    """What is known of an interlock's channel; times by the rig's clock, values in SI units."""
+    """State of the channel of an interlock; times by the clock of the rig, values in SI units."""
 
     interlock: Interlock
     good_s: float
-    """When the channel was last known to be as it should; at first, when the watch began."""
+    """When the channel was last known to be in range; at first, the start of monitoring."""
     looked_s: float = -np.inf
-    """When it was last looked at."""
+    """When it was last read."""
     tripped: bool = False
     overridden: bool = False
-    """Whether a person lets the run go on until it clears."""
+    """Whether a person has overridden it until it clears."""
     text: str = ""
     """What was found when it last tripped or cleared."""
     latency_s: float = 0.0
-    """How long it may have been so before it was detected."""
+    """Longest possible time before detection."""
     changes: list[Literal["tripped", "cleared"]] = field(default_factory=list)
-    """What has happened and was not told yet."""
+    """Changes that were not reported yet."""
     _bad_since_s: float | None = None
     _last: tuple[float, float] | None = None
 
     def take(self, times_s: Array, values: Array, now_s: float) -> None:
-        """Look at consecutive values, each array of shape (n,), n > 0."""
+        """Check consecutive values, each array of shape (n,), n > 0."""
         self.looked_s = now_s
         bad = self._bad(times_s, values)
         worst = float(values[int(np.argmax(bad))])
@@ -49,7 +49,7 @@ class Watch:
         self._remember(float(times_s[-1]), float(np.mean(values)))
 
     def miss(self, now_s: float, why: str) -> None:
-        """Take note that there was nothing to look at."""
+        """Note that no value was available."""
         self.looked_s = now_s
         since_s = self._bad_since_s = (
             self.good_s if self._bad_since_s is None else self._bad_since_s
@@ -71,7 +71,7 @@ class Watch:
 
     @property
     def _shortest_s(self) -> float:
-        """In what time a rate is told: over a shorter one noise would be taken for a change."""
+        """Shortest time for a rate; over a shorter one noise would look like a change."""
         return self.interlock.every_s - _ROUNDING_S
 
     def _remember(self, time_s: float, mean: float) -> None:
@@ -79,7 +79,7 @@ class Watch:
             self._last = (time_s, mean)
 
     def _lasts(self, times_s: Array, bad: Mask) -> bool:
-        """Return whether the condition held for the debounce time without a break."""
+        """Return whether the condition held for the debounce time without interruption."""
         edges = np.diff(np.concatenate(([False], bad, [False])).astype(np.int8))
         starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
         began_s = times_s[starts]

@@ -1,4 +1,4 @@
-"""One drive of a connected device, with what does not change while it is connected."""
+"""One drive of a connected device, with everything that stays the same while it is connected."""
 
 from __future__ import annotations
 
@@ -25,26 +25,26 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, eq=False)
 class Shared:
-    """What all drives of a rig have in common."""
+    """What all drives of a rig share."""
 
     rules: DriveRules
     patience: Patience
     clock: Clock
     set_points: dict[Member, float]
-    """Where drives stand, 'role.drive', as far as that is known without reading them back."""
+    """Known set-points of drives, 'role.drive'."""
     standing: Callable[[Member], float]
-    """Tells where a drive stands; reads it back where that is not known."""
+    """Returns the set-point of a drive; reads it back if unknown."""
     cycles: CycleCount
-    """Counts each drive that sets the frequency of a cyclic motion."""
+    """Counts cycles of each drive that sets the frequency of a cyclic motion."""
     marks: RigMarks | None = None
-    """Where it is kept, for whoever comes after this process, that a drive is energised."""
+    """Stores, for later processes, that a drive is energised."""
 
 
 class ConnectedDrive:
     """Sets a drive and reads it back; raises DeviceErrors that name the role."""
 
     def __init__(self, role: Role, name: str, shared: Shared) -> None:
-        """Look up; raise DeviceRejectedError if there is no such drive, or it cannot be set."""
+        """Look up the drive; raise DeviceRejectedError if it does not exist or cannot be set."""
         rules, patience = shared.rules, shared.patience
         self.member = Member(role.name, name)
         self.name = name
@@ -53,7 +53,7 @@ class ConnectedDrive:
         self._least, self._greatest = self._allowed.minimum, self._allowed.maximum
         own, rate_per_s = self.info.rate_per_s, self._allowed.rate_per_s
         self.led_rate_per_s = None if rate_per_s == own else rate_per_s
-        """How fast the drive is to be led, as the station says; None: it moves by itself."""
+        """Rate at which to move the drive, from the station; None: it moves by itself."""
         self._rules, self._set_points = rules, shared.set_points
         self._standing, self._clock = shared.standing, shared.clock
         self._mark = shared.marks.before_set(role.name, self.info) if shared.marks else None
@@ -67,9 +67,9 @@ class ConnectedDrive:
         self._set, self._read_back = f"set {name}", f"read back {name}"
 
     def move(self, timeout_s: float | None, meanwhile: Callable[[], None], value: float) -> float:
-        """Set the drive within its limits, wait for it, and return what it reads back; that agrees.
+        """Set the drive within its limits, wait, and return the read-back, which agrees.
 
-        The value comes last, so that a drive can be held with all else.
+        The value is the last argument, so that the others can be bound.
         """
         if self._rules.combinations or not self._least <= value <= self._greatest:
             self._rules.check(self.member, self._allowed, value, self._standing)
@@ -113,16 +113,16 @@ class ConnectedDrive:
             )
 
     def _begin(self, what: str, function: Callable[[], _T]) -> _T:
-        """Call what begins to move the drive."""
+        """Call the function that starts to move the drive."""
         moving = self._role.moving(what, function, self._answer_s)
         return self._role.caller.call(what, moving, self._answer_s)
 
     def stands_at(self, actual: float, value: float) -> bool:
-        """Say whether a read-back is the set-point within the drive's tolerance."""
+        """Return whether a read-back is the set-point within the tolerance of the drive."""
         return abs(actual - value) <= self._deviation
 
     def read_back(self) -> float:
-        """Return where the drive is read back to stand."""
+        """Return the read-back of the drive."""
         return self._role.call(self._read_back, self._actual, self._answer_s)
 
     def _actual(self) -> float:

@@ -1,4 +1,4 @@
-"""Drives on their way: when one is where it should be, and how it is waited for."""
+"""Moving drives: when one has arrived, and how to wait for it."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ if TYPE_CHECKING:
 
 _T = TypeVar("_T")
 _POLL_S = 0.05
-"""How often a drive that is on its way is asked whether it has arrived."""
+"""Interval at which a moving drive is polled."""
 
 
 class Call(Protocol):
-    """Calls the device: what it is for, and what to do."""
+    """Calls a device, with a purpose and a function."""
 
     def __call__(self, what: str, function: Callable[[], _T], /) -> _T:
-        """Return what the function returns; raise a DeviceError."""
+        """Return the result of the function; raise a DeviceError."""
         ...
 
 
 def as_number(value: object) -> float:
-    """Return what a driver gave, such as a NumPy scalar, as a float; raise DeviceRejectedError."""
+    """Return a number of a driver, such as a NumPy scalar, as float; raise DeviceRejectedError."""
     if type(value) is float:
         return value
     if isinstance(value, SupportsFloat) and not _is_complex(value):
@@ -37,19 +37,19 @@ def as_number(value: object) -> float:
 
 
 def _is_complex(value: object) -> bool:
-    """Say whether NumPy would leave out an imaginary part, with no more than a warning."""
+    """Return whether NumPy would drop an imaginary part with a mere warning."""
     return getattr(getattr(value, "dtype", None), "kind", "") == "c"
 
 
 def agrees(info: DriveInfo, actual: float, value: float) -> bool:
-    """Return True if a drive's actual value is its set-point within the tolerance."""
+    """Return whether the actual value of a drive is its set-point within the tolerance."""
     return abs(actual - value) <= info.allowed_deviation
 
 
 def staying_away(
     role: str, drives: Iterable[DriveInfo], set_points: Mapping[Member, float]
 ) -> list[str]:
-    """Return in words which drives stay away from their safe value; set-points by 'role.drive'."""
+    """Return, as text, which drives are not at their safe value; set-points by 'role.drive'."""
     return [
         f"{info.name} stays at {value:g} {info.unit}"
         for info in drives
@@ -70,8 +70,8 @@ def approach(
 ) -> None:
     """Set a drive and wait until it has arrived; raise DeviceTimeoutError.
 
-    `move` calls what moves the drive, `call` all else. `meanwhile` is called again and again; what
-    it raises ends the waiting.
+    `move` makes the call that moves the drive, `call` all others. `meanwhile` is called repeatedly;
+    its exceptions end the wait.
     """
     name, until_s = info.name, clock.monotonic_s() + limit_s
     move(f"set {name}", lambda: device.begin(name, value))

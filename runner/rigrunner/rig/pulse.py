@@ -1,7 +1,7 @@
-"""Whether the thread that drives a rig makes progress: noted by it, looked at from another thread.
+"""Progress of the thread that drives a rig, checked by another thread.
 
-Progress is an event, a wait that has come to its next nap, or a call of a device that has returned.
-A call may take as long as its own time limit says, and a person as long as they like.
+Progress is an event, an interval of a wait, or a returned call of a device. A call may take up to
+its own time limit, and a person any time.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ _T = TypeVar("_T")
 class Pulse:
     """How long the driving thread may still go without progress.
 
-    Time is what `tick` says, so that a computer that was suspended has not let any pass. `announce`
-    is notified of each call that may take longer than usual, with its time in seconds, before it
-    begins: a driver may keep every other thread from running meanwhile.
+    Time is counted by `tick`, so that the suspension of a computer does not count. `announce` is
+    called before each call that may take longer than usual, with its time in seconds, since a
+    driver can block all other threads.
     """
 
     def __init__(self, usual_s: float, announce: Callable[[float], None] | None = None) -> None:
         self.usual_s = usual_s
-        """How long it may take without a call of a device."""
+        """Allowed time without a call of a device."""
         self._announce = announce
         self._now_s = self._given_up_s = 0.0
         self._until_s = usual_s
@@ -42,11 +42,11 @@ class Pulse:
         self._now_s += seconds
 
     def left_s(self) -> float:
-        """Return how much time is left until progress is overdue; infinity while a person acts."""
+        """Return the time until progress is overdue; infinity while a person acts."""
         return math.inf if self._people else self._until_s - self._now_s
 
     def note(self, event: object = None) -> None:  # noqa: ARG002  (an EventSink's)
-        """Take note of progress; an event sink."""
+        """Note progress; an event sink."""
         self._until_s = max(self._now_s + self.usual_s, self._given_up_s)
 
     @contextmanager
@@ -76,7 +76,7 @@ class Pulse:
 
 
 class NotedClock:
-    """A clock whose naps are noted as progress: a wait of an hour consists of many."""
+    """A clock whose waits note progress at each interval."""
 
     def __init__(self, clock: Clock, pulse: Pulse) -> None:
         self._clock = clock
@@ -95,26 +95,26 @@ class NotedClock:
 
 
 class NotedCaller:
-    """Calls a device as another caller does, and allows each call its time."""
+    """Calls a device through another caller, and allows each call its time limit."""
 
     def __init__(self, caller: Caller, pulse: Pulse) -> None:
         self._caller = caller
         self._pulse = pulse
 
     def call(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
-        """Return what the function returns; raise DeviceTimeoutError if that takes too long."""
+        """Return the result of the function; raise DeviceTimeoutError if it takes too long."""
         with self._pulse.call(timeout_s):
             return self._caller.call(what, function, timeout_s)
 
     def call_urgently(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
-        """Do the same even while an earlier call hangs."""
+        """Call even while an earlier call hangs."""
         with self._pulse.call(timeout_s):
             return self._caller.call_urgently(what, function, timeout_s)
 
     def start(self, what: str, function: Callable[[], _T]) -> Future[_T]:
-        """Begin the call and return at once."""
+        """Start the call and return at once."""
         return self._caller.start(what, function)
 
     def stop(self) -> None:
-        """Let go of the thread, if there is one."""
+        """Release the thread, if there is one."""
         self._caller.stop()

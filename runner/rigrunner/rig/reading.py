@@ -1,4 +1,4 @@
-"""What drivers give, looked at before it is used: who they are, and values that are numbers."""
+"""Checks of what drivers return: identities, and values that are numbers."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _NEEDED = {"text": "a str", "boolean": "a bool", "array": "a tuple of finite num
 
 
 def refuse_unnamed(role: str, found: object) -> None:
-    """Raise DeviceRejectedError unless a driver told who answered, in words."""
+    """Raise DeviceRejectedError unless a driver returned an identity as text."""
     if not isinstance(found, Identity) or not all(
         isinstance(text, str) for text in (found.maker, found.model, found.serial, found.firmware)
     ):
@@ -31,7 +31,7 @@ def refuse_unnamed(role: str, found: object) -> None:
 
 
 def sample_rate_hz(role: Role) -> float:
-    """Return the sample rate of a device that streams; raise DeviceRejectedError for none."""
+    """Return the sample rate of a streaming device; raise DeviceRejectedError if invalid."""
     device = role.need(Streaming)  # type: ignore[type-abstract]  # a Protocol
     with role.named():
         rate_hz = as_number(device.sample_rate_hz)
@@ -41,10 +41,10 @@ def sample_rate_hz(role: Role) -> float:
 
 
 class HeldChannels:
-    """Reads channels of a connected device, with all looked up that stays so meanwhile."""
+    """Reads channels of a connected device repeatedly."""
 
     def __init__(self, role: Role, channels: Sequence[str], answer_s: float) -> None:
-        """Look up; raise DeviceRejectedError if single values of the device cannot be read."""
+        """Look up the channels; raise DeviceRejectedError if single values cannot be read."""
         self._role = role
         self._channels = channels
         self._members = tuple((name, Member(role.name, name)) for name in channels)
@@ -74,7 +74,7 @@ class HeldChannels:
 
 
 def told(role: Role, names: Sequence[str], answer_s: float) -> dict[str, Reading]:
-    """Return what a device tells that is not a number, each looked at; raise a DeviceError."""
+    """Return the checked readings that are not numbers; raise a DeviceError."""
     device = role.need(Observing)  # type: ignore[type-abstract]  # a Protocol
     kinds = {info.name: info.kind for info in device.readings}
     values = role.call("read", device.observe, answer_s, names)
@@ -101,7 +101,7 @@ def _told(role: Role, name: str, kind: str, values: Mapping[str, object]) -> Rea
 def read_beside(
     roles: Iterable[Role], streamed: Mapping[str, Sequence[str]], answer_s: float
 ) -> Found:
-    """Read once all that can be read beside the channels that a role streams."""
+    """Read once everything that can be read while a role streams."""
     values: dict[str, float] = {}
     units: dict[str, str] = {}
     for role in roles:
@@ -115,7 +115,7 @@ def read_beside(
 
 
 def found_of_stream(role: Role, answer_s: float) -> Found:
-    """Return what a device found of its last stream; nothing where it finds out nothing."""
+    """Return the values that a device measured of its last stream; empty for none."""
     device = role.able(KnowsStream)  # type: ignore[type-abstract]  # a Protocol
     if device is None:
         return {}, {}

@@ -1,4 +1,4 @@
-"""All devices of a station as one: connected together, made safe together, closed together."""
+"""All devices of a station: connected, made safe and closed together."""
 
 from __future__ import annotations
 
@@ -57,10 +57,10 @@ def _nothing() -> None:
 
 
 class Rig:
-    """The devices by role. Every DeviceError that leaves it names the role.
+    """The devices by role. Every DeviceError names the role.
 
-    Devices that declare themselves non-blocking are called inline; each other one from a thread of
-    its own, where a call that takes too long is abandoned and raises DeviceTimeoutError.
+    Non-blocking devices are called inline; each other one in its own thread, where a call that
+    takes too long is abandoned and raises DeviceTimeoutError.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class Rig:
         self.clock: Clock = clock if pulse is None else NotedClock(clock, pulse)
         self._pulse = pulse
         self.messages = DeviceMessages()
-        """What the drivers tell beside their answers; those of who made the devices, if he has."""
+        """Log messages of the drivers; the given collection, or a new one."""
         self._safe_order = tuple(safe_order)
         self._rules = rules or DriveRules()
         self._connected: set[str] = set()
@@ -88,7 +88,7 @@ class Rig:
         self._roles = {name: Role(name, device, pulse) for name, device in self.devices.items()}
         self._marks = marks
         self.cycles = CycleCount(clock)
-        """How many cycles each role has moved in, by the frequencies that were set."""
+        """Cycles of each role, from the frequencies that were set."""
         self._shared = Shared(
             self._rules, self._patience, clock, self._set_points, self._standing, self.cycles, marks
         )
@@ -116,7 +116,7 @@ class Rig:
             add_beside(error, f"closing the rig failed too: {error_text(second)}")
 
     def connect(self) -> dict[str, Identity]:
-        """Connect all and return who answered; if one fails, make safe and close all, and raise."""
+        """Connect all and return their identities; if one fails, make safe, close all and raise."""
         try:
             return {role: self._connect(role) for role in self.devices}
         except BaseException as error:
@@ -124,7 +124,7 @@ class Rig:
             raise
 
     def connect_each(self) -> dict[str, str]:
-        """Connect what answers, all at the same time; return why each other device was not."""
+        """Connect all at the same time; return why each failed device did not connect."""
         failed: dict[str, str] = {}
 
         def connect(role: str) -> None:
@@ -144,7 +144,7 @@ class Rig:
         return dict(failed)
 
     def person(self) -> AbstractContextManager[None]:
-        """Say for a while that a person is asked, and may take any time."""
+        """Note that a person is asked, who may take any time."""
         return nullcontext() if self._pulse is None else self._pulse.person()
 
     def set(
@@ -157,39 +157,39 @@ class Rig:
     ) -> float:
         """Set a drive within its limits and return the read-back; raise a DeviceError.
 
-        The read-back must agree within the drive's tolerance. It is waited for as long as the drive
-        needs and `Patience` adds, or for `timeout_s`. `meanwhile` is called again and again while
-        a drive that can be asked is on its way; what it raises ends the waiting.
+        The read-back must agree within the tolerance of the drive. The time limit is what the drive
+        needs plus `Patience`, or `timeout_s`. `meanwhile` is called repeatedly while a drive that
+        can be polled moves; its exceptions end the wait.
         """
         return self._connected_drive(role, drive).move(timeout_s, meanwhile, value)
 
     def setter(
         self, role: str, drive: str, timeout_s: float | None, meanwhile: Callable[[], None]
     ) -> Callable[[float], float]:
-        """Return what sets one drive as `set` does, again and again."""
+        """Return a function that sets one drive repeatedly, as `set` does."""
         return partial(self._connected_drive(role, drive).move, timeout_s, meanwhile)
 
     def led_rate_per_s(self, role: str, drive: str) -> float | None:
-        """Return how fast a drive is to be led, as the station says; None: it moves by itself."""
+        """Return the rate at which to move a drive, from the station; None: it moves by itself."""
         return self._connected_drive(role, drive).led_rate_per_s
 
     def allowed(self, role: str, drive: str) -> DriveInfo:
-        """Return a drive with the limits that the station sets it."""
+        """Return a drive with the limits of the station."""
         return self._rules.narrowed(Member(role, drive), self._drive(role, drive))
 
     def standing(self, role: str, drive: str) -> float:
-        """Return where a drive stands: its last set-point, or else what is read back."""
+        """Return the position of a drive: its last set-point, or else the read-back."""
         return self._standing(Member(role, drive))
 
     def read_back(self, role: str, drive: str) -> float:
-        """Return where a drive is read back to stand."""
+        """Return the read-back of a drive."""
         return self._connected_drive(role, drive).read_back()
 
     def drives_astray(self, but: Container[str] = ()) -> Iterator[tuple[Member, str]]:
-        """Read back each drive that was set; yield each that is elsewhere, and where, in words.
+        """Read back each drive that was set; yield each that left its set-point, with a text.
 
-        A read-back that does not agree is confirmed by another one. Left out are the devices that
-        are named in `but`, and all while the rig is paused. Raises a DeviceError.
+        A deviation is confirmed by a second read-back. Devices in `but` are skipped, and all while
+        the rig is paused. Raises a DeviceError.
         """
         if self._paused:
             return
@@ -206,21 +206,21 @@ class Rig:
                 yield member, f"{found} (tolerance ±{deviation:g} {unit})"
 
     def leads_away(self, role: str, drive: str, value: float) -> bool:
-        """Say whether a set-point is farther from the safe value than where the drive stands."""
+        """Return whether a set-point is farther from the safe value than the present position."""
         safe = self._drive(role, drive).safe_value
         return abs(value - safe) > abs(self.standing(role, drive) - safe)
 
     def continue_after(self, streams: Mapping[str, Sequence[Mapping[str, float]]]) -> None:
-        """Tell each device that asks for it which streams of its role the run has behind it."""
+        """Tell each device that asks for it which earlier streams of its role the run has."""
         for role, before in streams.items():
             device = self.devices[role]
             if isinstance(device, CountsStreams):
                 self._call(role, "continue a run", partial(device.continue_after, before))
 
     def pause(self) -> list[str]:
-        """Let every device stand still that can, in the order of making safe.
+        """Pause every device that can, in the order of making safe.
 
-        Returns for each other one, in words, which of its drives stay away from their safe value.
+        Returns for each other one, as text, which of its drives are not at their safe value.
         """
         staying = []
         for role, drive in safe_places(self._safe_order, self.devices):
@@ -236,7 +236,7 @@ class Rig:
         return staying
 
     def resume(self) -> None:
-        """Bring back what was paused; the last one that was paused is the first."""
+        """Resume what was paused, in reverse order."""
         while self._paused:
             role = self._paused[-1]
             device = self._roles[role].need(Pausable)  # type: ignore[type-abstract]  # a Protocol
@@ -254,11 +254,11 @@ class Rig:
         yield from blocks_of(device, channels, duration_s, stop, call, timeout_s)
 
     def sample_rate_hz(self, role: str) -> float:
-        """Return the sample rate of a device that streams."""
+        """Return the sample rate of a streaming device."""
         return sample_rate_hz(self._roles[role])
 
     def truth(self, role: str) -> Mapping[str, float]:
-        """Return what a simulator knows of its last stream; nothing of a real device."""
+        """Return the truth of a simulator on its last stream; empty for a real device."""
         device = self.devices[role]
         if not isinstance(device, KnowsTruth):
             return {}
@@ -269,11 +269,11 @@ class Rig:
         return self.reader(role, channels)()
 
     def observe(self, role: str, readings: Sequence[str]) -> dict[str, Reading]:
-        """Return what a device tells that is not a number, by 'role.name'; raise a DeviceError."""
+        """Return readings of a device that are not numbers, by 'role.name'; raise a DeviceError."""
         return told(self._roles[role], readings, self._patience.answer_s)
 
     def reader(self, role: str, channels: Sequence[str]) -> Callable[[], dict[str, float]]:
-        """Return what reads them as `read` does, again and again."""
+        """Return a function that reads channels repeatedly, as `read` does."""
         wanted = role, tuple(channels)
         held = self._channels.get(wanted)
         if held is None:
@@ -284,24 +284,24 @@ class Rig:
     def conditions(
         self, role: str, streamed: Sequence[str]
     ) -> tuple[dict[str, float], dict[str, str]]:
-        """Read once all that can be read beside the channels that the role streams.
+        """Read once everything that can be read while the role streams.
 
         Returns values and units by 'role.channel'.
         """
         return read_beside(self._roles.values(), {role: streamed}, self._patience.answer_s)
 
     def stream_conditions(self, role: str) -> tuple[dict[str, float], dict[str, str]]:
-        """Return what the role's device found of its last stream, as `conditions` does."""
+        """Return values that the device measured of its last stream, as `conditions` does."""
         return found_of_stream(self._roles[role], self._patience.answer_s)
 
     def make_safe(self) -> tuple[SafetyReport, ...]:
         """Make every device safe, whatever happens to the others; never raises.
 
-        Idempotent, and in the order that was given: first the drives and devices that it names,
-        then the other devices, those that move in cycles before those that do not. A drive counts
-        as safe once it is read back at its safe value. A call that was given up is waited for then:
-        if it comes back, its device is made safe once more, and else it is not safe. What is safe
-        is taken out of the marker of the energised rig.
+        Idempotent, and in the given order: first the drives and devices that it names, then the
+        others, cyclically moving ones first. A drive is safe once it is read back at its safe
+        value. A call that exceeded its time limit is waited for: if it returns, its device is made
+        safe again, otherwise it is not safe. What is safe is removed from the marker of the
+        energised rig.
         """
         answer_s = self._patience.answer_s
         self._paused.clear()
@@ -330,7 +330,7 @@ class Rig:
         return left
 
     def close(self) -> None:
-        """Close every device; the first error is raised after all were tried, with the others."""
+        """Close every device; then raise the first error, with the others."""
         do_all(*(partial(self._close, role) for role in self._roles.values()))
 
     def _close(self, role: Role) -> None:
@@ -375,7 +375,7 @@ class Rig:
         return held
 
     def _move(self, role: str, what: str, function: Callable[[], _T]) -> _T:
-        """Call what moves all drives of a device."""
+        """Call the function that moves all drives of a device."""
         limit_s = self._longest_s(role)
         return self._call(role, what, self._roles[role].moving(what, function, limit_s), limit_s)
 

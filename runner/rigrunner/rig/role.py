@@ -1,4 +1,4 @@
-"""One device in its role: what it can do, and how it is called."""
+"""One device in its role: its abilities, and calls of it."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ _T = TypeVar("_T")
 
 
 class Role:
-    """A device, and who calls it. Every DeviceError that leaves it names the role.
+    """A device and its caller. Every DeviceError names the role.
 
-    What the device can do and which drives it has is looked up once, and anew when it is connected:
-    to ask whether something is of a Protocol takes longer than to set a drive that does not wait.
+    Abilities and drives are looked up once, and again when connected: an `isinstance` check of a
+    Protocol takes longer than setting a fast drive.
     """
 
     def __init__(self, name: str, device: Device, pulse: Pulse | None = None) -> None:
@@ -45,26 +45,26 @@ class Role:
 
     @property
     def late(self) -> MovingCall | None:
-        """The call that moves a drive and was given up, if it has not come back."""
+        """The call that moves a drive, exceeded its time limit, and has not returned."""
         return self._moving.late
 
     def moving(self, what: str, function: Callable[[], _T], timeout_s: float) -> Callable[[], _T]:
-        """Return what does the same, to be called next: that it has returned is kept track of."""
+        """Return the next call of the same function, whose return is tracked."""
         return function if self._inline else self._moving.next(what, function, timeout_s)
 
     def look_anew(self) -> None:
-        """Forget what the device could do before it was connected."""
+        """Look up the abilities again."""
         self._abilities.clear()
         self._drives.clear()
 
     def able(self, ability: type[_T]) -> _T | None:
-        """Return the device if it has that ability."""
+        """Return the device if it has the ability."""
         if ability not in self._abilities:
             self._abilities[ability] = self.device if isinstance(self.device, ability) else None
         return self._abilities[ability]  # type: ignore[return-value]  # isinstance said so
 
     def need(self, ability: type[_T]) -> _T:
-        """Return the device; raise DeviceRejectedError if it has not that ability."""
+        """Return the device; raise DeviceRejectedError if it does not have the ability."""
         device = self._abilities.get(ability) or self.able(ability)
         if device is None:
             raise DeviceRejectedError(f"{self.name}: the device is not {ability.__name__.lower()}")
@@ -84,7 +84,7 @@ class Role:
     def call(
         self, what: str, function: Callable[..., _T], timeout_s: float, *arguments: object
     ) -> _T:
-        """Return what the function returns; raise a DeviceError, a time-out among them."""
+        """Return the result of the function; raise a DeviceError, also for a time-out."""
         try:
             if self._inline:  # as its caller does, without what a call of that takes
                 return function(*arguments)
@@ -95,7 +95,7 @@ class Role:
 
     @contextmanager
     def named(self, what: str = "a call") -> Iterator[None]:
-        """Let the errors of several calls name the role."""
+        """Add the role to errors of several calls."""
         try:
             yield
         except BaseException as error:
@@ -103,10 +103,10 @@ class Role:
             raise
 
     def name_error(self, error: BaseException, what: str) -> None:
-        """Let the error name the role; raise another one for what would end the program.
+        """Add the role to the error; convert exceptions that would end the program.
 
-        The errors of Python that say what a DeviceError says become one. A driver that calls
-        `sys.exit`, or whose asyncio task was cancelled, ends no run in silence.
+        Built-in exceptions with the meaning of a DeviceError are converted too. A driver that calls
+        `sys.exit`, or whose asyncio task was cancelled, cannot end a run silently.
         """
         if isinstance(error, DeviceError):
             error.message = f"{self.name}: {error.message}"
@@ -126,5 +126,5 @@ class Role:
 
 
 def _told(what: str, error: OSError, meaning: str) -> str:
-    """Return what failed, what that means, and what the driver said of it, if anything."""
+    """Return what failed, what that means, and the message of the driver, if any."""
     return f"{what}: {meaning}{f' ({error})' if str(error) else ''}"

@@ -1,4 +1,4 @@
-"""How one drive or device is brought to its safe state, and in which order all are."""
+"""How a drive or device is made safe, and the order of all."""
 
 from __future__ import annotations
 
@@ -22,28 +22,28 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import Device, DriveInfo
 
 _ATTEMPTS = 3
-"""How often making one device safe is begun anew after an interrupt."""
+"""Number of attempts to make one device safe after interrupts."""
 
 
 class NoRigError(DeviceRejectedError):
-    """A replay that is out of step with its tape has no answer: there is no rig."""
+    """A replay that differs from its tape has no answer: there is no rig."""
 
 
 @dataclass(frozen=True)
 class SafetyReport:
-    """Whether a device, or one drive of it, is safe: what was read back, and what speaks against.
+    """Whether a device, or one of its drives, is safe: the read-backs and the problems.
 
-    What follows upon a drive that is not safe is the whole device: only the device's report says
-    how it was left.
+    After an unsafe drive the whole device is made safe: only the report of the device states how it
+    was left.
     """
 
     role: str
     read_back: Mapping[str, float] = field(default_factory=dict)
     problems: tuple[str, ...] = ()
     drive: str = ""
-    """The one drive that was made safe; empty for the whole device."""
+    """The drive that was made safe; empty for the whole device."""
     there: bool = True
-    """False in a replay that is out of step: nothing is there that could be left unsafe."""
+    """False in a replay that differs from its tape: there is nothing to be left unsafe."""
 
     @property
     def safe(self) -> bool:
@@ -52,23 +52,23 @@ class SafetyReport:
 
     @property
     def what(self) -> str:
-        """The device's role, or 'role.drive'."""
+        """The role of the device, or 'role.drive'."""
         return Member(self.role, self.drive) if self.drive else self.role
 
 
 def unsafe_text(reports: Iterable[SafetyReport]) -> str:
-    """Return what speaks against each device being safe; '' for a rig that was left safe."""
+    """Return the problems of each unsafe device; '' for a rig that was left safe."""
     return problems_text(each for each in reports if each.there)
 
 
 def problems_text(reports: Iterable[SafetyReport]) -> str:
-    """Return the problems of each device, of replays as well; '' without any."""
+    """Return the problems of each device, also of replays; '' for none."""
     left = [each for each in reports if not each.drive]
     return "; ".join(f"{each.role}: {text}" for each in left for text in each.problems)
 
 
 def note_unsafe(error: BaseException, reports: Iterable[SafetyReport]) -> None:
-    """Tell of devices that are not safe beside an error, once."""
+    """Add unsafe devices to an error as a note, once."""
     unsafe = unsafe_text(reports)
     text = f"the rig is not safe: {unsafe}"
     if unsafe and text not in getattr(error, "__notes__", ()):
@@ -78,10 +78,9 @@ def note_unsafe(error: BaseException, reports: Iterable[SafetyReport]) -> None:
 def safe_places(
     order: Sequence[Member | str], devices: Mapping[str, Device]
 ) -> list[tuple[str, str]]:
-    """Return each drive (role, drive) and device (role, '') in the order of making them safe.
+    """Return each drive (role, drive) and device (role, '') in the order of making safe.
 
-    First what the order names, then the devices that it does not name as a whole: the ones that
-    move in cycles before the others.
+    First those in the given order, then the remaining devices, cyclically moving ones first.
     """
     named = [(each.role, each.name) if isinstance(each, Member) else (each, "") for each in order]
     last = sorted(devices, key=lambda role: not _moves_in_cycles(devices[role]))
@@ -91,11 +90,11 @@ def safe_places(
 def make_safe(
     role: str, drive: str, device: Device, caller: Caller, answer_s: float, *, connected: bool
 ) -> SafetyReport:
-    """Make a device safe, or one of its drives, and read back; never raises.
+    """Make a device or one of its drives safe, and read back; never raises.
 
-    `answer_s` is how long it is waited for beyond the time that the drives need. Where the
-    `make_safe` of a connected device fails, each of its drives is set by itself: what fails need
-    not have come to all of them.
+    `answer_s` is the time limit beyond the time that the drives need. If the `make_safe` of a
+    connected device fails, each of its drives is set by itself, since the failure may have come
+    before some of them.
     """
     for _ in range(_ATTEMPTS):
         try:
@@ -131,7 +130,7 @@ def _made_safe(
 def _drive_by_drive(
     infos: Iterable[DriveInfo], device: Device, caller: Caller, answer_s: float
 ) -> tuple[dict[str, float], list[str]]:
-    """Set each drive to its safe value; return what was read back, and what speaks against."""
+    """Set each drive to its safe value; return the read-backs and the problems."""
     read_back: dict[str, float] = {}
     problems: list[str] = []
     for info in infos:
@@ -150,10 +149,10 @@ def _drive_by_drive(
 def after_late_call(
     report: SafetyReport, late: MovingCall, again: Callable[[], SafetyReport]
 ) -> SafetyReport:
-    """Return how a device is left of which a call that moves a drive was given up; never raises.
+    """Return the state of a device with a moving call that exceeded its time limit; never raises.
 
-    What comes late may undo what made safe: behind it the device is made safe `again`. While it has
-    not come back, what was read back need not stay so.
+    A late call can undo making safe: after it the device is made safe `again`. Until it returns,
+    the read-back may change.
     """
     with suppress(KeyboardInterrupt):
         late.wait(ThreadCaller.grace_s)

@@ -1,4 +1,4 @@
-"""What must be known of a rig beyond the program that drives it: who holds it, is it energised."""
+"""State of a rig shared by all programs: who holds it, and whether it is energised."""
 
 from rigrunner.rig_state.addresses import canonical
 from rigrunner.rig_state.folder import shared_folder

@@ -1,4 +1,4 @@
-"""Where an instrument is reached, in one spelling: two names of one port are one address."""
+"""Canonical addresses of instruments: two names of one port are one address."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import sys
 import threading
 
 _RESOLVE_S = 2.0
-"""How long is waited for the network to tell whose name it is; then the name stands for itself."""
+"""Time limit of a name lookup in the network; after it the name is used as it is."""
 _LOOPBACK = "127.0.0.1"
 
 
 def canonical(address: str) -> frozenset[str]:
-    """Return an address, such as 'tcp:localhost:502', in the spellings that others have too.
+    """Return the canonical forms of an address, such as 'tcp:localhost:502'.
 
-    It is 'serial:PORT', 'tcp:HOST:PORT' with what is behind it after a '/', 'visa:RESOURCE', or
-    anything else as 'kind:name'. A host with several numbers has an address for each.
+    It is 'serial:PORT', 'tcp:HOST:PORT' with anything after a '/', 'visa:RESOURCE', or any other
+    'kind:name'. A host with several numbers has one address for each.
     """
     kind, _, place = address.partition(":")
     match kind:
@@ -34,7 +34,7 @@ def canonical(address: str) -> frozenset[str]:
 
 
 def _port(name: str) -> str:
-    """Return a serial port under the name that it has in the system, whatever link leads to it."""
+    """Return the system name of a serial port, following links."""
     name = name.strip().removeprefix("\\\\.\\")
     if re.fullmatch(r"com[0-9]+", name, re.IGNORECASE):
         return name.upper()
@@ -48,7 +48,7 @@ def _tcp(place: str) -> frozenset[str]:
 
 
 def _visa(resource: str) -> frozenset[str]:
-    """Return a VISA resource by what it stands for: VPP-4.3, section 4.3.1.1."""
+    """Return a VISA resource in canonical form: VPP-4.3, section 4.3.1.1."""
     parts = resource.strip().split("::")
     head = re.fullmatch(r"([A-Za-z]+?)(\d*|/.*|COM\d+)", parts[0], re.IGNORECASE)
     if head is None:
@@ -69,7 +69,7 @@ def _visa(resource: str) -> frozenset[str]:
 
 
 def _number(text: str) -> str:
-    """Return a number, which VISA has in decimal and hexadecimal digits, in decimal ones."""
+    """Return a number in decimal digits; VISA also has hexadecimal ones."""
     try:
         return str(int(text, 0))
     except ValueError:
@@ -77,7 +77,7 @@ def _number(text: str) -> str:
 
 
 def _numbers(host: str) -> frozenset[str]:
-    """Return the numbers of a host, all of this machine's own as one; its name if nobody knows."""
+    """Return the numbers of a host, one for all of this machine; its name if they are unknown."""
     found: list[str] = []
 
     def ask() -> None:

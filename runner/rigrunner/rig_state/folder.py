@@ -1,6 +1,6 @@
-"""The folder of locks and markers that everyone on this machine shares, and that outlives a boot.
+"""The folder of locks and markers, shared by all users of this machine and kept over reboots.
 
-Others can write there too: no link is followed, and nothing but a plain file is opened.
+Others can write there too: links are not followed, and only plain files are opened.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ from pathlib import Path
 from rigrunner.api.errors import DeviceError
 
 VARIABLE = "RIGRUNNER_LOCKS"
-"""Names the folder, such as one that several containers share, in place of the usual one."""
+"""Names another folder, such as one shared by several containers."""
 FOLDER = "rigrunner-rigs"
 EVERYONE = 0o1777
-"""Of the folder: everyone makes files in it, and nobody removes those of others (sticky)."""
+"""Mode of the folder: everyone can create files, and remove only their own (sticky)."""
 FOR_ALL = 0o666
-"""Of its files: the next run may be another person's, and has to open them."""
+"""Mode of its files: the next run may be another user's, and must open them."""
 _UNFOLLOWED = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-"""Somebody may have put a link there, or a pipe that nobody reads."""
+"""Somebody may have put a link there, or a pipe without a reader."""
 _BINARY = getattr(os, "O_BINARY", 0)
-"""Without it Windows changes what looks like the end of a line."""
+"""Without it Windows changes line ends."""
 
 
 def shared_folder() -> Path:
-    """Return the folder, made if it is missing; raise DeviceError if it cannot be used."""
+    """Return the folder, created if missing; raise DeviceError if it cannot be used."""
     folder = _place()
     try:
         folder.mkdir(exist_ok=True)
@@ -42,16 +42,16 @@ def shared_folder() -> Path:
 
 
 def existing_folder() -> Path | None:
-    """Return the folder if it is there."""
+    """Return the folder if it exists."""
     folder = _place()
     return folder if folder.is_dir() and not folder.is_symlink() else None
 
 
 def open_plain(path: Path, flags: int) -> int:
-    """Return a descriptor of a file, made for everyone if it is missing and `flags` has O_CREAT.
+    """Return a descriptor of a file, created for everyone if missing and `flags` has O_CREAT.
 
-    Raises OSError for a link, or a file with a second name: writing to it would change another
-    one. An existing file is not opened with O_CREAT: in such folders Linux refuses it to others.
+    Raises OSError for a link, or a file with a second name, since writing would change another one.
+    An existing file is not opened with O_CREAT, which Linux refuses to others in such folders.
     """
     create, flags = flags & os.O_CREAT, flags & ~os.O_CREAT | _UNFOLLOWED | _BINARY
     try:
@@ -70,20 +70,20 @@ def open_plain(path: Path, flags: int) -> int:
 
 
 def read_plain(path: Path) -> bytes:
-    """Return the content of a file, of at most 1 MB; raise OSError as `open_plain`."""
+    """Return the content of a file, at most 1 MB; raise OSError as `open_plain`."""
     with os.fdopen(open_plain(path, os.O_RDONLY), "rb") as file:
         return file.read(1_000_000)
 
 
 def write_plain(path: Path, content: bytes) -> None:
-    """Write a file whole, without waiting for the disk; raise OSError as `open_plain`."""
+    """Write a whole file without waiting for the disk; raise OSError as `open_plain`."""
     with os.fdopen(open_plain(path, os.O_WRONLY | os.O_CREAT), "wb") as file:
         file.truncate()
         file.write(content)
 
 
 def sync_names(folder: Path) -> None:
-    """Wait until the names of files in a folder are on the disk (Windows does so by itself)."""
+    """Wait until the names of files in a folder are on the disk (Windows does so itself)."""
     if os.name == "nt":
         return
     opened = os.open(folder, os.O_RDONLY)
@@ -99,10 +99,10 @@ def _place() -> Path:
 
 
 def _for_everyone() -> Path:
-    """Return where all may write, and what is kept when the machine starts again.
+    """Return a folder that all can write to and that survives a reboot.
 
-    The folder for temporary files may be one person's own: it is on Windows and macOS, and where
-    TMPDIR says so; two persons would hold two locks.
+    The folder for temporary files can belong to one user: on Windows and macOS, and by TMPDIR. Two
+    users would then hold two locks.
     """
     if sys.platform == "win32":
         return Path(os.environ.get("PUBLIC", "C:/Users/Public"))
@@ -110,7 +110,7 @@ def _for_everyone() -> Path:
 
 
 def _open_to_all(folder: Path) -> None:
-    """Let everyone make files in a folder; whoever put a link there gains nothing by it."""
+    """Let everyone create files in a folder; a link in its place is not followed."""
     opened = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
     try:
         with suppress(PermissionError):  # another person made it, and opened it to all

@@ -1,4 +1,4 @@
-"""Who holds a rig: locks of the operating system, which no dead process holds."""
+"""Locks of a rig by the operating system, which end with their process."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 PATIENCE_S = 0.3
-"""How long is waited: somebody who only looks whether a rig is held holds it for a moment."""
+"""Waiting time: a program that only checks whether a rig is held holds it for a moment."""
 
 
 @dataclass(frozen=True)
 class Holder:
-    """Who holds a lock, for whoever is refused it."""
+    """Who holds a lock, for messages to others."""
 
     station: str
     procedure: str
@@ -31,20 +31,19 @@ class Holder:
 
 
 class Busy(Exception):  # noqa: N818  (a state, made an error where it is known of what)
-    """A lock is held by another process."""
+    """Another process holds a lock."""
 
     def __init__(self, lock: Path, holder: Holder | None) -> None:
         super().__init__(f"{lock} is held")
         self.holder = holder
-        """Who holds it; None where that is not known."""
+        """Who holds it; None if unknown."""
 
 
 @contextmanager
 def hold(locks: Iterable[Path], holder: Holder) -> Iterator[tuple[int, ...]]:
-    """Hold all of these locks; raise Busy for one that another process has, OSError for no lock.
+    """Hold all of these locks; raise Busy if another process holds one, OSError for other failures.
 
-    Gives the descriptor of each, -1 where it has none, for `take_over` by a process that inherits
-    them.
+    Yields the descriptor of each, -1 for none, for `take_over` by a process that inherits them.
     """
     descriptors = []
     with ExitStack() as held:
@@ -63,11 +62,10 @@ def hold(locks: Iterable[Path], holder: Holder) -> Iterator[tuple[int, ...]]:
 
 @contextmanager
 def take_over(descriptors: Iterable[int], locks: Iterable[Path], holder: Holder) -> Iterator[None]:
-    """Hold locks whose descriptors were inherited from a process that is dead, until this one ends.
+    """Hold locks with descriptors inherited from a dead process, until this process ends.
 
-    An inherited lock is held as long as one of the processes that share it lives, so that nobody
-    can take it in between. One that was released before is taken anew; raises Busy if somebody else
-    has it. POSIX alone.
+    An inherited lock is held as long as a process with it lives, so that nobody can take it in
+    between. One that was released is locked again; raises Busy if somebody else has it. POSIX only.
     """
     import fcntl  # noqa: PLC0415  (there is none on Windows)
 
@@ -85,7 +83,7 @@ def take_over(descriptors: Iterable[int], locks: Iterable[Path], holder: Holder)
 
 @contextmanager
 def _named(path: Path, holder: Holder) -> Iterator[None]:
-    """Say who holds a lock while it is held."""
+    """Store who holds a lock while it is held."""
     with suppress(OSError):  # it tells who holds the rig; what holds it is the lock
         write_plain(_holder_file(path), json.dumps(asdict(holder)).encode())
     try:
@@ -95,7 +93,7 @@ def _named(path: Path, holder: Holder) -> Iterator[None]:
 
 
 def is_held(lock: Path) -> bool:
-    """Say whether a process holds a lock; False where that cannot be told."""
+    """Return whether a process holds a lock; False if unknown."""
     if not lock.is_file():
         return False
     try:
@@ -108,7 +106,7 @@ def is_held(lock: Path) -> bool:
 
 
 def holder_of(lock: Path) -> Holder | None:
-    """Return who said last that they hold a lock; None where it is not known."""
+    """Return the last stored holder of a lock; None if unknown."""
     try:
         return Holder(**json.loads(read_plain(_holder_file(lock))))
     except (OSError, ValueError, TypeError):

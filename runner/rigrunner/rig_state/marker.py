@@ -1,10 +1,10 @@
-"""The marker of an energised rig: by which run, with which last set-points; it survives the run.
+"""The marker of an energised rig: its run and its last set-points; it survives the process.
 
-A marker is a file that is not empty. It is written, and on the disk, before a drive is first set
-to anything but its safe value, and emptied once all drives were read back at their safe values.
-Its first `HEADER` bytes say in JSON whose it is and which drives it is about. Behind it stands the
-last set-point of each drive, as a double. A header that cannot be read means an energised rig all
-the same: the machine may have lost its power while it was written.
+A marker is a file that is not empty. It is written, and on the disk, before a drive is first set to
+anything but its safe value, and emptied once all drives were read back at their safe values. Its
+first `HEADER` bytes have the owner and the drives, as JSON. After them comes the last set-point of
+each drive, as a double. An unreadable header means an energised rig too: the machine may have lost
+power during the write.
 """
 
 from __future__ import annotations
@@ -31,44 +31,44 @@ if TYPE_CHECKING:
 FORM = "energised/1"
 SUFFIX = ".energised"
 HEADER = 16384
-"""Bytes before the set-points."""
+"""Number of bytes before the set-points."""
 VALUE = struct.Struct("<d")
 
 
 @dataclass(frozen=True)
 class Owner:
-    """Who energised a rig."""
+    """The process that energised a rig."""
 
     station: str
-    """The station's id."""
+    """Id of the station."""
     station_file: str
     procedure: str
-    """What was done: the procedure's id, or words such as 'jog psu'."""
+    """What it does: the id of the procedure, or words such as 'jog psu'."""
     process: int
     host: str
     since: str
-    """When the rig was taken, in UTC."""
+    """When the rig was locked, in UTC."""
     run: str = ""
-    """The run's folder, of what is done by hand its log; '' where there is none."""
+    """Folder of the run, or log of manual mode; '' for none."""
     guardian: str = ""
     """What makes the rig safe if the process dies; '' for nothing."""
     unguarded: str = ""
-    """Which devices that cannot reach, in words."""
+    """Devices that it cannot reach, as text."""
     addresses: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    """Where the device of each role is reached."""
+    """Addresses of the device in each role."""
     plugins: Mapping[str, str] = field(default_factory=dict)
-    """The plugin of each role's device."""
+    """Plugin of the device in each role."""
 
 
 @dataclass(frozen=True)
 class DriveMark:
-    """A drive that was set to something else than its safe value."""
+    """A drive that was set to another value than its safe one."""
 
     member: Member
     unit: str
     safe_value: float
     set_point: float
-    """The last one that was sent, in SI units; NaN where it is not known."""
+    """The last set-point that was sent, in SI units; NaN if unknown."""
 
     def text(self) -> str:
         """Return 'psu.voltage 40 V'."""
@@ -79,26 +79,26 @@ class DriveMark:
 
 @dataclass(frozen=True)
 class Marker:
-    """What is known of a rig that was energised and not confirmed safe since."""
+    """A rig that was energised and has not been confirmed safe since."""
 
     station: str
     owner: Owner | None
-    """None where the marker cannot be read."""
+    """None if the marker cannot be read."""
     drives: tuple[DriveMark, ...] = ()
-    """Those whose last set-point is not confirmed to be gone."""
+    """Drives whose last set-point is not confirmed to be gone."""
     safe_by: str = ""
     """What made the rig safe after its run, and when; '' while it counts as energised."""
     is_in_use: bool = False
-    """Whether the process that energised the rig holds it now: then it is as it should be."""
+    """Whether the process that energised the rig still holds it, as intended."""
 
     @property
     def set_points(self) -> str:
-        """The last set-points in words."""
+        """The last set-points as text."""
         return ", ".join(each.text() for each in self.drives) or "set-points not known"
 
     @property
     def who(self) -> str:
-        """Who energised the rig, in words."""
+        """Who energised the rig, as text."""
         if self.owner is None:
             return "a run whose marker cannot be read"
         kind = "log" if self.owner.procedure.startswith("jog ") else "run"
@@ -128,7 +128,7 @@ class Marker:
 
 
 def read_marker(station: str) -> Marker | None:
-    """Return the marker of a station's rig; None where the rig was not left energised."""
+    """Return the marker of the rig of a station; None if it was not left energised."""
     folder = existing_folder()
     return None if folder is None else _read(folder / f"{station}{SUFFIX}")
 
@@ -143,7 +143,7 @@ def read_markers() -> list[Marker]:
 
 
 def clear(station: str) -> None:
-    """Empty the marker of a station's rig, whose drives were all read back as safe.
+    """Empty the marker of a rig whose drives were all read back as safe.
 
     The caller holds the rig. Raises OSError.
     """
@@ -158,10 +158,10 @@ def clear(station: str) -> None:
 
 
 def record_made_safe(station: str, by: str) -> None:
-    """Say that the rig was made safe after its run, and read back: told at the next start.
+    """Record that the rig was made safe after its run and read back; shown at the next start.
 
-    `by` says what did it, such as 'The guardian made it safe'. The caller holds the rig, or is the
-    one that its owner left it to. Raises OSError.
+    `by` is the actor as text, such as 'The guardian made it safe'. The caller holds the rig, or is
+    the guardian of its owner. Raises OSError.
     """
     marker = read_marker(station)
     if marker is None:
@@ -175,7 +175,7 @@ def record_made_safe(station: str, by: str) -> None:
 
 
 def encode(owner: Owner, drives: tuple[DriveMark, ...], safe_by: str = "") -> bytes:
-    """Return the content of a marker's file."""
+    """Return the content of the file of a marker."""
     known: dict[str, Any] = {
         "rigrunner": FORM,
         "owner": asdict(owner),
@@ -192,7 +192,7 @@ def encode(owner: Owner, drives: tuple[DriveMark, ...], safe_by: str = "") -> by
 
 
 def overwrite(descriptor: int, content: bytes) -> None:
-    """Write a marker over what is there, and wait for the disk; at no instant is it empty."""
+    """Overwrite a marker and wait for the disk; it is never empty in between."""
     os.lseek(descriptor, 0, os.SEEK_SET)
     if os.write(descriptor, content) != len(content):
         raise OSError(errno.ENOSPC, "the disk is full")
@@ -201,7 +201,7 @@ def overwrite(descriptor: int, content: bytes) -> None:
 
 
 def decode(station: str, content: bytes) -> Marker:
-    """Return what a marker's file says; without an owner where it cannot be read."""
+    """Decode the file of a marker; without an owner if it cannot be read."""
     try:
         known = json.loads(content[:HEADER])
         owner = Owner(**known["owner"])
@@ -235,7 +235,7 @@ def _read(path: Path) -> Marker | None:
 
 
 def _is_of_who_holds_it(marker: Marker, lock: Path) -> bool:
-    """Say whether the process that energised the rig holds it, and not one that came after it."""
+    """Return whether the process that energised the rig holds it, and not a later one."""
     if not is_held(lock):
         return False
     holder = holder_of(lock)

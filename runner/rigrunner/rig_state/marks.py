@@ -1,4 +1,4 @@
-"""Keeps the marker of a rig while a process drives it: set-points, and what was confirmed safe."""
+"""Updates the marker of a rig while a process drives it."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 
 
 class RigMarks:
-    """The marker of one rig, kept by the process that holds it.
+    """The marker of one rig, updated by the process that holds it.
 
-    `roles` are those of real devices: what a simulator does ends with its process.
+    `roles` are those of real devices: simulators end with the process.
     """
 
     def __init__(
@@ -45,24 +45,24 @@ class RigMarks:
     ) -> None:
         self.owner = owner
         self.locks = dict(locks or {})
-        """The files by which the rig is held, with the descriptors that another may inherit."""
+        """The lock files of the rig, with descriptors that a process can inherit."""
         self.roles = frozenset(roles)
         left = read_marker(owner.station)
         self.left = None if left is None else replace(left, is_in_use=False)
-        """What an earlier process left of this rig; None where it left it safe."""
+        """The marker that an earlier process left; None if it left the rig safe."""
         self.unconfirmed = self._left_roles()
-        """The roles of that marker which were not read back as safe since."""
+        """Roles of that marker that were not read back as safe since."""
         self._drives: list[DriveMark] = []
         self._places: dict[str, int] = {}
-        """Which of them a 'role.drive' is."""
+        """Index of each 'role.drive'."""
         self._values: list[float] = []
-        """The last set-point of each."""
+        """Last set-point of each."""
         self._opened = -1
 
     def describe(self, *, run: str = "", guardian: str = "", unguarded: str = "") -> None:
-        """Add which run folder it is, or what guards the rig and what it cannot reach.
+        """Add the folder of the run, or the guardian and the devices it cannot reach.
 
-        Raises DeviceError. Of the thread that drives the rig alone.
+        Raises DeviceError. To be called only by the thread that drives the rig.
         """
         self.owner = replace(
             self.owner,
@@ -74,9 +74,9 @@ class RigMarks:
             self._write()
 
     def before_set(self, role: str, info: DriveInfo) -> Callable[[float], None] | None:
-        """Return what is to be called with each set-point of a drive before it is sent.
+        """Return the function to call with each set-point of a drive before it is sent.
 
-        It raises DeviceError where the marker cannot be written: then the drive must not be set. A
+        It raises DeviceError if the marker cannot be written: then the drive must not be set. A
         safe value is never refused. None for a simulated device.
         """
         if role not in self.roles:
@@ -101,15 +101,15 @@ class RigMarks:
         return note
 
     def energise(self, role: str, drives: Sequence[DriveInfo]) -> None:
-        """Mark drives of which it is not known where they will be set; raise DeviceError."""
+        """Mark drives whose set-points are not known in advance; raise DeviceError."""
         for info in drives:
             if (member := Member(role, info.name)) not in self._places:
                 self._add(DriveMark(member, info.unit, info.safe_value, math.nan))
 
     def confirm(self, roles: Collection[str]) -> None:
-        """Take out the drives of devices that were read back as safe, and the marker with the last.
+        """Remove drives of devices that were read back as safe, and with the last one the marker.
 
-        What cannot be written stays: then the next start takes the rig for energised.
+        If this cannot be written, the next start takes the rig for energised.
         """
         if self.unconfirmed:
             self.unconfirmed -= frozenset(roles)
@@ -127,7 +127,7 @@ class RigMarks:
                 clear(self.owner.station)
 
     def settle(self, how: str) -> None:
-        """Let the marker that an earlier process left say how its rig was made safe."""
+        """Record in the marker of an earlier process how its rig was made safe."""
         self.unconfirmed = frozenset()
         with suppress(DeviceError, OSError):
             record_made_safe(self.owner.station, f"{how} (process {self.owner.process})")
@@ -135,7 +135,7 @@ class RigMarks:
         self.left = None if left is None else replace(left, is_in_use=False)
 
     def put_on_record(self) -> None:
-        """Take away the marker that an earlier process left: a record has now what it says."""
+        """Remove the marker of an earlier process, once it has been recorded elsewhere."""
         if self.left is not None and not self.unconfirmed and not self._drives:
             with suppress(DeviceError, OSError):
                 clear(self.owner.station)
