@@ -27,6 +27,8 @@ WITHIN_S = 200.0
 NO_LOAD = "Quick no-load sweep"
 LOADED = "Quick starting torque"
 ASKS = "Guarded sweep with a question"
+ENDLESS = "Sweep that outlasts a test"
+"""One point of a second, then points of minutes: what a test does meanwhile may take its time."""
 STATION = "Bench of these tests"
 BENCH = "station.yaml"
 """The file of that station."""
@@ -34,6 +36,14 @@ OVERDUE = "Bench with an old certificate"
 SIMULATED = "calibration: simulated"
 OLD = "certificate: C-1\n    laboratory: L\n    calibrated: 2020-01-01\n    due: 2021-01-01"
 NAME = "Ann Jones"
+
+
+def wait_until(condition, what: str = "it") -> None:
+    """Wait until something is so that the page does not show by itself."""
+    until_s = time.monotonic() + WITHIN_S
+    while not condition():
+        assert time.monotonic() < until_s, f"{what} never came"
+        time.sleep(0.1)
 
 
 @dataclass
@@ -61,10 +71,7 @@ class Panel:
 
     def wait_for(self, *phases: str, station: str = BENCH) -> None:
         """Wait until a rig is in one of these phases."""
-        until = time.monotonic() + WITHIN_S
-        while (phase := self.phase(station)) not in phases:
-            assert time.monotonic() < until, f"{station} is {phase}, not {phases}"
-            time.sleep(0.1)
+        wait_until(lambda: self.phase(station) in phases, f"a rig in {phases}")
 
 
 @contextmanager
@@ -110,6 +117,7 @@ def quick_lab(folder: Path) -> None:
     (shipped / "quick_asks.yaml").write_text(_asks(quick), encoding="utf-8")
     quick = quick.replace("  - confirm:\n", "  - confirm:\n      picture: clamped.png\n", 1)
     shutil.copy(ROOT / "docs/images/report.png", shipped / "clamped.png")
+    (shipped / "quick_endless.yaml").write_text(_endless(quick), encoding="utf-8")
     (shipped / "quick_torque.yaml").write_text(quick, encoding="utf-8")
     for procedure in ("quick_no_load.yaml", "quick_torque.yaml"):
         done = call(
@@ -124,6 +132,16 @@ def _quick(text: str, old_id: str, new_id: str, title: str) -> str:
     text = re.sub(r"^title: .*$", f"title: {title}", text, flags=re.MULTILINE)
     text = re.sub(r"frequencies: \[.*\]", "frequencies: [10 Hz, 20 Hz, 30 Hz, 35 Hz]", text)
     return text.replace("cycles: 30", "cycles: 15")
+
+
+def _endless(text: str) -> str:
+    """Return a procedure whose first point takes a second, and the next ones minutes each."""
+    text = text.replace("QUICK-ST", "QUICK-ENDLESS").replace(LOADED, ENDLESS)
+    text = re.sub(r"frequencies: \[.*\]", "frequencies: [10 Hz]", text)
+    sweep = text[text.index("  - sweep:\n") : text.index("teardown:")]
+    long = sweep.replace("$frequencies", "[20 Hz, 30 Hz]").replace("cycles: 15", "cycles: 9000")
+    assert long.count("9000}") == 1
+    return text.replace(sweep, f"{sweep.rstrip()}\n{long}")
 
 
 def _asks(text: str) -> str:
@@ -144,16 +162,6 @@ def browser_path() -> str:
     if found is None:
         lacking("BROWSER", "there is no Chromium")
     return found
-
-
-def say_yes_until(page, panel: Panel) -> None:
-    """Say yes to what the run asks until it is over."""
-    until = time.monotonic() + WITHIN_S
-    while panel.phase() != "finished":
-        assert time.monotonic() < until
-        if panel.phase() == "asking" and page.locator(".prompt").count():
-            page.locator(".prompt").get_by_role("button", name="Yes").click()
-        time.sleep(0.1)
 
 
 def require_driver() -> None:
@@ -239,10 +247,10 @@ class Screen:
         self.page.get_by_role("button", name="Start", exact=True).click()
         self.page.locator(".prompt").get_by_role("button", name="Yes").click()
 
-    def begin(self, *, real_time: bool = True, **inputs: str) -> None:
+    def begin(self, procedure: str = LOADED, *, real_time: bool = True, **inputs: str) -> None:
         """Go all the way from choosing to the running page."""
         self.open()
-        self.choose()
+        self.choose(procedure)
         self.fill_in(**inputs)
         if not real_time:
             self.hurry()

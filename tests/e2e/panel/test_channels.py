@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from playwright.sync_api import expect
 
+from e2e.panel.helpers_screen import ENDLESS, wait_until
 from helpers_thorough import first
 
 LAG = """async () => {
@@ -27,8 +28,8 @@ def test_channels_are_live_while_nothing_is_recorded_and_old_afterwards(
 ):
     screen = new_screen()
     page = screen.page
-    screen.begin(specimen=f"LIVE-{locale}")
-    panel.wait_for("running")
+    screen.begin(ENDLESS, specimen=f"LIVE-{locale}")
+    page.locator(".step.running", has_text="at 20 Hz").wait_for()
     if locale == "de-DE":
         page.get_by_label("Language").select_option("de")
         page.wait_for_selector(".page.run")
@@ -53,8 +54,8 @@ def test_channels_are_live_while_nothing_is_recorded_and_old_afterwards(
     page.get_by_role("button", name="STOP").click()
     screen.wait_for_result()
     page.goto(f"{panel.url}?rig=station.yaml#/run")
-    page.wait_for_timeout(2500)
     page.get_by_role("button", name="Channels" if locale == "en-GB" else "Kanäle").click()
+    expect(rows.first).to_be_visible()
     expect(page.locator(".channels tbody tr:not(.old)")).to_have_count(0)
     safe = {each["name"]: each for each in panel.get("state")["channels"]}["tester.load"]
     events = [each["event"] for each in panel.get("events")["items"]]
@@ -78,9 +79,8 @@ POINTS = """async ([y, x]) => {
 def test_the_operator_chooses_plots_which_are_kept_for_the_procedure(new_screen, panel, pictures):
     screen = new_screen()
     page = screen.page
-    screen.begin(specimen="PLOTS")
-    panel.wait_for("running")
-    expect(page.locator(".step.running")).to_contain_text("Record", timeout=200_000)
+    screen.begin(ENDLESS, specimen="PLOTS")
+    expect(page.locator(".step.running", has_text="at 20 Hz")).to_contain_text("Record")
     lags = page.evaluate(LAG)  # of what is recorded
     told = f"{len(lags)} updates: median {lags[len(lags) // 2]} ms, worst {lags[-1]} ms"
     (pictures / "lag-recording.txt").write_text(told, encoding="utf-8")
@@ -94,8 +94,7 @@ def test_the_operator_chooses_plots_which_are_kept_for_the_procedure(new_screen,
     plots = page.locator(".chosen-plots figure")
     expect(plots).to_have_count(2)
     expect(plots.nth(1)).to_contain_text("tester.torque over tester.angle")
-    page.wait_for_timeout(1500)
-    assert page.evaluate(POINTS, ["tester.torque", "tester.angle"]) > 3
+    wait_until(lambda: page.evaluate(POINTS, ["tester.torque", "tester.angle"]) > 3)
     page.screenshot(path=pictures / "plots-desk.png")
     page.get_by_role("button", name="Plots").click()
     page.screenshot(path=pictures / "plots-closed.png")

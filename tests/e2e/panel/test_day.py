@@ -5,22 +5,21 @@ from __future__ import annotations
 import os
 import shutil
 import signal
-import time
 from collections import Counter
 
-import psutil
 import pytest
 from playwright.sync_api import expect
 
+from e2e.helpers_panel import started_by
 from e2e.panel.helpers_screen import (
     BENCH,
     LOADED,
     NAME,
     NO_LOAD,
     STATION,
-    WITHIN_S,
     axe_script,
     running_panel,
+    wait_until,
 )
 
 OTHER = "other.yaml"
@@ -74,15 +73,8 @@ def row(page, specimen, nth=0):
     return page.locator(".queue-table tbody tr", has=strong).nth(nth)
 
 
-def answer_name(page):
-    """Say who has control, where that is asked."""
-    if page.locator("#dialog-text").count():
-        page.locator("#dialog-text").fill(NAME)
-        page.keyboard.press("Enter")
-
-
-def give_reason(page, reason):
-    page.locator("#dialog-text").fill(reason)
+def answer(page, text):
+    page.locator("#dialog-text").fill(text)
     page.keyboard.press("Enter")
 
 
@@ -93,8 +85,7 @@ def scan(page, specimens):
         page.keyboard.type(each)
         page.keyboard.press("Enter")
         if each == specimens[0]:
-            page.locator("#dialog-text, .field.good #queue-scan-note").first.wait_for()
-            answer_name(page)
+            answer(page, NAME)  # who has control
         row(page, each).wait_for()
         expect(page.locator("#queue-scan")).to_have_value("")
 
@@ -111,17 +102,10 @@ def statuses(panel, station):
     return Counter(each["status"] for each in panel.get("queue", station)["entries"])
 
 
-def wait_until(condition):
-    until_s = time.monotonic() + WITHIN_S
-    while not condition():
-        assert time.monotonic() < until_s
-        time.sleep(0.1)
-
-
 def rig_processes(panel):
-    """Return the processes of the panel that have a rig."""
-    children = psutil.Process(panel.process.pid).children()
-    return [each for each in children if "panel.jobs.main" in " ".join(each.cmdline())]
+    """Return the numbers of the processes of the panel that have a rig."""
+    found = started_by(panel.process.pid).items()
+    return [pid for pid, command in found if "panel.jobs.main" in command]
 
 
 def test_a_day_with_two_rigs_and_twelve_specimens(new_screen, two_rigs):  # noqa: PLR0915  (a day)
@@ -173,8 +157,9 @@ def test_a_day_with_two_rigs_and_twelve_specimens(new_screen, two_rigs):  # noqa
         page.get_by_role("button", name="Start SN-2").click()
         page.locator(".prompt").wait_for()
         wait_until(lambda: statuses(panel, OTHER) == {"done": 6})
+        wait_until(lambda: len(rig_processes(panel)) == 1)
         (doomed,) = rig_processes(panel)
-        os.kill(doomed.pid, signal.SIGKILL)
+        os.kill(doomed, signal.SIGKILL)
         panel.wait_for("finished")
         assert panel.process.poll() is None
         page.goto(panel.url)
@@ -188,7 +173,7 @@ def test_a_day_with_two_rigs_and_twelve_specimens(new_screen, two_rigs):  # noqa
         expect(row(page, "SN-2").locator(".mark")).to_have_text("interrupted")
         expect(page.get_by_role("button", name="Start next")).to_be_disabled()
         row(page, "SN-2").get_by_role("button", name="Repeat").click()
-        give_reason(page, "its process was killed")
+        answer(page, "its process was killed")
         for specimen in OF_ONE[1:]:
             page.get_by_role("button", name=f"Start {specimen}").click()
             page.locator(".prompt").get_by_role("button", name="Yes").click()

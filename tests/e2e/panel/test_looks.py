@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from playwright.sync_api import expect
 
-from e2e.panel.helpers_screen import axe_script
+from e2e.panel.helpers_screen import ENDLESS, axe_script
 
 GRAVE = {"serious", "critical"}
 DESK = {"width": 1280, "height": 720}
@@ -58,7 +58,7 @@ def test_every_page_can_be_used_by_everybody(  # noqa: PLR0915  (a walk through 
     screen.open()
     page.wait_for_selector(".item")
     seen("choose")
-    screen.choose()
+    screen.choose(ENDLESS)
     screen.fill_in()
     page.locator(".preflight > .button").click()
     page.wait_for_selector("#dialog-text")

@@ -8,7 +8,7 @@ import shutil
 import pytest
 from playwright.sync_api import expect
 
-from e2e.panel.helpers_screen import LOADED, NAME, STATION, running_panel, say_yes_until
+from e2e.panel.helpers_screen import LOADED, NAME, STATION, running_panel
 from helpers_cli import call
 from helpers_thorough import first
 
@@ -108,7 +108,7 @@ def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(  # noqa: PLR0915  (
         page.get_by_role("button", name="Add the list").click()
         row(page, "SN-5").wait_for()
         page.get_by_role("button", name="Start SN-1").click()
-        say_yes_until(page, panel)
+        page.locator(".prompt").get_by_role("button", name="Yes").click()
         page.wait_for_url("**#/runs/*")
         assert panel.get("runs")["items"][0]["specimen"] == "SN-1"
         page.get_by_role("link", name="Queue").click()
@@ -126,9 +126,9 @@ def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(  # noqa: PLR0915  (
         row(page, "SN-3").get_by_role("button", name="Repeat").click()
         page.locator("#dialog-text").fill("the panel was killed")
         page.keyboard.press("Enter")
-        if page.get_by_text("Who has control?").count():
-            page.locator("#dialog-text").fill(NAME)
-            page.keyboard.press("Enter")
+        page.get_by_text("Who has control?").wait_for()
+        page.locator("#dialog-text").fill(NAME)
+        page.keyboard.press("Enter")
         expect(row(page, "SN-3")).to_have_count(2)
         listed = json.loads(call("queue", "list", "--json", "--runs", own_lab / "runs").out)
         again = next(each for each in listed if each["repeats"])

@@ -10,6 +10,7 @@ import pytest
 from playwright.sync_api import Error, expect
 
 from e2e.panel.helpers_screen import (
+    ENDLESS,
     NAME,
     NO_LOAD,
     OVERDUE,
@@ -24,15 +25,15 @@ HOSTILE = "<img src=x onerror=window.hacked=1>\u05d0 \U0001f525" + "x" * 60
 
 
 @pytest.mark.thorough
-def test_a_reload_shows_the_true_state_at_once(screen, panel):
+def test_a_reload_shows_the_true_state_at_once(screen):
     page = screen.page
-    screen.begin()
-    panel.wait_for("running")
+    screen.begin(ENDLESS)
+    page.locator(".step.running", has_text="at 20 Hz").wait_for()
     page.reload()
     first = page.wait_for_selector("header .chip:not(.disconnected)")
     assert "running" in first.get_attribute("class").split()
-    assert page.locator(".step.done").count() > 0
-    assert "you" in page.locator(".holder").inner_text()  # the tab keeps its control
+    expect(page.locator(".step.done").first).to_be_visible()
+    expect(page.locator(".holder")).to_contain_text("you")  # the tab keeps its control
     page.get_by_role("button", name="STOP").click()
     screen.wait_for_result()
 
