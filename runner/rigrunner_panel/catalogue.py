@@ -103,15 +103,20 @@ class Catalogue:
                 yield path, path.stem, True
 
 
+def kind_of(content: bytes) -> str:
+    """Return what a file with that content says that it is; empty for something else."""
+    found = _KIND.search(content[:_HEAD_BYTES].decode("utf-8", "replace"))
+    return found[1] if found else ""
+
+
 def _kind(path: Path) -> str:
-    """Return what a file says that it is; empty for something else."""
     try:
+        if not path.is_file():  # opening a pipe would wait for who writes to it
+            return ""
         with path.open("rb") as file:
-            head = file.read(_HEAD_BYTES).decode("utf-8", "replace")
+            return kind_of(file.read(_HEAD_BYTES))
     except OSError:
         return ""
-    found = _KIND.search(head)
-    return found[1] if found else ""
 
 
 def _changed_ns(path: Path) -> int:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.yamlfile.reader import MAX_BYTES, read_text
+from rigrunner_panel.catalogue import kind_of
 from rigrunner_panel.errors import PanelError
 
 if TYPE_CHECKING:
@@ -20,9 +21,6 @@ if TYPE_CHECKING:
 
 _NAME = re.compile(r"(procedures/)?\w[\w-]*(\.[\w-]+)*\.ya?ml", re.ASCII)
 LONGEST_NAME = 100
-_PROCEDURE = re.compile(r"^rigrunner:\s*[\"']?procedure/", re.MULTILINE)
-_HEAD = 4096
-"""Characters in which a procedure says that it is one."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +72,7 @@ class ProcedureFiles:
         content = text.encode()
         if len(content) > MAX_BYTES:
             raise PanelError(413, "too_long", f"the procedure is longer than {MAX_BYTES:,} bytes")
-        if not _PROCEDURE.search(text[:_HEAD]):
+        if kind_of(content) != "procedure":
             hint = "its first line is 'rigrunner: procedure/2'"
             raise PanelError(422, "invalid", "the text does not say that it is a procedure", hint)
         with self._lock:
@@ -127,7 +125,8 @@ def _replace(path: Path, content: bytes) -> None:
     """Write a file so that there is always the old one or the new one; raise PanelError."""
     part = path.with_name(f".{path.name}.part")
     try:
-        with part.open("wb") as file:
+        part.unlink(missing_ok=True)
+        with part.open("xb") as file:  # a link that somebody puts there is not followed
             file.write(content)
             file.flush()
             os.fsync(file.fileno())

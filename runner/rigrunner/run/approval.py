@@ -157,7 +157,9 @@ def _write(path: Path, text: str) -> None:
     """Replace the file as a whole: half an approval would be none."""
     part = path.with_name(f".{path.name}.part")
     try:
-        part.write_text(text, encoding="utf-8")
+        part.unlink(missing_ok=True)
+        with part.open("x", encoding="utf-8") as file:  # a link put there is not followed
+            file.write(text)
         part.replace(path)
     except OSError as error:
         raise UsageError(f"{path} cannot be written: {error.strerror}") from error

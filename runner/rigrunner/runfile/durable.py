@@ -98,6 +98,8 @@ def write_whole(path: Path, content: bytes) -> None:
             path.write_bytes(content)
             return
         try:
+            temporary(path).unlink(missing_ok=True)
+            temporary(path).touch(exist_ok=False)  # a link that was put there is not followed
             temporary(path).write_bytes(content)
             publish(path, read_only=False)
         except BaseException:  # Ctrl-C too

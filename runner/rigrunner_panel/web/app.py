@@ -21,6 +21,7 @@ from starlette.staticfiles import StaticFiles
 from rigrunner.api.errors import RigrunnerError
 from rigrunner_panel.errors import ErrorView, PanelError, not_found, of_ours
 from rigrunner_panel.web.asked import API, Asked
+from rigrunner_panel.web.connections import REQUEST_S
 from rigrunner_panel.web.hub import Hub
 from rigrunner_panel.web.openapi import description
 from rigrunner_panel.web.operations import OPERATIONS
@@ -39,6 +40,8 @@ if TYPE_CHECKING:
 STATIC = Path(__file__).parent.parent / "static"
 URGENT_THREADS = 8
 """For Stop alone: it must not wait for requests that wait for a disk or a lock."""
+LONGEST_QUERY = 1000
+"""Characters of a value in the query; Python reads no number of more than 4300 digits."""
 FILE_POLICY = (
     "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:; font-src data:; "
     "frame-ancestors 'self'"
@@ -152,7 +155,11 @@ def _asked(
         by = panel.steering(client) if rig is None else rig.control.required(client)
     else:
         by = panel.name_of(client)
-    return Asked(body, dict(request.query_params), request.path_params, client, by)
+    query = dict(request.query_params)
+    if any(len(text) > LONGEST_QUERY for text in query.values()):
+        message = f"a value of the query is longer than {LONGEST_QUERY} characters"
+        raise PanelError(400, "bad_request", message)
+    return Asked(body, query, request.path_params, client, by)
 
 
 async def _body(request: Request, longest: int) -> bytes:
@@ -161,10 +168,15 @@ async def _body(request: Request, longest: int) -> bytes:
     if kind != "application/json":
         raise PanelError(400, "bad_request", "the body must be application/json")
     content = bytearray()
-    async for chunk in request.stream():
-        content += chunk
-        if len(content) > longest:
-            raise PanelError(413, "too_long", f"the body is longer than {longest} bytes")
+    try:
+        async with asyncio.timeout(REQUEST_S):
+            async for chunk in request.stream():
+                content += chunk
+                if len(content) > longest:
+                    raise PanelError(413, "too_long", f"the body is longer than {longest} bytes")
+    except TimeoutError as error:
+        message = f"the body did not come within {REQUEST_S:g} s"
+        raise PanelError(408, "bad_request", message) from error
     return bytes(content)
 
 

@@ -192,7 +192,7 @@ class Panel:
 
     def admits(self, path: str, ticket: str) -> bool:
         """Say whether a ticket is that of an address."""
-        return bool(ticket) and hmac.compare_digest(self.ticket(path), ticket)
+        return bool(ticket) and hmac.compare_digest(self.ticket(path).encode(), ticket.encode())
 
     def address(self, path: str) -> str:
         """Return an address with its ticket, if one is needed."""

@@ -16,7 +16,13 @@ from rigrunner_panel.view.queue import EntryView, QueueView
 from rigrunner_panel.web.answers import Added, Cleared, Done, Started
 from rigrunner_panel.web.choosing import files
 from rigrunner_panel.web.requests import Pair, StartPreflight, StartRun
-from rigrunner_panel.web.running import begin_preflight, check_inputs, ready_preflight, start_job
+from rigrunner_panel.web.running import (
+    begin_preflight,
+    check_inputs,
+    named_runs,
+    ready_preflight,
+    start_job,
+)
 
 if TYPE_CHECKING:
     from rigrunner.queue.entries import Entry
@@ -132,7 +138,7 @@ def start_run(rig: Rig, asked: Asked) -> Started:
         if body.entry is not None:
             _claim_and_start(rig, _matching(rig, body), asked.by, body)
         elif rig.desk.is_busy and rig.board.get("phase") != "checking":
-            made = _added(rig, [_draft(body, body.inputs)], asked.by, proposed=False)
+            made = _added(rig, [_draft(rig, body, body.inputs)], asked.by, proposed=False)
             return Started(entry=made.entries[0])
         else:
             start_job(rig, "run", body, asked.by, body.inputs)
@@ -211,7 +217,7 @@ def _add(rig: Rig, asked: Asked, *, proposed: bool) -> Added:
     inputs = load_procedure(procedure).inputs
     common = accepted_inputs(body.inputs, inputs)
     rows = [item.inputs for item in read_list(body.list, inputs)] if body.list.strip() else [{}]
-    drafts = [_draft(body, {**common, **row}) for row in rows]
+    drafts = [_draft(rig, body, {**common, **row}) for row in rows]
     return _added(rig, drafts, asked.by, proposed=proposed)
 
 
@@ -221,13 +227,13 @@ def _added(rig: Rig, drafts: list[Draft], by: str, *, proposed: bool) -> Added:
     return Added(entries=[each.id for each in made])
 
 
-def _draft(body: AddEntries | StartRun, inputs: dict[str, str]) -> Draft:
+def _draft(rig: Rig, body: AddEntries | StartRun, inputs: dict[str, str]) -> Draft:
     return Draft(
         procedure=body.procedure,
         station=body.station,
         inputs=inputs,
         operator=body.operator.strip(),
-        partners=dict(body.partners),
+        partners=named_runs(rig, body.partners),
         realtime=body.realtime,
     )
 
@@ -235,7 +241,7 @@ def _draft(body: AddEntries | StartRun, inputs: dict[str, str]) -> Draft:
 def _matching(rig: Rig, body: StartRun) -> Entry:
     """Return the entry that a start names; raise PanelError for another test than the entry's."""
     entry = _own(rig, body.entry or 0)
-    asked = _draft(body, body.inputs)
+    asked = _draft(rig, body, body.inputs)
     pair = (asked.procedure, asked.station, asked.specimen.strip())
     if pair != (entry.procedure, entry.station, entry.specimen):
         message = f"entry {entry.id} is {entry.specimen} in {entry.procedure} on {entry.station}"

@@ -8,12 +8,10 @@ from concurrent.futures import ThreadPoolExecutor
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal
 
-from rigrunner.api.errors import UsageError
 from rigrunner.clock import utc_text
 from rigrunner.engine import Choice, Interference
 from rigrunner.procedure import load_procedure
 from rigrunner.procedure.answers import AnswerError
-from rigrunner.run.locate import find_run
 from rigrunner_panel.errors import PanelError, not_found, wrong_state
 from rigrunner_panel.process.messages import Job
 from rigrunner_panel.view.sections import JobView, PreflightItem
@@ -83,7 +81,7 @@ def begin_preflight(rig: Rig, body: StartPreflight, by: str) -> None:
         procedure=procedure,
         station=station,
         runs=rig.panel.settings.runs,
-        partners={name: _run_name(rig, run) for name, run in body.partners.items()},
+        partners=named_runs(rig, body.partners),
     )
     rig.desk.start(job, rig.panel)
     rig.looked_at = Overridable(
@@ -126,7 +124,7 @@ def start_job(
         procedure=procedure,
         station=station,
         runs=rig.panel.settings.runs,
-        partners={name: _run_name(rig, run) for name, run in body.partners.items()},
+        partners=named_runs(rig, body.partners),
         items=overridden,
         by=body.override.by.strip() if body.override else "",
         reason=body.override.reason.strip() if body.override else "",
@@ -226,13 +224,9 @@ def check_inputs(procedure: Path, given: Mapping[str, str]) -> None:
             raise PanelError(422, "invalid", f"{name}: {error.message}", error.hint) from error
 
 
-def _run_name(rig: Rig, name: str) -> str:
-    """Return a run of the folder of runs by name; a path is none."""
-    try:
-        rig.panel.history.folder(name)
-        return str(find_run(name, rig.panel.settings.runs).name)
-    except UsageError as error:
-        raise not_found(error.message, error.hint) from error
+def named_runs(rig: Rig, partners: Mapping[str, str]) -> dict[str, str]:
+    """Return partner runs, each in the folder of runs; raise PanelError for another, or a path."""
+    return {name: rig.panel.history.folder(run).name for name, run in partners.items()}
 
 
 def _digest(*paths: Path) -> str:

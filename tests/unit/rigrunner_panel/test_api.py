@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import os
 import shutil
@@ -16,6 +17,7 @@ from starlette.websockets import WebSocketDisconnect
 from rigrunner.registry import load_registry
 from rigrunner.run.locate import find_station
 from rigrunner.tools.labfolder import make_lab
+from rigrunner_panel.web import app
 from rigrunner_panel.web.app import make_app
 from rigrunner_panel.web.asked import SHORT
 from rigrunner_panel.web.operations import OPERATIONS
@@ -247,6 +249,40 @@ def test_a_huge_body_is_not_read_to_its_end(client):
     assert answer.status_code == 413
 
 
+def test_a_body_that_does_not_come_is_not_waited_for(client, monkeypatch):
+    monkeypatch.setattr(app, "REQUEST_S", 0.1)
+
+    headers = {**ANN, "content-type": "application/json"}
+    scope = {
+        "type": "http", "method": "POST", "path": "/api/v1/stop", "query_string": b"",
+        "headers": [(name.lower().encode(), text.encode()) for name, text in headers.items()]
+        + [(b"host", b"127.0.0.1:8750")],
+    }  # fmt: skip
+    sent, begun = [], []
+
+    async def receive():
+        if begun:
+            await asyncio.Event().wait()
+        begun.append(True)
+        return {"type": "http.request", "body": b"{", "more_body": True}
+
+    async def send(message):
+        sent.append(message)
+
+    asyncio.run(asyncio.wait_for(client.app(scope, receive, send), 20))
+    assert sent[0]["status"] == 408
+    assert json.loads(sent[1]["body"])["message"] == "the body did not come within 0.1 s"
+
+
+@pytest.mark.parametrize(
+    ("path", "query"),
+    [("runs", {"limit": "9" * 5000}), ("trend", {"quantity": "x", "baseline": "9" * 5000})],
+)
+def test_a_number_that_is_too_long_for_python_is_refused(client, path, query):
+    answer = client.get(f"/api/v1/{path}", params=query)
+    assert (answer.status_code, answer.json()["code"]) == (400, "bad_request")
+
+
 @pytest.mark.parametrize(
     "headers",
     [
@@ -384,6 +420,9 @@ class TestWithAToken:
         assert client.get("/api/v1/state", headers=headers).status_code == 200
         assert client.get("/api/v1/openapi.json").status_code == 200
         assert client.get("/").status_code == 200
+
+    def test_a_ticket_of_no_letters_is_refused(self, client):
+        assert client.get("/api/v1/runs?ticket=\u00e9").status_code == 401
 
     def test_a_websocket_offers_it_as_a_subprotocol(self, client):
         with client.websocket_connect(EVENTS, ["rigrunner.v1", f"token.{TOKEN}"]) as socket:

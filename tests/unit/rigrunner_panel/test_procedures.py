@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import threading
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from starlette.testclient import TestClient
 
 from helpers_cli import call
 from rigrunner.api.errors import InvalidFileError
+from rigrunner.run.approval import approval_file
 from rigrunner.run.locate import find_procedure, find_station
 from rigrunner.run.planning import planned_run
 from rigrunner.yamlfile.reader import MAX_BYTES
@@ -155,6 +157,41 @@ def test_what_is_no_text_of_a_procedure_is_refused(client, lab):
     (lab / NAME).write_bytes(TEXT.encode() + b"# \xff\n")
     assert (opened(client).status_code, opened(client).json()["code"]) == (422, "invalid")
     assert "UTF-8" in opened(client).json()["problems"][0]["message"]
+
+
+@pytest.mark.parametrize("quote", ['"', "'"])
+def test_a_station_that_quotes_the_mark_of_a_procedure_is_not_saved(client, lab, quote):
+    # YAML lets a quoted text go on at the beginning of a line
+    text = f"rigrunner: station/1\nid: evil\ntitle: {quote}x\nrigrunner: procedure/2\n{quote}\n"
+    answer = save(client, text, "", procedure="evil.yaml")
+    assert (answer.status_code, answer.json()["code"]) == (422, "invalid")
+    assert not (lab / "evil.yaml").exists()
+
+
+def test_a_link_that_waits_for_a_save_or_an_approval_is_not_followed(client, lab, tmp_path):
+    outside = tmp_path / "outside.txt"
+    outside.write_text("mine", encoding="utf-8")
+    (lab / "procedures/.sweep.yaml.part").symlink_to(outside)
+    digest = opened(client).json()["digest"]
+    assert save(client, TEXT + "# more\n", digest).status_code == 200
+    file = approval_file(lab / NAME)
+    file.with_name(f".{file.name}.part").symlink_to(outside)
+    seen = opened(client).json()["sha256"]
+    assert post(client, "approve", sha256=seen, by="Ann").status_code == 200
+    assert opened(client).json()["state"] == "approved"
+    assert outside.read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes on Windows")
+def test_a_pipe_in_the_folder_holds_nobody_up(client, lab):
+    os.mkfifo(lab / "pipe.yaml")
+    found = []
+    ask = threading.Thread(
+        target=lambda: found.append(client.get("/api/v1/procedures")), daemon=True
+    )
+    ask.start()
+    ask.join(30)
+    assert [each.status_code for each in found] == [200]
 
 
 def test_lone_surrogates_do_not_end_in_a_bug(client):

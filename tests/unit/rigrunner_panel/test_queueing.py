@@ -71,6 +71,33 @@ def test_what_a_program_proposes_waits_for_a_person(client):
     assert entries(client) == [("SN-1", "proposed")]
 
 
+def test_an_entry_is_started_by_no_other_way_than_its_release_by_its_rig(client, panel):
+    panel.rig("simulated_bench")
+    ours, theirs = {"rig": "simulated"}, {"rig": "simulated_bench"}
+    client.post("/api/v1/control", json={"name": "Lims"}, params=theirs, headers=PROGRAM)
+    asked = {**PAIR, "list": "SN-1"}
+    client.post("/api/v1/queue/propose", json=asked, params=ours, headers=PROGRAM)
+    refused = client.post(
+        "/api/v1/queue/release", json={"entry": 1}, params=theirs, headers=PROGRAM
+    )
+    assert "is in the queue of simulated, not of simulated_bench" in refused.json()["message"]
+    start = {**PAIR, "inputs": {"specimen": "SN-1"}, "entry": 1}
+    refused = client.post("/api/v1/run/start", json=start, params=theirs, headers=PROGRAM)
+    assert refused.status_code == 400
+    refused = client.post("/api/v1/run/start", json=start, params=ours)
+    assert "entry 1 is proposed, expected waiting" in refused.json()["message"]
+    (entry,) = client.get("/api/v1/queue", params=ours).json()["entries"]
+    assert entry["status"] == "proposed"
+
+
+@pytest.mark.parametrize("run", ["../lab", "/etc", "..", ".", "no such run"])
+def test_a_partner_run_is_one_of_the_folder_of_runs_and_no_path(client, run):
+    body = {**PAIR, "list": "SN-1", "partners": {"no_load": run}}
+    assert post(client, "add", status=404, **body)["code"] == "not_found"
+    assert post(client, "propose", status=404, **body, headers=PROGRAM)["code"] == "not_found"
+    assert entries(client) == []
+
+
 def test_a_specimen_twice_is_refused_with_its_entry(client):
     post(client, "add", **PAIR, list="SN-1")
     refused = post(client, "add", status=422, **PAIR, list="SN-0\nsn-1")

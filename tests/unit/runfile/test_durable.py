@@ -131,3 +131,12 @@ def test_what_is_no_file_is_written_to_as_it_is(tmp_path):
     assert os.read(reader, 10) == b"text"
     assert pipe.is_fifo()
     os.close(reader)
+
+
+def test_a_link_that_was_put_in_the_place_of_the_temporary_file_is_not_followed(tmp_path):
+    outside, path = tmp_path / "outside", tmp_path / "queue.json"
+    outside.write_bytes(b"mine")
+    durable.temporary(path).symlink_to(outside)
+    durable.write_whole(path, b"new")
+    assert (outside.read_bytes(), path.read_bytes()) == (b"mine", b"new")
+    assert not path.is_symlink()
