@@ -120,7 +120,7 @@ def _brought_kinds(module: object, known: Collection[KindRecord]) -> list[KindRe
     with suppress(Exception, SystemExit):
         return [
             record
-            for each in _implementations(module, known)[kind.name]
+            for each in _implementations(module, [kind])[kind.name]
             for record in checked_records(kind, each.function(), known)
             if isinstance(record, KindRecord) and taken.isdisjoint({record.name, record.hook})
         ]

@@ -16,7 +16,7 @@ from rigrunner.api.instruments import TORQUE
 from rigrunner.api.progress import unseen
 from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import own_keys
-from rigrunner.procedure import AnalysisSpec, parse_procedure
+from rigrunner.procedure import AnalysisSpec, parse_procedure, step_kinds
 from rigrunner.run.interrupted import used_partners
 from rigrunner.runfile import read
 from rigrunner.station import parse_station
@@ -89,7 +89,8 @@ def analyse_stored(
     Of a run without an analysis the result says what was recorded, and of limits on its values.
     """
     text, name = stored.header.procedure_text, stored.header.procedure_id
-    procedure = changes(parse_procedure(text, name, stored=True).model)
+    kinds = step_kinds(registry)
+    procedure = changes(parse_procedure(text, name, kinds=kinds, stored=True).model)
     spec, limits = procedure.torque_analysis, acceptance or procedure.acceptance
     run, analysed = run_data(stored), is_analysed(stored, procedure)
     if not analysed:
