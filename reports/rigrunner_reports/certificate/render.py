@@ -29,7 +29,9 @@ from rigrunner_reports.render import css_string
 
 if TYPE_CHECKING:
     from rigrunner.api import CertificateInput
+    from rigrunner.api.figures import Picture
     from rigrunner.api.letterhead import Letterhead, Logo
+    from rigrunner.plots import Plot
 
 PACKAGE = "rigrunner_reports"
 TEMPLATES = "certificate/templates"
@@ -55,9 +57,9 @@ def html(given: CertificateInput) -> bytes:
                 c=certificate,
                 t=wording.texts,
                 w=wording,
-                plot=None if picture is None else draw(picture),
+                plot=None if picture is None else _drawn(picture),
                 named_plots={
-                    name: draw(each) for name, each in named_figures(certificate, wording).items()
+                    name: _drawn(each) for name, each in named_figures(certificate, wording).items()
                 },
                 logo=_logo(letterhead.logo),
                 style=Markup(style + letterhead.style.translate(_OF_STYLE)),  # noqa: S704  (escaped)
@@ -79,6 +81,12 @@ def page_counter(wording: Wording) -> Markup:
     counters = {"p": Markup("counter(page)"), "q": Markup("counter(pages)")}
     parts = wording.texts("page", **marks).split("\0")
     return Markup(" ").join(counters.get(part) or css_string(part) for part in parts if part)
+
+
+@lru_cache(maxsize=8)
+def _drawn(picture: Picture) -> Plot:
+    """Return the drawing of a picture: the same in each form of a certificate, and on trial."""
+    return draw(picture)
 
 
 @lru_cache(maxsize=2)  # a certificate is made in two forms, twice each: compiling takes longest

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from dataclasses import replace
 from datetime import date
@@ -35,7 +36,9 @@ from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.certificate.order import complete
 from rigrunner.clock import utc_text
 from rigrunner.documents.certifying.certify import read_source
+from rigrunner.plots import draw
 from rigrunner.registry import load_registry
+from rigrunner_reports.certificate import render
 from rigrunner_reports.certificate.pdf import pdf_maker
 from rigrunner_reports.certificate.render import html
 from rigrunner_reports.certificate.texts import names, said, shipped, shipped_languages
@@ -277,6 +280,22 @@ def test_no_text_of_anybody_becomes_markup(source, lab):
     assert all("onerror" not in each for each in page.all("img"))
     assert EVIL in page.words
     assert parse_certificate(certificate_json(bad), "x") == bad
+
+
+def test_the_same_results_are_drawn_once_for_all_forms_and_numbers(source, lab, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(render, "draw", lambda picture: drawn.append(picture) or draw(picture))
+    render._drawn.cache_clear()
+    letterhead = read_letterhead(lab)
+    pages = [
+        html(CertificateInput(certificate_of(source, letterhead, number), letterhead)).decode()
+        for number in ("DEMO-2026-0000", "DEMO-2026-0000", "DEMO-2026-0007")
+    ]
+    assert len(drawn) == 1
+    assert pages[0] == pages[1]
+    of_each = [re.findall(r'src="(data:image/svg[^"]*)"', page) for page in pages]
+    assert of_each[0] == of_each[2]
+    assert max(map(len, of_each[2])) > 10_000  # the drawing, beside the logo
 
 
 def test_own_texts_go_before_the_shipped_ones(source, lab):
