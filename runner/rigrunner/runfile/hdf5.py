@@ -1,7 +1,7 @@
 """HDF5 in the shape that viewers and other languages read: the few habits of this project.
 
-Short texts are UTF-8 attributes, long ones uint8 datasets; string columns are fixed ASCII; files
-open in readers that have HDF5 1.10.
+Short texts are UTF-8 attributes, long ones uint8 datasets; string columns are fixed ASCII, and what
+is large is packed by gzip, with a checksum; files open in readers that have HDF5 1.10.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
+    from numpy.typing import NDArray
+
 _LONGEST_ATTRIBUTE = 32_000
 """In bytes; HDF5 itself ends at 64 kB, and several attributes share an object's header."""
 _DAMAGED = (OSError, RuntimeError, MemoryError)
@@ -34,6 +36,11 @@ _FIRST_CHECKSUMMED = 3
 """The version of the superblock that came with HDF5 1.10."""
 _MOST_PER_BYTE = 1100
 """gzip, which run files use for samples, packs at most 1032 bytes into one."""
+_MOST_TEXT_PER_BYTE, _ALWAYS_TEXT = 64, 1 << 28
+"""Texts are read into memory whole: so many bytes for each of the file, and so many more. Of a run
+of many steps they take a twentieth of their size."""
+_PIECE = 1 << 18
+"""Bytes of a text or of a column of texts that are packed together; shorter ones are not packed."""
 _DEEPEST = 20
 """Groups in groups; a run has less than ten."""
 
@@ -137,12 +144,17 @@ def objects(group: h5py.Group) -> Iterator[tuple[str, h5py.Group | h5py.Dataset]
     Raises DataError where the structure is damaged, or is none that a run file has: a group in two
     places, values that are kept in another file, or that say they are more than the file can hold.
     """
-    size, claimed = group.file.id.get_filesize(), 0.0
+    size, claimed, texts = group.file.id.get_filesize(), 0.0, 0
     for path, item in _below(group, "", {_address(group)}):
         if isinstance(item, h5py.Dataset):
-            claimed += item.nbytes / (_MOST_PER_BYTE if _holds_samples(item) else 1)
+            is_packed = item.chunks is not None
+            if is_packed and item.dtype.kind in "uS":
+                texts += item.nbytes
+            else:
+                is_samples = is_packed and item.dtype.kind == "f"
+                claimed += item.nbytes / (_MOST_PER_BYTE if is_samples else 1)
             refuse_odd(item)
-            if claimed > size:
+            if claimed > size or texts > _MOST_TEXT_PER_BYTE * size + _ALWAYS_TEXT:
                 raise DataError(
                     f"{group.file.filename}: {item.name} says it is larger than the file"
                 )
@@ -172,11 +184,6 @@ def refuse_odd(item: h5py.Dataset) -> None:
         raise DataError(
             f"{item.file.filename}: {item.name} is of a type that no run file has: {item.dtype}"
         )
-
-
-def _holds_samples(item: h5py.Dataset) -> bool:
-    """Return whether it may be packed: samples are, and nothing else is."""
-    return item.chunks is not None and item.dtype.kind == "f"
 
 
 def _member(group: h5py.Group, name: str) -> h5py.Group | h5py.Dataset:
@@ -228,7 +235,7 @@ def write_text(group: h5py.Group, name: str, text: str) -> None:
 def write_verbatim(group: h5py.Group, name: str, text: str) -> None:
     """Write a text, byte by byte, as a uint8 dataset."""
     data = np.frombuffer(text.encode(errors="surrogateescape"), np.uint8)
-    group.create_dataset(name, data=data)
+    group.create_dataset(name, data=data, **_packed(data))
 
 
 def read_text(group: h5py.Group, name: str) -> str:
@@ -274,7 +281,17 @@ def read_values(group: h5py.Group) -> tuple[dict[str, float], dict[str, str]]:
     return values, units
 
 
-def write_ascii(group: h5py.Group, name: str, texts: Sequence[str], **storage: Any) -> None:
+def write_ascii(group: h5py.Group, name: str, texts: Sequence[str]) -> None:
     """Write a column of texts as fixed-length ASCII; what is not ASCII becomes an escape."""
     column = np.array([text.encode("ascii", "backslashreplace") for text in texts], "S")
-    group.create_dataset(name, data=column if len(texts) else np.empty(0, "S1"), **storage)
+    data = column if len(texts) else np.empty(0, "S1")
+    group.create_dataset(name, data=data, **_packed(data))
+
+
+def _packed(data: NDArray[Any]) -> dict[str, Any]:
+    """Return how to store a text, or a column of texts: as it is, or packed where it is large."""
+    if data.nbytes < _PIECE:
+        return {}
+    rows = max(_PIECE // data.itemsize, 1)
+    return {"chunks": (min(rows, len(data)),), "compression": "gzip", "compression_opts": 1,
+            "fletcher32": True}  # fmt: skip

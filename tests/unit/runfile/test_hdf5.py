@@ -15,7 +15,9 @@ from rigrunner.runfile.hdf5 import (
     objects,
     open_file,
     read_text,
+    write_ascii,
     write_text,
+    write_verbatim,
 )
 from unit.runfile.helpers_runfile import TWO, write_run
 
@@ -85,3 +87,19 @@ def test_a_text_is_an_attribute_unless_it_is_too_long_for_one(tmp_path, text, is
     with open_file(tmp_path / "x.h5") as file:
         assert ("text" in file.attrs) is is_attribute
         assert read_text(file, "text") == text
+
+
+def test_large_texts_are_packed_and_read_back(tmp_path):
+    text, column = "Set press.load to 20 N\n" * 50_000, ["main[0].sweep[0].set", "µ"] * 50_000
+    with new_file(tmp_path / "x.h5") as file:
+        write_verbatim(file, "text", text)
+        write_ascii(file, "column", column)
+        write_verbatim(file, "short", "x" * 1000)
+    assert (tmp_path / "x.h5").stat().st_size < (len(text) + 20 * len(column)) / 50
+    with open_file(tmp_path / "x.h5") as file:
+        assert dict(objects(file)).keys() == {"column", "short", "text"}
+        assert read_text(file, "text") == text
+        assert file["column"][:2].tolist() == [b"main[0].sweep[0].set", rb"\xb5"]
+        assert file["column"].shape == (100_000,)
+        assert file["column"].fletcher32, "damage is found"
+        assert file["short"].chunks is None
