@@ -16,8 +16,8 @@ import numpy as np
 from rigrunner.api.errors import DataError
 from rigrunner.signal.monte_carlo.intervals import (
     Interval,
+    intervals,
     numerical_tolerance,
-    shortest,
     symmetric,
 )
 
@@ -71,8 +71,8 @@ def propagate(output: Callable[[Generator, int], Array], how: Adaptive) -> Propa
     blocks: list[Array] = []
     found: list[tuple[float, ...]] = []
     for block in _blocks(output, how.seed):
-        blocks.append(block)
-        found.append(_statistics(block, how.p))
+        blocks.append(np.sort(block))
+        found.append(_statistics(blocks[-1], how.p))
         trials = len(blocks) * BLOCK
         if trials < how.least_trials or len(blocks) == 1:
             continue
@@ -80,9 +80,7 @@ def propagate(output: Callable[[Generator, int], Array], how: Adaptive) -> Propa
         stable = _is_stable(found, how.tolerance_share * tolerance)
         if stable or trials >= how.most_trials:
             break
-    drawn = np.concatenate(blocks)
-    drawn.sort()
-    return _result(drawn, how, stable=stable)
+    return _result(blocks, found, how, stable=stable)
 
 
 def _blocks(output: Callable[[Generator, int], Array], seed: int) -> Iterator[Array]:
@@ -98,13 +96,15 @@ def _blocks(output: Callable[[Generator, int], Array], seed: int) -> Iterator[Ar
         yield values
 
 
-def _statistics(block: Array, p: float) -> tuple[float, ...]:
-    """Return mean, standard deviation and both ends of an interval (7.9.4 e).
+def _statistics(ordered: Array, p: float) -> tuple[float, ...]:
+    """Return mean, standard deviation and both ends of an interval of a block (7.9.4 e).
 
     Those of the symmetric interval: of the shortest, the ends wander where the density is flat.
     """
-    interval = symmetric(np.sort(block), p)
-    return float(block.mean()), float(block.std(ddof=1)), interval.low, interval.high
+    interval, mean = symmetric(ordered, p), float(ordered.mean())
+    deviation = ordered - mean
+    u = sqrt(float(deviation @ deviation) / (len(ordered) - 1))
+    return mean, u, interval.low, interval.high
 
 
 def _pooled_u(found: list[tuple[float, ...]]) -> float:
@@ -119,14 +119,20 @@ def _is_stable(found: list[tuple[float, ...]], tolerance: float) -> bool:
     return bool(np.all(2 * of_mean <= tolerance))
 
 
-def _result(ordered: Array, how: Adaptive, *, stable: bool) -> Propagated:
-    u = float(ordered.std(ddof=1))
+def _result(
+    blocks: list[Array], found: list[tuple[float, ...]], how: Adaptive, *, stable: bool
+) -> Propagated:
+    means, deviations = np.array(found)[:, :2].T
+    trials, mean = len(blocks) * BLOCK, float(means.mean())
+    squares = (BLOCK - 1) * (deviations**2).sum() + BLOCK * ((means - mean) ** 2).sum()
+    u = sqrt(squares / (trials - 1))
+    both = intervals(blocks, how.p)
     return Propagated(
-        trials=len(ordered),
-        mean=float(ordered.mean()),
+        trials=trials,
+        mean=mean,
         u=u,
-        symmetric=symmetric(ordered, how.p),
-        shortest=shortest(ordered, how.p),
+        symmetric=both.symmetric,
+        shortest=both.shortest,
         tolerance=numerical_tolerance(u, how.digits),
         stable=stable,
     )

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import floor, log10
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rigrunner.api.data import Array
 
 
@@ -27,11 +29,37 @@ def symmetric(ordered: Array, p: float) -> Interval:
     return Interval(float(ordered[first]), float(ordered[first + count]))
 
 
-def shortest(ordered: Array, p: float) -> Interval:
-    """Return the shortest interval of ordered values, shape (n,) (7.7.3)."""
-    count = _count(len(ordered), p)
-    first = int(np.argmin(ordered[count:] - ordered[:-count]))
-    return Interval(float(ordered[first]), float(ordered[first + count]))
+class Intervals(NamedTuple):
+    """Both intervals of the same values."""
+
+    symmetric: Interval
+    shortest: Interval
+
+
+def intervals(blocks: Sequence[Array], p: float) -> Intervals:
+    """Return both intervals of the values of equal, ordered blocks together (7.7.2, 7.7.3).
+
+    An interval begins among the least of the values, and ends among as many of the greatest: these
+    alone are sorted.
+    """
+    total = sum(map(len, blocks))
+    count = total - _count(total, p)
+    low, high = _least_and_greatest(blocks, count)
+    middle, narrowest = count // 2, int(np.argmin(high - low))
+    return Intervals(*(Interval(float(low[k]), float(high[k])) for k in (middle, narrowest)))
+
+
+def _least_and_greatest(blocks: Sequence[Array], count: int) -> tuple[Array, Array]:
+    """Return so many of the least values of equal, ordered blocks, and of the greatest, in order.
+
+    At least `count` values lie within the greatest of the blocks' own values of that rank.
+    """
+    rank = -(-count // len(blocks))
+    most, least = max(each[rank - 1] for each in blocks), min(each[-rank] for each in blocks)
+    low = np.concatenate([each[: np.searchsorted(each, most, "right")] for each in blocks])
+    high = np.concatenate([each[np.searchsorted(each, least, "left") :] for each in blocks])
+    low.sort(), high.sort()
+    return low[:count], high[-count:]
 
 
 def _count(n: int, p: float) -> int:

@@ -9,7 +9,7 @@ from scipy import stats
 from rigrunner.api.errors import DataError
 from rigrunner.signal.monte_carlo import adaptive
 from rigrunner.signal.monte_carlo.adaptive import BLOCK, Adaptive, propagate
-from rigrunner.signal.monte_carlo.intervals import numerical_tolerance, shortest, symmetric
+from rigrunner.signal.monte_carlo.intervals import intervals, numerical_tolerance
 
 
 def normal(rng, n):
@@ -74,13 +74,40 @@ def test_values_that_are_not_finite():
 def test_intervals_of_an_exponential():
     """The shortest begins at the density's peak; the symmetric one leaves 2.5 % on either side."""
     ordered = stats.expon.ppf((np.arange(100_000) + 0.5) / 100_000)
-    short, even = shortest(ordered, 0.95), symmetric(ordered, 0.95)
+    even, short = intervals([ordered], 0.95)
     assert (short.low, short.high) == (
         pytest.approx(0.0, abs=1e-4),
         pytest.approx(-np.log(0.05), rel=1e-3),
     )
     assert even.low == pytest.approx(-np.log(0.975), rel=1e-2)
     assert even.high == pytest.approx(-np.log(0.025), rel=1e-3)
+
+
+@pytest.mark.parametrize("p", [0.5, 0.95, 0.99])
+@pytest.mark.parametrize("digits", [1, 12])
+def test_intervals_of_blocks_are_those_of_all_their_values(p, digits):
+    """JCGM 101, 7.7.2 and 7.7.3 by the letter; few digits make many values equal."""
+    values = np.random.default_rng(5).gamma(2.0, size=(7, 1000)).round(digits)
+    values[3] += 4.0  # the blocks need not be alike
+    ordered, q = np.sort(values, axis=None), round(p * values.size)
+    r = (values.size - q) // 2
+    even, short = intervals(np.sort(values, axis=1), p)
+    assert (even.low, even.high) == (ordered[r], ordered[r + q])
+    widths = [ordered[k + q] - ordered[k] for k in range(values.size - q)]
+    assert short.high - short.low == min(widths)
+    assert short.low == ordered[widths.index(min(widths))]
+
+
+def test_mean_and_deviation_of_blocks_are_those_of_all_their_values():
+    drawn = []
+
+    def output(rng, n):
+        drawn.append(rng.gamma(2.0, size=n) + 1e6)
+        return drawn[-1]
+
+    found = propagate(output, Adaptive(least_trials=3 * BLOCK, most_trials=3 * BLOCK))
+    assert found.mean == pytest.approx(np.mean(drawn), rel=1e-15)
+    assert found.u == pytest.approx(np.std(drawn, ddof=1), rel=1e-9)
 
 
 def test_tolerance_of_no_uncertainty():
