@@ -14,8 +14,8 @@ from rigrunner.api.events import CONCLUDED, Outcome
 from rigrunner.api.verdict import Verdict
 from rigrunner.run.partners import later_partners
 from rigrunner.run.report import write_report
-from rigrunner.run.stored import analyse_run
-from rigrunner.runfile import read_without_samples
+from rigrunner.run.stored import analyse_stored, with_partners
+from rigrunner.runfile import read
 from rigrunner.runfile.durable import writing
 from rigrunner.runfile.folder import RunFolder
 
@@ -107,8 +107,8 @@ def finish(
     waited_for = {*later_partners(planned)} - partners.keys()
     waits = outcome is Outcome.COMPLETED and asked and bool(waited_for)
     with kept(errors):
-        if not waits and outcome in CONCLUDED and (asked or _has_limits(planned, folder)):
-            result = analyse_run(folder, planned.registry, partners, progress=progress)
+        if not waits and outcome in CONCLUDED:
+            result = _result(planned, folder, partners, progress, asked=asked)
     content = None if result is None else document(result)
     if not (to_be_resumed or waits):
         with kept(errors):
@@ -134,11 +134,24 @@ def finish(
     )
 
 
-def _has_limits(planned: Planned, folder: Path) -> bool:
-    """Say whether one of the values that a run measured has a limit."""
-    if not any(step.limits or step.terms.expected for step in planned.plan.steps):
-        return False  # without reading what may be many thousands of rows
-    return any(row.limits or row.expected for row in read_without_samples(folder).measurements)
+def _result(
+    planned: Planned,
+    folder: Path,
+    partners: Mapping[str, Path],
+    progress: Progress,
+    *,
+    asked: bool,
+) -> Result | None:
+    """Return the result of a run whose analysis is `asked`, or that measured a value with a limit.
+
+    None of any other.
+    """
+    if not asked and not any(step.limits or step.terms.expected for step in planned.plan.steps):
+        return None  # without reading what may be many thousands of rows
+    stored = read(folder)
+    if not asked and not any(row.limits or row.expected for row in stored.measurements):
+        return None
+    return analyse_stored(with_partners(stored, partners), planned.registry, progress=progress)
 
 
 def _is_empty(planned: Planned, writer: RunWriter) -> bool:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import struct
+from contextlib import suppress
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, Union
 
 import msgspec
 import numpy as np
@@ -17,7 +18,7 @@ from rigrunner.runfile.journal import Kind
 from rigrunner.runfile.model import FORMAT, RunHeader
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
 _T = TypeVar("_T")
 _LENGTH = struct.Struct("<I")
@@ -41,6 +42,10 @@ KINDS: Mapping[str, type[events.Event]] = {
     )
 }
 """The events that are kept on record, by name."""
+_KEPT: Any = Union[tuple(KINDS.values())]  # noqa: UP007  (of a tuple)
+_from_json: Callable[[str | bytes], events.Event] = msgspec.json.Decoder(_KEPT).decode
+_from_packed: Callable[[bytes], events.Event] = msgspec.msgpack.Decoder(_KEPT).decode
+"""Quick; what they refuse is read again: a kind not known, or JSON with not-a-number."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,11 +115,16 @@ def event_text(event: events.Event) -> str:
 
 def event_from(text: str | bytes) -> events.Event | None:
     """Return the event that is JSON; None for a kind that this version does not know."""
-    return _event(_object(text))
+    try:
+        return _from_json(text)
+    except (msgspec.DecodeError, UnicodeError, RecursionError):
+        return _event(_object(text))
 
 
 def event_unpacked(data: bytes) -> events.Event | None:
     """Return the event that is MessagePack; None for a kind that this version does not know."""
+    with suppress(msgspec.DecodeError, UnicodeError, RecursionError):
+        return _from_packed(data)
     try:
         return _event(_checked(dict[str, Any], msgspec.msgpack.decode(data)))
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:

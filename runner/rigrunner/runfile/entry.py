@@ -50,9 +50,10 @@ if TYPE_CHECKING:
 
     import h5py
 
-    from rigrunner.api.data import Recording
+    from rigrunner.api.data import Measurement, Recording
     from rigrunner.api.details import RunPlot
     from rigrunner.api.events import Event
+    from rigrunner.runfile.attempts import Measured
     from rigrunner.runfile.loose import Journal
 
 HEADER_TEXTS = (
@@ -83,8 +84,8 @@ def format_of(entry: h5py.Group) -> int:
     return int(entry.file.attrs[FORMAT_ATTRIBUTE] if own is None else own)
 
 
-def write_entry(entry: h5py.Group, journal: Journal) -> None:
-    """Write all but recordings and analysis into an empty entry."""
+def write_entry(entry: h5py.Group, journal: Journal, rows: Measured) -> None:
+    """Write all but recordings and analysis into an empty entry; `rows` are of its events."""
     header = journal.header
     write_text(entry, "title", header.procedure_title)
     for name in HEADER_TEXTS:
@@ -105,7 +106,6 @@ def write_entry(entry: h5py.Group, journal: Journal) -> None:
     if header.salvaged:
         write_texts(entry, SALVAGED, header.salvaged)
     write_values(entry, "zeros", *journal.zeros())
-    rows = measured(journal.events)
     write_measurements(entry, rows.rows)
     if rows.superseded:
         write_measurements(entry, rows.superseded, "superseded_measurements")
@@ -117,7 +117,12 @@ def write_entry(entry: h5py.Group, journal: Journal) -> None:
         write_text(truth[name], "name", recording)
 
 
-def add_recordings(entry: h5py.Group, parts: Iterable[Path], events: Sequence[Event]) -> None:
+def add_recordings(
+    entry: h5py.Group,
+    parts: Iterable[Path],
+    events: Sequence[Event],
+    rows: Sequence[Measurement],
+) -> None:
     """Copy the recordings out of files of their own into an entry, in order, byte by byte.
 
     Those whose point was repeated go into a group of their own. Each says in which part of the run
@@ -143,7 +148,7 @@ def add_recordings(entry: h5py.Group, parts: Iterable[Path], events: Sequence[Ev
             if name in cycles:
                 group[place].attrs["cycles"] = cycles[name]
     recordings = _in_order(finished)
-    entry.attrs["sha256"] = _digest(recordings, events, format_of(entry))
+    entry.attrs["sha256"] = _digest(recordings, rows, format_of(entry))
     for first in recordings[:1]:
         finished.attrs["default"], entry.attrs["default"] = _name(first), "recordings"
 
@@ -163,10 +168,10 @@ def write_analysis(
 
 def read_entry_info(entry: h5py.Group, path: Path) -> RunInfo:
     """Read what is known without the samples."""
-    return _read_info(entry, path, read_events(entry))
+    return _read_info(entry, path, measured(read_events(entry)).rows)
 
 
-def _read_info(entry: h5py.Group, path: Path, events: Sequence[Event]) -> RunInfo:
+def _read_info(entry: h5py.Group, path: Path, rows: Sequence[Measurement]) -> RunInfo:
     texts = {name: read_text(entry, name) for name in HEADER_TEXTS}
     verbatim = {name: read_text(entry["texts"], name) for name in VERBATIM}
     provenance = read_texts(entry["provenance"])
@@ -190,7 +195,7 @@ def _read_info(entry: h5py.Group, path: Path, events: Sequence[Event]) -> RunInf
         ),
         **{name: read_text(entry, name) for name in _END_TEXTS},
         recording_names=tuple(str(group.attrs["name"]) for group in recordings),
-        digest=_checked_digest(entry, recordings, events, path),
+        digest=_checked_digest(entry, recordings, rows, path),
         format=format_of(entry),
         manifest_sha256=manifest_sha256(entry),
     )
@@ -202,7 +207,7 @@ def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
     scratch = None if _samples_fit(entry) else Scratch()
     rows = measured(events)
     return StoredRun(
-        info=_read_info(entry, path, events),
+        info=_read_info(entry, path, rows.rows),
         recordings=with_elapsed(_read_all(entry, "recordings", scratch), events),
         incomplete=with_elapsed(_read_all(entry, "incomplete", scratch), events),
         superseded=with_elapsed(_read_all(entry, SUPERSEDED, scratch), events),
@@ -297,15 +302,15 @@ def _in_order(group: h5py.Group) -> list[h5py.Group]:
     return sorted(group.values(), key=lambda one: int(one.attrs["number"]))
 
 
-def digest_of(entry: h5py.Group, events: Sequence[Event]) -> str:
+def digest_of(entry: h5py.Group, rows: Sequence[Measurement]) -> str:
     """Return the digest of what an entry holds: its finished recordings and the measurements."""
-    return _digest(_in_order(entry["recordings"]), events, format_of(entry))
+    return _digest(_in_order(entry["recordings"]), rows, format_of(entry))
 
 
 def _checked_digest(
-    entry: h5py.Group, recordings: list[h5py.Group], events: Sequence[Event], path: Path
+    entry: h5py.Group, recordings: list[h5py.Group], rows: Sequence[Measurement], path: Path
 ) -> str:
-    digest = _digest(recordings, events, format_of(entry))
+    digest = _digest(recordings, rows, format_of(entry))
     if digest != entry.attrs["sha256"]:
         raise DataError(
             f"{path}: the recordings are not those that were sealed: the SHA-256 over all differs"
@@ -313,7 +318,6 @@ def _checked_digest(
     return digest
 
 
-def _digest(recordings: list[h5py.Group], events: Sequence[Event], version: int) -> str:
+def _digest(recordings: list[h5py.Group], rows: Sequence[Measurement], version: int) -> str:
     own = [str(group.attrs["sha256"]) for group in recordings]
-    rows = [measurement_digest(row, version) for row in measured(events).rows]
-    return run_digest([*own, *rows])
+    return run_digest([*own, *(measurement_digest(row, version) for row in rows)])

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     import h5py
 
-    from rigrunner.api.data import Block, Recording
+    from rigrunner.api.data import Block, Measurement, Recording
     from rigrunner.api.events import Event
     from rigrunner.runfile.folder import RunFolder
     from rigrunner.runfile.recordings import RecordingFacts
@@ -210,7 +210,7 @@ def read_loose(files: RunFolder, *, samples: bool = True) -> StoredRun:
     made = [(facts, each) for (facts, _, _), each in zip(found, timed, strict=True)]
     complete = [(facts, each) for facts, each in made if facts.complete]
     return StoredRun(
-        info=_info(files, journal, [(facts, digest) for facts, _, digest in found]),
+        info=_info(files, journal, rows.rows, [(facts, digest) for facts, _, digest in found]),
         recordings=tuple(each for facts, each in complete if facts.name not in replaced),
         incomplete=tuple(each for facts, each in made if not facts.complete),
         superseded=tuple(each for facts, each in complete if facts.name in replaced),
@@ -232,16 +232,20 @@ def read_loose_info(files: RunFolder) -> RunInfo:
         facts = samples.facts(journal.events)
         return facts, assemble(facts, samples.blocks())[1]
 
-    return _info(files, journal, _each(files, _part_facts, samples_facts))
+    rows = measured(journal.events).rows
+    return _info(files, journal, rows, _each(files, _part_facts, samples_facts))
 
 
 def _info(
-    files: RunFolder, journal: Journal, found: Iterable[tuple[RecordingFacts, str]]
+    files: RunFolder,
+    journal: Journal,
+    rows: Iterable[Measurement],
+    found: Iterable[tuple[RecordingFacts, str]],
 ) -> RunInfo:
     replaced = superseded(journal.events)
     counted = (one for one in found if one[0].complete and one[0].name not in replaced)
     finished = sorted(counted, key=lambda one: one[0].number)
-    rows = [measurement_digest(row, journal.format) for row in measured(journal.events).rows]
+    digests = [measurement_digest(row, journal.format) for row in rows]
     ended_utc, outcome, reason = journal.end()
     return RunInfo(
         path=files.path,
@@ -251,7 +255,7 @@ def _info(
         outcome=outcome,
         reason=reason,
         recording_names=tuple(facts.name for facts, _ in finished),
-        digest=run_digest([*(digest for _, digest in finished), *rows]),
+        digest=run_digest([*(digest for _, digest in finished), *digests]),
         format=journal.format,
     )
 

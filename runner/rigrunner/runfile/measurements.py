@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+import msgspec
 import numpy as np
 
 from rigrunner.api.readings import reading_text
@@ -20,8 +20,10 @@ if TYPE_CHECKING:
 
     from rigrunner.api.data import Array, Measurement
     from rigrunner.api.readings import Reading
+    from rigrunner.api.verdict import Limits
 
 
+_canonical = json.JSONEncoder(sort_keys=True, separators=(",", ":")).encode
 FIRST_WITH_LIMITS = 3
 """The first version of the layout in which a row has its limits, and its digest covers them."""
 
@@ -39,14 +41,14 @@ def measurement_digest(measurement: Measurement, version: int) -> str:
         "values": dict(measurement.values),
     }
     if version >= FIRST_WITH_LIMITS:
-        known["limits"] = [asdict(limit) for limit in measurement.limits]
+        known["limits"] = msgspec.to_builtins(measurement.limits)
         known["recording"] = measurement.recording
     if measurement.coordinates:  # a row of before has none, and the same digest as ever
         known["coordinates"] = dict(measurement.coordinates)
     if measurement.readings:
         known["readings"] = dict(measurement.readings)
-        known["expected"] = [asdict(limit) for limit in measurement.expected]
-    text = json.dumps(known, sort_keys=True, separators=(",", ":"))
+        known["expected"] = msgspec.to_builtins(measurement.expected)
+    text = _canonical(known)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -87,16 +89,32 @@ def _write_limits(table: h5py.Group, rows: Sequence[Measurement]) -> None:
     """
     group = new_group(table, "limits", "NXcollection")
     units = {member: unit for one in rows for member, unit in one.units.items()}
-    decided = [{each.of: each for each in one.decisions} for one in rows]
+    decided = [_decided(one) for one in rows]
     for name in dict.fromkeys(name for each in decided for name in each):
         column = [each.get(name) for each in decided]
         one = new_group(group, free_name(group, name), "NXcollection")
         one.attrs.update({"name": str(name), "units": units.get(name, "")})
-        one["minimum"] = _bounds(None if each is None else each.limits.lower for each in column)
-        one["maximum"] = _bounds(None if each is None else each.limits.upper for each in column)
-        one["passes"] = np.array([-1 if each is None else each.passes for each in column], np.int8)
-    passes = [all(each.passes for each in one.values()) for one in decided]
+        one["minimum"] = _bounds(None if each is None else each[0].lower for each in column)
+        one["maximum"] = _bounds(None if each is None else each[0].upper for each in column)
+        one["passes"] = np.array([-1 if each is None else each[1] for each in column], np.int8)
+    passes = [all(passes for _, passes in one.values()) for one in decided]
     table["passes"] = np.array(passes, np.uint8)
+
+
+def _decided(row: Measurement) -> dict[str, tuple[Limits, bool]]:
+    """Return by name the limits of a row and whether its values are within them.
+
+    As its `decisions` say it, without their reasons in words.
+    """
+    found = {
+        each.of: (each.limits, each.limits.allow(row.values[each.of]))
+        for each in row.limits
+        if each.of in row.values
+    }
+    if not row.expected:
+        return found
+    of_readings = (each for each in row.decisions if each.of not in found)
+    return found | {each.of: (each.limits, each.passes) for each in of_readings}
 
 
 def _bounds(bounds: Iterable[float | None]) -> Array:

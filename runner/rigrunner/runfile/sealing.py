@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import DataError
+from rigrunner.runfile.attempts import measured
 from rigrunner.runfile.entry import (
     FORMAT_ATTRIBUTE,
     PARTNER,
@@ -82,8 +83,9 @@ def fold(files: RunFolder, samples: SampleJournal, events: Iterable[Event]) -> N
 
 
 def _write_loose(entry: h5py.Group, files: RunFolder, journal: Journal) -> None:
-    write_entry(entry, journal)
-    add_recordings(entry, files.finished_parts(), journal.events)
+    rows = measured(journal.events)
+    write_entry(entry, journal, rows)
+    add_recordings(entry, files.finished_parts(), journal.events, rows.rows)
 
 
 def _embed(entry: h5py.Group, name: str, partner: Path) -> None:

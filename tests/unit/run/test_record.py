@@ -158,7 +158,7 @@ def test_an_interrupt_during_the_analysis_still_seals_what_was_measured(tmp_path
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("rigrunner.run.finish.analyse_run", interrupted)
+    monkeypatch.setattr("rigrunner.run.finish.analyse_stored", interrupted)
     finished = run(quick_procedure(tmp_path, "no_load_inertia_sweep"), tmp_path / "runs")
     assert read(finished.folder).info.sealed
     assert finished.exit_code is ExitCode.INTERRUPTED
