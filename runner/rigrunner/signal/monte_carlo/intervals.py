@@ -58,7 +58,8 @@ def _least_and_greatest(blocks: Sequence[Array], count: int) -> tuple[Array, Arr
     most, least = max(each[rank - 1] for each in blocks), min(each[-rank] for each in blocks)
     low = np.concatenate([each[: np.searchsorted(each, most, "right")] for each in blocks])
     high = np.concatenate([each[np.searchsorted(each, least, "left") :] for each in blocks])
-    low.sort(), high.sort()
+    low.sort()
+    high.sort()
     return low[:count], high[-count:]
 
 
