@@ -9,9 +9,10 @@ from rigrunner.analysis.named import findings_of
 from rigrunner.analysis.revisions import revisions_of
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.analysis.verdict.decision import decide
-from rigrunner.analysis.verdict.evidence import Evidence, as_judged, forbidden
+from rigrunner.analysis.verdict.evidence import Evidence, as_judged
 from rigrunner.analysis.verdict.rule import AppliedRule
 from rigrunner.api.analysis_context import AnalysisContext
+from rigrunner.api.checks import forbidden
 from rigrunner.api.findings import Findings
 from rigrunner.api.progress import unseen
 from rigrunner.api.results import Result

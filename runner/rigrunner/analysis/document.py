@@ -10,33 +10,25 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.document_budget import budget
-from rigrunner.analysis.document_values import (
+from rigrunner.analysis.verdict.document import decision, limits, verdict
+from rigrunner.api.instruments import torque_instruments
+from rigrunner.procedure.analysis_spec import NO_LOAD, NO_LOAD_AFTER
+from rigrunner.signal.as_json.budget import TORQUE, budget
+from rigrunner.signal.as_json.checks import checks_of
+from rigrunner.signal.as_json.values import (
     coordinates_of,
     estimate,
-    number,
     plain,
     quantity,
 )
-from rigrunner.analysis.verdict.document import decision, limits, verdict
-from rigrunner.api.checks import effect_words
-from rigrunner.api.instruments import torque_instruments
-from rigrunner.procedure.analysis_spec import NO_LOAD, NO_LOAD_AFTER
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from rigrunner.analysis.document_values import Json
-    from rigrunner.api.analysis import (
-        Bias,
-        Check,
-    )
     from rigrunner.api.data import RunData
     from rigrunner.api.findings import MeasurementResult, ResultDefinition, Table
     from rigrunner.api.results import Result
+    from rigrunner.signal.as_json.values import Json
 
 FORMAT = "rigrunner: result/1"
-TORQUE = "N·m"
 ALWAYS: Json = {
     "headline": {"method": None, "compensated": None, "budget": [], "raw_peak": None},
     "points": [],
@@ -132,32 +124,4 @@ def _run(run: RunData) -> Json:
             name: {"serial": each.serial, "certificate": each.certificate}
             for name, each in torque_instruments(run.instruments.values()).items()
         },
-    }
-
-
-def checks_of(checks: Iterable[Check]) -> list[Json]:
-    """Return checks, each with its effect on the result in words."""
-    return [
-        {
-            "name": each.name,
-            "ok": each.ok,
-            "text": each.text,
-            "advice": each.advice,
-            "value": None if each.value is None else number(each.value),
-            "threshold": None if each.threshold is None else number(each.threshold),
-            "unit": each.unit or None,
-            "biases": [_bias(bias) for bias in each.biases],
-            "consequence": each.consequence or None,
-            "effect": effect_words(each),
-        }
-        for each in checks
-    ]
-
-
-def _bias(bias: Bias) -> Json:
-    return {
-        "of": bias.of,
-        "value": number(bias.value),
-        "standard_uncertainty": number(bias.u),
-        "unit": bias.unit,
     }

@@ -111,3 +111,13 @@ def _moved(bias: Bias) -> str:
 def is_skipped(check: Check) -> bool:
     """Return whether a check could not be made, by its text, which older files have too."""
     return check.ok and check.text.startswith(NOT_CHECKED)
+
+
+def forbidden(checks: Iterable[Check]) -> str:
+    """Return the first check that forbids to decide, as a sentence; '' where none does."""
+    for check in checks:
+        if check.consequence is Consequence.INCONCLUSIVE:
+            advice = f" ({check.advice})" if check.advice else ""
+            effect = f"; {words}" if (words := effect_words(check)) else ""
+            return f"The check '{check.name}' failed: {check.text}{effect}{advice}."
+    return ""

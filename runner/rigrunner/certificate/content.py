@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from itertools import chain
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.document_values import plain
 from rigrunner.api.analysis import Consequence
 from rigrunner.api.certificate import (
     Amendment,
@@ -37,6 +36,7 @@ from rigrunner.certificate.results import (
 from rigrunner.certificate.surroundings import conditions_of, instruments_of
 from rigrunner.certificate.validity import traceability_of
 from rigrunner.procedure.analysis_spec import NO_LOAD, NO_LOAD_AFTER
+from rigrunner.signal.as_json.values import plain
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from rigrunner.analysis.document_fits import fit
 from rigrunner.api.data import Points
 from rigrunner.api.torque import FittedTorque
 from rigrunner.registry import load_registry
+from rigrunner.signal.as_json.curves import fit
 
 REGISTRY = load_registry()
 POINTS = Points(

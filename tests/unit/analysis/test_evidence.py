@@ -7,9 +7,9 @@ import pytest
 
 from rigrunner.analysis.torque.binding import bind
 from rigrunner.analysis.torque.headline import without_scatter
-from rigrunner.analysis.verdict.evidence import forbidden
 from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import Check, Compensation, Consequence
+from rigrunner.api.checks import forbidden
 from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import Acceptance
 from rigrunner_bearings.compensations.checks import positive

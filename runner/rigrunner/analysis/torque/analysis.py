@@ -28,8 +28,8 @@ from rigrunner.analysis.torque.sources import chosen, of_this_run, require_one_l
 from rigrunner.analysis.torque.starts import prepare_starts
 from rigrunner.analysis.torque.study import with_study
 from rigrunner.analysis.torque.validation import validate
-from rigrunner.analysis.verdict.evidence import forbidden
 from rigrunner.api.analysis import Compensation, Sweep
+from rigrunner.api.checks import forbidden
 from rigrunner.api.errors import DataError
 from rigrunner.api.findings import Findings
 from rigrunner.api.scrutiny import Subject

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.analysis.document import TORQUE
 from rigrunner.analysis.torque.document import torque_document
 from rigrunner.api.details import PlotColumn, RunPlot
 from rigrunner.api.torque import TorqueDetails
 from rigrunner.procedure.analysis_spec import NO_LOAD
+from rigrunner.signal.as_json.budget import TORQUE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

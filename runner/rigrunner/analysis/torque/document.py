@@ -5,12 +5,13 @@ from __future__ import annotations
 from math import nan
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.document import TORQUE, checks_of
-from rigrunner.analysis.document_budget import budget
-from rigrunner.analysis.document_fits import curve_of, fit
-from rigrunner.analysis.document_values import Json, estimate, number, plain, quantity
+from rigrunner.analysis.torque.document_fits import fit
 from rigrunner.analysis.torque.document_validation import validation
 from rigrunner.api.analysis import SwingPoint
+from rigrunner.signal.as_json.budget import TORQUE, budget
+from rigrunner.signal.as_json.checks import checks_of
+from rigrunner.signal.as_json.curves import curve_of
+from rigrunner.signal.as_json.values import Json, estimate, number, plain, quantity
 from rigrunner.signal.swings import kept_cycles
 
 if TYPE_CHECKING:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.document_values import estimate, quantity
+from rigrunner.signal.as_json.values import estimate, quantity
 
 if TYPE_CHECKING:
-    from rigrunner.analysis.document_values import Json
     from rigrunner.api.validation import Agreement, Validation
+    from rigrunner.signal.as_json.values import Json
 
 TORQUE = "N·m"
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from math import isinf
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.analysis.document_values import coordinates_of, estimate, number, quantity
+from rigrunner.signal.as_json.values import coordinates_of, estimate, number, quantity
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rigrunner.analysis.document_values import Json
     from rigrunner.api.results import JudgedValue, MeasuredLimits, Result
     from rigrunner.api.verdict import Decision, LimitDecision
+    from rigrunner.signal.as_json.values import Json
 
 MOST_VALUES = 1000
 """So many judged values are listed, those out of limits first: a scan may have many thousands."""

@@ -6,10 +6,9 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import Consequence
-from rigrunner.api.checks import effect_words
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Mapping
 
     from rigrunner.api.analysis import Check
     from rigrunner.api.details import AnalysisDetails
@@ -27,16 +26,6 @@ class Evidence:
     """Why nothing can be decided on the results of a name, as a sentence; '' where it can."""
     details: Mapping[str, AnalysisDetails] = field(default_factory=dict)
     """What the analysis of a result keeps besides, by the result's name; not all keep anything."""
-
-
-def forbidden(checks: Iterable[Check]) -> str:
-    """Return the first check that forbids to decide, as a sentence; '' where none does."""
-    for check in checks:
-        if check.consequence is Consequence.INCONCLUSIVE:
-            advice = f" ({check.advice})" if check.advice else ""
-            effect = f"; {words}" if (words := effect_words(check)) else ""
-            return f"The check '{check.name}' failed: {check.text}{effect}{advice}."
-    return ""
 
 
 def as_judged(check: Check) -> Check:

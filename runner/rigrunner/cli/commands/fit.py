@@ -47,8 +47,8 @@ def command(
     Its first line names the columns. Several regressors, --x repeated, need the fit 'expression',
     which calls them by the names of their columns. Units are those of the table.
     """
-    from rigrunner.analysis.document_fits import curve_of
     from rigrunner.run.lab_plugins import lab_registry
+    from rigrunner.signal.as_json.curves import curve_of
     from rigrunner.tools.table_fit import fit_of_table
 
     curve = fit_of_table(file, y=y, x=x, u=u, fit=reference, registry=lab_registry(station))

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.document_values import degrees_of_freedom, number, quantity
+from rigrunner.signal.as_json.values import degrees_of_freedom, number, quantity
 from rigrunner.signal.uncertainty import share_percent
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.analysis.document_values import Json
     from rigrunner.api.analysis import Component
+    from rigrunner.signal.as_json.values import Json
 
 TORQUE = "N·m"
 

@@ -1,0 +1,1 @@
+"""Numbers, budgets, curves and checks as `result.json` has them."""
