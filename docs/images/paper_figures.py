@@ -25,7 +25,7 @@ from rigrunner.run.locate import run_names
 from rigrunner.run.stored import analyse_run
 from rigrunner.runfile import read_truth
 from rigrunner.signal.kinematics import angular_acceleration, angular_velocity
-from rigrunner.signal.peaks import peak_points
+from rigrunner_bearings.signal.peaks import peak_points
 
 if TYPE_CHECKING:
     from rigrunner.api.analysis import CompensatedPoint

@@ -17,12 +17,12 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from helpers_rigs import true_starting_torque_nm
-from rigrunner.analysis.torque.clocks import SHARE
-from rigrunner.analysis.torque.phase import ALIGNMENT, _torques, _Trial
 from rigrunner_bearings.compensations.settings import TemplateInverseSettings
 from rigrunner_bearings.compensations.template_inverse import TemplateInverse
 from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
+from rigrunner_bearings.torque.clocks import SHARE
+from rigrunner_bearings.torque.phase import ALIGNMENT, _torques, _Trial
 from unit.rigrunner_bearings.compensations.helpers_sweeps import sweep
 
 FREQUENCIES = (5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0)

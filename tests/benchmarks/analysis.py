@@ -22,9 +22,9 @@ import numpy as np
 from benchmarks.frame import Figure, Work, allocated_peak, at_least, calls, pair_of
 from rigrunner.signal.averaging import mean_turn
 from rigrunner.signal.crossings import beyond, rises
-from rigrunner.signal.cycles import HYSTERESIS, find_cycles, resample
 from rigrunner.signal.extremes import extremes
 from rigrunner.signal.kinematics import angular_velocity, swing_angle
+from rigrunner_bearings.signal.cycles import HYSTERESIS, find_cycles, resample
 
 if TYPE_CHECKING:
     from collections.abc import Callable

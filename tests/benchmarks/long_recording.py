@@ -32,8 +32,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from benchmarks.frame import Figure, Spread, Work, allocated_peak, at_most
 from helpers_long import short_blocks
 from helpers_workflow import quick_procedure, run, station_file
-from rigrunner.analysis.torque import waveforms
-from rigrunner.analysis.torque.prepare import prepare_point
 from rigrunner.procedure import parse_procedure
 from rigrunner.run.stored import run_data
 from rigrunner.runfile import read
@@ -41,6 +39,8 @@ from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.loose import PART_GROUP
 from rigrunner.runfile.recordings import read_facts
 from rigrunner.signal.blocks import BLOCK
+from rigrunner_bearings.torque import waveforms
+from rigrunner_bearings.torque.prepare import prepare_point
 from unit.runfile.helpers_runfile import write_run
 
 if TYPE_CHECKING:

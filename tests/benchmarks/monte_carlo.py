@@ -21,8 +21,6 @@ import numpy as np
 
 from benchmarks.frame import Figure, Work, allocated_peak, at_least, at_most, calls, paired
 from helpers_workflow import run
-from rigrunner.analysis.torque.draws import draw_pipeline
-from rigrunner.analysis.torque.load import with_known_load
 from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import Sweep
 from rigrunner.api.uncertainty import Input, MeasurementModel
@@ -31,10 +29,12 @@ from rigrunner.procedure import parse_procedure
 from rigrunner.registry import load_registry
 from rigrunner.run.locate import find_procedure
 from rigrunner.run.stored import analyse_stored, read
-from rigrunner.signal.mean_model import mean_model
 from rigrunner.signal.monte_carlo.adaptive import BLOCK, Adaptive, propagate
 from rigrunner.signal.monte_carlo.distributions import MultivariateT
 from rigrunner.signal.monte_carlo.model import _grouped, output_of
+from rigrunner_bearings.signal.mean_model import mean_model
+from rigrunner_bearings.torque.draws import draw_pipeline
+from rigrunner_bearings.torque.load import with_known_load
 
 if TYPE_CHECKING:
     from collections.abc import Callable

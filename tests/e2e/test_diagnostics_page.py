@@ -7,9 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from rigrunner.analysis.torque import consistency
-from rigrunner.analysis.torque.checks import LIMITS
-from rigrunner.analysis.torque.one_setup import LIMITS as SETUP_LIMITS
 from rigrunner_bearings.compensations.checks import BUILD_UP
 from rigrunner_bearings.compensations.checks import LIMITS as METHOD_LIMITS
 from rigrunner_bearings.study.breaks import BREAKS, REFUSED
@@ -21,6 +18,9 @@ from rigrunner_bearings.study.diagnostics_table import (
     share_text,
 )
 from rigrunner_bearings.study.share import Share
+from rigrunner_bearings.torque import consistency
+from rigrunner_bearings.torque.checks import LIMITS
+from rigrunner_bearings.torque.one_setup import LIMITS as SETUP_LIMITS
 
 AGREEMENT = (consistency.NAME, "at most the Birge ratio of 1 % chance")
 CHECKS = (

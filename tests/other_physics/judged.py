@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from other_physics.recorded import LOAD, recorded, recorded_known, without_scatter
-from rigrunner.analysis.torque.headline import compensated_mean
 from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import Consequence
 from rigrunner.api.errors import DataError
@@ -16,6 +15,7 @@ from rigrunner.api.rig import SupportUnderLoad
 from rigrunner.signal.coverage import expanded
 from rigrunner_bearings.known_bearing import MOST, RUNNING, between
 from rigrunner_bearings.study.tools import checks_of, primary_alone, tools
+from rigrunner_bearings.torque.headline import compensated_mean
 
 if TYPE_CHECKING:
     from pathlib import Path

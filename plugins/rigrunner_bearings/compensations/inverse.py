@@ -21,7 +21,6 @@ from rigrunner.api.analysis import Trace
 from rigrunner.api.checks import skipped
 from rigrunner.signal.propagation import compensated_point
 from rigrunner.signal.repeatability import influences
-from rigrunner.signal.swings import kept_cycles, with_swings
 from rigrunner_bearings.compensations import checks
 from rigrunner_bearings.compensations.bearing import mean_swing
 from rigrunner_bearings.compensations.budget import LEARNED_UNITS, Budget
@@ -42,6 +41,7 @@ from rigrunner_bearings.compensations.swing import (
     spring_torque,
 )
 from rigrunner_bearings.compensations.under_load import effect, line_under_load
+from rigrunner_bearings.signal.swings import kept_cycles, with_swings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

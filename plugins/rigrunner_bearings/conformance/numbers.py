@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.analysis.torque.headline import compensated_mean
 from rigrunner.api import Condition, Nature
 from rigrunner.api.accuracy import Accuracy
 from rigrunner.signal.coverage import expanded
@@ -20,6 +19,7 @@ from rigrunner_bearings.conformance.recordings import (
     swings,
 )
 from rigrunner_bearings.conformance.subject import torques_nm
+from rigrunner_bearings.torque.headline import compensated_mean
 from rigrunner_testing.check import applies, check, demand
 
 if TYPE_CHECKING:

@@ -6,10 +6,10 @@ from dataclasses import replace
 from math import sqrt
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.torque.consistency import NAME as AGREEMENT
 from rigrunner.api import DataError, Nature
 from rigrunner_bearings.conformance.recordings import each_recording
 from rigrunner_bearings.conformance.subject import refused
+from rigrunner_bearings.torque.consistency import NAME as AGREEMENT
 from rigrunner_testing.check import Nonconformity, applies, check, demand
 
 if TYPE_CHECKING:

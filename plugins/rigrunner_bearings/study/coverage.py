@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.analysis.torque.headline import compensated_mean
 from rigrunner.api import DataError, Estimate, RigDescription, TorqueDetails
 from rigrunner.api.settings import own_keys
 from rigrunner.procedure.analysis_spec import CompensationRef
@@ -28,6 +27,7 @@ from rigrunner_bearings.study.coverage_rigs import (
 from rigrunner_bearings.study.recording import record_bench
 from rigrunner_bearings.study.share import Share, clustered
 from rigrunner_bearings.study.tools import tools
+from rigrunner_bearings.torque.headline import compensated_mean
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.torque.diagnosis import checked_by
 from rigrunner.api import DataError, TorqueDetails
 from rigrunner_bearings.study.breaks import BREAKS, REFUSED
 from rigrunner_bearings.study.case import Case
@@ -15,6 +14,7 @@ from rigrunner_bearings.study.diagnostics_rigs import POPULATIONS, healthy
 from rigrunner_bearings.study.recording import record_bench
 from rigrunner_bearings.study.share import Share
 from rigrunner_bearings.study.tools import checks_of, primary_alone, tools
+from rigrunner_bearings.torque.diagnosis import checked_by
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence

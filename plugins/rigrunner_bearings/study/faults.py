@@ -6,7 +6,6 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.torque.diagnosis import checked_by
 from rigrunner.api import DataError, DeviceError, TorqueDetails
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner_bearings.study.case import Case
@@ -16,6 +15,7 @@ from rigrunner_bearings.study.fault_kinds import FAULTS, UNSEEN
 from rigrunner_bearings.study.recording import NO_FAULTS, Faults, record_bench
 from rigrunner_bearings.study.share import Share
 from rigrunner_bearings.study.tools import checks_of, primary_alone, tools
+from rigrunner_bearings.torque.diagnosis import checked_by
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence

@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING
 from rigrunner.api import AnalysisRecord, hookimpl
 
 if TYPE_CHECKING:
-    from rigrunner.analysis.torque.analysis import TorqueAnalysis
-    from rigrunner.api import AnalysisContext, Requirements, ResultDefinition
+    from collections.abc import Iterator
+
+    from rigrunner.api import AnalysisContext, Requirements, ResultDefinition, RunData
+    from rigrunner.api.partners import PlannedRun
     from rigrunner.procedure import AnalysisSpec
+    from rigrunner_bearings.torque.analysis import TorqueAnalysis
 
 SETTINGS = "rigrunner.procedure.analysis_spec:AnalysisSpec"
 _RECORDINGS = "rigrunner_bearings.conformance.recordings"
@@ -26,6 +29,7 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
             factory=_analysis,
             yields=_definitions,
             requires=_requirements,
+            partner_problems=_partner_problems,
             in_context=True,
             trial={
                 "despike": {"hampel": {"window": 11}},
@@ -43,6 +47,7 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
             factory=_analysis,
             yields=_definitions,
             requires=_requirements,
+            partner_problems=_partner_problems,
             in_context=True,
             trial={
                 "starts": {},
@@ -55,18 +60,27 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
 
 
 def _analysis(settings: AnalysisSpec, context: AnalysisContext) -> TorqueAnalysis:
-    from rigrunner.analysis.torque.analysis import TorqueAnalysis  # noqa: PLC0415  (numpy)
+    from rigrunner_bearings.torque.analysis import TorqueAnalysis  # noqa: PLC0415  (numpy)
 
     return TorqueAnalysis(settings, context)
 
 
 def _definitions(settings: AnalysisSpec, context: AnalysisContext) -> tuple[ResultDefinition, ...]:
-    from rigrunner.analysis.torque.definition import definitions  # noqa: PLC0415  (likewise)
+    from rigrunner_bearings.torque.definition import definitions  # noqa: PLC0415  (likewise)
 
     return definitions(settings, context)
 
 
 def _requirements(settings: AnalysisSpec, context: AnalysisContext) -> Requirements:
-    from rigrunner.analysis.torque.definition import requirements  # noqa: PLC0415  (likewise)
+    from rigrunner_bearings.torque.definition import requirements  # noqa: PLC0415  (likewise)
 
     return requirements(settings, context)
+
+
+def _partner_problems(
+    settings: AnalysisSpec, planned: PlannedRun, partner: RunData
+) -> Iterator[str]:
+    from rigrunner_bearings.torque.partner import partner_problems  # noqa: PLC0415  (numpy)
+
+    del settings
+    return partner_problems(planned, partner)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
     from rigrunner.api.analysis import Fit, OutlierRule
+    from rigrunner.api.data import RunData
     from rigrunner.api.devices import Device, DeviceContext
     from rigrunner.api.events import EventSink
     from rigrunner.api.findings import (
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     )
     from rigrunner.api.importing import Importer
     from rigrunner.api.letterhead import CertificateInput
+    from rigrunner.api.partners import PlannedRun
     from rigrunner.api.results import ReportInput
     from rigrunner.api.studies import StudyInput
     from rigrunner.api.unit_tables import Unit, UnitDefinition
@@ -203,6 +205,9 @@ class AnalysisRecord(PluginRecord):
     objections: Callable[[Any, Mapping[str, str]], Iterable[Objection]] = nothing
     """Returns, from the settings and the units of the requirements by name, settings that do not
     fit. Channels have SI units; results have their own."""
+    partner_problems: Callable[[Any, PlannedRun, RunData], Iterable[str]] = nothing
+    """Returns, from the settings, a planned run and a run that could be its partner, why that run
+    cannot be used, beyond what `requires` asks of it."""
     live: Callable[..., LiveAnalysis] | None = None
     """Makes, from the settings, the live view of a measurement; None for no live view."""
     trial_units: Mapping[str, str] = field(default_factory=dict)

@@ -31,10 +31,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from rigrunner.api.analysis import Fit
+    from rigrunner.api.data import RunData
     from rigrunner.api.devices import Device, DeviceContext
     from rigrunner.api.findings import LiveAnalysis, Objection, ResultDefinition
     from rigrunner.api.hooks import PluginRecord
     from rigrunner.api.measurand import MeasurandKind
+    from rigrunner.api.partners import PlannedRun
 
 
 _FEW = 8
@@ -216,6 +218,14 @@ class Registry:
         record, told = self._analysis(name), self.validated("analysis", name, settings)
         with _named(self.find("analysis", name)):
             return tuple(record.objections(told, units))
+
+    def partner_problems(
+        self, name: str, settings: Mapping[str, Any], planned: PlannedRun, partner: RunData
+    ) -> tuple[str, ...]:
+        """Return what speaks against a partner run; raise PluginError."""
+        record, told = self._analysis(name), self.validated("analysis", name, settings)
+        with _named(self.find("analysis", name)):
+            return tuple(record.partner_problems(told, planned, partner))
 
     def live(
         self, name: str, settings: Mapping[str, Any], context: AnalysisContext | None = None

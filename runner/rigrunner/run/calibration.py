@@ -7,11 +7,11 @@ from enum import StrEnum
 from math import asin, isinf
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.analysis.torque.channels import INDEX
 from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.api.member import Member, channel_of
 from rigrunner.api.quantity import readable
 from rigrunner.api.units import unit
+from rigrunner.plan.needs import INDEX
 from rigrunner.yamlfile.document import dotted
 
 if TYPE_CHECKING:

@@ -11,9 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigrunner.analysis.torque.live import Windows
-from rigrunner.analysis.torque.prepare import prepare_point
-from rigrunner.analysis.torque.sources import of_this_run
 from rigrunner.api.torque import TorqueDetails
 from rigrunner.run.stored import run_data
 from rigrunner.runfile import read, read_without_samples, tail_of
@@ -70,15 +67,18 @@ class LatestCycles:
         stored = read_without_samples(self._folder)
         analysis = live_analysis(stored, self._registry)
         run = replace(run_data(stored), partners=self._partners)
-        if analysis and analysis.spec.no_load and analysis.spec.no_load.is_this_run:
-            before = of_this_run(run_data(read(self._folder)), loaded=False)
+        if analysis is None or not analysis.spec.as_named:
+            return _Recording(None, run, None)
+        (ref,) = analysis.spec.as_named
+        torque = self._registry.make(ref.kind, ref.name, ref.settings)
+        if analysis.spec.no_load and analysis.spec.no_load.is_this_run:
+            before = torque.without_load(run_data(read(self._folder)))
             self._prepared = _Prepared()  # there are more of them now
             run = self._prepared.over(replace(run, recordings=before))
-        if analysis:
-            lookup = _WithPrepared(self._registry, self._prepared)
-            analysis = replace(analysis, lookup=lookup, analyses=())
-        windows = Windows(tail.begun(first, stored.events), run)
-        return _Recording(windows, run, analysis)
+        self._prepared.prepare = torque.prepare
+        lookup = _WithPrepared(self._registry, self._prepared)
+        analysis = replace(analysis, lookup=lookup, analyses=())
+        return _Recording(torque.windows(tail.begun(first, stored.events), run), run, analysis)
 
 
 class _Recording:
@@ -86,7 +86,7 @@ class _Recording:
 
     def __init__(
         self,
-        windows: Windows,
+        windows: Any,
         run: RunData,
         analysis: LiveAnalysis | None,
     ) -> None:
@@ -112,6 +112,8 @@ class _Prepared:
     def __init__(self) -> None:
         self._whole: dict[Recording, Recording] = {}
         self._known: dict[Recording, PeakPoint] = {}
+        self.prepare: Any = None
+        """How the analysis does it."""
 
     def over(self, run: RunData) -> RunData:
         """Return a run with the beginnings of its recordings in their place.
@@ -127,9 +129,10 @@ class _Prepared:
     ) -> PeakPoint:
         """Return the prepared recording, all of it where it is over; raise DataError."""
         if recording not in self._whole:
-            return prepare_point(recording, run, spec, rule)
+            found: PeakPoint = self.prepare(recording, run, spec, rule)
+            return found
         if recording not in self._known:
-            self._known[recording] = prepare_point(self._whole[recording], run, spec, rule)
+            self._known[recording] = self.prepare(self._whole[recording], run, spec, rule)
         return self._known[recording]
 
 

@@ -14,7 +14,7 @@ PHASES = 256
 LONGEST_S = 30.0
 """A swing that takes longer is not shown: this bounds what is kept."""
 HYSTERESIS = 0.3
-"""Of the half range: noise around zero is no swing. `rigrunner.signal.cycles` has it too."""
+"""Of the half range: noise around zero is no swing."""
 AGREE = 0.3
 """Of the set period: what takes so much more or less is no swing of this rig."""
 _KEPT_SWINGS = 1.25

@@ -110,11 +110,11 @@ from rigrunner.api import (
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.inputs import limited, model_of
 from rigrunner.signal.kinematics import angular_velocity
-from rigrunner.signal.peaks import mean_peak, scatter_effect
 from rigrunner.signal.propagation import compensated_point
 from rigrunner.signal.sensor import difference_effects, gain
-from rigrunner.signal.swings import with_swings
 from rigrunner_bearings.api import CompensationRecord
+from rigrunner_bearings.signal.peaks import mean_peak, scatter_effect
+from rigrunner_bearings.signal.swings import with_swings
 
 api_version = 1
 

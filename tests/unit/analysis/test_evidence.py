@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rigrunner.analysis.torque.binding import bind
-from rigrunner.analysis.torque.headline import without_scatter
 from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import Check, Compensation, Consequence
 from rigrunner.api.checks import forbidden
 from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import Acceptance
 from rigrunner_bearings.compensations.checks import positive
+from rigrunner_bearings.torque.binding import bind
+from rigrunner_bearings.torque.headline import without_scatter
 from unit.analysis.helpers_analysis import (
     AT_REVERSAL,
     acceptance,

@@ -16,8 +16,6 @@ import yaml
 
 import rigrunner
 from helpers_lacking import lacking
-from rigrunner.analysis.torque.checks import LIMITS
-from rigrunner.analysis.torque.one_setup import LIMITS as SETUP_LIMITS
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.procedure.answers import AnswerError, Expected
 from rigrunner.run.locate import find_procedure, find_station
@@ -25,6 +23,8 @@ from rigrunner.run.planning import planned_run
 from rigrunner.steps.ask import Ask
 from rigrunner.steps.confirm import Confirm
 from rigrunner_bearings.compensations.checks import LIMITS as METHOD_LIMITS
+from rigrunner_bearings.torque.checks import LIMITS
+from rigrunner_bearings.torque.one_setup import LIMITS as SETUP_LIMITS
 from rigrunner_panel.jobs.preflight_paper import calibrations
 from rigrunner_panel.jobs.preflight_rig import rig_items
 
@@ -100,7 +100,7 @@ SPEAKERS = [
         if not each.as_posix().endswith(tuple(SILENT))
     ),
     "procedure/answers.py", "api/quantity.py", "engine/breaks.py", "engine/interlocks.py",
-    "engine/watching.py", "run/calibration.py", "run/partners.py", "run/no_load.py",
+    "engine/watching.py", "run/calibration.py", "run/partners.py",
     "run/rig_lock.py", "queue/intake.py", "queue/store.py",
 ]  # fmt: skip
 PIECES = {  # of sentences: these are put together and translated as a whole, see below
@@ -295,10 +295,10 @@ def test_a_sentence_is_said_in_german_whole_or_not_at_all(translated, english, g
 
 
 CHECKS = [
-    "runner/rigrunner/analysis/torque/checks.py",
-    "runner/rigrunner/analysis/torque/motion_checks.py",
-    "runner/rigrunner/analysis/torque/one_setup.py",
-    "runner/rigrunner/analysis/torque/consistency.py",
+    "plugins/rigrunner_bearings/torque/checks.py",
+    "plugins/rigrunner_bearings/torque/motion_checks.py",
+    "plugins/rigrunner_bearings/torque/one_setup.py",
+    "plugins/rigrunner_bearings/torque/consistency.py",
     "plugins/rigrunner_bearings/compensations/checks.py",
     "runner/rigrunner/api/checks.py",
 ]

@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from helpers_long import BLOCK, short_blocks
 from rigrunner.signal.blocks import Less, blocks, cycle_groups, groups, limits
 from rigrunner.signal.crossings import rises
-from rigrunner.signal.cycles import find_cycles, resample
 from rigrunner.signal.extremes import extremes
 from rigrunner.signal.kinematics import swing_angle
 from rigrunner.signal.order import percentiles
-from rigrunner.signal.pulses import pulse_edges, repetition_frequency
 from rigrunner.signal.spikes import despiked, hampel
+from rigrunner_bearings.signal.cycles import find_cycles, resample
+from rigrunner_bearings.signal.pulses import pulse_edges, repetition_frequency
 
 RATIO = 2 / 45
 RATE_HZ = 10e3

@@ -8,8 +8,8 @@ import numpy as np
 
 from rigrunner.api import SwingPoint
 from rigrunner.api.figures import Axis, Figure, Mark, Picture, Series
-from rigrunner.signal.swings import kept_cycles
 from rigrunner.signal.thinning import places_of_extremes
+from rigrunner_bearings.signal.swings import kept_cycles
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

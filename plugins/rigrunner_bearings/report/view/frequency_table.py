@@ -9,8 +9,8 @@ from rigrunner.api import Estimate
 from rigrunner.api.analysis import MotionSource, StartPoint
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.rounding import places
-from rigrunner.signal.swings import kept_cycles
 from rigrunner_bearings.report.view.points import error
+from rigrunner_bearings.signal.swings import kept_cycles
 from rigrunner_reports.numbers import fixed, plain, stated, with_sign
 
 if TYPE_CHECKING:

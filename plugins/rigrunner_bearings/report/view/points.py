@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api import SwingPoint, TorqueDetails
-from rigrunner.signal.peaks import mean_peak
+from rigrunner_bearings.signal.peaks import mean_peak
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

@@ -135,7 +135,7 @@ class Sweep:
     """What a compensation takes: the prepared points of both runs and what is known of the rig."""
 
     loaded: tuple[PeakPoint, ...]
-    """Of a waveform method they must be SwingPoints: `rigrunner.signal.swings.with_swings`."""
+    """Of a waveform method they must be SwingPoints."""
     no_load: tuple[PeakPoint, ...]
     rig: RigDescription
     instrument: Instrument

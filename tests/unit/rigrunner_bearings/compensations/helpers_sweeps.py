@@ -7,11 +7,11 @@ from functools import lru_cache
 import numpy as np
 
 from helpers_rigs import FREQUENCIES, INSTRUMENT, RIG, run_data, true_starting_torque_nm
-from rigrunner.analysis.torque.prepare import prepare_point
 from rigrunner.api.analysis import Sweep
 from rigrunner.procedure import AnalysisSpec
 from rigrunner_bearings.compensations.settings import TemplateInverseSettings
 from rigrunner_bearings.compensations.template_inverse import TemplateInverse
+from rigrunner_bearings.torque.prepare import prepare_point
 from rigrunner_plugins.outlier_rules.grubbs import Grubbs
 from rigrunner_plugins.outlier_rules.settings import GrubbsSettings
 

@@ -9,10 +9,10 @@ import pytest
 
 from helpers_rigs import INSTRUMENT
 from helpers_rigs import RIG as DESCRIBED
-from rigrunner.analysis.torque.binding import bind
 from rigrunner.api.analysis import Sweep
 from rigrunner.signal.coverage import expanded
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
+from rigrunner_bearings.torque.binding import bind
 from unit.rigrunner_bearings.compensations.helpers_sweeps import compensate, no_fit, prepared
 
 FREQUENCIES = (1.0, 5.0, 8.0, 10.0, 15.0, 20.0, 25.0, 28.0, 32.0, 35.0)

@@ -5,7 +5,6 @@ import pytest
 
 from helpers_rigs import INSTRUMENT
 from helpers_thorough import first
-from rigrunner.analysis.torque.headline import compensated_mean
 from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import Instrument
 from rigrunner.api.rig import SupportUnderLoad
@@ -17,6 +16,7 @@ from rigrunner_bearings.compensations.comparison import SLIP
 from rigrunner_bearings.compensations.drive_line import DriveLine
 from rigrunner_bearings.compensations.settings import TemplateInverseSettings
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
+from rigrunner_bearings.torque.headline import compensated_mean
 from unit.rigrunner_bearings.compensations.helpers_sweeps import (
     FEW,
     compensate,

@@ -6,8 +6,6 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from rigrunner.analysis.torque.checks import LIMITS
-from rigrunner.analysis.torque.one_setup import LIMITS as SETUP_LIMITS
 from rigrunner.api.errors import AbortedError
 from rigrunner.jobs import InProcess, Processes
 from rigrunner_bearings.compensations.checks import BUILD_UP
@@ -21,6 +19,8 @@ from rigrunner_bearings.study.diagnostics_table import printed, study_document
 from rigrunner_bearings.study.going import Going
 from rigrunner_bearings.study.share import Share
 from rigrunner_bearings.study.tables import markdown
+from rigrunner_bearings.torque.checks import LIMITS
+from rigrunner_bearings.torque.one_setup import LIMITS as SETUP_LIMITS
 
 SIM, ODE = "swing_tester_sim", "swing_tester_ode"
 NAMES = {limit.name for limit in (*LIMITS, *SETUP_LIMITS, *METHOD_LIMITS)}

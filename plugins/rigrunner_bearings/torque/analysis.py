@@ -1,0 +1,342 @@
+"""The torque of the recordings: prepared, compensated, checked and validated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Protocol
+
+from rigrunner.api.analysis import Compensation, Sweep
+from rigrunner.api.checks import forbidden
+from rigrunner.api.errors import DataError
+from rigrunner.api.findings import Findings
+from rigrunner.api.scrutiny import Subject
+from rigrunner.procedure.analysis_spec import NO_LOAD, NO_LOAD_AFTER
+from rigrunner_bearings.torque.binding import bind
+from rigrunner_bearings.torque.bracketing import Bracket, Recorded, bracket
+from rigrunner_bearings.torque.channels import torque_channel
+from rigrunner_bearings.torque.definition import definitions, kind_of
+from rigrunner_bearings.torque.details import DocumentedTorque
+from rigrunner_bearings.torque.diagnosis import Diagnosed, diagnose
+from rigrunner_bearings.torque.fitting import first_fit, fitted
+from rigrunner_bearings.torque.headline import (
+    budget_of_mean,
+    compensated_mean,
+    raw_peak_mean,
+    without_scatter,
+)
+from rigrunner_bearings.torque.live import Windows
+from rigrunner_bearings.torque.load import with_known_load
+from rigrunner_bearings.torque.phase import compensated
+from rigrunner_bearings.torque.prepare import prepare_point
+from rigrunner_bearings.torque.results import mean_torque, torque_at
+from rigrunner_bearings.torque.sampling import with_half_the_samples
+from rigrunner_bearings.torque.scrutiny import ScrutinisedMethod
+from rigrunner_bearings.torque.sources import chosen, of_this_run, require_one_label, sources
+from rigrunner_bearings.torque.starts import prepare_starts
+from rigrunner_bearings.torque.study import with_study
+from rigrunner_bearings.torque.validation import validate
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rigrunner.api.analysis import CompensationMethod, OutlierRule, PeakPoint, Rejection
+    from rigrunner.api.analysis_context import AnalysisContext
+    from rigrunner.api.data import Array, Estimate, Recording, RunData
+    from rigrunner.api.instruments import Instrument
+    from rigrunner.api.validation import Validation
+    from rigrunner.procedure import AnalysisSpec, PluginRef
+
+
+class Prepare(Protocol):
+    """Prepares one recording, as `prepare_point` does."""
+
+    def __call__(
+        self, recording: Recording, run: RunData, spec: AnalysisSpec, rule: OutlierRule
+    ) -> PeakPoint:
+        """Return the prepared recording; raise DataError."""
+        ...
+
+
+@dataclass(frozen=True)
+class TorqueAnalysis:
+    """Analyses the torque of runs, as a procedure asks for it."""
+
+    spec: AnalysisSpec
+    context: AnalysisContext
+    prepare: Prepare = prepare_point
+    """May remember what it prepared before."""
+
+    def __call__(self, run: RunData) -> Findings:
+        """Return what was found; raise DataError where a recording cannot be prepared at all."""
+        return _TorqueOfRun(
+            run=chosen(run, self.spec.where),
+            no_load_run=run.partners.get(NO_LOAD),
+            no_load_after=run.partners.get(NO_LOAD_AFTER),
+            spec=self.spec,
+            context=self.context,
+            prepare=self.prepare,
+        ).findings()
+
+    @staticmethod
+    def windows(empty: Recording, run: RunData) -> Windows:
+        """Return what cuts a recording that goes on into whole cycles; raise DataError."""
+        return Windows(empty, run)
+
+    @staticmethod
+    def without_load(run: RunData) -> tuple[Recording, ...]:
+        """Return the recordings of a run, or its single values, that were made without load."""
+        return of_this_run(run, loaded=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _TorqueOfRun:
+    """The analysis of the torque of one run, as a procedure asks for it."""
+
+    run: RunData
+    """With those recordings and rows alone that the analysis is of."""
+    no_load_run: RunData | None
+    no_load_after: RunData | None
+    spec: AnalysisSpec
+    context: AnalysisContext
+    prepare: Prepare
+
+    def findings(self) -> Findings:
+        """Return what was found; raise DataError where a recording cannot be prepared at all."""
+        loaded = self._points(self.run, self._loaded_sources())
+        no_load = self._no_load()
+        around = self._bracket(loaded, no_load)
+        no_load = no_load if around is None else around.between
+        compensations = self._compensations(loaded, no_load, around)
+        primary = compensations.get(self.spec.primary, Compensation(self.context.measurand, ()))
+        primary, checks = bind(
+            primary,
+            diagnose(
+                Diagnosed(
+                    self.run,
+                    self.no_load_run,
+                    loaded,
+                    no_load,
+                    self._with_half_the_samples(loaded, no_load, primary),
+                    self.no_load_after,
+                ),
+                primary,
+                own_no_load=self._has_own_no_load,
+            ),
+        )
+        if self.spec.primary:
+            compensations[self.spec.primary] = primary
+        headline, problem = self._headline(compensations)
+        raw = self._raw_headline(loaded)
+        why = forbidden((*checks, *primary.checks))
+        if problem:
+            why = f"There is no result to decide on: {problem}"
+        found, plugins = self._torque(loaded, primary, headline, raw), self.context.plugins
+        details = DocumentedTorque(
+            name=self.spec.name,
+            loaded=loaded,
+            no_load=no_load,
+            fits=fitted(
+                self.spec, self.context.plugins, no_load if self.spec.compensations else loaded
+            ),
+            compensations=compensations,
+            primary=self.spec.primary,
+            kind=kind_of(self.spec, plugins),
+            headline=headline,
+            headline_components=found.means[0].components if found.means else (),
+            raw_headline=raw,
+            validation=self._validation(loaded, no_load, compensations, headline),
+            problem=problem,
+            forbids=why or without_scatter(loaded, no_load, primary),
+        )
+        notes = (problem,) if problem else ()
+        return replace(found, checks=checks, notes=notes, details=(details,))
+
+    def _loaded_sources(self) -> tuple[Recording, ...]:
+        return of_this_run(self.run, loaded=True) if self._has_own_no_load else sources(self.run)
+
+    def _no_load(self) -> tuple[PeakPoint, ...]:
+        if self._has_own_no_load:
+            return self._points(self.run, of_this_run(self.run, loaded=False))
+        if self.no_load_run is None:
+            return ()
+        return self._points(self.no_load_run, sources(self.no_load_run))
+
+    def _bracket(
+        self, loaded: tuple[PeakPoint, ...], no_load: tuple[PeakPoint, ...]
+    ) -> Bracket | None:
+        """Return what no-load points are around the loaded ones, if they are; raise DataError."""
+        spec = self.spec.no_load
+        if spec is None or self.spec.starts or not (loaded and no_load):
+            return None
+        under_load = tuple(map(Recorded, self._loaded_sources(), loaded))
+        if spec.is_this_run:
+            own = of_this_run(self.run, loaded=False)
+            return bracket(under_load, tuple(map(Recorded, own, no_load)), spec.drift)
+        if self.no_load_run is None or self.no_load_after is None:
+            return None
+        early, late = sources(self.no_load_run), sources(self.no_load_after)
+        after = self._points(self.no_load_after, late)
+        without = tuple(map(Recorded, (*early, *late), (*no_load, *after)))
+        around = bracket(under_load, without, spec.drift)
+        if around is None:
+            raise DataError(
+                f"{self.no_load_run.run_id} and {self.no_load_after.run_id} are not before and"
+                f" after {self.run.run_id} at any frequency, by their times",
+                hint="name the no-load runs made before and after it",
+            )
+        return around
+
+    @property
+    def _has_own_no_load(self) -> bool:
+        return self.spec.no_load is not None and self.spec.no_load.is_this_run
+
+    def _points(self, run: RunData, found: Sequence[Recording]) -> tuple[PeakPoint, ...]:
+        """Return the prepared sources; none where the procedure asks for no analysis."""
+        if not (self.spec.fits or self.spec.compensations):
+            return ()
+        if not found:
+            raise DataError(f"run {run.run_id} has no recordings to analyse")
+        require_one_label(found)
+        rule = self._outlier_rule()
+        if self.spec.starts is not None:
+            return prepare_starts(found, run, self.spec.starts, self.spec, rule)
+        return tuple(self.prepare(each, run, self.spec, rule) for each in found)
+
+    def _outlier_rule(self) -> OutlierRule:
+        if self.spec.outliers is None:
+            return _keep_all
+        return self._make("outlier_rule", self.spec.outliers)  # type: ignore[no-any-return]  # made by kind
+
+    def _make(self, kind: str, reference: PluginRef) -> Any:
+        return self.context.plugins.make(kind, reference.name, reference.settings)
+
+    def _method(self, reference: PluginRef) -> CompensationMethod:
+        subject = Subject("compensation", reference.name)
+        return ScrutinisedMethod(subject, self._make("compensation", reference))
+
+    def _compensations(
+        self,
+        loaded: tuple[PeakPoint, ...],
+        no_load: tuple[PeakPoint, ...],
+        around: Bracket | None,
+    ) -> dict[str, Compensation]:
+        return {
+            each.label: self._compensation(each, loaded, no_load, around)
+            for each in self.spec.compensations
+        }
+
+    def _compensation(
+        self,
+        reference: PluginRef,
+        loaded: tuple[PeakPoint, ...],
+        no_load: tuple[PeakPoint, ...],
+        around: Bracket | None,
+    ) -> Compensation:
+        method = self._method(reference)
+        try:
+            found = compensated(method, self._sweep(loaded, no_load))
+            if around is not None:
+                early, late = (
+                    compensated(method, self._sweep(loaded, side))
+                    for side in (around.before, around.after)
+                )
+                found = around.widened(found, early, late)
+        except DataError as error:
+            return Compensation(self.context.measurand, (), not_applicable=str(error))
+        found = with_study(found, self.run.rig.gauge_study)
+        found, checks = bind(found, found.checks)
+        return replace(found, checks=checks)
+
+    def _with_half_the_samples(
+        self,
+        loaded: tuple[PeakPoint, ...],
+        no_load: tuple[PeakPoint, ...],
+        primary: Compensation,
+    ) -> tuple[float, ...]:
+        plugin = self.spec.primary_plugin
+        if plugin is None or not primary.points:
+            return ()
+        method = self._method(plugin)
+        return with_half_the_samples(method, self._sweep(loaded, no_load), primary)
+
+    def _sweep(self, loaded: tuple[PeakPoint, ...], no_load: tuple[PeakPoint, ...]) -> Sweep:
+        instrument = self._instrument()
+        rig = with_known_load(self.run, instrument.channel, [each.load_n for each in loaded])
+        apart = not self._has_own_no_load and self.no_load_after is None
+        return Sweep(
+            loaded, no_load, rig, instrument, first_fit(self.spec, self.context.plugins), apart
+        )
+
+    def _validation(
+        self,
+        loaded: tuple[PeakPoint, ...],
+        no_load: tuple[PeakPoint, ...],
+        compensations: Mapping[str, Compensation],
+        headline: Estimate | None,
+    ) -> Validation | None:
+        """Return the Monte Carlo check of the primary method, where one is asked for."""
+        if self.spec.validate_ is None or headline is None:
+            return None
+        (primary,) = (each for each in self.spec.compensations if each.label == self.spec.primary)
+        return validate(
+            self._method(primary),
+            self._sweep(loaded, no_load),
+            compensations[primary.label].points,
+            headline,
+            name=primary.label,
+            how=self.spec.validate_.monte_carlo,
+            zeroed=self._instrument().channel in self.run.zeros,
+            progress=self.context.progress,
+        )
+
+    def _instrument(self) -> Instrument:
+        channel = torque_channel(sources(self.run)[0], self.run.instruments)
+        if channel not in self.run.instruments:
+            raise DataError(
+                f"the register of instruments has no {channel}",
+                hint="enter its accuracy under instruments: in the station",
+            )
+        return self.run.instruments[channel]
+
+    def _headline(self, compensations: Mapping[str, Compensation]) -> tuple[Estimate | None, str]:
+        """Return the headline, or None and why there is none though one was asked for."""
+        name = self.spec.primary
+        if not name:
+            return None, ""
+        primary = compensations[name]
+        if primary.points:
+            return compensated_mean(primary.points), ""
+        return None, f"{name} is not applicable: {primary.not_applicable or 'it gave no points'}"
+
+    def _torque(
+        self,
+        loaded: tuple[PeakPoint, ...],
+        primary: Compensation,
+        mean: Estimate | None,
+        raw: Estimate | None,
+    ) -> Findings:
+        """Return the compensated torque as results by its name; none where there is none."""
+        definition = next(iter(definitions(self.spec, self.context)), None)
+        if definition is None or mean is None:
+            return Findings()
+        lines = budget_of_mean(primary.points)
+        return Findings(
+            results=tuple(torque_at(definition, self.run, loaded, primary.points, self._raw)),
+            means=(mean_torque(definition, loaded, mean, lines, raw),),
+        )
+
+    def _raw_headline(self, loaded: tuple[PeakPoint, ...]) -> Estimate | None:
+        return self._raw(loaded) if loaded else None
+
+    def _raw(self, points: Sequence[PeakPoint]) -> Estimate | None:
+        """Return the mean of raw peaks; None where the register does not know their sensor."""
+        try:
+            instrument = self._instrument()
+        except DataError:
+            return None
+        zeroed = instrument.channel in self.run.zeros
+        return raw_peak_mean(points, instrument, zeroed=zeroed)
+
+
+def _keep_all(values: Array) -> list[Rejection]:  # noqa: ARG001  (a rule takes values)
+    return []

@@ -1,0 +1,113 @@
+"""What the analysis of torque adds to `result.json`."""
+
+from __future__ import annotations
+
+from math import nan
+from typing import TYPE_CHECKING
+
+from rigrunner.api.analysis import SwingPoint
+from rigrunner.signal.as_json.budget import TORQUE, budget
+from rigrunner.signal.as_json.checks import checks_of
+from rigrunner.signal.as_json.curves import curve_of
+from rigrunner.signal.as_json.values import Json, estimate, number, plain, quantity
+from rigrunner_bearings.signal.swings import kept_cycles
+from rigrunner_bearings.torque.document_fits import fit
+from rigrunner_bearings.torque.document_validation import validation
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from rigrunner.api.analysis import CompensatedPoint, Compensation, PeakPoint, Rejection
+    from rigrunner.api.data import Array
+    from rigrunner.api.torque import TorqueDetails
+
+
+def torque_document(found: TorqueDetails) -> Json:
+    """Return headline, points, compensations, fits and validation, by their keys."""
+    return {
+        "headline": _headline(found),
+        "points": [_point(point) for point in found.loaded],
+        "no_load_points": [_point(point) for point in found.no_load],
+        "compensations": {name: _compensation(each) for name, each in found.compensations.items()},
+        "fits": [fit(each) for each in found.fits],
+        "validation": None if found.validation is None else validation(found.validation),
+    }
+
+
+def _headline(found: TorqueDetails) -> Json:
+    return {
+        **({"name": found.name} if found.primary else {}),
+        "method": found.primary or None,
+        "compensated": estimate(found.headline),
+        "budget": budget(found.headline_components),
+        "raw_peak": estimate(found.raw_headline),
+    }
+
+
+def _point(point: PeakPoint) -> Json:
+    kept = point.peak_nm[point.peak_kept]
+    return {
+        "recording": point.recording,
+        "set_frequency": quantity(point.set_frequency_hz, "Hz"),
+        "frequency": estimate(point.frequency_hz),
+        "load": quantity(point.load_n, "N"),
+        "motion": str(point.motion),
+        "cycles": point.cycles,
+        "spikes_replaced": point.spikes,
+        "raw_peak": {
+            "mean": quantity(float(kept.mean()), TORQUE),
+            "standard_deviation": quantity(_deviation(kept), TORQUE),
+            "per_cycle": {"values": plain(point.peak_nm), "unit": TORQUE},
+            "cycles_kept": int(point.peak_kept.sum()),
+            "rejected": _rejections(point.peak_rejections),
+        },
+        "waveform": _waveform(point) if isinstance(point, SwingPoint) else None,
+    }
+
+
+def _deviation(values: Array) -> float:
+    return float(values.std(ddof=1)) if len(values) > 1 else nan
+
+
+def _waveform(point: SwingPoint) -> Json:
+    return {
+        "sample_rate": quantity(point.sample_rate_hz, "Hz"),
+        "cycles_kept": int(kept_cycles(point).sum()),
+        "rejected": _rejections(point.waveform_rejections),
+    }
+
+
+def _rejections(rejections: Iterable[Rejection]) -> list[Json]:
+    return [
+        {
+            "cycle": each.index,
+            "value": quantity(each.value, TORQUE),
+            "rule": each.rule,
+            "statistic": number(each.statistic),
+            "critical": number(each.critical),
+        }
+        for each in rejections
+    ]
+
+
+def _compensation(compensation: Compensation) -> Json:
+    return {
+        "measurand": compensation.measurand,
+        "not_applicable": compensation.not_applicable or None,
+        "points": [_compensated(point) for point in compensation.points],
+        "parameters": {name: estimate(each) for name, each in compensation.parameters.items()},
+        "curve": None if compensation.curve is None else curve_of(compensation.curve),
+        "checks": checks_of(compensation.checks),
+        "notes": list(compensation.notes),
+    }
+
+
+def _compensated(point: CompensatedPoint) -> Json:
+    return {
+        "set_frequency": quantity(point.set_frequency_hz, "Hz"),
+        "frequency": quantity(point.frequency_hz, "Hz"),
+        "raw": quantity(point.raw_nm, TORQUE),
+        "rig": quantity(point.rig_nm, TORQUE),
+        "torque": estimate(point.torque),
+        "budget": budget(point.components),
+    }

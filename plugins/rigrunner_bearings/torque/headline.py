@@ -1,0 +1,69 @@
+"""The one number of a run: the mean over its set-points, with what they have in common."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.signal.inputs import model_of
+from rigrunner.signal.propagation import propagate
+from rigrunner.signal.sensor import gain, reading_effects
+from rigrunner.signal.transducer import transducer_effects
+from rigrunner_bearings.signal.mean_model import mean_model, mean_of_models
+from rigrunner_bearings.signal.peaks import mean_peak, scatter_effect
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.api.analysis import CompensatedPoint, Compensation, Component, PeakPoint
+    from rigrunner.api.data import Estimate
+    from rigrunner.api.instruments import Instrument
+    from rigrunner.api.uncertainty import MeasurementModel
+
+LEAST_FOR_SCATTER = 2
+
+
+def compensated_mean(points: Sequence[CompensatedPoint]) -> Estimate:
+    """Return the mean of the compensated torque over the set-points."""
+    return propagate(mean_model(points)).estimate
+
+
+def budget_of_mean(points: Sequence[CompensatedPoint]) -> tuple[Component, ...]:
+    """Return the budget of that mean, a line for each that the points have."""
+    return propagate(mean_model(points)).components
+
+
+def without_scatter(
+    loaded: Sequence[PeakPoint], no_load: Sequence[PeakPoint], compensation: Compensation
+) -> str:
+    """Return which single values leave type A unknown, as a sentence; '' where none do.
+
+    A no-load value that goes into a fitted curve has its scatter about that curve.
+    """
+    used = loaded if compensation.curve is not None else (*loaded, *no_load)
+    names = dict.fromkeys(
+        f"{point.set_frequency_hz:g} Hz"
+        for point in used
+        if point.peak_kept.sum() < LEAST_FOR_SCATTER
+    )
+    if not names:
+        return ""
+    return (
+        f"A single value shows no scatter (at {', '.join(names)}): the uncertainty lacks its "
+        "type A part, and no probability can be stated."
+    )
+
+
+def raw_peak_mean(points: Sequence[PeakPoint], instrument: Instrument, *, zeroed: bool) -> Estimate:
+    """Return the mean over the set-points of the raw peaks, with the sensor's uncertainty."""
+    models = [_raw_model(point, instrument, zeroed=zeroed) for point in points]
+    return propagate(mean_of_models(models)).estimate
+
+
+def _raw_model(point: PeakPoint, instrument: Instrument, *, zeroed: bool) -> MeasurementModel:
+    peak = mean_peak(point)
+    effects = (
+        scatter_effect("scatter between cycles", peak),
+        *reading_effects(instrument, zeroed=zeroed),
+        *transducer_effects(instrument, peak.value, (peak.value,), slow=1.0),
+    )
+    return model_of(peak.value, effects, scales=(gain(instrument),))

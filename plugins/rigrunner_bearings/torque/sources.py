@@ -1,0 +1,85 @@
+"""What of a run the analysis looks at: its recordings, or else its single values."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import nan
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigrunner.api.coordinates import matches, mixed_labels
+from rigrunner.api.data import Recording
+from rigrunner.api.errors import DataError
+from rigrunner.api.member import channel_of
+from rigrunner_bearings.torque.channels import is_set, torque_channels
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from rigrunner.api.data import Measurement, RunData
+
+
+def chosen(run: RunData, where: Mapping[str, Any]) -> RunData:
+    """Return a run with the recordings and rows that have these counters and labels alone."""
+    if not where:
+        return run
+    recordings = tuple(one for one in run.recordings if matches(one.coordinates, where))
+    rows = tuple(one for one in run.measurements if matches(one.coordinates, where))
+    return replace(run, recordings=recordings, measurements=rows)
+
+
+def require_one_label(found: Iterable[Recording]) -> None:
+    """Raise DataError where sources with the same set-points differ by a label.
+
+    They are not the same thing measured again, and have no common mean.
+    """
+    mixed = mixed_labels((one.setpoints, one.coordinates, one.units) for one in found)
+    if mixed:
+        raise DataError(
+            f"recordings with the same set-points would be averaged: {mixed}",
+            hint="say which ones the analysis is of: 'where: {phase: final}' under 'analysis'",
+        )
+
+
+def sources(run: RunData) -> tuple[Recording, ...]:
+    """Return the recordings of a run; of one without, each torque measured in motion.
+
+    A measured torque is a recording of one sample. What else was measured, such as the room's
+    temperature or a torque at rest, is no point of a sweep.
+    """
+    if run.recordings:
+        return run.recordings
+    return tuple(one for one in _as_recordings(run.measurements) if _is_point(one))
+
+
+def of_this_run(run: RunData, *, loaded: bool) -> tuple[Recording, ...]:
+    """Return the sources that were set to a load, or those that were set to none."""
+    return tuple(one for one in sources(run) if _is_loaded(one) == loaded)
+
+
+def _as_recordings(measurements: Iterable[Measurement]) -> Iterable[Recording]:
+    """Yield measurements as recordings of one sample, numbered within their table."""
+    for number, one in enumerate(measurements, 1):
+        yield Recording(
+            name=f"{one.name} {number}",
+            rate_hz=nan,
+            started_utc=one.utc,
+            setpoints=one.setpoints,
+            channels={
+                name: np.array([value])
+                for name, value in one.values.items()
+                if name == channel_of(name)  # and no statistic of samples
+            },
+            units=one.units,
+            conditions=one.values,
+            coordinates=one.coordinates,
+        )
+
+
+def _is_point(recording: Recording) -> bool:
+    return any(is_set(recording, name, "frequency") for name in torque_channels(recording))
+
+
+def _is_loaded(recording: Recording) -> bool:
+    return any(is_set(recording, name, "load") for name in torque_channels(recording))

@@ -1,0 +1,116 @@
+"""Prepares recordings of starts from rest: one breakaway torque from each, gross errors marked."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.analysis import MotionSource, StartPoint
+from rigrunner.api.analysis.requirements import LEAST_STARTS
+from rigrunner.api.data import Estimate
+from rigrunner.api.errors import DataError
+from rigrunner.api.member import Member
+from rigrunner.signal.spikes import hampel
+from rigrunner_bearings.signal.starts import find_start
+from rigrunner_bearings.torque.channels import finite, motion_channel, role_of, torque_channel
+from rigrunner_bearings.torque.reading import torque_reading
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from rigrunner.api.analysis import OutlierRule
+    from rigrunner.api.data import Recording, RunData
+    from rigrunner.procedure import AnalysisSpec
+    from rigrunner.procedure.analysis_spec import StartsSpec
+    from rigrunner_bearings.signal.starts import Start
+
+
+def prepare_starts(
+    found: Iterable[Recording],
+    run: RunData,
+    how: StartsSpec,
+    spec: AnalysisSpec,
+    rule: OutlierRule,
+) -> tuple[StartPoint, ...]:
+    """Return one point for each speed and load at which there were starts.
+
+    Its peaks are the breakaway torques, one from each recording. Raises DataError naming the
+    recording that shows no start, or where there are too few.
+    """
+    groups: dict[tuple[float, float], list[Recording]] = {}
+    for recording in found:
+        groups.setdefault(_place(recording, run), []).append(recording)
+    return tuple(
+        _point(place, group, [_start(each, run, how, spec) for each in group], rule)
+        for place, group in groups.items()
+    )
+
+
+def _place(recording: Recording, run: RunData) -> tuple[float, float]:
+    """Return the set speed of the start in Hz and the load in N; 0 where there is no drive."""
+    role = role_of(torque_channel(recording, run.instruments))
+    setpoints = recording.setpoints
+    speed_hz = setpoints.get(
+        Member(role, "start_frequency"), setpoints.get(Member(role, "frequency"), 0.0)
+    )
+    return speed_hz, setpoints.get(Member(role, "load"), 0.0)
+
+
+def _start(
+    recording: Recording, run: RunData, how: StartsSpec, spec: AnalysisSpec
+) -> tuple[Start, int]:
+    """Return what the recording shows, and how many of its samples were spikes."""
+    torque = torque_channel(recording, run.instruments)
+    source, angle = motion_channel(recording)
+    if source is not MotionSource.ANGLE:
+        raise DataError(
+            f"recording {recording.name} has no angle channel, and a start needs one",
+            hint="record the angle of rotation, such as tester.angle",
+        )
+    torque_nm = np.asarray(torque_reading(recording, torque, run))
+    spikes = 0
+    if spec.despike is not None:
+        torque_nm, spikes = hampel(torque_nm, spec.despike.window, spec.despike.threshold)
+    rate_hz, angle_rad = recording.rate_hz, np.asarray(finite(recording, angle))
+    try:
+        start = find_start(angle_rad, torque_nm, rate_hz, how.window, how.smoothing)
+    except DataError as error:
+        where = f"recording {recording.name}, {angle}"
+        raise DataError(f"{where}: {error.message}", hint=error.hint) from error
+    return start, spikes
+
+
+def _point(
+    place: tuple[float, float],
+    group: list[Recording],
+    starts: list[tuple[Start, int]],
+    rule: OutlierRule,
+) -> StartPoint:
+    name = group[0].name if len(group) == 1 else f"{group[0].name} to {group[-1].name}"
+    peaks = np.array([start.breakaway_nm for start, _ in starts])
+    if len(peaks) < LEAST_STARTS:
+        raise DataError(
+            f"recording {name}: {len(peaks)} starts, but {LEAST_STARTS} are needed",
+            hint="record more starts at the same speed",
+        )
+    rejections = tuple(rule(peaks))
+    kept = np.ones(len(peaks), bool)
+    kept[[rejection.index for rejection in rejections]] = False
+    set_hz, load_n = place
+    return StartPoint(
+        recording=name,
+        set_frequency_hz=set_hz,
+        frequency_hz=_mean([start.frequency_hz for start, _ in starts]),
+        load_n=load_n,
+        peak_nm=peaks,
+        peak_kept=kept,
+        peak_rejections=rejections,
+        spikes=sum(spikes for _, spikes in starts),
+    )
+
+
+def _mean(values: list[float]) -> Estimate:
+    u = float(np.std(values, ddof=1)) / sqrt(len(values))
+    return Estimate(float(np.mean(values)), u, len(values) - 1, "Hz")

@@ -1,0 +1,57 @@
+"""What a gauge study of the rig adds to the uncertainty of a result.
+
+A run is one mounting by one person: by how much another mounting, or another person, would have
+found another torque, the run itself does not show. Both are one and the same at all its points.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from rigrunner.api.uncertainty import Distribution, Effect, Input
+from rigrunner.signal.inputs import extended
+from rigrunner.signal.propagation import propagate
+from rigrunner_bearings.signal.mean_model import model_of_point
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.api.analysis import CompensatedPoint, Compensation
+    from rigrunner.api.gauge import NamedStudy
+
+
+def with_study(found: Compensation, study: NamedStudy | None) -> Compensation:
+    """Return a compensation with the scatter of the study in each point; as it is without one."""
+    effects = () if study is None else _effects(study)
+    if not effects:
+        return found
+    return replace(found, points=tuple(_extended(each, effects) for each in found.points))
+
+
+def _effects(study: NamedStudy) -> tuple[Effect, ...]:
+    known = (
+        ("scatter between mountings", study.between_mountings),
+        ("reproducibility", study.reproducibility),
+    )
+    return tuple(
+        Effect(
+            Input(
+                f"{name} ({study.source})",
+                0.0,
+                scatter.u,
+                scatter.degrees_of_freedom,
+                Distribution.T,
+                common=True,
+            ),
+            1.0,
+        )
+        for name, scatter in known
+        if scatter is not None and scatter.u > 0
+    )
+
+
+def _extended(point: CompensatedPoint, effects: Sequence[Effect]) -> CompensatedPoint:
+    model = extended(model_of_point(point), effects)
+    found = propagate(model)
+    return replace(point, torque=found.estimate, components=found.components, model=model)

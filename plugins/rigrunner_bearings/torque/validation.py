@@ -1,0 +1,173 @@
+"""Validates the GUM's result by Monte Carlo: of the measurement equation, and of the pipeline.
+
+The trials of the equation show what the law of propagation neglects: distributions that are not
+Gaussian, an equation that is not linear. The draws of the recorded data show besides whether the
+budget states what its errors do to the torque.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy
+
+from rigrunner.api.validation import Agreement, EquationTrials, PipelineDraws, Validation
+from rigrunner.signal.monte_carlo.adaptive import Adaptive, propagate
+from rigrunner.signal.monte_carlo.agreement import difference, gum_interval, tolerance
+from rigrunner.signal.monte_carlo.intervals import Interval, symmetric
+from rigrunner.signal.monte_carlo.model import output_of
+from rigrunner_bearings.signal.mean_model import mean_model
+from rigrunner_bearings.torque.draws import draw_pipeline
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from rigrunner.api.analysis import CompensatedPoint, CompensationMethod, Sweep
+    from rigrunner.api.data import Array, Estimate
+    from rigrunner.procedure import MonteCarloSpec
+    from rigrunner.signal.monte_carlo.adaptive import Propagated
+    from rigrunner_bearings.torque.draws import Drawn
+
+P = 0.95
+CONFIDENCE = 0.999
+"""That an end of an interval is not said to disagree only because of the chance of the draws."""
+
+TRIALS, DRAWS = "Monte Carlo trials", "Monte Carlo draws"
+
+
+def validate(
+    method: CompensationMethod,
+    sweep: Sweep,
+    points: Sequence[CompensatedPoint],
+    headline: Estimate,
+    *,
+    name: str,
+    how: MonteCarloSpec,
+    zeroed: bool,
+    progress: Callable[[str, int, int], None],
+) -> Validation:
+    """Return both checks of a method's points and of their mean, the headline.
+
+    The same settings give the same numbers. Raises DataError where the model or the method does.
+    """
+    drawn = draw_pipeline(
+        method,
+        sweep,
+        points,
+        zeroed=zeroed,
+        draws=how.draws,
+        seed=how.seed,
+        progress=lambda done, of: progress(DRAWS, done, of),
+    )
+    return Validation(
+        method=name,
+        digits=how.digits,
+        seed=how.seed,
+        equation=_equation(points, headline, how, progress),
+        pipeline=_pipeline(drawn, points, headline, how.digits),
+    )
+
+
+def _equation(
+    points: Sequence[CompensatedPoint],
+    headline: Estimate,
+    how: MonteCarloSpec,
+    progress: Callable[[str, int, int], None],
+) -> EquationTrials:
+    adaptive = Adaptive(
+        digits=how.digits,
+        least_trials=how.trials,
+        most_trials=max(how.most_trials, how.trials),
+        p=P,
+        seed=how.seed,
+    )
+    groups = [tuple(points), *((point,) for point in points)]
+    found: list[Propagated] = []
+    for done, group in enumerate(groups, 1):
+        found.append(propagate(output_of(mean_model(group)), adaptive))
+        progress(TRIALS, done, len(groups))
+    return EquationTrials(
+        mean=_by_trials(None, headline, found[0], how.digits),
+        points=tuple(
+            _by_trials(point.set_frequency_hz, point.torque, each, how.digits)
+            for point, each in zip(points, found[1:], strict=True)
+        ),
+        trials=max(each.trials for each in found),
+        stable=all(each.stable for each in found),
+    )
+
+
+def _by_trials(
+    set_frequency_hz: float | None, gum: Estimate, found: Propagated, digits: int
+) -> Agreement:
+    """Return the comparison of JCGM 101:2008, 8.1.3."""
+    interval, allowed = gum_interval(gum, P), tolerance(gum, digits)
+    return Agreement(
+        set_frequency_hz=set_frequency_hz,
+        gum=gum,
+        gum_low=interval.low,
+        gum_high=interval.high,
+        mean=found.mean,
+        u=found.u,
+        low=found.symmetric.low,
+        high=found.symmetric.high,
+        tolerance=allowed,
+        resolution=allowed / 5,
+        agrees=difference(interval, found.symmetric).within(allowed),
+    )
+
+
+def _pipeline(
+    drawn: Drawn, points: Sequence[CompensatedPoint], headline: Estimate, digits: int
+) -> PipelineDraws:
+    return PipelineDraws(
+        mean=_by_draws(None, headline, drawn.torque_nm.mean(axis=1), digits),
+        points=tuple(
+            _by_draws(point.set_frequency_hz, point.torque, torques, digits)
+            for point, torques in zip(points, drawn.torque_nm.T, strict=True)
+        ),
+        draws=len(drawn.torque_nm),
+        refused=drawn.refused,
+        through_the_data=drawn.through_the_data,
+        as_effects=drawn.as_effects,
+    )
+
+
+def _by_draws(
+    set_frequency_hz: float | None, gum: Estimate, torques_nm: Array, digits: int
+) -> Agreement:
+    """Return the comparison with few draws: each end within what their number leaves open.
+
+    An end agrees if the GUM's lies in the distribution-free confidence interval of the draws'
+    quantile (order statistics: David and Nagaraja, Order Statistics, 7.1), widened by the
+    numerical tolerance.
+    """
+    ordered, allowed = np.sort(torques_nm), tolerance(gum, digits)
+    interval, found = gum_interval(gum, P), symmetric(ordered, P)
+    low, high = (_open(ordered, share) for share in ((1 - P) / 2, (1 + P) / 2))
+    return Agreement(
+        set_frequency_hz=set_frequency_hz,
+        gum=gum,
+        gum_low=interval.low,
+        gum_high=interval.high,
+        mean=float(ordered.mean()),
+        u=float(ordered.std(ddof=1)),
+        low=found.low,
+        high=found.high,
+        tolerance=allowed,
+        resolution=max(low.high - low.low, high.high - high.low) / 2,
+        agrees=_within(interval.low, low, allowed) and _within(interval.high, high, allowed),
+    )
+
+
+def _open(ordered: Array, share: float) -> Interval:
+    """Return between which of the ordered draws their quantile lies, at the confidence."""
+    n = len(ordered)
+    below = int(scipy.stats.binom.ppf((1 - CONFIDENCE) / 2, n, share))
+    above = int(scipy.stats.binom.ppf((1 + CONFIDENCE) / 2, n, share))
+    return Interval(float(ordered[max(below - 1, 0)]), float(ordered[min(above, n - 1)]))
+
+
+def _within(value: float, interval: Interval, tolerance_nm: float) -> bool:
+    return interval.low - tolerance_nm <= value <= interval.high + tolerance_nm

@@ -1,1 +1,0 @@
-"""The torque of bearings on their testers: the oldest of the analyses."""

@@ -1,0 +1,186 @@
+"""Readings that are corrected by the points of a calibration certificate."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from rigrunner.api import TorqueDetails
+from rigrunner.api.data import Recording
+from rigrunner.api.instruments import Instrument
+from rigrunner_bearings.torque.reading import torque_reading
+from unit.analysis.helpers_analysis import analysed, no_load_spec, recording, run_of
+
+CHANNEL = "tester.torque"
+POINTS = [
+    {"applied": "2 N·m", "indicated": "2.01 N·m", "U": "4 mN·m"},
+    {"applied": "6 N·m", "indicated": "6.06 N·m", "U": "6 mN·m"},
+    {"applied": "10 N·m", "indicated": "10.03 N·m", "U": "5 mN·m"},
+]
+ENTRY = {"channel": CHANNEL, "serial": "T-1", "full_scale": "10 N·m", "points": POINTS}
+
+
+def instrument(**changes):
+    return Instrument.model_validate(ENTRY | {"interpolation": "linear"} | changes)
+
+
+def run(torque, zero=0.0, **changes):
+    given = Recording(
+        name="10Hz", rate_hz=1000.0, started_utc="2026-01-01T12:00:00+00:00", setpoints={},
+        channels={CHANNEL: torque}, units={CHANNEL: "N·m"},
+    )  # fmt: skip
+    made = run_of(given, zeros={CHANNEL: zero}, instruments={CHANNEL: instrument(**changes)})
+    return given, made
+
+
+@pytest.mark.parametrize(
+    ("indicated", "applied"),
+    [
+        (2.01, 2.0), (6.06, 6.0), (10.03, 10.0),
+        (0.0, 0.0), (1.005, 1.0), (4.035, 4.0), (8.045, 8.0),  # half-way between two points
+        (11.0, 10.97),  # beyond: what the last one deviates
+        (-6.06, -6.0), (-1.005, -1.0),  # points of one direction stand for both
+    ],
+)  # fmt: skip
+def test_what_the_points_deviate_is_taken_off(indicated, applied):
+    given, made = run(np.array([indicated, 0.0]))
+    found = torque_reading(given, CHANNEL, made)
+    assert isinstance(found, np.ndarray)
+    assert found == pytest.approx([applied, 0.0], abs=1e-12)
+
+
+def test_it_is_the_reading_less_its_zero_that_is_corrected():
+    given, made = run(np.array([6.56]), zero=0.5)
+    assert torque_reading(given, CHANNEL, made) == pytest.approx([6.0], abs=1e-12)
+
+
+def test_points_of_both_directions_are_each_their_own():
+    both = [*POINTS, {"applied": "-6 N·m", "indicated": "-5.97 N·m", "U": "6 mN·m"}]
+    given, made = run(np.array([-5.97, 6.06]), points=both)
+    assert torque_reading(given, CHANNEL, made) == pytest.approx([-6.0, 6.0], abs=1e-12)
+
+
+def test_nothing_is_corrected_unless_the_register_says_so():
+    given, made = run(np.array([6.06, 2.0]), interpolation=None)
+    assert torque_reading(given, CHANNEL, made) == pytest.approx([6.06, 2.0], abs=0)
+
+
+def test_what_is_too_long_for_memory_is_corrected_as_it_is_read():
+    class Stored:
+        values = np.linspace(-9.0, 9.0, 101)
+
+        def __len__(self):
+            return len(self.values)
+
+        def __getitem__(self, which):
+            return self.values[which]
+
+    given, made = run(Stored.values)
+    expected = torque_reading(given, CHANNEL, made)
+    stored = replace(given, channels={CHANNEL: Stored()})
+    found = torque_reading(stored, CHANNEL, made)
+    assert not isinstance(found, np.ndarray)
+    assert len(found) == 101
+    assert found[10:20] == pytest.approx(expected[10:20], abs=0)
+    assert np.asarray(found) == pytest.approx(expected, abs=0)
+    assert found.limits == pytest.approx((expected.min(), expected.max()), abs=0)
+
+
+def test_the_result_is_of_corrected_peaks():
+    """Peaks of 6.06 and 2.01 N·m are 6 and 2 N·m."""
+    peaks = {5.0: 2.01, 10.0: 6.06}
+    recordings = (recording(np.full(10, p), f, load_n=0.0) for f, p in peaks.items())
+    low_pass = {"type": "butterworth", "order": 2, "corner": "1 kHz"}
+    made = run_of(*recordings, instruments={CHANNEL: instrument(low_pass=low_pass)})
+    points = TorqueDetails.of(analysed(made, None, no_load_spec())).loaded
+    assert [p.peak_nm.mean() for p in points] == pytest.approx([2.0, 6.0], rel=1e-3)
+
+
+def test_the_limit_of_error_is_of_what_is_left():
+    """The greatest U, and 6.06 less the line from 2.01 to 10.03: 0.06 - 0.02 = 40 mN·m, roughly."""
+    line = 0.01 + (0.03 - 0.01) * (6.06 - 2.01) / (10.03 - 2.01)
+    assert instrument().half_width("overall") == pytest.approx(0.006 + 0.06 - line, rel=1e-9)
+    uncorrected = instrument(interpolation=None)
+    assert uncorrected.half_width("overall") == pytest.approx(0.066, rel=1e-9)
+
+
+CUBIC = (4e-3, -2e-4, 3e-5)
+"""A deviation of 4e-3 x - 2e-4 x² + 3e-5 x³ of what is indicated, in N·m."""
+
+
+def on_the_cubic(*indicated, off=()):
+    """Return the points of a certificate whose deviations lie on that curve, but for `off`."""
+    points = []
+    for place, x in enumerate(indicated):
+        deviation = np.sign(x) * sum(c * abs(x) ** k for k, c in enumerate(CUBIC, 1))
+        deviation += off[place] if len(off) else 0.0
+        points.append(
+            {
+                "applied": f"{x - deviation:.9f} N·m",
+                "indicated": f"{x:.9f} N·m",
+                "U": "4 mN·m",
+            }
+        )
+    return points
+
+
+def test_a_cubic_is_that_of_the_points():
+    """Between the points as well, where straight lines are off by 0.5 mN·m."""
+    points = on_the_cubic(2.0, 4.0, 6.0, 8.0, 10.0)
+    torque = np.array([-9.0, -1.0, 0.0, 1.0, 3.3, 9.0, 12.0])
+    given, made = run(torque, points=points, interpolation="cubic")
+    reach = np.clip(torque, -10, 10)  # beyond: what the last one deviates
+    deviation = np.sign(reach) * sum(c * abs(reach) ** k for k, c in enumerate(CUBIC, 1))
+    assert torque_reading(given, CHANNEL, made) == pytest.approx(torque - deviation, abs=1e-6)
+
+
+def test_each_direction_has_a_cubic_of_its_own():
+    """Those of the negative one are 0.1 N·m/10 N·m steeper; zero belongs to both."""
+    points = on_the_cubic(2.0, 4.0, 6.0, 8.0, 10.0)
+    points += on_the_cubic(-2.0, -5.0, -7.0, -10.0, off=(-0.02, -0.05, -0.07, -0.1))
+    given, made = run(np.array([-6.0, 0.0, 6.0]), points=points, interpolation="cubic")
+    curve = sum(c * 6.0**k for k, c in enumerate(CUBIC, 1))
+    expected = [-6.0 + curve + 0.06, 0.0, 6.0 - curve]
+    assert torque_reading(given, CHANNEL, made) == pytest.approx(expected, abs=1e-6)
+
+
+def test_the_limit_of_error_of_a_cubic_is_of_what_it_misses():
+    """Contrasts of the fourth order over five equal steps from zero: no cubic without constant
+    takes up anything of them. Its greatest residual is one of their own."""
+    indicated = np.array([2.0, 4.0, 6.0, 8.0, 10.0])
+    powers = np.stack([indicated**k for k in (1, 2, 3)], axis=1)
+    left = np.linalg.svd(powers)[0][:, 3] * 0.01  # at right angles to all three
+    points = on_the_cubic(*indicated, off=left)
+    found = instrument(points=points, interpolation="cubic").half_width("overall")
+    assert found == pytest.approx(0.004 + np.abs(left).max(), rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        (POINTS, "a cubic needs 4 points in each direction that has some; there are 3"),
+        (
+            [*on_the_cubic(2.0, 4.0, 6.0, 8.0), *on_the_cubic(-3.0)],
+            "a cubic needs 4 points in each direction that has some; there are 1",
+        ),
+    ],
+)
+def test_points_that_give_no_cubic_are_refused(points, message):
+    with pytest.raises(ValidationError, match=message):
+        instrument(points=points, interpolation="cubic")
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        (POINTS[:1], "interpolation needs 2 points or more; there are 1"),
+        ([POINTS[0], {**POINTS[1], "indicated": "1.9 N·m"}], "must rise with applied"),
+        ([POINTS[0], POINTS[0]], "must rise with applied, and does not at 2 N·m"),
+    ],
+)
+def test_points_that_give_no_curve_are_refused(points, message):
+    with pytest.raises(ValidationError, match=message):
+        instrument(points=points)

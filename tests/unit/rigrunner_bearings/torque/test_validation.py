@@ -1,0 +1,183 @@
+"""Both Monte Carlo checks, on sweeps whose true spread is known."""
+
+from __future__ import annotations
+
+from math import inf, sqrt
+
+import numpy as np
+import pytest
+
+from rigrunner.analysis.document import document
+from rigrunner.api.analysis import CompensatedPoint, Compensation, Component, PeakPoint, Sweep
+from rigrunner.api.data import Estimate
+from rigrunner.api.errors import DataError
+from rigrunner.cli.summary import summary
+from rigrunner.procedure import MonteCarloSpec
+from rigrunner_bearings.torque.draws import draw_pipeline
+from rigrunner_bearings.torque.validation import validate
+from unit.analysis.helpers_analysis import analysed, instrument, recording, run_of, spec
+
+PEAKS = 2 + 0.1 * np.array([1, -1, 0.5, -0.5, 2, -2, 1.5, -1.5, 0.0, 0.7])
+U_PEAKS = PEAKS.std(ddof=1) / sqrt(len(PEAKS))
+HOW = MonteCarloSpec(draws=800)
+
+
+def peak_point(hz):
+    kept = np.ones(len(PEAKS), bool)
+    return PeakPoint(
+        recording=f"{hz:g}Hz",
+        set_frequency_hz=hz,
+        frequency_hz=Estimate(hz, 0.0, inf, "Hz"),
+        load_n=1000.0,
+        peak_nm=PEAKS,
+        peak_kept=kept,
+    )
+
+
+def mean_of_peaks(u_gain, extra=(), u_peaks=U_PEAKS):
+    """Return a method whose result is the mean peak, and whose budget states what it is told."""
+
+    def method(sweep):
+        parts = (
+            Component("scatter between cycles", u_peaks, 9.0, "t", common=False),
+            Component("sensor gain", u_gain, inf, "rectangular", common=True),
+            *extra,
+        )
+        u = sqrt(sum(part.u**2 for part in parts))
+        points = [
+            CompensatedPoint(
+                set_frequency_hz=point.set_frequency_hz,
+                frequency_hz=point.set_frequency_hz,
+                raw_nm=2.0,
+                rig_nm=0.0,
+                torque=Estimate(float(point.peak_nm.mean()), u),
+                components=parts,
+            )
+            for point in sweep.loaded
+        ]
+        return Compensation("torque", tuple(points))
+
+    return method
+
+
+def sweep(gain="3 %", frequencies=(5.0, 10.0)):
+    points = tuple(peak_point(hz) for hz in frequencies)
+    return Sweep(points, (), None, instrument(gain=gain), None)
+
+
+def checked(method, made, how=HOW, headline=None):
+    points = method(made).points
+    mean = np.mean([point.torque.value for point in points])
+    return validate(
+        method,
+        made,
+        points,
+        headline or Estimate(float(mean), points[0].torque.u),
+        name="mean_of_peaks",
+        how=how,
+        zeroed=True,
+        progress=lambda *_: None,
+    )
+
+
+U_GAIN = 0.03 * PEAKS.mean() / sqrt(3)
+
+
+def test_a_true_budget_agrees_with_draws_of_the_data():
+    found = checked(mean_of_peaks(U_GAIN), sweep(), headline=headline())
+    assert found.pipeline.mean.agrees
+    assert all(point.agrees for point in found.pipeline.points)
+    assert found.pipeline.mean.u == pytest.approx(headline().u, rel=0.1)
+    assert found.pipeline.points[0].u == pytest.approx(sqrt(U_GAIN**2 + U_PEAKS**2), rel=0.1)
+    assert (found.pipeline.draws, found.pipeline.refused) == (800, 0)
+
+
+def headline():
+    return Estimate(float(PEAKS.mean()), sqrt(U_GAIN**2 + U_PEAKS**2 / 2))
+
+
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+def test_a_budget_that_states_another_effect_does_not(factor):
+    """The trials of the equation cannot see it: they draw what the budget states."""
+    found = checked(mean_of_peaks(factor * U_GAIN, u_peaks=factor * U_PEAKS), sweep())
+    assert not found.pipeline.mean.agrees
+    assert not found.agrees
+    assert found.pipeline.mean.gum_is_wider == (factor > 1)
+    assert "does not agree with 800 draws" in found.statements[1]
+    assert ("safe" in found.statements[1]) == (factor > 1)
+
+
+def test_common_errors_stay_in_the_mean_and_the_others_average():
+    trials = checked(mean_of_peaks(U_GAIN), sweep(), headline=headline()).equation
+    assert trials.mean.u == pytest.approx(sqrt(U_GAIN**2 + U_PEAKS**2 / 2 * 9 / 7), rel=0.005)
+    assert trials.points[0].u == pytest.approx(sqrt(U_GAIN**2 + U_PEAKS**2 * 9 / 7), rel=0.005)
+    assert trials.trials >= 1_000_000
+
+
+def test_a_rectangle_alone_is_narrower_than_the_gum_says():
+    found = checked(mean_of_peaks(U_GAIN, u_peaks=1e-6), sweep())
+    edge = 0.95 * 0.03 * PEAKS.mean()
+    assert found.equation.mean.high - PEAKS.mean() == pytest.approx(edge, rel=0.01)
+    assert not found.equation.mean.agrees
+    assert found.equation.mean.gum_is_wider
+    assert "Use the Monte Carlo interval" in found.statements[0]
+
+
+def test_what_is_no_error_of_the_data_is_added_as_the_budget_states():
+    extra = (Component("method", 0.2, inf, "normal", common=True),)
+    found = checked(mean_of_peaks(U_GAIN, extra), sweep(gain="0 %"))
+    assert found.pipeline.as_effects == ("method",)
+    assert found.pipeline.through_the_data == ("scatter between cycles", "sensor gain")
+    assert found.pipeline.mean.u == pytest.approx(sqrt(0.04 + U_PEAKS**2 / 2), rel=0.1)
+
+
+def test_the_same_seed_gives_the_same_numbers():
+    method = mean_of_peaks(U_GAIN)
+    few = MonteCarloSpec(draws=500, seed=4)
+    assert checked(method, sweep(), few) == checked(method, sweep(), few)
+    other = checked(method, sweep(), MonteCarloSpec(draws=500, seed=5))
+    assert other.pipeline.mean.mean != checked(method, sweep(), few).pipeline.mean.mean
+
+
+def test_draws_that_the_method_refuses_are_counted():
+    made, times = sweep(), []
+    points = mean_of_peaks(U_GAIN)(made).points
+
+    def moody(changed):
+        times.append(1)
+        if len(times) % 2:
+            raise DataError("not this one")
+        return mean_of_peaks(U_GAIN)(changed)
+
+    def never(_changed):
+        raise DataError("never")
+
+    how = {"zeroed": True, "draws": 10, "seed": 1, "progress": lambda *_: None}
+    found = draw_pipeline(moody, made, points, **how)
+    assert (len(found.torque_nm), found.refused) == (5, 5)
+    with pytest.raises(DataError, match="each of 10 draws"):
+        draw_pipeline(never, made, points, **how)
+
+
+@pytest.mark.thorough
+def test_a_procedure_asks_for_it_and_document_and_terminal_tell():
+    frequencies, scatter = (2.0, 6.0, 10.0, 14.0), np.linspace(-0.02, 0.02, 5)
+    sensors = {"tester.torque": instrument(gain="0.3 %", drift="0.01 N·m")}
+    rig = {f: 0.9 + 0.02 * f + 0.004 * f**2 for f in frequencies}
+    loaded, no_load = (
+        run_of(
+            *(recording(rig[f] + extra + scatter, f, load_n=load) for f in frequencies),
+            instruments=sensors,
+        )
+        for extra, load in ((0.7, 1000.0), (0.0, 0.0))
+    )
+    result = analysed(loaded, no_load, spec(validate="monte_carlo"))
+    found = document(result)
+    told = found["validation"]
+    assert told["method"] == "paper_peak"
+    assert told["equation"]["trials"] >= 1_000_000
+    assert told["pipeline"]["draws"] == 500
+    assert found["analysis"]["validate"]["monte_carlo"]["draws"] == 500
+    assert told["equation"]["mean"]["gum"]["value"] == result.headline.value
+    assert f"validation: {told['statements'][0]}" in summary(found)
+    assert document(analysed(loaded, no_load))["validation"] is None
