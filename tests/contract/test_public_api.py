@@ -90,7 +90,7 @@ def test_all_that_is_public_can_be_imported(api_pages):
     for module, names in (everything | {package.name: exported}).items():
         found = importlib.import_module(module)
         assert [name.name for name in names if not hasattr(found, name.name)] == [], module
-    assert {"rigrunner.api.hooks", "rigrunner_bearings.signal.cycles"} <= set(everything)
+    assert {"rigrunner.api.hooks", "rigrunner.signal.blocks"} <= set(everything)
     assert exported
 
 

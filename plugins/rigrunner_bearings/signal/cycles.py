@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import scipy
 
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError
 from rigrunner.signal.blocks import BLOCK, cycle_groups
 from rigrunner.signal.crossings import beyond, rises
 from rigrunner.signal.kinematics import max_angle
@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from rigrunner.api.data import Array, Samples
+    from rigrunner.api import Array
+    from rigrunner.api.data import Samples
 
 HYSTERESIS = 0.3
 """Of the amplitude: what the angle must pass on both sides of zero to count as a swing."""

@@ -16,7 +16,8 @@ from rigrunner.signal.kinematics import angle_and_velocity, by_half_angle
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rigrunner.api.data import Array, Mask, Samples
+    from rigrunner.api import Array, Mask
+    from rigrunner.api.data import Samples
 
 TOGETHER = 1 << 16
 """Samples of half turns that are summed at once: what is made of them stays in a core's cache."""

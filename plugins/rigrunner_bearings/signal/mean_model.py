@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.uncertainty import Corrected, Distribution, Effect, Input, MeasurementModel
+from rigrunner.api import Distribution, Effect, Input, MeasurementModel
+from rigrunner.api.uncertainty import Corrected
 from rigrunner.signal.inputs import extended
 from rigrunner.signal.propagation import propagate
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rigrunner.api.analysis import CompensatedPoint, Component
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array, CompensatedPoint, Component
 
 
 def mean_model(points: Sequence[CompensatedPoint]) -> MeasurementModel:

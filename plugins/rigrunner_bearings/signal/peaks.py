@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.data import Estimate, Points
+from rigrunner.api import Estimate, Points
 from rigrunner.signal.inputs import scattered, unknown
 from rigrunner.signal.repeatability import standard_error
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import PeakPoint
-    from rigrunner.api.uncertainty import Effect
+    from rigrunner.api import Effect, PeakPoint
 
 
 def mean_peak(point: PeakPoint) -> Estimate:

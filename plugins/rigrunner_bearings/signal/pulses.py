@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError
 from rigrunner.signal.blocks import BLOCK, limits
 from rigrunner.signal.crossings import rises
 from rigrunner_bearings.signal.cycles import resample
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array, Samples
+    from rigrunner.api import Array
+    from rigrunner.api.data import Samples
 
 LOW, HIGH = 0.25, 0.75
 """Of the signal's range: below the one a pulse is over, above the other the next has come."""

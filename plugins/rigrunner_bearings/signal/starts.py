@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy
 
+from rigrunner.api import DataError
 from rigrunner.api.analysis.requirements import LEAST_REST_S
-from rigrunner.api.errors import DataError
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array
 
 
 @dataclass(frozen=True)

@@ -6,14 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import SwingPoint, SwingSweep
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError, SwingPoint
+from rigrunner.api.analysis import SwingSweep
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import PeakPoint, Sweep
-    from rigrunner.api.data import Mask
+    from rigrunner.api import Mask, PeakPoint, Sweep
 
 
 def with_swings(sweep: Sweep) -> SwingSweep:

@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rigrunner.api.analysis import Compensation, Sweep
+from rigrunner.api import Compensation, DataError, Findings, Sweep
 from rigrunner.api.checks import forbidden
-from rigrunner.api.errors import DataError
-from rigrunner.api.findings import Findings
 from rigrunner.api.scrutiny import Subject
 from rigrunner.procedure.analysis_spec import NO_LOAD, NO_LOAD_AFTER
 from rigrunner_bearings.torque.binding import bind
@@ -39,10 +37,18 @@ from rigrunner_bearings.torque.validation import validate
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rigrunner.api.analysis import CompensationMethod, OutlierRule, PeakPoint, Rejection
-    from rigrunner.api.analysis_context import AnalysisContext
-    from rigrunner.api.data import Array, Estimate, Recording, RunData
-    from rigrunner.api.instruments import Instrument
+    from rigrunner.api import (
+        AnalysisContext,
+        Array,
+        CompensationMethod,
+        Estimate,
+        Instrument,
+        OutlierRule,
+        PeakPoint,
+        Recording,
+        Rejection,
+        RunData,
+    )
     from rigrunner.api.validation import Validation
     from rigrunner.procedure import AnalysisSpec, PluginRef
 

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api import Effect, Input
 from rigrunner.api.analysis import Bias, Consequence
-from rigrunner.api.uncertainty import Effect, Input
 from rigrunner.api.verdict import MEAN
 from rigrunner_bearings.signal.mean_model import with_effects
 from rigrunner_bearings.torque.headline import compensated_mean
@@ -24,7 +24,7 @@ from rigrunner_bearings.torque.headline import compensated_mean
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from rigrunner.api.analysis import Check, CompensatedPoint, Compensation
+    from rigrunner.api import Check, CompensatedPoint, Compensation
 
 MATTERS = 1 / 3
 """Of the standard uncertainty of the mean: what is less makes it greater by less than 6 %."""

@@ -14,9 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import PeakPoint, SwingPoint
-from rigrunner.api.data import Estimate
-from rigrunner.api.uncertainty import Effect
+from rigrunner.api import Effect, Estimate, PeakPoint, SwingPoint
 from rigrunner.procedure.analysis_spec import BY_TIME
 from rigrunner.signal.inputs import limited
 from rigrunner_bearings.signal.mean_model import with_effects
@@ -24,8 +22,7 @@ from rigrunner_bearings.signal.mean_model import with_effects
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.api.analysis import Compensation
-    from rigrunner.api.data import Array, Recording
+    from rigrunner.api import Array, Compensation, Recording
 
 LINE = "drift between the no-load points"
 SAME_FREQUENCY = 0.005

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
-from rigrunner.api.analysis import StartPoint, SwingPoint
+from rigrunner.api import DataError, Member, SwingPoint
+from rigrunner.api.analysis import StartPoint
 from rigrunner.api.certificate import (
     CertifiedDetails,
     Deviation,
@@ -13,10 +14,8 @@ from rigrunner.api.certificate import (
     Results,
     ValidityCondition,
 )
-from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import torque_instruments
 from rigrunner.api.measurand import Validity
-from rigrunner.api.member import Member
 from rigrunner.signal.numerals import finite, printed, stated
 from rigrunner_bearings.signal.peaks import mean_peak
 from rigrunner_bearings.torque.channels import role_of
@@ -24,10 +23,14 @@ from rigrunner_bearings.torque.channels import role_of
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.api.analysis import CompensatedPoint, PeakPoint, Rejection
-    from rigrunner.api.data import RunData
-    from rigrunner.api.instruments import Instrument
-    from rigrunner.api.torque import TorqueDetails
+    from rigrunner.api import (
+        CompensatedPoint,
+        Instrument,
+        PeakPoint,
+        Rejection,
+        RunData,
+        TorqueDetails,
+    )
 
 _STATISTIC_DECIMALS = 3
 

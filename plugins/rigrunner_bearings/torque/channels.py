@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api import DataError, Member
 from rigrunner.api.analysis import MotionSource
-from rigrunner.api.errors import DataError
-from rigrunner.api.member import Member
 from rigrunner.signal.blocks import limits
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
-    from rigrunner.api.data import Recording, Samples
+    from rigrunner.api import Recording
+    from rigrunner.api.data import Samples
 
 INDEX = "index"
 """The name of a channel of pulses; of all others the unit says what they are."""

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import Bias, Check, MotionSource, StartPoint, SwingPoint
+from rigrunner.api import Check, SwingPoint
+from rigrunner.api.analysis import Bias, MotionSource, StartPoint
 from rigrunner.api.checks import ABOVE_ZERO, Limit, skipped
 from rigrunner.signal.blocks import blocks, limits
 from rigrunner.signal.held import longest_at, longest_held
@@ -20,8 +21,8 @@ from rigrunner_bearings.torque.sampling import ENOUGH, samples_per_cycle
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from rigrunner.api.analysis import PeakPoint
-    from rigrunner.api.data import Array, Recording, RunData, Samples
+    from rigrunner.api import Array, PeakPoint, Recording, RunData
+    from rigrunner.api.data import Samples
 
 EQUAL_AT_RAIL = 3
 SHORT = 2.0

@@ -6,15 +6,13 @@ from dataclasses import dataclass
 from math import hypot, inf, pi
 from typing import TYPE_CHECKING
 
-from rigrunner.api.analysis import SwingPoint
+from rigrunner.api import DataError, SwingPoint
 from rigrunner.api.checks import Limit
-from rigrunner.api.errors import DataError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from rigrunner.api.analysis import Check, CompensatedPoint, PeakPoint
-    from rigrunner.api.data import Array, Recording
+    from rigrunner.api import Array, Check, CompensatedPoint, PeakPoint, Recording
 
 ALIGNMENT_U = "_alignment_u"
 """What the condition adds to a channel's name that gives the uncertainty of its time, in s."""

@@ -17,14 +17,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy
 
-from rigrunner.api.analysis import Bias, Check
+from rigrunner.api import Check
+from rigrunner.api.analysis import Bias
 from rigrunner.api.checks import skipped
 from rigrunner.signal.uncertainty import combine
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import CompensatedPoint
+    from rigrunner.api import CompensatedPoint
 
 NAME = "agreement of the set-points"
 TREND = 0.005

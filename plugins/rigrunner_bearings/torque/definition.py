@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from rigrunner.api.analysis import Requirements
+from rigrunner.api import Requirements
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis_context import AnalysisContext, Plugins
-    from rigrunner.api.findings import ResultDefinition
-    from rigrunner.api.measurand import MeasurandKind
+    from rigrunner.api import AnalysisContext, MeasurandKind, ResultDefinition
+    from rigrunner.api.analysis_context import Plugins
     from rigrunner.procedure import AnalysisSpec
 
 

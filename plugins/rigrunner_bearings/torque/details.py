@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api import TorqueDetails
 from rigrunner.api.details import PlotColumn, RunPlot
-from rigrunner.api.torque import TorqueDetails
 from rigrunner.procedure.analysis_spec import NO_LOAD
 from rigrunner.signal.as_json.budget import TORQUE
 from rigrunner_bearings.torque.document import torque_document
@@ -16,8 +16,8 @@ from rigrunner_bearings.torque.document import torque_document
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from rigrunner.api import RunData
     from rigrunner.api.certificate import CertifiedDetails
-    from rigrunner.api.data import RunData
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -23,8 +23,7 @@ from rigrunner_bearings.torque.one_setup import setup_check, unloaded_check
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from rigrunner.api.analysis import Check, CompensatedPoint, Compensation, Component, PeakPoint
-    from rigrunner.api.data import RunData
+    from rigrunner.api import Check, CompensatedPoint, Compensation, Component, PeakPoint, RunData
 
 NO_LOAD, NO_LOAD_AFTER = "no-load run: ", "no-load run after: "
 """What the names of the checks of these runs begin with."""

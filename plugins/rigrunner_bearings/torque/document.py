@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import nan
 from typing import TYPE_CHECKING
 
-from rigrunner.api.analysis import SwingPoint
+from rigrunner.api import SwingPoint
 from rigrunner.signal.as_json.budget import TORQUE, budget
 from rigrunner.signal.as_json.checks import checks_of
 from rigrunner.signal.as_json.curves import curve_of
@@ -17,9 +17,14 @@ from rigrunner_bearings.torque.document_validation import validation
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from rigrunner.api.analysis import CompensatedPoint, Compensation, PeakPoint, Rejection
-    from rigrunner.api.data import Array
-    from rigrunner.api.torque import TorqueDetails
+    from rigrunner.api import (
+        Array,
+        CompensatedPoint,
+        Compensation,
+        PeakPoint,
+        Rejection,
+        TorqueDetails,
+    )
 
 
 def torque_document(found: TorqueDetails) -> Json:

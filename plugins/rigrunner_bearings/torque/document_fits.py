@@ -9,8 +9,7 @@ from rigrunner.signal.as_json.values import plain
 from rigrunner.signal.bands import bands
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import Curve
-    from rigrunner.api.data import Points
+    from rigrunner.api import Curve, Points
     from rigrunner.api.torque import FittedTorque
     from rigrunner.signal.as_json.values import Json
 

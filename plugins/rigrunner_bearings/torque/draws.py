@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError
 from rigrunner.api.validation import Drawable
 from rigrunner.signal.monte_carlo.distributions import named
 from rigrunner_bearings.torque.resampling import another_sensor, other_cycles
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 
     from numpy.random import Generator
 
-    from rigrunner.api.analysis import CompensatedPoint, CompensationMethod, Component, Sweep
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array, CompensatedPoint, CompensationMethod, Component, Sweep
     from rigrunner.api.validation import Perturbation
 
 BY_CYCLES = frozenset({"repeatability, loaded", "repeatability, no load", "scatter between cycles"})

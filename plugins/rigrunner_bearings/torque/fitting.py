@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError
 from rigrunner.api.torque import FittedTorque
 from rigrunner_bearings.signal.peaks import peak_points
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import Curve, Fit, PeakPoint
+    from rigrunner.api import Curve, Fit, PeakPoint, Points
     from rigrunner.api.analysis_context import Plugins
-    from rigrunner.api.data import Points
     from rigrunner.procedure import AnalysisSpec
 
 

@@ -14,10 +14,15 @@ from rigrunner_bearings.signal.peaks import mean_peak, scatter_effect
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import CompensatedPoint, Compensation, Component, PeakPoint
-    from rigrunner.api.data import Estimate
-    from rigrunner.api.instruments import Instrument
-    from rigrunner.api.uncertainty import MeasurementModel
+    from rigrunner.api import (
+        CompensatedPoint,
+        Compensation,
+        Component,
+        Estimate,
+        Instrument,
+        MeasurementModel,
+        PeakPoint,
+    )
 
 LEAST_FOR_SCATTER = 2
 

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api import DataError
 from rigrunner.api.analysis.requirements import LEAST_CYCLES
-from rigrunner.api.errors import DataError
 from rigrunner_bearings.torque.channels import motion_channel, set_point, torque_channel
 from rigrunner_bearings.torque.motion import find_motion
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.api.data import Array, Block, Recording, RunData
+    from rigrunner.api import Array, Block, Recording, RunData
 
 WINDOW_CYCLES = LEAST_CYCLES + 3
 """In a window, at least: a gross error among as few is still told, and enough remain."""

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.member import Member
+from rigrunner.api import Member
 from rigrunner_bearings.torque.channels import role_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from rigrunner.api.data import RunData
-    from rigrunner.api.rig import RigDescription
+    from rigrunner.api import RigDescription, RunData
 
 
 def with_known_load(run: RunData, torque: str, loads_n: Iterable[float]) -> RigDescription:

@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api import DataError, Estimate
 from rigrunner.api.analysis import MotionSource
 from rigrunner.api.analysis.requirements import LEAST_CYCLES
-from rigrunner.api.data import Estimate
-from rigrunner.api.errors import DataError
 from rigrunner.signal.kinematics import swing_angle
 from rigrunner_bearings.signal.cycles import find_cycles, integrated_swing
 from rigrunner_bearings.signal.pulses import pulse_edges, starts_by_frequency, starts_from_edges
@@ -27,8 +26,8 @@ from rigrunner_bearings.torque.waveforms import PHASES, mean_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigrunner.api.data import Array, Mask, Recording, RunData, Samples
-    from rigrunner.api.rig import RigDescription
+    from rigrunner.api import Array, Mask, Recording, RigDescription, RunData
+    from rigrunner.api.data import Samples
 
 ENTERED_LIMIT = 0.005
 """Of an entered frequency: half-width of what it may be off; an angle channel flags more."""

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.analysis import Check, MotionSource
+from rigrunner.api import Check
+from rigrunner.api.analysis import MotionSource
 from rigrunner_bearings.signal.pulses import repetition_frequency
 from rigrunner_bearings.torque.channels import torque_channel
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from rigrunner.api.analysis import PeakPoint
-    from rigrunner.api.data import RunData
+    from rigrunner.api import PeakPoint, RunData
 
 SEEN = {
     MotionSource.ANGLE: "angle says",

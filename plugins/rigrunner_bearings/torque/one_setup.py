@@ -17,10 +17,14 @@ from rigrunner.api.instruments import torque_instruments
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from rigrunner.api.analysis import Check, CompensatedPoint, PeakPoint
-    from rigrunner.api.data import RunData
-    from rigrunner.api.instruments import Instrument
-    from rigrunner.api.rig import RigDescription
+    from rigrunner.api import (
+        Check,
+        CompensatedPoint,
+        Instrument,
+        PeakPoint,
+        RigDescription,
+        RunData,
+    )
 
 ONE_SETUP = Limit(
     name="one set-up",

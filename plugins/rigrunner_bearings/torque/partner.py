@@ -13,7 +13,7 @@ from rigrunner_bearings.torque.sources import sources
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.api.data import Recording, RunData
+    from rigrunner.api import Recording, RunData
     from rigrunner.api.partners import PlannedRun
 
 _FREQUENCY_TOLERANCE = 0.005

@@ -15,9 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import SwingPoint
-from rigrunner.api.errors import DataError
-from rigrunner.api.uncertainty import Effect
+from rigrunner.api import DataError, Effect, SwingPoint
 from rigrunner.signal.inputs import limited
 from rigrunner_bearings.signal.mean_model import with_effects
 from rigrunner_bearings.torque.clocks import (
@@ -31,7 +29,8 @@ from rigrunner_bearings.torque.clocks import (
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from rigrunner.api.analysis import (
+    from rigrunner.api import (
+        Array,
         Check,
         CompensatedPoint,
         Compensation,
@@ -39,7 +38,6 @@ if TYPE_CHECKING:
         PeakPoint,
         Sweep,
     )
-    from rigrunner.api.data import Array
 
 NOTE = (
     "The crank phase is not from an angle channel but from a tacho or an index pulse; how well it "

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import MotionSource, PeakPoint, SwingPoint
+from rigrunner.api import DataError, PeakPoint, SwingPoint
+from rigrunner.api.analysis import MotionSource
 from rigrunner.api.analysis.requirements import LEAST_CYCLES
-from rigrunner.api.errors import DataError
 from rigrunner.signal.averaging import robust_mean
 from rigrunner.signal.extremes import extremes
 from rigrunner.signal.spikes import despiked
@@ -27,8 +27,8 @@ from rigrunner_bearings.torque.waveforms import row_of, waveforms
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from rigrunner.api.analysis import OutlierRule, Rejection
-    from rigrunner.api.data import Array, Mask, Recording, RunData, Samples
+    from rigrunner.api import Array, Mask, OutlierRule, Recording, Rejection, RunData
+    from rigrunner.api.data import Samples
     from rigrunner.procedure import AnalysisSpec
 
 

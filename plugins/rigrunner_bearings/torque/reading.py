@@ -11,8 +11,8 @@ from rigrunner.signal.blocks import less, limits
 from rigrunner_bearings.torque.channels import finite
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array, Recording, RunData, Samples
-    from rigrunner.api.instruments import Instrument
+    from rigrunner.api import Array, Instrument, Recording, RunData
+    from rigrunner.api.data import Samples
 
 
 def torque_reading(recording: Recording, name: str, run: RunData) -> Samples:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import SwingPoint
+from rigrunner.api import SwingPoint
 from rigrunner.signal.monte_carlo.distributions import named
 from rigrunner.signal.sensor import stated
 
@@ -17,9 +17,7 @@ if TYPE_CHECKING:
 
     from numpy.random import Generator
 
-    from rigrunner.api.analysis import PeakPoint, Sweep
-    from rigrunner.api.data import Array, Mask
-    from rigrunner.api.instruments import Instrument
+    from rigrunner.api import Array, Instrument, Mask, PeakPoint, Sweep
 
 PARABOLA = 4.0
 """Of an error curve e(x) = 4 a x (1 - x): its greatest value is a, at half of full scale."""

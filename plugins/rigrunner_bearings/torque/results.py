@@ -4,17 +4,22 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rigrunner.api import MeasurementResult
 from rigrunner.api.analysis import StartPoint
 from rigrunner.api.coordinates import CoordinateValue
-from rigrunner.api.findings import MeasurementResult
 from rigrunner.procedure import FREQUENCY
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from rigrunner.api.analysis import CompensatedPoint, Component, PeakPoint
-    from rigrunner.api.data import Estimate, RunData
-    from rigrunner.api.findings import ResultDefinition
+    from rigrunner.api import (
+        CompensatedPoint,
+        Component,
+        Estimate,
+        PeakPoint,
+        ResultDefinition,
+        RunData,
+    )
 
 
 def torque_at(

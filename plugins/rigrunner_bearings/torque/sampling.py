@@ -13,13 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy
 
-from rigrunner.api.analysis import SwingPoint
-from rigrunner.api.errors import DataError
+from rigrunner.api import DataError, SwingPoint
 from rigrunner_bearings.signal.cycles import SPLINE_ORDER
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import Compensation, CompensationMethod, PeakPoint, Sweep
-    from rigrunner.api.data import Array
+    from rigrunner.api import Array, Compensation, CompensationMethod, PeakPoint, Sweep
 
 ENOUGH = 280.0
 """Samples in a cycle: twelve for each of the harmonics that a method undoes the drive line of."""

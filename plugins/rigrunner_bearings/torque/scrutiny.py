@@ -6,15 +6,14 @@ import math
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
-from rigrunner.api.analysis import CompensatedPoint, Compensation
-from rigrunner.api.data import Estimate
+from rigrunner.api import CompensatedPoint, Compensation, Estimate
 from rigrunner.api.scrutiny import Subject, is_finite, is_real, protect, shown
 from rigrunner.signal.propagation import propagate
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from rigrunner.api.analysis import CompensationMethod, PeakPoint, Sweep
+    from rigrunner.api import CompensationMethod, PeakPoint, Sweep
 
 UNIT = "N·m"
 _ROUNDING = 1e-9

@@ -8,16 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rigrunner.api import DataError, Recording
 from rigrunner.api.coordinates import matches, mixed_labels
-from rigrunner.api.data import Recording
-from rigrunner.api.errors import DataError
 from rigrunner.api.member import channel_of
 from rigrunner_bearings.torque.channels import is_set, torque_channels
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from rigrunner.api.data import Measurement, RunData
+    from rigrunner.api import Measurement, RunData
 
 
 def chosen(run: RunData, where: Mapping[str, Any]) -> RunData:

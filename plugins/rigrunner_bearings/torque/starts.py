@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api import DataError, Estimate, Member
 from rigrunner.api.analysis import MotionSource, StartPoint
 from rigrunner.api.analysis.requirements import LEAST_STARTS
-from rigrunner.api.data import Estimate
-from rigrunner.api.errors import DataError
-from rigrunner.api.member import Member
 from rigrunner.signal.spikes import hampel
 from rigrunner_bearings.signal.starts import find_start
 from rigrunner_bearings.torque.channels import finite, motion_channel, role_of, torque_channel
@@ -20,8 +18,7 @@ from rigrunner_bearings.torque.reading import torque_reading
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from rigrunner.api.analysis import OutlierRule
-    from rigrunner.api.data import Recording, RunData
+    from rigrunner.api import OutlierRule, Recording, RunData
     from rigrunner.procedure import AnalysisSpec
     from rigrunner.procedure.analysis_spec import StartsSpec
     from rigrunner_bearings.signal.starts import Start

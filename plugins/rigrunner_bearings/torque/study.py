@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from rigrunner.api.uncertainty import Distribution, Effect, Input
+from rigrunner.api import Distribution, Effect, Input
 from rigrunner.signal.inputs import extended
 from rigrunner.signal.propagation import propagate
 from rigrunner_bearings.signal.mean_model import model_of_point
@@ -17,7 +17,7 @@ from rigrunner_bearings.signal.mean_model import model_of_point
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import CompensatedPoint, Compensation
+    from rigrunner.api import CompensatedPoint, Compensation
     from rigrunner.api.gauge import NamedStudy
 
 

@@ -23,8 +23,7 @@ from rigrunner_bearings.torque.draws import draw_pipeline
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from rigrunner.api.analysis import CompensatedPoint, CompensationMethod, Sweep
-    from rigrunner.api.data import Array, Estimate
+    from rigrunner.api import Array, CompensatedPoint, CompensationMethod, Estimate, Sweep
     from rigrunner.procedure import MonteCarloSpec
     from rigrunner.signal.monte_carlo.adaptive import Propagated
     from rigrunner_bearings.torque.draws import Drawn

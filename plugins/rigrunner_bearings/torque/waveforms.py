@@ -19,7 +19,8 @@ from rigrunner_bearings.signal.cycles import resample, resampled
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rigrunner.api.data import Array, Mask, Samples
+    from rigrunner.api import Array, Mask
+    from rigrunner.api.data import Samples
 
 PHASES = 1024
 MOST_ROWS = 1024

@@ -313,6 +313,7 @@ PIECES_OF_CHECKS = {  # put together with others, or not for people who read the
     "gain and inertia between the runs", "Q to QQ", "above 0Q", "at least QQ", "at most QQ",
     "Q on the mean", "its effect cannot be estimated; Q",
     "Q of the inertia's torque is left, Q may be chance",
+    "The check 'Q' failed: QQQ.",
 }  # fmt: skip
 
 
