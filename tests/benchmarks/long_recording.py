@@ -30,7 +30,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from benchmarks.frame import Figure, Spread, Work, allocated_peak, at_most
-from helpers_long import short_blocks
+from helpers_long import short_cycles
 from helpers_workflow import quick_procedure, run, station_file
 from rigrunner.procedure import parse_procedure
 from rigrunner.run.stored import run_data
@@ -226,7 +226,7 @@ def of_further(taken: dict[int, list[tuple[float, float]]]) -> list[Figure]:
 def work() -> list[Work]:
     """Return what memory grows by with a recording: counted in blocks a tenth as long."""
     with pytest.MonkeyPatch.context() as patch:
-        short_blocks(patch, FEW)
+        short_cycles(patch, FEW)
         patch.setattr(waveforms, "MOST_ROWS", 64)
         two, four = (_peak_bytes(count * FEW) for count in (2, 4))
     return [

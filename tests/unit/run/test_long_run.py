@@ -6,7 +6,7 @@ from collections import Counter
 
 import pytest
 
-from helpers_long import short_blocks
+from helpers_long import short_cycles
 from rigrunner.api import TorqueDetails
 from rigrunner.documents.certifying.derived_again import refuse_other_numbers
 from rigrunner.registry import load_registry
@@ -19,7 +19,7 @@ from rigrunner.runfile.stored_samples import StoredSamples
 def test_block_by_block_a_run_has_the_numbers_that_it_has_in_memory(finished, monkeypatch):
     _, _, loaded = finished
     whole, stored = loaded.result, read(loaded.folder)
-    short_blocks(monkeypatch, 2000)
+    short_cycles(monkeypatch, 2000)
     monkeypatch.setattr("rigrunner.runfile.entry.IN_MEMORY", 0)
     longest, read_slice = [], StoredSamples.__getitem__
     unpacked, unpack = Counter(), StoredSamples._unpacked

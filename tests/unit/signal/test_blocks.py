@@ -16,8 +16,6 @@ from rigrunner.signal.extremes import extremes
 from rigrunner.signal.kinematics import swing_angle
 from rigrunner.signal.order import percentiles
 from rigrunner.signal.spikes import despiked, hampel
-from rigrunner_bearings.signal.cycles import find_cycles, resample
-from rigrunner_bearings.signal.pulses import pulse_edges, repetition_frequency
 
 RATIO = 2 / 45
 RATE_HZ = 10e3
@@ -66,23 +64,6 @@ def test_extremes_are_those_of_parts_over_several_blocks(monkeypatch, block, edg
     assert [each.tolist() for each in extremes(values, places)] == wanted
 
 
-def test_cycles_are_those_of_the_whole_recording(monkeypatch):
-    angle = swing()
-    whole = find_cycles(angle, RATE_HZ, RATIO)
-    short_blocks(monkeypatch)
-    found = find_cycles(Stored(angle), RATE_HZ, RATIO)
-    np.testing.assert_allclose(found.starts, whole.starts, rtol=0, atol=1e-9)
-    assert (found.offset_rad, found.ratio) == pytest.approx((whole.offset_rad, whole.ratio), 1e-12)
-
-
-@pytest.mark.parametrize("n", [256, 1024])
-def test_resampled_cycles_are_those_of_the_whole_recording(monkeypatch, n):
-    values, starts = swing(), np.arange(3.3, 39_000, 970.87)
-    whole = resample(values, starts, n)
-    short_blocks(monkeypatch)
-    np.testing.assert_allclose(resample(Stored(values), starts, n), whole, rtol=0, atol=1e-12)
-
-
 @given(seed=st.integers(0, 99), block=st.integers(20, 400))
 @settings(
     max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
@@ -127,19 +108,6 @@ def test_percentiles_are_found_in_one_walk_and_a_block(monkeypatch):
     stored = Stored(angle)
     assert percentiles(stored, [2, 98]) == wanted
     assert stored.given < 12 * BLOCK
-
-
-def test_pulses_are_those_of_the_whole_recording(monkeypatch):
-    signal = (np.arange(40_000) % 970 < 20) + 0.0
-    whole = pulse_edges(signal)
-    short_blocks(monkeypatch)
-    assert pulse_edges(Stored(signal)).tolist() == whole.tolist()
-
-
-def test_a_long_torque_repeats_as_often_as_it_does(monkeypatch):
-    torque = np.sin(2 * np.pi * 10.3 / RATE_HZ * np.arange(200_000) + 1) + 3
-    short_blocks(monkeypatch)
-    assert repetition_frequency(Stored(torque), RATE_HZ, 10.0) == pytest.approx(10.3, rel=1e-4)
 
 
 def test_what_is_taken_off_is_taken_off_each_slice(monkeypatch):

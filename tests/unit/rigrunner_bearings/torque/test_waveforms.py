@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from helpers_long import short_blocks
+from helpers_long import short_cycles
 from rigrunner.api.analysis import Rejection
 from rigrunner.signal.averaging import robust_mean
 from rigrunner.signal.repeatability import standard_error
@@ -29,7 +29,7 @@ def prepared(cycles=40):
 def test_a_long_recording_gives_what_it_gives_in_memory(monkeypatch):
     whole, made = prepared()
     whole_checks = list(run_checks(run_of(made), (whole,)))
-    short_blocks(monkeypatch)
+    short_cycles(monkeypatch)
     found, _ = prepared()
     np.testing.assert_array_equal(found.peak_nm, whole.peak_nm)
     np.testing.assert_allclose(found.torque_nm, whole.torque_nm, rtol=0, atol=1e-9)

@@ -1,0 +1,41 @@
+"""Cycles and pulses that are found block by block are those of all samples at once."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from helpers_long import short_cycles
+from rigrunner_bearings.signal.cycles import find_cycles, resample
+from rigrunner_bearings.signal.pulses import pulse_edges, repetition_frequency
+from unit.signal.test_blocks import RATE_HZ, RATIO, Stored, swing
+
+
+def test_cycles_are_those_of_the_whole_recording(monkeypatch):
+    angle = swing()
+    whole = find_cycles(angle, RATE_HZ, RATIO)
+    short_cycles(monkeypatch)
+    found = find_cycles(Stored(angle), RATE_HZ, RATIO)
+    np.testing.assert_allclose(found.starts, whole.starts, rtol=0, atol=1e-9)
+    assert (found.offset_rad, found.ratio) == pytest.approx((whole.offset_rad, whole.ratio), 1e-12)
+
+
+@pytest.mark.parametrize("n", [256, 1024])
+def test_resampled_cycles_are_those_of_the_whole_recording(monkeypatch, n):
+    values, starts = swing(), np.arange(3.3, 39_000, 970.87)
+    whole = resample(values, starts, n)
+    short_cycles(monkeypatch)
+    np.testing.assert_allclose(resample(Stored(values), starts, n), whole, rtol=0, atol=1e-12)
+
+
+def test_pulses_are_those_of_the_whole_recording(monkeypatch):
+    signal = (np.arange(40_000) % 970 < 20) + 0.0
+    whole = pulse_edges(signal)
+    short_cycles(monkeypatch)
+    assert pulse_edges(Stored(signal)).tolist() == whole.tolist()
+
+
+def test_a_long_torque_repeats_as_often_as_it_does(monkeypatch):
+    torque = np.sin(2 * np.pi * 10.3 / RATE_HZ * np.arange(200_000) + 1) + 3
+    short_cycles(monkeypatch)
+    assert repetition_frequency(Stored(torque), RATE_HZ, 10.0) == pytest.approx(10.3, rel=1e-4)
