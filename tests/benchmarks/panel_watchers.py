@@ -1,85 +1,205 @@
-"""What many screens cost the panel: 200 live values at 10 Hz to 50 WebSockets.
+"""What many screens cost the panel while rigs record: see docs/evidence/panel.md.
 
-    python tests/benchmarks/panel_watchers.py [screens] [values]
+    python tests/benchmarks/panel_watchers.py [values | two] [seconds]
 
-Not a test: it takes 10 s of real time, and prints the processor time of the server alone.
+Not a test: it takes a minute of real time, or two. A panel is served with two rigs, each with a
+process of its own. A Chromium and 49 WebSocket clients watch one of them: with `values` it reads
+200 channels at 10 Hz and waits at a question, while the other one records 4 channels at 100 kS/s;
+with `two` both record so, and 25 clients watch each. What is said of the panel is the processor
+time of its own process over the time on the wall; the device says how many samples it made.
 """
 
 from __future__ import annotations
 
 import asyncio
-import socket
+import os
+import shutil
 import sys
+import tempfile
 import time
 from multiprocessing import get_context
 from pathlib import Path
 
-import uvicorn
+import h5py
+from playwright.sync_api import sync_playwright
 from websockets.asyncio.client import connect
 
-from rigrunner_panel.live.story import Story
-from rigrunner_panel.process.messages import Show, Values
-from rigrunner_panel.serve import server_config
-from rigrunner_panel.view.sections import ChannelView, JobView, PlanView
-from rigrunner_panel.web.panel import Panel, Settings
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-SECONDS = 10.0
+from benchmarks import fast_tester, many_channels
+from e2e.helpers_panel import Screen, process_is_gone, ready, served, started_by
+from e2e.panel.helpers_screen import browser_path
+from helpers_workflow import edited
+from rigrunner.run.locate import shipped_folder
+
+CLIENTS = 49
+RATE = 100_000
+FAST = """plugin: fast_tester
+    settings:
+      frequency_rate: 100 Hz/s
+      load_rate: 5000 N/s
+      block_samples: 10000
+      sensors: {rate: 100 kHz}"""
+RECORD = """\
+rigrunner: procedure/2
+id: RECORD
+revision: "A"
+title: One long recording
+measurand: {symbol: Td, name: torque, unit: N·m}
+uses: {tester: swing_tester}
+main:
+  - set: {tester.frequency: 10 Hz}
+  - record:
+      channels: [tester.angle, tester.torque, tester.velocity, tester.load]
+      duration: SECONDS s
+"""
+MANY = """\
+rigrunner: station/1
+id: many
+title: An instrument with 200 channels
+devices: {meter: {type: many_channels, plugin: many_channels}}
+plugins: plugins
+"""
+WAIT = """\
+rigrunner: procedure/2
+id: WAIT
+revision: "A"
+title: A question while channels are read
+measurand: {symbol: F, name: force, unit: N}
+uses: {meter: many_channels}
+main:
+  - confirm: {text: Go on?}
+  - measure: {name: force, channels: [meter.c000], duration: 2 s}
+"""
+COUNT = """async () => {
+    const { listen } = await import("/js/store.js");
+    window.counted = 0;
+    listen((changed) => { if (changed.has("channels")) window.counted += 1; });
+}"""
 
 
-def watch(port, screens, got):
-    """Be that many screens, which read what comes and do nothing with it."""
+def tell(text):
+    """Print a line at once."""
+    sys.stdout.write(f"{text}\n")
+    sys.stdout.flush()
+
+
+def lab(folder, seconds):
+    """Make a lab with three rigs and two procedures; return its runs."""
+    (folder / "plugins").mkdir()
+    for each in (fast_tester, many_channels):
+        shutil.copy(each.__file__, folder / "plugins")
+    for name in ("fast", "other"):
+        edited(
+            shipped_folder() / "stations" / "simulated.yaml",
+            folder / f"{name}.yaml",
+            plugin=("plugin: swing_tester_sim\n    settings: {seed: 1}", FAST),
+            folder=("id: simulated\n", f"id: {name}\nplugins: plugins\n"),
+        )
+    (folder / "many.yaml").write_text(MANY, encoding="utf-8")
+    (folder / "record.yaml").write_text(RECORD.replace("SECONDS", str(seconds)), encoding="utf-8")
+    (folder / "wait.yaml").write_text(WAIT, encoding="utf-8")
+    return folder / "runs"
+
+
+def watch(address, rigs, got):
+    """Be the clients, which read what comes; count the updates of channels and the bytes."""
 
     async def one(number):
-        address = f"ws://127.0.0.1:{port}/api/v1/events?client=watcher-{number:04d}&rig=simulated"
-        async with connect(address, max_size=None) as screen:
+        asked = f"client=watcher-{number:04d}&rig={rigs[number % len(rigs)]}"
+        async with connect(f"{address}/api/v1/events?{asked}", max_size=None) as screen:
             async for message in screen:
-                got.value += len(message)
+                with got.get_lock():
+                    got[0] += len(message)
+                    got[1 + number] += isinstance(message, str) and '"channels":' in message
 
     async def every():
-        await asyncio.wait_for(
-            asyncio.gather(*(one(each) for each in range(screens))), SECONDS + 10
-        )
+        await asyncio.gather(*(one(each) for each in range(CLIENTS)), return_exceptions=True)
 
-    try:
-        asyncio.run(every())
-    except (TimeoutError, OSError):
-        return
+    asyncio.run(every())
 
 
-async def served(screens, values):
-    """Return the share of a core that the server took, how many updates, and bytes received."""
-    panel = Panel(settings=Settings(runs=Path("/nonexistent")))
-    names = [f"rig_{i // 20}.channel_{i}" for i in range(values)]
-    views = tuple(ChannelView(name=each, long_name="a channel", si="N", unit="N") for each in names)
-    board = panel.rig("simulated").board
-    story = Story(board, JobView(kind="run", procedure="p", station="s"), panel)
-    story.take(Show({"plan": PlanView(estimated_s=1.0, steps=()), "channels": views}))
-    listening = socket.create_server(("127.0.0.1", 0))
-    server = uvicorn.Server(server_config(panel))
-    work = asyncio.create_task(server.serve(sockets=[listening]))
-    spawn = get_context("spawn")
-    got = spawn.Value("Q")
-    asked = (listening.getsockname()[1], screens, got)
-    process = spawn.Process(target=watch, args=asked)
-    process.start()
-    while board.get("watchers") < screens:  # noqa: ASYNC110  (of another process)
-        await asyncio.sleep(0.1)
-    began, used = time.monotonic(), time.process_time()
-    number = 0
-    while time.monotonic() - began < SECONDS:
-        number += 1
-        now = {each: number + 0.123456 * i for i, each in enumerate(names)}
-        story.take(Values(now, time.time(), 0.1))
-        await asyncio.sleep(0.1)
-    share = (time.process_time() - used) / (time.monotonic() - began)
-    process.terminate()
-    server.should_exit = True
-    await work
-    return share, number, got.value
+def cpu_s(pid):
+    """Return the processor time of a process, of user and system, in seconds."""
+    fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def start(screen, procedure, station):
+    """Start a run, and wait until it is where it will be."""
+    pair = ready(screen, procedure, station)
+    screen.post("run/start", 202, **pair, inputs={})
+    screen.until(lambda state: state["prompt"] or (state["progress"] or {}).get("recording"))
+
+
+def kept(screen):
+    """Wait for the end; return the samples made, those kept in each channel, and the delay."""
+    finished = screen.until(lambda state: state["phase"] == "finished", 600)["finished"]
+    assert finished["outcome"] == "completed", finished
+    with h5py.File(Path(finished["folder"]) / "run.h5") as file:
+        (group,) = file["entry/recordings"].values()
+        made = int(group["conditions/tester_produced"][()])
+        names = ("angle", "torque", "velocity", "load")
+        found = [group[f"tester_{each}"].shape[0] for each in names]
+        return made, found, float(group["conditions/tester_late"][()])
+
+
+def measure(what, seconds):
+    """Serve, watch, and print what it took."""
+    recording = ["fast.yaml", "other.yaml"] if what == "two" else ["fast.yaml"]
+    watched = recording if what == "two" else ["many.yaml"]
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        runs = lab(folder, seconds)
+        with served(folder, runs) as server, sync_playwright() as playwright:
+            screens = {each: Screen(server, f"client-{each[:4]}-1", each) for each in
+                       dict.fromkeys([*watched, *recording])}  # fmt: skip
+            spawn = get_context("spawn")
+            got = spawn.Array("Q", 1 + CLIENTS)
+            address = server.address.replace("http", "ws", 1)
+            clients = spawn.Process(target=watch, args=(address, watched, got))
+            clients.start()
+            flags = ["--no-sandbox", "--disable-gpu"]
+            browser = playwright.chromium.launch(executable_path=browser_path(), args=flags)
+            page = browser.new_page(viewport={"width": 1280, "height": 720})
+            if what == "values":
+                start(screens["many.yaml"], "wait.yaml", "many.yaml")
+            page.goto(f"{server.address}/?rig={watched[0]}#/run")
+            page.wait_for_selector("header .chip:not(.disconnected)")
+            page.evaluate(COUNT)
+            for each in recording:
+                start(screens[each], "record.yaml", each)
+            wanted = (CLIENTS + 1) // len(watched)
+            for each in watched:
+                screens[each].until(lambda state: state["watchers"] >= wanted)
+            children = started_by(server.process.pid)
+            began, used = time.monotonic(), cpu_s(server.process.pid)
+            others = {pid: cpu_s(pid) for pid in children}
+            before, counted = list(got), page.evaluate("counted")
+            page.wait_for_timeout(1000 * (seconds - 8))
+            took_s = time.monotonic() - began
+            share = (cpu_s(server.process.pid) - used) / took_s
+            after, counted = list(got), page.evaluate("counted") - counted
+            for pid, command in children.items():
+                part = "rig" if "jobs.main" in command else "analyst"
+                tell(f"  process of the {part}: {100 * (cpu_s(pid) - others[pid]) / took_s:.0f} %")
+            updates = sorted(b - a for a, b in zip(before[1:], after[1:], strict=True))
+            size = (after[0] - before[0]) / 1e6
+            tell(f"{what}: {took_s:.0f} s, the panel {100 * share:.1f} % of a core; updates of"
+                 f" channels {updates[0]} to {updates[-1]} per client, {counted} in Chromium;"
+                 f" {size:.0f} MB to the clients")  # fmt: skip
+            browser.close()
+            for each in recording:
+                made, found, late_s = kept(screens[each])
+                lost = [made - count for count in found]
+                tell(f"{each}: {made:,} samples made, lost {lost}; fetched at most"
+                     f" {1e3 * late_s:.0f} ms late")  # fmt: skip
+            clients.terminate()
+            for screen in screens.values():
+                screen.close()
+        process_is_gone(server.process.pid)
 
 
 if __name__ == "__main__":
-    wanted = [int(each) for each in sys.argv[1:]] or [50, 200]
-    found, updates, size = asyncio.run(served(*wanted))
-    told = f"{100 * found:.0f} % of a core, {updates} updates, {size / 1e6:.0f} MB received"
-    sys.stdout.write(f"{wanted}: {told}\n")
+    words = sys.argv[1:] or ["values"]
+    measure(words[0], int((words[1:] or ["40"])[0]))
