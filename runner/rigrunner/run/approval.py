@@ -1,4 +1,4 @@
-"""The state of a procedure: a draft, or approved by somebody, bound to what it says."""
+"""Approval of procedures: a procedure is a draft, or its text was approved by a person."""
 
 from __future__ import annotations
 
@@ -31,64 +31,64 @@ class Approved(Settings):
     """Who approved a procedure, when, and which texts."""
 
     revision: Text
-    """Of the procedure."""
+    """Revision of the procedure."""
     by: Text
-    """The person."""
+    """Name of the person."""
     utc: Text
     """When: a date, or a time in UTC."""
     sha256: Digest
-    """Over the procedure and all that it calls: `rigrunner.procedure.texts_digest`."""
+    """Of the procedure and all that it calls: `rigrunner.procedure.texts_digest`."""
 
 
 class ApprovalFile(Settings):
-    """The file beside a procedure that says who approved it."""
+    """The file beside a procedure with its approvals."""
 
     rigrunner: Literal["approval/1"]
-    """What this file is, and its version."""
+    """Type and version of this file."""
     procedure: Identifier
     """The id of the procedure."""
     approved: Approved
-    """The approval that counts."""
+    """The approval in force."""
     earlier: ListOf[Approved] = ()
-    """Those before it, the oldest first."""
+    """Earlier ones, oldest first."""
 
 
 @dataclass(frozen=True)
 class ApprovalState:
-    """Whether a procedure is approved as it stands."""
+    """Whether the present text of a procedure is approved."""
 
     state: Literal["draft", "approved"]
     by: str = ""
     utc: str = ""
     sha256: str = ""
-    """Of the texts as they are now, whether approved or not."""
+    """Of the present texts, approved or not."""
     note: str = ""
-    """Why it is a draft although somebody once approved it."""
+    """Why it is a draft although an earlier text was approved."""
 
     @property
     def is_draft(self) -> bool:
-        """Whether what is measured by it is not for certification."""
+        """Whether its results are not for certification."""
         return self.state == "draft"
 
     def texts(self) -> dict[str, str]:
-        """Return the state for the header of a run: what is known of it, by name."""
+        """Return the approval for the header of a run."""
         fields = ("state", "by", "utc", "sha256", "note")
         return {name: text for name in fields if (text := str(getattr(self, name)))}
 
     def sentence(self) -> str:
-        """Return the state in words."""
+        """Return the approval as a sentence."""
         if self.state == "approved":
             return f"approved by {self.by} on {self.utc[:10]}"
         return f"draft, {NOT_FOR_CERTIFICATION}{f': {self.note}' if self.note else ''}"
 
 
 def approval_file(procedure: Path) -> Path:
-    """Return where the approval of a procedure file is kept: beside it."""
+    """Return the path of the approval of a procedure, beside it."""
     return procedure.with_suffix(SUFFIX)
 
 
 def approval_state(procedure: LoadedProcedure) -> ApprovalState:
-    """Return the state of a procedure; raise InvalidFileError if its approval cannot be read."""
+    """Return the approval of a procedure; raise InvalidFileError if it cannot be read."""
     digest = procedure.digest_with_called
     found = _read(approval_file(Path(procedure.document.name)))
     if found is None:
@@ -102,7 +102,7 @@ def approval_state(procedure: LoadedProcedure) -> ApprovalState:
 
 
 def moment_of(day: date | None, now: datetime) -> str:
-    """Return the given day, or else this moment in UTC; raise UsageError for a day to come."""
+    """Return the given day, or else this moment in UTC; raise UsageError for a future day."""
     if day is None:
         return utc_text(now)
     if day > now.date():
@@ -111,10 +111,10 @@ def moment_of(day: date | None, now: datetime) -> str:
 
 
 def approve(procedure: LoadedProcedure, by: str, utc: str) -> Path:
-    """Write down that a person approves a procedure as it stands; return the file.
+    """Record that a person approves the present text of a procedure; return the file.
 
-    Earlier approvals are kept in it. Raises UsageError where nobody is named, where the procedure
-    is a shipped one, and where the file cannot be written; InvalidFileError for a broken file.
+    Earlier approvals are kept. Raises UsageError without a name, for a shipped procedure, and if
+    the file cannot be written; InvalidFileError for a broken file.
     """
     by, source = by.strip(), Path(procedure.document.name)
     if not by:
@@ -144,7 +144,7 @@ def approve(procedure: LoadedProcedure, by: str, utc: str) -> Path:
 
 
 def approved_in(path: Path) -> Approved | None:
-    """Return the approval that counts in the file beside a procedure; None where there is none."""
+    """Return the approval in force in the file beside a procedure; None for none."""
     found = _read(path)
     return None if found is None else found.approved
 
@@ -154,7 +154,7 @@ def _read(path: Path) -> ApprovalFile | None:
 
 
 def _write(path: Path, text: str) -> None:
-    """Replace the file as a whole: half an approval would be none."""
+    """Replace the whole file at once."""
     part = path.with_name(f".{path.name}.part")
     try:
         part.unlink(missing_ok=True)

@@ -1,4 +1,4 @@
-"""A procedure checked as far as that needs no station; imports neither stations nor plans."""
+"""Checks of a procedure without a station; imports neither stations nor plans."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 
 
 def checked_alone(procedure: Path, text: str | None = None) -> LoadedProcedure:
-    """Load and check a procedure as far as that needs no station; raise InvalidFileError.
+    """Load and check a procedure without a station; raise InvalidFileError.
 
-    `text` is taken for what its file has.
+    `text` replaces the content of the file.
     """
     registry = load_registry()
     loaded = load_procedure(procedure, step_kinds(registry), text=text)

@@ -1,4 +1,4 @@
-"""Later decisions as a certificate has them."""
+"""Later decisions in the form of a certificate."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def record_of(decision: DecisionFile) -> DecisionRecord:
-    """Return what a certificate says of a later decision."""
+    """Return a later decision in the form of a certificate."""
     found = decision.summary
     return DecisionRecord(
         file=found.file,

@@ -1,7 +1,7 @@
-"""Later decisions on a stored run, by another rule or other limits: each a file, on record.
+"""Later decisions on a stored run, by another rule or other limits, each in its own file.
 
-`run.h5` stays as it is. Beside it `decision-2.json`, then `decision-3.json` and so on say who
-decided what, when and why, by which rule before and after, and of which recordings, by digest.
+`run.h5` is not changed. `decision-2.json`, `decision-3.json` and so on beside it record who decided
+what, when and why, by which rules before and after, and on which recordings, by digest.
 """
 
 from __future__ import annotations
@@ -54,17 +54,17 @@ class Decider:
 
 @dataclass(frozen=True, eq=False)
 class DecisionFile:
-    """A later decision as it stands in its file."""
+    """A later decision and its file."""
 
     path: Path
     document: Mapping[str, Any]
     acceptance: Acceptance
     sha256: str
-    """Of the file's bytes."""
+    """Of the bytes of the file."""
 
     @property
     def summary(self) -> LaterDecision:
-        """What a report says of it."""
+        """The decision for a report."""
         found, before = self.document["decision"], self.document["before"]
         return LaterDecision(
             file=self.path.name,
@@ -83,18 +83,17 @@ class DecisionFile:
 
 
 class Digested(Protocol):
-    """Whatever knows the digest of a run's recordings."""
+    """Has the digest of the recordings of a run."""
 
     @property
     def digest(self) -> str:
-        """SHA-256 over finished recordings and measurements."""
+        """SHA-256 of recordings and measurements."""
 
 
 def later_decisions(stored: Digested, folder: Path) -> tuple[DecisionFile, ...]:
     """Return the decisions beside a run, oldest first.
 
-    Raises DataError for a file that cannot be read, for one that is of other recordings, and where
-    one is missing.
+    Raises DataError for an unreadable file, for one on other recordings, and for a missing one.
     """
     found = tuple(_read(path, stored.digest) for _, path in _files(folder))
     before = RUN_FILE
@@ -110,7 +109,7 @@ def later_decisions(stored: Digested, folder: Path) -> tuple[DecisionFile, ...]:
 
 
 def acceptance_in_force(stored: StoredRun, folder: Path) -> Acceptance | None:
-    """Return limits and rule of the latest decision: the procedure's, unless decided again."""
+    """Return limits and rule of the latest decision, by default those of the procedure."""
     later = later_decisions(stored, folder)
     return later[-1].acceptance if later else _procedure(stored).acceptance
 
@@ -121,12 +120,11 @@ def decide_again(
     decider: Decider,
     change: Callable[[Acceptance | None], Acceptance],
 ) -> tuple[DecisionFile, Result]:
-    """Decide a stored run by other limits or another rule, and put that on record.
+    """Decide on a stored run by other limits or another rule, and record that.
 
-    `change` returns what is to hold, given what holds now. Nothing is measured again, and no file
-    that is there is changed. Raises UsageError where a name or reason is missing or nothing
-    changes, and DataError for a run on which nothing can be decided, or whose result the limits
-    are not for.
+    `change` returns the new limits and rule from the present ones. Nothing is measured again, and
+    no existing file is changed. Raises UsageError if name or reason are missing or nothing changes,
+    and DataError for a run without anything to decide, or limits for other results.
     """
     if not (decider.by.strip() and decider.reason.strip()):
         raise UsageError("a decision needs a name and a reason", hint="give --by and --reason")
@@ -154,7 +152,7 @@ def _procedure(stored: StoredRun) -> Procedure:
 
 
 def _refuse(result: Result, acceptance: Acceptance) -> None:
-    """Raise DataError where there is no result, or a limit is for another measurand."""
+    """Raise DataError if there is no result, or a limit is for another measurand."""
     run_id, given = result.run.run_id, {each.name for each in (*result.results, *result.means)}
     if not given:
         why = f": {result.notes[0]}" if result.notes else ""
@@ -191,7 +189,7 @@ def _refuse_other_results(result: Result, acceptance: Acceptance) -> None:
 
 
 def _before(folder: Path, stored: StoredRun, held: Acceptance | None) -> dict[str, Any]:
-    """Return what was decided until now, and by which file."""
+    """Return the present decision and its file."""
     later = later_decisions(stored, folder)
     document: Mapping[str, Any] = stored.result_document or {}
     decided = later[-1].document["decision"] if later else document.get("decision")
@@ -225,7 +223,7 @@ def _content(
 
 
 def _write(folder: Path, content: Mapping[str, Any]) -> Path:
-    """Write the next decision file, durably; never over another."""
+    """Write the next decision file durably; never overwrite one."""
     text = json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)
     number = max((number for number, _ in _files(folder)), default=FIRST - 1) + 1
     path = folder / _name(number)

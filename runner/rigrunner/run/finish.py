@@ -1,4 +1,4 @@
-"""What becomes of a run once the rig is safe: analysed, sealed, reported."""
+"""The end of a run once the rig is safe: analysed, sealed, reported."""
 
 from __future__ import annotations
 
@@ -40,21 +40,21 @@ class FinishedRun:
     outcome: Outcome
     reason: str
     error: BaseException | None
-    """The first error of the run, or else that of its analysis, or of sealing it."""
+    """The first error of the run, or else of its analysis or sealing."""
     sealed: bool = True
-    """Whether run.h5 is there; else the folder holds what was recorded, as after a crash."""
+    """Whether run.h5 exists; else the folder has the recorded data, as after a crash."""
     result: Result | None = None
     report: Path | None = None
     passed_over: tuple[str, ...] = ()
-    """The failures after which the run went on because the procedure says so."""
+    """Failures after which the run continued, as the procedure says."""
     unsafe: str = ""
-    """What speaks against the rig being safe, in words."""
+    """Why the rig is not known to be safe, as text."""
     waits: bool = False
-    """Whether it is kept open for a partner run after it; it has no result before."""
+    """Whether it stays open for a partner run after it; it has no result until then."""
 
     @property
     def exit_code(self) -> ExitCode:
-        """How a command that did this run ends; a rig that is not safe goes before all else."""
+        """Exit code of the command; a rig that is not safe comes before all else."""
         if self.unsafe:
             return ExitCode.DEVICE
         if isinstance(self.error, KeyboardInterrupt):
@@ -71,9 +71,9 @@ class FinishedRun:
 
 
 def verdict_code(result: Result | None) -> ExitCode:
-    """Return the exit code of an analysed run: its verdict, where there is one to give.
+    """Return the exit code of an analysed run: its verdict, if there is one.
 
-    A run that was interrupted neither passes nor fails, whatever its recordings say.
+    A run that was interrupted neither passes nor fails, whatever its recordings show.
     """
     if result is None:
         return ExitCode.PASS
@@ -93,10 +93,11 @@ def finish(
     progress: Progress,
     to_be_resumed: bool = False,
 ) -> FinishedRun:
-    """Analyse what was recorded, seal it whatever comes of that, and report.
+    """Analyse the data, seal the run in any case, and report.
 
-    `end` is outcome, reason, and what was passed over. A run that cannot be sealed stays as it is,
-    and so does one that is `to_be_resumed`, or whose procedure asks for a partner run after it.
+    `end` is outcome, reason, and failures that were skipped. A run that cannot be sealed stays
+    open, and so does one that is `to_be_resumed`, or whose procedure requires a partner run after
+    it.
     """
     outcome, reason, passed_over = end
     folder = writer.folder
@@ -142,10 +143,7 @@ def _result(
     *,
     asked: bool,
 ) -> Result | None:
-    """Return the result of a run whose analysis is `asked`, or that measured a value with a limit.
-
-    None of any other.
-    """
+    """Return the result of a run whose analysis is `asked`, or with limited measured values."""
     if not asked and not any(step.limits or step.terms.expected for step in planned.plan.steps):
         return None  # without reading what may be many thousands of rows
     stored = read(folder)
@@ -155,7 +153,7 @@ def _result(
 
 
 def _is_empty(planned: Planned, writer: RunWriter) -> bool:
-    """Say whether a session by hand, of which no step is planned, ended without a point."""
+    """Return whether a manual session, which has no planned step, ended without a point."""
     return not planned.plan.steps and not writer.recordings
 
 
@@ -181,7 +179,7 @@ def _write_result(folder: Path, content: Mapping[str, object]) -> None:
 
 @contextmanager
 def kept(errors: list[BaseException]) -> Iterator[None]:
-    """Keep an error for the FinishedRun: what was measured must be sealed all the same."""
+    """Keep an error for the FinishedRun, since the data must be sealed in any case."""
     try:
         yield
     except BaseException as error:  # noqa: BLE001  (of a plugin, or Ctrl-C)

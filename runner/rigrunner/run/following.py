@@ -1,4 +1,4 @@
-"""Gives the blocks of a run to what its analyses show live, and what they find to a screen."""
+"""Passes the blocks of a run to the live views of its analyses, and their findings to a screen."""
 
 from __future__ import annotations
 
@@ -30,22 +30,22 @@ if TYPE_CHECKING:
     from rigrunner.run.prepare import Planned
 
 EVERY_S = 0.25
-"""How often a screen is told, of a recording that goes on."""
+"""Interval of updates of a screen during a recording."""
 
 
 class Shows(Protocol):
     """A screen."""
 
     def __call__(self, found: Findings, *, is_whole: bool) -> None:
-        """Take what is known by now; `is_whole`: a recording is finished."""
+        """Take the findings so far; `is_whole`: a recording has ended."""
         ...
 
 
 class Draws(Protocol):
-    """What of a screen shows curves."""
+    """The part of a screen that shows curves."""
 
     def __call__(self, recording: str, curve: Curve, ended_s: float) -> None:
-        """Take a curve of a recording, complete at `ended_s` by the events' monotonic clock."""
+        """Take a curve of a recording that ended at `ended_s`, by the clock of the events."""
         ...
 
 
@@ -57,10 +57,10 @@ def following(
     draw: Draws | None = None,
     partners: Mapping[str, Path] = MappingProxyType({}),
 ) -> Iterator[list[EventSink]]:
-    """Give the listener that a run needs for its live analyses; none where there are none.
+    """Yield the listener for the live analyses of a run; none if there are none.
 
-    It has a thread of its own: a slow one holds no run up. `partners` are the partner runs that
-    analyses are given while it is measured. Raises PluginError.
+    It has its own thread, so that it cannot delay the run. `partners` are the partner runs for the
+    analyses during the measurement. Raises PluginError.
     """
     folds = [
         (each.name, live)
@@ -80,7 +80,7 @@ def following(
 
 
 def _run(planned: Planned, partners: Mapping[str, Path]) -> RunData:
-    """Return the run as it is known while it is measured; raise DataError."""
+    """Return the data of the run so far; raise DataError."""
     procedure, station = planned.procedure.model, planned.station
     return RunData(
         run_id="",
@@ -102,7 +102,7 @@ def _run(planned: Planned, partners: Mapping[str, Path]) -> RunData:
 
 
 class Following:
-    """An event sink. An analysis whose live part raises is left out from then on, with a note."""
+    """An event sink. An analysis whose live view raises is dropped, with a note."""
 
     def __init__(
         self,
@@ -173,7 +173,7 @@ class Following:
                 self._draw(event.recording, each, event.monotonic_s - (end_s - each.end_s))
 
     def _readings(self, block: Block) -> Iterator[tuple[str, Array]]:
-        """Yield the channels of a block as an analysis has them: less zero, and corrected."""
+        """Yield the channels of a block for an analysis: minus zero, and corrected."""
         for name, values in block.channels.items():
             zero = self._zeros.get(name, 0.0)
             yield name, self._run.readings(name, np.asarray(values, float), zero)

@@ -1,4 +1,4 @@
-"""Runs that were interrupted: what is on the disk, and closing one as it is."""
+"""Interrupted runs: reading them, and closing one as it is."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from rigrunner.runfile import RunHeader, StoredRun
 
 FILES = ("procedure", "station")
-"""What a header names by their files, beside partner runs."""
+"""Files named in a header besides partner runs."""
 RECOVER = "recover"
 """The intervention that closes a run as it is."""
 
 
 def read_interrupted(folder: Path) -> StoredRun:
-    """Read a run that is not sealed; raise DataError for one that is."""
+    """Read a run that is not sealed; raise DataError for a sealed one."""
     if sealed_file_of(folder) is not None:
         name = folder.parent.name if folder.is_file() else folder.name
         raise DataError(
@@ -32,12 +32,12 @@ def read_interrupted(folder: Path) -> StoredRun:
 
 
 def has_ended(stored: StoredRun) -> bool:
-    """Say whether a run had come to an end, whatever that was, and its file is not made yet."""
+    """Return whether a run has ended, in whatever way, without its file."""
     return end_of(stored.events) is not None
 
 
 def may_go_on(stored: StoredRun) -> bool:
-    """Say whether a run can be resumed: it was interrupted, or there was no place to keep it."""
+    """Return whether a run can be resumed: it was interrupted, or could not be recorded."""
     end = end_of(stored.events)
     return end is None or end.resumable
 
@@ -54,16 +54,16 @@ def next_seq(stored: StoredRun) -> int:
 
 
 def used_partners(header: RunHeader) -> dict[str, Path]:
-    """Return the partner runs that were chosen for a run, by name, where they are still there."""
+    """Return the chosen partner runs of a run, by name, if they still exist."""
     files = {name: Path(file) for name, file in header.files.items() if file}
     return {name: file for name, file in files.items() if name not in FILES and file.exists()}
 
 
 def recover(folder: Path, clock: Clock, by: str, reason: str = "") -> StoredRun:
-    """Close a run that was interrupted as it is, seal it, and return it; its rig is not touched.
+    """Close an interrupted run as it is, seal it, and return it; its rig is not touched.
 
-    Its outcome is 'aborted', unless it had come to its end already. Raises DataError for a run that
-    is sealed or still going on, or where the folder cannot be written to.
+    Its outcome is 'aborted', unless it had ended already. Raises DataError for a run that is sealed
+    or still running, or if the folder is not writable.
     """
     with run_lock(folder):
         stored = read_interrupted(folder)

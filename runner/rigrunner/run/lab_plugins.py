@@ -1,4 +1,4 @@
-"""The plugins that are there: those that are installed, and those of a lab's own folder."""
+"""Available plugins: installed ones, and those in the folder of a lab."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def lab_registry(station: str | None) -> Registry:
-    """Return the installed plugins and, where a station is named, those of its own folder."""
+    """Return the installed plugins and those in the folder of the station, if given."""
     registry = load_registry()
     if station is None:
         return registry
@@ -25,7 +25,7 @@ def lab_registry(station: str | None) -> Registry:
 
 
 def load_with_plugins(path: Path, registry: Registry) -> tuple[LoadedStation, Registry]:
-    """Return a station, and the registry with the lab's own plugins; raise InvalidFileError."""
+    """Return a station, and the registry with the plugins of the lab; raise InvalidFileError."""
     try:
         loaded = load_station(path)
     except InconsistentStationError as error:
@@ -37,7 +37,7 @@ def load_with_plugins(path: Path, registry: Registry) -> tuple[LoadedStation, Re
 
 
 def plugin_folders(station: str | None) -> list[Path]:
-    """Return the folder of a lab's own plugins, if a station is named and names one."""
+    """Return the folder of the plugins of a lab, if a station is given and names one."""
     if station is None:
         return []
     path = find_station(station)
@@ -46,10 +46,10 @@ def plugin_folders(station: str | None) -> list[Path]:
 
 
 def with_lab_plugins(registry: Registry, station: LoadedStation, folder: Path) -> Registry:
-    """Return the registry with the lab's own plugins, if the station in that folder names any.
+    """Return the registry with the plugins of a lab, if its station names a folder.
 
-    Raises InvalidFileError where there is no such folder, and where it is not within the station's:
-    whoever gives somebody a station must not choose what code of theirs it runs.
+    Raises InvalidFileError if the folder does not exist or is outside the folder of the station:
+    whoever passes on a station must not choose the code that runs.
     """
     named = station.model.plugins
     if named is None:

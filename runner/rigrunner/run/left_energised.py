@@ -1,4 +1,4 @@
-"""A rig that was left energised: found at each start, told, made safe, and put on record."""
+"""Finds a rig that was left energised at each start, reports it, makes it safe, and records it."""
 
 from __future__ import annotations
 
@@ -19,40 +19,40 @@ if TYPE_CHECKING:
     from rigrunner.rig_state import Marker, RigMarks
 
 FOUND = "found energised"
-"""The intervention that puts on record how the rig was found."""
+"""The intervention that records how the rig was found."""
 
 
 class LeftAsItStandsError(AbortedError):
-    """A person did not let the rig be made safe: it is left as it was found."""
+    """A person did not allow making the rig safe: it is left as it was found."""
 
 
 class Person(Protocol):
-    """Who starts something on a rig, and has to know how it was left."""
+    """A person who starts something on a rig, to whom its state is reported."""
 
     @property
     def by(self) -> str:
-        """Who that is, for the record."""
+        """Name for the record."""
         ...
 
     def warn(self, text: str) -> None:
-        """Tell of the rig, before anything is asked."""
+        """Report the state of the rig, before any question."""
         ...
 
     def agrees(self, question: str) -> bool:
-        """Return whether the rig may be made safe now; True where nobody is there to be asked."""
+        """Return whether the rig may be made safe now; True if nobody can be asked."""
         ...
 
 
 class Nobody:
-    """Nobody is there: the rig is made safe at once."""
+    """Unattended: the rig is made safe at once."""
 
     by = "nobody was asked"
 
     def warn(self, text: str) -> None:
-        """Tell nobody: it is put on record."""
+        """Report nothing: the state is recorded."""
 
     def agrees(self, question: str) -> bool:  # noqa: ARG002  (the Protocol's)
-        """Let the rig be made safe."""
+        """Allow making the rig safe."""
         return True
 
 
@@ -61,7 +61,7 @@ NOBODY = Nobody()
 
 @dataclass(frozen=True)
 class Standing:
-    """Where a drive was found to stand, in SI units; NaN where it could not be read."""
+    """The read-back of a drive, in SI units; NaN if it could not be read."""
 
     member: str
     unit: str
@@ -83,11 +83,11 @@ class Standing:
 def check_left(
     rig: Rig, marks: RigMarks | None, person: Person, station_file: str, *, reads: bool = True
 ) -> tuple[Interference, ...]:
-    """Compare where the drives of a connected rig stand with how it was left; make it safe.
+    """Compare the read-backs of a connected rig with its marker; make it safe.
 
-    Returns what is to be put on record; nothing of a rig that was left, and stands, safe. Without
-    `reads` only the marker counts. Raises LeftAsItStandsError where a person does not let it be
-    made safe, and DeviceError where it is not safe.
+    Returns what to record; empty for a rig that is safe. Without `reads` only the marker counts.
+    Raises LeftAsItStandsError if a person does not allow making it safe, and DeviceError if it is
+    not safe.
     """
     if marks is None:
         return ()
@@ -115,7 +115,7 @@ def check_left(
 
 
 def standing_of(rig: Rig, roles: Collection[str]) -> Iterator[Standing]:
-    """Yield where each drive of these roles stands."""
+    """Yield the read-back of each drive of these roles."""
     for role, device in rig.devices.items():
         if role not in roles or not isinstance(device, Settable):
             continue
@@ -143,7 +143,7 @@ def _texts(drives: Collection[Standing]) -> str:
 
 
 def what_to_do(station_file: str) -> str:
-    """Return what a person does about a rig that cannot be confirmed safe."""
+    """Return the advice for a rig that cannot be confirmed safe."""
     return (
         "go and look at the rig, switch it off by hand if need be; then"
         f" 'rigrunner devices {station_file} --safe-by NAME --reason TEXT' says so"

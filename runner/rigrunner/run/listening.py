@@ -1,4 +1,4 @@
-"""Lets a station's listeners have the events of a run without holding it up."""
+"""Passes the events of a run to the listeners of a station without delaying it."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ if TYPE_CHECKING:
     from rigrunner.run.prepare import Planned
 
 MOST_WAITING = 100_000
-"""Events; of samples one counts as many as it has units of this size."""
+"""Number of events; samples count as several, by this size."""
 UNIT_BYTES = 2560
-"""So that what waits for a listener never takes more than 256 MB, however fast the rig samples."""
+"""Limits the memory of a listener to 256 MB, however fast the rig samples."""
 PATIENCE_S = 0.5
-"""How long the run waits, in all, for a listener that does not keep up; then that one is dropped.
-One that is a little too slow would hold the run to its pace, were it waited for anew each time."""
+"""Total time that the run waits for a slow listener, which is then dropped. A new wait each time
+would slow the run down to its pace."""
 LAST_WORDS_S = 5.0
-"""How long a listener may take for what is left when the run is over."""
+"""Time for a listener to finish after the run."""
 
 
 class Detached:
-    """Hands events to a listener in a thread of its own: one that hangs stops nothing else.
+    """Passes events to a listener in its own thread: one that hangs blocks nothing else.
 
-    What it raises, the next call raises; so does one for which too many events wait.
+    Its exceptions are raised by the next call; so is an error if too many events wait.
     """
 
     def __init__(self, name: str, sink: EventSink, most_waiting: int = MOST_WAITING) -> None:
@@ -46,7 +46,7 @@ class Detached:
         self._thread.start()
 
     def __call__(self, event: Event) -> None:
-        """Take one event and return, at the latest after what is left of PATIENCE_S."""
+        """Add an event, waiting at most for the rest of PATIENCE_S."""
         if self._failure is not None:
             raise self._failure
         try:
@@ -64,7 +64,7 @@ class Detached:
         self._patience_s = max(self._patience_s - (monotonic() - began_s), 0.0)
 
     def close(self) -> None:
-        """Let it have what is waiting, and let go of it."""
+        """Let it take the waiting events, and release it."""
         try:
             self._waiting.put_nowait(None)
         except Full:  # it hangs, or has failed
@@ -88,7 +88,7 @@ class Detached:
 
 
 class _Weighed(Queue["Event | None"]):
-    """A queue that is full by the weight of what waits, not by its number."""
+    """A queue that is full by the weight of its items, not by their number."""
 
     def _init(self, maxsize: int) -> None:
         super()._init(maxsize)
@@ -115,13 +115,13 @@ def _weight(event: Event | None) -> int:
 
 @dataclass(frozen=True)
 class Listeners:
-    """The listeners of a station, and what they alone are told."""
+    """The listeners of a station, and the events for them alone."""
 
     sinks: tuple[Detached, ...]
     stamp: EventStamp
 
     def tell(self, kind: type[Event], **fields: Any) -> None:
-        """Tell them of what is not on record; who has failed is found by the next event."""
+        """Pass them an event that is not recorded; failures appear with the next event."""
         event = self.stamp(kind, **fields)
         for each in self.sinks:
             with suppress(Exception):
@@ -130,7 +130,7 @@ class Listeners:
 
 @contextmanager
 def listeners_of(planned: Planned) -> Iterator[Listeners]:
-    """Give the listeners that the station names; raise PluginError for one that refuses."""
+    """Yield the listeners of a station; raise PluginError for one that fails."""
     registry, named = planned.registry, planned.station.model.listeners
     sinks = [
         (each.plugin, registry.make("event_sink", each.plugin, each.settings)) for each in named

@@ -1,4 +1,4 @@
-"""Where procedures, stations and runs are found: by path, or by name among what ships."""
+"""Finds procedures, stations and runs by path, or by name among the shipped ones."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from rigrunner.api.errors import UsageError, did_you_mean
 
 RUN_FILE = "run.h5"
 MOST_NAMED = 12
-"""In a message; of more runs the newest are named."""
+"""Number of runs named in a message, the newest."""
 
 
 def shipped_folder() -> Path:
-    """Return the folder of the shipped procedures: in the wheel, or in a source checkout."""
+    """Return the folder of the shipped procedures, in the wheel or in a source checkout."""
     package = Path(__file__).resolve().parent.parent
     packaged = package / "shipped"
     return packaged if packaged.is_dir() else package.parent.parent / "procedures"
@@ -42,7 +42,7 @@ def station_names() -> list[str]:
 def find_run(name_or_path: str, runs: Path) -> Path:
     """Return the run folder of that path, or of that name in the folder of runs; raise UsageError.
 
-    A `run.h5` stands for its folder; the beginning of a name is enough where it is unique.
+    A `run.h5` stands for its folder; a unique prefix of a name is enough.
     """
     for candidate in (Path(name_or_path), runs / name_or_path):
         if candidate.is_dir() or candidate.is_file():
@@ -90,7 +90,7 @@ def _files(folder: Path) -> list[str]:
 
 
 def _near_file(path: Path) -> str:
-    """Return which file beside it may be meant, or which folder is not there; '' of a mere name."""
+    """Return the similar file beside it, or the missing folder; '' for a mere name."""
     if path.parent != Path() and not path.parent.is_dir():
         return f"there is no folder {path.parent}"
     near = difflib.get_close_matches(path.name, _files(path.parent), n=1, cutoff=0.7)

@@ -1,4 +1,4 @@
-"""The plain text log beside a run: what happened, when, a line each."""
+"""The text log of a run: what happened and when, one line each."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _GOES_ON = "\n    "
-"""Before a further line of a text: what somebody answers must not look like another event."""
+"""Indents further lines of a text: an answer must not look like another event."""
 
 
 class RunLog:
-    """An event sink that writes `run.log`, each line at once."""
+    """An event sink that writes `run.log` line by line."""
 
     def __init__(self, path: Path) -> None:
         self._file = path.open("ab", buffering=0)
@@ -44,7 +44,7 @@ class RunLog:
         self._file.close()
 
     def __call__(self, event: Event) -> None:
-        """Write the event as a line; samples and rows leave none, nor do steps that end well."""
+        """Write the event as a line; samples, rows and successful steps are left out."""
         if type(event) is Scanned:  # of which there may be many thousands in a second
             return
         if text := event_text(event):
@@ -52,13 +52,13 @@ class RunLog:
             self._write(f"{event.utc} {shown}\n".encode())
 
     def trace(self, error: BaseException) -> None:
-        """Write the traceback of an error, below the line of the event that tells it."""
+        """Write the traceback of an error below the line of its event."""
         text = printable("".join(traceback.format_exception(error)).rstrip())
         self._write(f"    {text}".replace("\n", _GOES_ON).encode() + b"\n")
 
 
 def event_text(event: Event) -> str:  # noqa: C901, PLR0911, PLR0912  (a line for each kind)
-    """Return an event in words; an empty text for one that a reader need not see."""
+    """Return an event as text; '' for one that is not shown."""
     match event:
         case StepStarted():
             return f"{event.step}: {event.text}"
@@ -92,7 +92,7 @@ def event_text(event: Event) -> str:  # noqa: C901, PLR0911, PLR0912  (a line fo
 
 
 def made_safe_text(event: MadeSafe) -> str:
-    """Return what was made safe, with what was read back."""
+    """Return what was made safe, with the read-back."""
     if event.problems:
         return f"NOT SAFE {event.what}: {'; '.join(event.problems)}"
     read_back = ", ".join(f"{name} {value:g}" for name, value in event.read_back.items())

@@ -1,4 +1,4 @@
-"""Starting a run although a calibration lacks something: by name and with a reason, on record."""
+"""Overrides of calibration checks at the start of a run, with name and reason."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 def overrides_for(
     planned: Planned, wanted: Sequence[str], by: str, reason: str
 ) -> tuple[Override, ...]:
-    """Return what lets a planned run start; none where nothing stands against it.
+    """Return the overrides for a planned run; none if nothing fails.
 
-    `wanted` names instruments (channel, number or serial number) or what is lacking (missing,
-    overdue, range). Raises InvalidFileError with all that is not overridden, and UsageError for an
-    override that nobody answers for, that has no reason, or that fits nothing.
+    `wanted` are instruments (channel, number or serial number) or problems (missing, overdue,
+    range). Raises InvalidFileError with everything not overridden, and UsageError for an override
+    without name or reason, or without a failed check.
     """
     by, reason = by.strip(), reason.strip()
     _check_answered_for(wanted, by, reason)
@@ -44,12 +44,12 @@ def overrides_for(
 
 
 def require_overridden(planned: Planned, overrides: Iterable[Override]) -> None:
-    """Raise InvalidFileError with all that keeps a run from starting and is not overridden."""
+    """Raise InvalidFileError with everything that prevents a start and is not overridden."""
     require_calibrated(planned, {each.what for each in overrides})
 
 
 def require_still_allowed(planned: Planned, started: datetime) -> None:
-    """Raise InvalidFileError with what came to stand against a run since it was started."""
+    """Raise InvalidFileError with what fails since the run was started."""
     at_start = replace(planned, clock=SimulatedClock(started))
     require_calibrated(planned, {finding.key for finding in calibration_findings(at_start)})
 
@@ -81,7 +81,7 @@ def _open(findings: Iterable[Finding]) -> str:
 
 
 def without_time_limits(station: LoadedStation) -> tuple[Interference, ...]:
-    """Return what goes on record of a run whose time limits are suspended; nothing of another."""
+    """Return the record of suspended time limits of a run; empty for none."""
     if station.time_limits:
         return ()
     text = "no call of a device is given up, however long it takes"

@@ -1,4 +1,4 @@
-"""The partner runs of a run: found or named, and refused where they do not belong to it."""
+"""Partner runs of a run: found or named, and refused if they do not fit."""
 
 from __future__ import annotations
 
@@ -45,40 +45,40 @@ if TYPE_CHECKING:
     from rigrunner.station import Station
 
     JudgeAge = Callable[[timedelta, timedelta, str], Iterator[str]]
-    """Yields what speaks against a run's age, given the limit and where that is written."""
+    """Yields problems with the age of a run, given the limit and its place."""
 
 _DAYS_FROM = 2.0
-"""Ages below are told in hours."""
+"""Ages up to this are shown in hours."""
 _NONE: Mapping[str, str] = MappingProxyType({})
 
 
 class Wanted(NamedTuple):
-    """A partner run that a planned run asks for, and by which analyses."""
+    """A partner run that a planned run requires, and the analyses that require it."""
 
     planned: Planned
     started: datetime
     asked: tuple[AskedRun, ...]
-    """By each analysis that asks for it: all mean one run."""
+    """By analysis; all mean one run."""
 
     @property
     def needed(self) -> NeededRun:
-        """What is asked of the run but for what must be measured in it."""
+        """Requirements of the run, except what must be measured in it."""
         return self.asked[0].needed
 
     @property
     def place(self) -> Location:
-        """Where the procedure asks for it."""
+        """Its place in the procedure."""
         return self.planned.procedure.document.where(self.asked[0].path, key=True)
 
     @property
     def limit_at(self) -> str:
-        """The key that says how old it may be, with file and line."""
+        """The key of its maximum age, with file and line."""
         path = (*self.asked[0].path, "max_age")
         return ", ".join(("max_age", str(self.planned.procedure.document.where(path))))
 
     @property
     def max_age(self) -> timedelta:
-        """How far apart in time both may begin."""
+        """Greatest difference of the start times of both."""
         return timedelta(seconds=self.needed.max_age_s)
 
 
@@ -90,8 +90,8 @@ def partners_for(
 ) -> dict[str, Path]:
     """Return the partner runs that a planned run needs before it, by name.
 
-    The named, or else the latest that fits. The run begins now, unless it has `started` already.
-    Raises DataError that says what would fit, UsageError for a name that nothing asks for.
+    The named ones, or else the latest that fit. The run begins now, unless it has `started`
+    already. Raises DataError with what would fit, UsageError for a name that is not required.
     """
     every = _wanted(planned, started or planned.clock.utc())
     _refuse_unasked(planned, named, every)
@@ -115,10 +115,10 @@ def each_partner(
 
 
 def require_partners(planned: Planned, runs: Path) -> dict[str, Path]:
-    """Return the partner runs that a planned run would take if it began now, by name.
+    """Return the partner runs of a planned run that begins now, by name.
 
-    Raises InvalidFileError with file, line and field of each that is not there. Where there is no
-    folder of runs nothing is looked for.
+    Raises InvalidFileError with file, line and field of each missing one. Without a folder of runs
+    nothing is searched.
     """
     problems, found = [], {}
     wanted = _wanted(planned, planned.clock.utc()) if runs.is_dir() else {}
@@ -136,9 +136,9 @@ def require_partners(planned: Planned, runs: Path) -> dict[str, Path]:
 def partners_after_for(
     planned: Planned, runs: Path, named: Mapping[str, str], started: datetime
 ) -> dict[str, Path]:
-    """Return the partner runs after one that has `started`: the named, or the first that fit.
+    """Return the partner runs after one that has `started`: the named ones, or the first that fit.
 
-    Raises DataError that says what would fit, or that a run is named that is not asked for.
+    Raises DataError with what would fit, or for a named run that is not required.
     """
     later = {name: each for name, each in _wanted(planned, started).items() if each.needed.after}
     _refuse_unasked(planned, named, later)
@@ -171,7 +171,7 @@ def _name(asked: AskedRun) -> str:
 
 
 def _found(wanted: Wanted, runs: Path, named: str | None) -> Path:
-    """Return the named run, or the latest that fits; only an earlier one is found by itself."""
+    """Return the named run, or the latest that fits; later ones must be named."""
     name = named or (None if wanted.needed.run == LATEST else wanted.needed.run)
     if name is not None:
         return _named(wanted, find_run(name, runs), _named_age)
@@ -208,7 +208,7 @@ def _first_fit(wanted: Wanted, names: Iterable[str], runs: Path, judge_age: Judg
 
 
 def _objections(path: Path, wanted: Wanted, judge_age: JudgeAge) -> Iterator[str]:
-    """Yield why a run cannot serve, in words; the cheap questions first."""
+    """Yield why a run does not fit, as text; quick checks first."""
     try:
         info = read_info(path)
         first = next(_formal_objections(info, wanted, judge_age), None)
@@ -235,13 +235,13 @@ def _formal_objections(info: RunInfo, wanted: Wanted, judge_age: JudgeAge) -> It
 
 
 def _common(wanted: Wanted) -> dict[str, object]:
-    """Return what both must have in common, as it is of this run."""
+    """Return what both must share, for this run."""
     station = wanted.planned.station.model
     return {what: _known(station, what, wanted.planned) for what in wanted.needed.same}
 
 
 def _known(station: Station, what: str, planned: Planned) -> object:
-    """Return what is known of a station: its id, or what it says of its rig."""
+    """Return what is known of a station: its id, or a key of its rig."""
     if what == STATION:
         return station.id
     try:
@@ -277,7 +277,7 @@ def _later_age(age: timedelta, limit: timedelta, at: str) -> Iterator[str]:
 
 
 def _lacks(partner: RunData, wanted: Wanted) -> Iterator[str]:
-    """Yield what analyses need and its recordings and rows do not give."""
+    """Yield what analyses need and its recordings and rows lack."""
     for asked in wanted.asked:
         channels = [each.name for each in asked.needed.channels]
         there = [each for each in _measured(partner) if all(c in _values(each) for c in channels)]
@@ -343,7 +343,7 @@ def _is(wanted: Value, found: float | str, within: float) -> bool:
 
 
 def _is_of_the_procedure(path: Path, needed: NeededRun) -> bool:
-    """Say whether it is a run of the procedure; by its folder's name if unreadable."""
+    """Return whether it is a run of the procedure; by the name of its folder if unreadable."""
     try:
         return read_info(path).header.procedure_id == needed.procedure
     except RigrunnerError:

@@ -1,4 +1,4 @@
-"""From two files to a planned run, in the time that suits the station."""
+"""From two files to a planned run, with the clock that suits the station."""
 
 from __future__ import annotations
 
@@ -31,11 +31,10 @@ def planned_run(
     time_limits: bool = True,
     text: str | None = None,
 ) -> Planned:
-    """Load, check and plan; raise InvalidFileError with everything that is wrong.
+    """Load, check and plan; raise InvalidFileError with all problems.
 
-    `text` is taken for what the procedure's file has: of an editor, before it is saved.
-
-    The day of a replay is that of its tape: by it calibrations are due, and no-load runs chosen.
+    `text` replaces the content of the file of the procedure: unsaved text of an editor. The day of
+    a replay is that of its tape; calibrations and partner runs are checked for it.
     """
 
     def time(loaded: LoadedStation, registry: Registry) -> Clock:
@@ -48,9 +47,9 @@ def planned_run(
 
 
 def clock_for(station: Station, registry: Registry, *, realtime: bool) -> Clock:
-    """Return simulated time for a wholly simulated station, unless real time is wanted.
+    """Return a simulated clock for a fully simulated station, unless real time is wanted.
 
-    A plugin that is not there is left to the checks of the plan, which know its line.
+    Unknown plugins are left to the checks of the plan, which know their lines.
     """
     with suppress(PluginError, ValidationError):
         devices = station.devices.values()

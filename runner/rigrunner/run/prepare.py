@@ -1,4 +1,4 @@
-"""From two files to a run that is ready to start: nothing of the rig is touched yet."""
+"""From two files to a run that is ready to start; the rig is not touched."""
 
 from __future__ import annotations
 
@@ -61,12 +61,12 @@ class Planned:
     clock: Clock
     approval: ApprovalState
     tape: Tape | None = None
-    """What records the run's instruments, or plays them back."""
+    """Records the instruments of the run, or replays them."""
     messages: DeviceMessages = field(default_factory=DeviceMessages)
-    """What the drivers of the devices tell beside their answers."""
+    """Log messages of the drivers."""
 
     def prediction(self) -> Prediction:
-        """Return what torque is to be expected where, and how much disk the run takes."""
+        """Return the expected torque at each set-point, and the disk space of the run."""
         return predict(self.procedure, self.station, self.plan)
 
 
@@ -87,10 +87,10 @@ def plan_run_in(
     time_limits: bool = True,
     text: str | None = None,
 ) -> Planned:
-    """Do the same in the time that suits the station, each file read once.
+    """Do the same with the clock that suits the station, reading each file once.
 
-    Without `time_limits` no call of a device is ever given up: for a debugger. `text` is taken for
-    what the procedure's file has.
+    Without `time_limits` no call of a device times out: for a debugger. `text` replaces the content
+    of the file of the procedure.
     """
     problems, of_station = _Problems(), _Problems()
     loaded_station = of_station.without(lambda: load_station(station))
@@ -150,7 +150,7 @@ def make_devices(
     *,
     messages: DeviceMessages | None = None,
 ) -> dict[str, Device]:
-    """Return the devices of the station in that folder by role; raise InvalidFileError."""
+    """Return the devices of the station by role; raise InvalidFileError."""
     told = DeviceMessages() if messages is None else messages
     devices, problems = _devices(station, registry, clock, folder, tape, (), told)
     if problems:
@@ -167,7 +167,7 @@ def _devices(  # noqa: PLR0917  (as `make_devices`, and which not)
     broken: Collection[str],
     messages: DeviceMessages,
 ) -> tuple[dict[str, Device], list[Problem]]:
-    """Return the devices that can be made, but for those of broken settings, and why others not."""
+    """Return the devices that can be made, and problems of the others except broken settings."""
     patience, made, problems = patience_of(station), {}, _Problems()
     for role in station.model.devices:
         log = messages.log_of(role)
@@ -183,18 +183,18 @@ def _devices(  # noqa: PLR0917  (as `make_devices`, and which not)
 
 
 def patience_of(station: LoadedStation) -> Patience:
-    """Return how long the station's devices are waited for: under a debugger without an end."""
+    """Return the time limits for the devices of the station; under a debugger endless."""
     waiting = station.model.safety.patience
     return Patience(waiting.connect, waiting.answer if station.time_limits else inf)
 
 
 class _Problems(list[Problem]):
-    """What is wrong, gathered over several steps so that it can be told at once."""
+    """Collects problems of several steps to report them together."""
 
     def without(self, work: Callable[[], _T], but_of: Collection[str] = ()) -> _T | None:
-        """Return what the work gives, as far as it can be had; keep its problems.
+        """Return the result of the work as far as possible; keep its problems.
 
-        But for those of roles whose devices could not be made: they follow from that.
+        Except those of roles whose devices could not be made, which follow from that.
         """
         try:
             return work()
@@ -210,7 +210,7 @@ class _Problems(list[Problem]):
         return None
 
     def has(self, path: Sequence[str]) -> bool:
-        """Say whether something is wrong at a path, or below it."""
+        """Return whether there is a problem at a path, or below it."""
         at = ".".join(path)
         return any(each.field == at or each.field.startswith(f"{at}.") for each in self)
 

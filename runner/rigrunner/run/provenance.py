@@ -1,4 +1,4 @@
-"""With what a run was made: versions of program, packages and plugins, and who answered."""
+"""How a run was made: versions of program, packages and plugins, and identities of devices."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ PACKAGES = ("numpy", "scipy", "h5py", "pydantic", "pyyaml", "pluggy")
 
 
 def software(registry: Registry) -> dict[str, str]:
-    """Return the versions of all that has a part in the numbers, by name."""
+    """Return the versions of everything that affects the numbers, by name."""
     providers = {str(plugin.provider) for plugin in registry.plugins}
     packages = {name: version(name) for name in PACKAGES}
     return {
@@ -45,13 +45,13 @@ def software(registry: Registry) -> dict[str, str]:
 
 
 def layouts(registry: Registry) -> dict[str, int]:
-    """Return the revision of the layout of each printed form of a certificate, by its name."""
+    """Return the revision of the layout of each printed form of a certificate, by name."""
     kind = "certificate_format"
     return {name: registry.revision(kind, name) for name in registry.names(kind)}
 
 
 def refuse_other_software(wanted: Mapping[str, str], registry: Registry) -> None:
-    """Raise DataError on a worker that has other software than whoever asks it, as `software`."""
+    """Raise DataError on a worker whose `software` differs from that of its caller."""
     here = software(registry)
     for name, text in wanted.items():
         if here.get(name) != text:
@@ -62,11 +62,10 @@ def refuse_other_software(wanted: Mapping[str, str], registry: Registry) -> None
 
 
 def code_digest(*own: Path) -> str:
-    """Return what names the installed code of program and plugins, beyond its versions.
+    """Return a digest of the installed code of program and plugins.
 
-    `own` are folders of a lab's own plugins.
-
-    Of paths, sizes and times of its files: the same code elsewhere may have another digest.
+    `own` are folders of plugins of a lab. The digest covers paths, sizes and times of files: the
+    same code elsewhere may have another one.
     """
     found = hashlib.sha256()
     for folder in sorted({*_code_folders(), *own}):
@@ -84,7 +83,7 @@ def _code_folders() -> Iterator[Path]:
 
 
 def identities(found: Mapping[str, Identity]) -> dict[str, str]:
-    """Return who answered at each role and in each of its parts, 'role/part', in words."""
+    """Return the identities at each role and part, 'role/part', as text."""
     words: dict[str, str] = {}
     for role, identity in found.items():
         words[f"device {role}"] = _identity(identity)
@@ -93,7 +92,7 @@ def identities(found: Mapping[str, Identity]) -> dict[str, str]:
 
 
 def is_simulated(provenance: Mapping[str, str]) -> bool:
-    """Say whether a device that answered said that it is no real one, or one with faults put in."""
+    """Return whether an identity is that of a simulator, or of a device with injected faults."""
     return any(
         name.startswith("device ") and text.endswith(SIMULATED) for name, text in provenance.items()
     )

@@ -73,12 +73,11 @@ def execute(
 ) -> FinishedRun:
     """Connect the rig, run the plan, seal the folder and write the report.
 
-    `operator` is who does it, or else the input of that name; a rig that stands energised before
-    the run is reported to `person`. What people said of the run before it is `told`, for its
-    record. Raises InvalidFileError where a
-    calibration keeps the run from starting and is not overridden, a DeviceError if the rig cannot
-    be connected or another run has it, and DataError if the folder cannot be made; from then on
-    what happens is in the FinishedRun, and the rig is made safe on every way.
+    `operator` is the name of the operator, by default the input of that name. A rig that is found
+    energised is reported to `person`. `told` are actions before the run, which are recorded. Raises
+    InvalidFileError if a calibration prevents the start and is not overridden, a DeviceError if the
+    rig cannot be connected or another run has it, and DataError if the folder cannot be created.
+    Later problems are in the FinishedRun, and the rig is always made safe.
     """
     require_overridden(planned, overrides)
     if (tape := planned.tape) is not None:
@@ -121,7 +120,8 @@ def carry_out(
 ) -> FinishedRun:
     """Connect the rig, run the plan into the folder that is `opened`, seal it, write the report.
 
-    `opened` is told who answered, and holds the folder until it is sealed. Raises as `execute`.
+    `opened` is called with the identities of the devices, and holds the folder until it is sealed.
+    Raises as `execute`.
     """
     asked = stop if planned.tape is None else planned.tape.stop(stop)
 
@@ -170,8 +170,8 @@ def into_folder(
 ) -> FinishedRun:
     """Connect the rig, let `work` measure into the folder that is `opened`, seal it, report.
 
-    `work` is given the rig, the bus, the run's folder, and what is to be put on record of how the
-    rig was found. Raises as `execute`.
+    `work` is called with the rig, the bus, the folder of the run, and events on how the rig was
+    found. Raises as `execute`.
     """
     errors: list[BaseException] = []
     with ExitStack() as held:
@@ -233,7 +233,7 @@ def into_folder(
 
 
 def _known(planned: Planned, folder: Path, inputs: Mapping[str, str]) -> dict[str, Any]:
-    """Return what the listeners of the station get before a run begins."""
+    """Return the event for the listeners of the station before a run."""
     register = planned.station.register
     return {
         "run_id": folder.name,
@@ -248,7 +248,7 @@ def _known(planned: Planned, folder: Path, inputs: Mapping[str, str]) -> dict[st
 
 @contextmanager
 def open_log(folder: Path) -> Iterator[list[RunLog]]:
-    """Give the log as a sink; none where it cannot be written: the journal holds all of it."""
+    """Yield the log as a sink; none if it is not writable, since the journal has everything."""
     try:
         log = RunLog(folder / "run.log")
     except OSError:
@@ -259,14 +259,14 @@ def open_log(folder: Path) -> Iterator[list[RunLog]]:
 
 
 def guarded(planned: Planned, marks: RigMarks | None) -> AbstractContextManager[Guardian | None]:
-    """Let a guardian watch over the rig of a planned run while it is held."""
+    """Start a guardian for the rig of a planned run while it is held."""
     station, what = planned.station, planned.procedure.model.id
     known = (station, planned.registry, marks, patience_of(station))
     return guarding(*known, what, messages=planned.messages)
 
 
 def rig_of(planned: Planned, marks: RigMarks | None = None, pulse: Pulse | None = None) -> Rig:
-    """Return the rig of a planned run with the station's rules; nothing is connected."""
+    """Return the rig of a planned run with the rules of the station; not connected."""
     safety = planned.station.model.safety
     rules = DriveRules(safety.drives, safety.combinations)
     patience = patience_of(planned.station)
@@ -286,7 +286,7 @@ def new_folder(  # noqa: PLR0917  (what a header is made of)
     identified: Mapping[str, Identity],
     partners: Mapping[str, Path],
 ) -> Iterator[RunWriter]:
-    """Make a folder and give its writer, while no other process may write there."""
+    """Create a folder and yield its writer, while no other process may write there."""
     procedure, started = planned.procedure, planned.clock.utc()
     specimen, mark = inputs.get("specimen", ""), mark_of(planned.tape)
     folder = create_run_folder(runs, started, procedure.model.id, specimen, mark)
@@ -302,12 +302,12 @@ def new_folder(  # noqa: PLR0917  (what a header is made of)
 
 
 def syncs_measurements(planned: Planned) -> bool:
-    """Say whether the station wants each measured value on the disk at once."""
+    """Return whether the station wants each measured value on the disk at once."""
     return planned.station.model.durability.sync == "each_measurement"
 
 
 def header_of(planned: Planned, run_id: str, inputs: Mapping[str, str]) -> RunHeader:
-    """Return what a run's header says of what is planned, at the time of its clock."""
+    """Return the header of a run from its plan, at the time of its clock."""
     procedure, station = planned.procedure, planned.station
     return RunHeader(
         run_id=run_id,
@@ -326,9 +326,9 @@ def header_of(planned: Planned, run_id: str, inputs: Mapping[str, str]) -> RunHe
 
 
 def _files(planned: Planned, partners: Mapping[str, Path]) -> dict[str, str]:
-    """Return where the files came from, for who takes up the run if it is interrupted.
+    """Return the origin of the files, for resuming the run.
 
-    A partner run that is still to be made is named without a place.
+    A partner run that does not exist yet has no path.
     """
     known: dict[str, str | Path] = {
         "procedure": planned.procedure.document.name,

@@ -1,4 +1,4 @@
-"""From a stored run to its report, by a report format's plugin."""
+"""Writes the report of a stored run by a report format."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def write_report(
 ) -> Path:
     """Write the report of a run and return its path; the same run gives the same bytes.
 
-    `result` saves analysing again where that was just done. Left out, `out` is `report` with the
-    format's suffix in the run folder. Raises DataError and PluginError.
+    Pass `result` to save another analysis. `out` is by default `report` with the suffix of the
+    format, in the folder of the run. Raises DataError and PluginError.
     """
     record = registry.find("report_format", kind).record
     assert isinstance(record, ReportFormatRecord)  # noqa: S101  (the kind says so)
@@ -67,7 +67,7 @@ def report_input(
     result: Result | None = None,
     progress: Progress = unseen,
 ) -> ReportInput:
-    """Return what a report format is given for a stored run."""
+    """Return the input of a report format for a stored run."""
     stored, truth = read_with_truth(path)
     found = result or analyse_stored(stored, registry, progress=progress)
     return ReportInput(
@@ -104,7 +104,7 @@ def _provenance(stored: StoredRun, result: Result) -> dict[str, str]:
 
 
 def _told(stored: StoredRun) -> Iterator[dict[str, str]]:
-    """Yield what a person was asked and did, and what went wrong, in order."""
+    """Yield questions, answers, actions and problems in order."""
     question = ""
     for event in stored.events:
         if isinstance(event, Prompt):
@@ -126,7 +126,7 @@ def _kind(event: Alarm | Note) -> str:
 
 
 def _let_pass(partners: Mapping[str, StoredRun]) -> Iterator[dict[str, str]]:
-    """Yield what was overridden for partner runs: the result rests on them as well."""
+    """Yield the overrides of partner runs, on which the result depends too."""
     for name, run in partners.items():
         for event in run.events:
             if isinstance(event, Intervention) and event.action == OVERRIDE:

@@ -1,4 +1,4 @@
-"""Takes up a run that was interrupted: on the same rig, with the same files and software."""
+"""Resumes an interrupted run on the same rig, with the same files and software."""
 
 from __future__ import annotations
 
@@ -38,23 +38,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class ResumableRun:
-    """A run that was interrupted and can be taken up, checked in every way that needs no rig."""
+    """An interrupted run that can be resumed, checked in every way that needs no rig."""
 
     folder: Path
     stored: StoredRun
     planned: Planned
     partners: Mapping[str, Path]
-    """By name; those after it too, where the procedure asks for any and it had come to its end."""
+    """By name; including those after it, if the procedure requires any and the run had ended."""
     resume_at: ResumePoint | None
-    """None where the run had come to its end, and only its file is to be made."""
+    """None if the run had ended, and only its file is missing."""
 
 
 def run_files(stored: StoredRun, procedure: Path | None, station: Path | None) -> tuple[Path, Path]:
-    """Return the procedure and the station of a run: as given, or where they were at its start.
+    """Return the procedure and the station of a run: as given, or as at its start.
 
-    Raises UsageError where one is not there any more, and where the station brings plugins of its
-    own: a folder of files that came from elsewhere must not choose what code is run. An import is
-    not taken up: another program drove its rig.
+    Raises UsageError if one is missing, and if the station brings plugins: a folder of files from
+    elsewhere must not choose the code that runs. An import cannot be resumed: another program
+    controlled its rig.
     """
     if stored.header.imported:
         raise UsageError(
@@ -77,10 +77,10 @@ def prepare_resume(
     by: str,
     named: Mapping[str, str] = MappingProxyType({}),
 ) -> ResumableRun:
-    """Check that a run can be taken up and find where; raise DataError with all that differs.
+    """Check that a run can be resumed and find where; raise DataError with all differences.
 
-    `named` are partner runs that a person named, by folder or name. A run that waits for one after
-    it is given the first one that fits.
+    `named` are partner runs named by a person, by folder or name. A run that waits for one after it
+    gets the first that fits.
     """
     check_same(stored.header, planned)
     resume_at = None
@@ -111,7 +111,7 @@ def resume(
     """Resume a run whose folder is locked by the caller, and finish it.
 
     Raises a DeviceError if the rig cannot be connected or another run has it, and DataError if
-    another instrument answers; the rig is made safe on every way.
+    another instrument answers; the rig is always made safe.
     """
     if run.resume_at is None:
         return _finish(run, stoppable(progress, stop))
@@ -139,7 +139,7 @@ def resume(
 
 
 def how_it_ended(stored: StoredRun) -> str:
-    """Return in words when a run was interrupted, or ended, and why."""
+    """Return when and why a run was interrupted or ended, as text."""
     info = stored.info
     if not has_ended(stored):
         return f"interrupted after {info.ended_utc}"

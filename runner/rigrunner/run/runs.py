@@ -23,15 +23,15 @@ class ListedRun:
     name: str
     info: RunInfo | None
     problem: str = ""
-    """Why the run cannot be read, where it cannot."""
+    """Why the run cannot be read; '' if it can."""
     is_going_on: bool = False
-    """Whether a process writes to it just now."""
+    """Whether a process is writing to it."""
     waits: bool = False
-    """Whether it is complete but for the partner run that its procedure asks for after it."""
+    """Whether only the partner run after it is missing."""
 
     @property
     def state(self) -> str:
-        """How the run ended, or that it did not, in words."""
+        """How the run ended, or that it did not, as text."""
         if self.info is None:
             return "unreadable"
         if self.is_going_on:
@@ -51,7 +51,7 @@ class ListedRun:
 
 
 def list_runs(runs: Path) -> list[ListedRun]:
-    """Return all runs of a folder, oldest first; one that cannot be read is listed with why."""
+    """Return all runs of a folder, oldest first; unreadable ones with the reason."""
     return [listed_run(runs, name) for name in run_names(runs)]
 
 

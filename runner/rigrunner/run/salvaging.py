@@ -1,4 +1,4 @@
-"""A damaged run: what of it is sound, and a new file that holds it and says what is lost."""
+"""Salvages a damaged run into a new file, which states what is lost."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from rigrunner.runfile import DamagedRun
 
 SALVAGE = "salvage"
-"""The intervention that saves what is sound of a damaged run."""
+"""The intervention that salvages a damaged run."""
 MARK = "salvaged"
-"""What the name of the new run ends with."""
+"""Suffix of the name of the new run."""
 
 
 def damaged_run(path: Path) -> DamagedRun:
-    """Return what is sound of a sealed run; raise DataError where nothing can be found in it."""
+    """Return the intact part of a sealed run; raise DataError if there is none."""
     sealed = sealed_file_of(path)
     if sealed is None:
         raise DataError(
@@ -39,11 +39,10 @@ def damaged_run(path: Path) -> DamagedRun:
 
 
 def salvage(path: Path, clock: Clock, by: str, reason: str = "") -> Path:
-    """Save what is sound of a damaged run in a folder beside it, and return that folder.
+    """Salvage a damaged run into a folder beside it, and return that folder.
 
-    The damaged file stays as it is. The new run ends in an error and is never certified. Raises
-    UsageError where nothing is damaged or the folder is there already, and DataError where nothing
-    can be saved.
+    The damaged file is not changed. The new run ends in an error and is never certified. Raises
+    UsageError if nothing is damaged or the folder exists, and DataError if nothing can be salvaged.
     """
     damaged = damaged_run(path)
     if not damaged.lost:
@@ -90,7 +89,7 @@ def salvage(path: Path, clock: Clock, by: str, reason: str = "") -> Path:
 
 
 def lost_text(damaged: DamagedRun) -> str:
-    """Return in words how much is lost and how much is sound."""
+    """Return how much is lost and how much is intact, as text."""
     objects = "1 object is" if len(damaged.lost) == 1 else f"{len(damaged.lost)} objects are"
     count = len(damaged.sound)
     return f"{objects} lost, {count} recording{' is' if count == 1 else 's are'} sound"

@@ -1,4 +1,4 @@
-"""Whether a run can be resumed: the same files, software and instruments as at its start."""
+"""Whether a run can be resumed: with the files, software and instruments of its start."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
     from rigrunner.runfile import RunHeader
 
 DEVICE = "device "
-"""What the names of instruments in the provenance of a run begin with."""
+"""Prefix of instruments in the provenance of a run."""
 _SHOWN = 60
 
 
 def check_same(header: RunHeader, planned: Planned) -> None:
-    """Raise DataError with all that is not as it was when the run began; no rig is needed."""
+    """Raise DataError with everything that changed since the start; no rig is needed."""
     _refuse(header, _differences(header, planned))
 
 
 def check_same_instruments(header: RunHeader, identified: Mapping[str, Identity]) -> None:
-    """Raise DataError where another instrument answers than when the run began."""
+    """Raise DataError if other instruments answer than at the start."""
     before = {name: text for name, text in header.provenance.items() if name.startswith(DEVICE)}
     _refuse(header, _changed(before, identities(identified)))
 
@@ -60,7 +60,7 @@ def _differences(header: RunHeader, planned: Planned) -> Iterator[str]:
 
 
 def _text_change(what: str, before: str, now: str) -> Iterator[str]:
-    """Yield in words where a text first differs, if it does."""
+    """Yield the first difference of a text, if there is one."""
     lines = zip_longest(before.splitlines(), now.splitlines(), fillvalue="")
     for number, (old, new) in enumerate(lines, start=1):
         if old != new:

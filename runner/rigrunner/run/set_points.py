@@ -1,4 +1,4 @@
-"""What the set-points of a result document are called: a sweep may come back to a frequency."""
+"""Names of the set-points of a result document; a sweep may repeat a frequency."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _T = TypeVar("_T")
 
 
 def told_apart(named: Iterable[tuple[str, _T]]) -> Iterator[tuple[str, _T]]:
-    """Yield the same, the second of a name as 'name (2)'."""
+    """Yield the names, the second of equal ones as 'name (2)'."""
     seen = Counter[str]()
     for name, each in named:
         seen[name] += 1
@@ -22,24 +22,24 @@ def told_apart(named: Iterable[tuple[str, _T]]) -> Iterator[tuple[str, _T]]:
 
 
 def named_by_frequency(points: Iterable[tuple[float | None, _T]]) -> Iterator[tuple[str, _T]]:
-    """Yield each with the name of its set-point, such as 'at 5 Hz'; '' for one without."""
+    """Yield each with the name of its set-point, such as 'at 5 Hz'; '' without a frequency."""
     return told_apart(("" if hz is None else f"at {hz:g} Hz", each) for hz, each in points)
 
 
 def coordinates_in(result: Mapping[str, Any]) -> dict[str, CoordinateValue]:
-    """Return where a named result of a document holds."""
+    """Return the place of a named result of a document."""
     found = result.get("coordinates")
     known = found.items() if isinstance(found, dict) else ()
     return {str(name): CoordinateValue.stored(each) for name, each in known}
 
 
 def named_place(result: Mapping[str, Any]) -> str:
-    """Return the name of a named result of a document and where it holds."""
+    """Return the name of a named result of a document with its place."""
     place = place_text(coordinates_in(result))
     return f"{result.get('name')} at {place}" if place else str(result.get("name"))
 
 
 def other_results(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """Return the named results of a document, without the torque, which stands in its points."""
+    """Return the named results of a document, without the torque, which is in its points."""
     torque = (document.get("headline") or {}).get("name")
     return [each for each in document.get("results") or () if each["name"] != torque]

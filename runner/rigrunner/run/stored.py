@@ -1,4 +1,4 @@
-"""From a run on disk to what the analysis may know of it, and to its result."""
+"""From a stored run to the data for its analyses, and to its result."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class OpenRun:
-    """A stored run with its data in the form that the analysis takes."""
+    """A stored run with its data in the form for analyses."""
 
     path: Path
     stored: StoredRun
@@ -56,10 +56,10 @@ def analyse_run(
     acceptance: Acceptance | None = None,
     progress: Progress = unseen,
 ) -> Result:
-    """Analyse a stored run as its procedure says; raise DataError.
+    """Analyse a stored run by its procedure; raise DataError.
 
-    The partner runs are those given by name, or else those that are embedded in the file.
-    `acceptance` stands in place of the procedure's own. `progress` is told how far a validation is.
+    Partner runs are the given ones by name, or those embedded in the file. `acceptance` replaces
+    that of the procedure. `progress` is called during a validation.
     """
     stored = with_partners(read(path), partners)
     return analyse_stored(stored, registry, acceptance=acceptance, progress=progress)
@@ -72,7 +72,7 @@ def with_partners(stored: StoredRun, partners: Mapping[str, Path]) -> StoredRun:
 
 
 def as_it_is(procedure: Procedure) -> Procedure:
-    """Return the procedure: no change."""
+    """Return the procedure unchanged."""
     return procedure
 
 
@@ -84,9 +84,9 @@ def analyse_stored(
     changes: Callable[[Procedure], Procedure] = as_it_is,
     progress: Progress = unseen,
 ) -> Result:
-    """Analyse a run that was read already, as `analyse_run` does; by a procedure with changes.
+    """Analyse a run that was read already, as `analyse_run` does; with a changed procedure.
 
-    Of a run without an analysis the result says what was recorded, and of limits on its values.
+    Without an analysis the result has the recordings, and the limits of measured values.
     """
     text, name = stored.header.procedure_text, stored.header.procedure_id
     kinds = step_kinds(registry)
@@ -107,9 +107,9 @@ def analyse_stored(
 
 
 def result_by_now(folder: Path, procedure: Procedure, registry: Registry, name: str) -> Estimate:
-    """Return a named result of what a run that goes on has recorded, at the last of its places.
+    """Return a named result from the data of a running run, at its latest place.
 
-    Raises DataError where there is none.
+    Raises DataError for none.
     """
     makers = makers_of(name, procedure.named_analyses, registry)
     if not makers:
@@ -124,20 +124,20 @@ def result_by_now(folder: Path, procedure: Procedure, registry: Registry, name: 
 
 
 def is_analysed(stored: StoredRun, procedure: Procedure) -> bool:
-    """Say whether the recordings of a run are analysed, besides its limits on measured values.
+    """Return whether the recordings of a run are analysed, besides its limits of measured values.
 
-    Those of a run that stopped at a limit are not all that the procedure's analysis is for.
+    Those of a run that stopped at a limit are incomplete for the analysis.
     """
     return not procedure.asks_nothing and stored.info.outcome != Outcome.STOPPED_AT_LIMIT
 
 
 def _operator(inputs: Mapping[str, str]) -> dict[str, str]:
-    """Return who did a run of which only its inputs say so."""
+    """Return the operator of a run, if only its inputs name one."""
     return {"operator": inputs["operator"]} if inputs.get("operator") else {}
 
 
 def run_data(stored: StoredRun) -> RunData:
-    """Return what an analysis may know of a stored run."""
+    """Return the data of a stored run for analyses."""
     header, info = stored.header, stored.info
     station = parse_station(header.station_text, header.station_id, stored=True).model
     return RunData(

@@ -1,4 +1,4 @@
-"""A run on tape: what is recorded of it beside the exchanges, and how it is played back."""
+"""Recording a run on tape, and replaying it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 def tape_for(record: Path | None, replay: Path | None) -> Tape | None:
-    """Return the tape that is wanted, if any; raise UsageError where both are, or DataError."""
+    """Return the tape, if any; raise UsageError if both kinds are requested, or DataError."""
     if record is not None and replay is not None:
         raise UsageError("--record and --replay exclude each other", hint="give one of them")
     if record is not None:
@@ -66,7 +66,7 @@ def on_tape(
 
 
 def manifest_of(station: LoadedStation, registry: Registry, began: datetime) -> TapeManifest:
-    """Return of what a tape of a station's instruments is."""
+    """Return the manifest of a tape of the instruments of a station."""
     return TapeManifest(
         program=__version__,
         began_utc=began,
@@ -83,24 +83,24 @@ def manifest_of(station: LoadedStation, registry: Registry, began: datetime) -> 
 
 
 def inputs_on(tape: Tape | None) -> dict[str, str]:
-    """Return the inputs of the run that is played back."""
+    """Return the inputs of the replayed run."""
     return dict(tape.manifest.inputs) if isinstance(tape, ReplayedTape) else {}
 
 
 def overrides_on(tape: Tape | None) -> tuple[Override, ...]:
-    """Return what was let pass in the run that is played back."""
+    """Return the overrides of the replayed run."""
     if not isinstance(tape, ReplayedTape):
         return ()
     return tuple(Override(**each.model_dump()) for each in tape.manifest.overrides)
 
 
 def from_tape(tape: Tape | None) -> dict[str, str]:
-    """Return what the provenance of a run says of the tape that it is from."""
+    """Return the tape of a run from its provenance."""
     return {} if tape is None else dict(tape.provenance)
 
 
 def mark_of(tape: Tape | None) -> str:
-    """Return what tells a replay from the run itself, which has the same time and specimen."""
+    """Return the mark of a replay, which has the same time and specimen as its run."""
     return "replay" if isinstance(tape, ReplayedTape) else ""
 
 

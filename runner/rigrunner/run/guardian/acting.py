@@ -1,4 +1,4 @@
-"""What the guardian does once its owner is gone: it makes the rig safe, and says so everywhere."""
+"""What the guardian does after its owner: it makes the rig safe and reports that everywhere."""
 
 from __future__ import annotations
 
@@ -36,16 +36,16 @@ if TYPE_CHECKING:
     from rigrunner.rig_state import Marker
 
 ATTEMPTS = 4
-"""How often the rig is tried: a port may be free only some seconds after its process has died."""
+"""Number of attempts: a port may become free only seconds after its process has died."""
 PAUSE_S = 2.0
 ATTEMPT_S = 900.0
-"""How long an attempt may take: a drive may need minutes to its safe value."""
+"""Time limit of an attempt: a drive may need minutes to its safe value."""
 NOTE_FILE = "guardian.txt"
-"""In the run's folder: what the guardian found and did."""
+"""In the folder of the run: what the guardian found and did."""
 
 
 def act(task: dict[str, Any], reason: str) -> None:
-    """Make the rig safe if it is energised and nobody else has taken it, and tell how that went."""
+    """Make the rig safe if it is energised and nobody else has taken it, and report the result."""
     try:
         with _held(task):
             marker = read_marker(task["station"])
@@ -63,7 +63,7 @@ def act(task: dict[str, Any], reason: str) -> None:
 
 @contextmanager
 def _held(task: dict[str, Any]) -> Iterator[None]:
-    """Hold the rig: by the locks that the owner left, so that nobody comes in between, or anew."""
+    """Hold the rig by the inherited locks, so that nobody comes in between, or by new ones."""
     now = utc_text(datetime.now(UTC))
     what = f"the guardian of {task['what']}, which makes the rig safe"
     holder = Holder(task["station"], what, os.getpid(), now)
@@ -100,7 +100,7 @@ def _make_safe(task: dict[str, Any], marker: Marker, reason: str) -> None:
 
 
 def _within(task: dict[str, Any]) -> tuple[tuple[SafetyReport, ...], str]:
-    """Return what an attempt gives; a driver that is called inline may never return."""
+    """Return the result of an attempt; a driver that is called inline may never return."""
     given: list[tuple[tuple[SafetyReport, ...], str]] = []
     errors: list[BaseException] = []
 
@@ -121,7 +121,7 @@ def _within(task: dict[str, Any]) -> tuple[tuple[SafetyReport, ...], str]:
 
 
 def _one_attempt(task: dict[str, Any]) -> tuple[tuple[SafetyReport, ...], str]:
-    """Make each device anew, connect what answers, make safe; return what is not safe in words."""
+    """Make and connect each device, make it safe; return what is not safe, as text."""
     file = Path(task["station_file"])
     station = parse_station(task["station_text"], str(file))
     registry = with_lab_plugins(load_registry(), station, file.parent)
@@ -158,7 +158,7 @@ def _lines(reports: tuple[SafetyReport, ...], left: str) -> list[str]:
 
 
 def _note(task: dict[str, Any], lines: list[str]) -> None:
-    """Add to the log of what was done with the rig, and to a file of its own beside it."""
+    """Add to the log of the rig, and to a file beside it."""
     marker = read_marker(task["station"])
     run = marker.owner.run if marker is not None and marker.owner is not None else ""
     logs = [Path(run)] if run else []  # of what is done by hand
@@ -172,7 +172,7 @@ def _note(task: dict[str, Any], lines: list[str]) -> None:
 
 
 def _note_in_journal(folder: Path, what: str, reports: tuple[SafetyReport, ...], left: str) -> None:
-    """Put on the run's record how its rig was left, for whoever resumes or recovers it."""
+    """Record in the run how its rig was left, for those who resume or recover it."""
     from rigrunner.run.interrupted import next_seq, read_interrupted  # noqa: PLC0415  (as above)
     from rigrunner.runfile import RunWriter, run_lock  # noqa: PLC0415  (numpy: the rig is first)
 

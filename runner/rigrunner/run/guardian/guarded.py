@@ -1,4 +1,4 @@
-"""Which devices of a station a guardian guards, in words; without what a guardian is made of."""
+"""Which devices of a station a guardian covers, as text."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ WITHOUT = "there is no guardian, as the station says (safety: guardian: no)"
 
 
 def guardian_text(station: LoadedStation, registry: Registry, real: Collection[str]) -> str:
-    """Return in words what guards a station's real devices; '' where there are none."""
+    """Return what guards the real devices of a station, as text; '' if there are none."""
     if not real:
         return ""
     if not station.model.safety.guardian:
@@ -29,7 +29,7 @@ def guardian_text(station: LoadedStation, registry: Registry, real: Collection[s
 
 
 def real_roles(station: LoadedStation, registry: Registry) -> list[str]:
-    """Return the roles whose devices are no simulators."""
+    """Return the roles with real devices."""
     return [
         role
         for role, each in station.model.devices.items()
@@ -38,7 +38,7 @@ def real_roles(station: LoadedStation, registry: Registry) -> list[str]:
 
 
 def not_reopenable(station: LoadedStation, registry: Registry, roles: Collection[str]) -> list[str]:
-    """Return those of these roles whose device no second process can open."""
+    """Return the roles, among these, whose device cannot be opened by a second process."""
     devices = station.model.devices
     return sorted(
         role

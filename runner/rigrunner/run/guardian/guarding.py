@@ -1,4 +1,4 @@
-"""Starts the guardian of a rig, lets it hear that the run makes progress, and ends it."""
+"""Starts the guardian of a rig, reports the progress of the run to it, and ends it."""
 
 from __future__ import annotations
 
@@ -30,23 +30,23 @@ if TYPE_CHECKING:
 
 MODULE = "rigrunner.run.guardian.main"
 LEAST_S = 10.0
-"""How long a rig may go without progress at least: a disk may keep a run waiting for seconds."""
+"""Least time without progress that is tolerated: a disk may delay a run for seconds."""
 PATIENCES = 3.0
-"""The same, in times that a device of the station is waited for."""
+"""The same, as a multiple of the time limit of a device of the station."""
 MOST_STARTS = 4
-"""How often a guardian is started for a rig: each that was killed is replaced."""
+"""Number of guardians started for a rig: a killed one is replaced."""
 _DEBUGGERS = {
     *("bdb", "pdb", "code", "ipdb", "pudb", "rpdb", "remote_pdb", "web_pdb", "IPython"),
     *("debugpy", "pydevd", "_pydevd_bundle", "_pydevd_frame_eval"),
 }
-"""The top packages of debuggers and consoles, whose code waits in the thread that they hold."""
+"""Top packages of debuggers and consoles, whose code waits in the thread that they hold."""
 END_S = 5.0
 NAME = "guardian"
-"""Who tells of a guardian that was lost."""
+"""Source of the message about a lost guardian."""
 
 
 class Guardian:
-    """The guardian of one rig, as the process sees it that drives the rig."""
+    """The guardian of one rig, from the side of the process that drives the rig."""
 
     def __init__(
         self, task: Mapping[str, Any], marks: RigMarks, limit_s: float, messages: DeviceMessages
@@ -65,7 +65,7 @@ class Guardian:
         self._thread.is_pydev_daemon_thread = True  # type: ignore[attr-defined]  # its own word
 
     def start(self) -> None:
-        """Start it; where that fails the run goes on, and says so on record."""
+        """Start it; if that fails, the run continues and records the failure."""
         self._begin()
         if unreachable := self._task["unreachable"]:
             names = ", ".join(unreachable)
@@ -75,7 +75,7 @@ class Guardian:
         self._thread.start()
 
     def end(self) -> None:
-        """Let it end: the rig was given back."""
+        """End it: the rig was released."""
         self._ended.set()
         self._thread.join(END_S)
         child = self._child
@@ -150,14 +150,14 @@ class Guardian:
             self._lose(f"{lost}; process {self._child.pid} guards the rig now")
 
     def _lose(self, text: str) -> None:
-        """Put on record that the guardian was lost, as what a device tells is put there."""
+        """Record that the guardian was lost, as a message of a device."""
         self._messages.take(NAME, "warning", text)
         say(text)
 
 
 @contextmanager
 def _blocked(numbers: Collection[int]) -> Iterator[None]:
-    """Keep these signals from this thread meanwhile; those that come are taken afterwards."""
+    """Block these signals in this thread; those that arrive are handled afterwards."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows has it not
         yield
         return
@@ -179,11 +179,11 @@ def guarding(
     messages: DeviceMessages,
     roles: Collection[str] | None = None,
 ) -> Iterator[Guardian | None]:
-    """Let a guardian watch over a rig that this process holds; give it, or None for none.
+    """Start a guardian for a rig that this process holds; yield it, or None for none.
 
-    There is none for simulators, replays and a station that wants none. `roles` are those that are
-    used, all by default; `messages` take that a guardian was lost. With endless patience it sees
-    the death of this process alone, and no hang.
+    There is none for simulators, for replays, and if the station does not want one. `roles` are
+    those in use, by default all; `messages` take a report of a lost guardian. With endless patience
+    it detects only the death of this process, not a hang.
     """
     if marks is None or not station.model.safety.guardian:
         if marks is not None:
@@ -217,7 +217,7 @@ def guarding(
 def unguarded(
     station: LoadedStation, registry: Registry, real: Collection[str]
 ) -> list[Interference]:
-    """Return what a run puts on record where the guardian does not guard all real devices."""
+    """Return the remark of a run whose guardian does not cover all real devices."""
     if real and (not station.model.safety.guardian or not_reopenable(station, registry, real)):
         text = guardian_text(station, registry, real)
         return [Interference("guardian", by="station", subject=text)]
@@ -225,7 +225,7 @@ def unguarded(
 
 
 def debugger_at(thread: threading.Thread) -> bool:
-    """Say whether the code of a debugger is at work in a thread."""
+    """Return whether code of a debugger is running in a thread."""
     frame = sys._current_frames().get(thread.ident or 0)  # noqa: SLF001  (public in all but name)
     while frame is not None:
         if str(frame.f_globals.get("__name__", "")).partition(".")[0] in _DEBUGGERS:

@@ -1,8 +1,8 @@
-"""The program of the guardian. Until it has to act it imports nothing but the standard library.
+"""The program of the guardian; until it has to act it imports only the standard library.
 
-Its stdin has a line of JSON that says what it guards, then a line with each beat: how many seconds
-may pass until the next one. 'end' says that the rig was given back in order. The end of stdin
-without it, or of the owner's process, is the owner's death.
+The first line of its stdin is JSON with what it guards. Each further line is a beat: the number of
+seconds until the next one is overdue. 'end' means that the rig was released. The end of stdin
+without it, or of the owner's process, is the death of the owner.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ from rigrunner.ending import ENDING, SUSPENDING
 from rigrunner.run.guardian.saying import say
 
 TICK_S = 1.0
-"""How often it looks by itself: time is counted in ticks, of which each counts for two at most.
+"""Interval of its own checks; time is counted in ticks, each of which counts as two at most.
 
-So neither a computer that was suspended nor a guardian that was stopped takes that for silence.
+So neither a suspended computer nor a stopped guardian looks like silence.
 """
 GRACE_S = 10.0
-"""How long a process that hangs may take to show any progress once it was asked to end."""
+"""Time for a hanging process to show progress once it was asked to end."""
 DEATH_S = 60.0
-"""How long is waited for a process to be gone after SIGKILL: its driver may be in the kernel."""
+"""Time for a process to be gone after SIGKILL: its driver may be in the kernel."""
 LAST_WORDS_S = 0.2
-"""How long is listened to the pipe of a dead owner: another process may have inherited it."""
+"""Time to read the pipe of a dead owner, which another process may have inherited."""
 IGNORED = (signal.SIGINT, *ENDING, *SUSPENDING)
-"""The signals that do not end it."""
+"""Signals that do not end it."""
 _DEAD, _CLOSED = "dead", "closed"
 
 
 def main() -> int:
-    """Guard a rig until its owner gives it back, dies or hangs; return the exit code."""
+    """Guard a rig until its owner releases it, dies or hangs; return the exit code."""
     for number in IGNORED:
         with suppress(OSError, ValueError):
             signal.signal(number, signal.SIG_IGN)  # it ends with its owner, by no other word
@@ -61,24 +61,24 @@ def main() -> int:
 
 
 class Owner:
-    """The process that has the rig: whether it lives, and its end."""
+    """The process that has the rig: whether it lives, and ways to end it."""
 
     def __init__(self, pid: int) -> None:
         self.pid = pid
         self.handle = -1
-        """What tells of its death at once; -1 where the system has no such thing."""
+        """Signals its death at once; -1 if the system has no such handle."""
         if hasattr(os, "pidfd_open"):
             with suppress(OSError):  # an old kernel, or the owner is dead already
                 self.handle = os.pidfd_open(pid)
 
     @property
     def is_dead(self) -> bool:
-        """Whether it is gone: an orphan has another parent. On Windows only the pipe tells."""
+        """Whether it has ended: an orphan has another parent. On Windows only the pipe tells."""
         return os.name != "nt" and os.getppid() != self.pid
 
     @property
     def is_traced(self) -> bool:
-        """Whether a debugger such as gdb holds it; known on Linux alone."""
+        """Whether a debugger such as gdb is attached; known on Linux only."""
         try:
             text = Path(f"/proc/{self.pid}/status").read_text(encoding="utf-8", errors="replace")
         except OSError:
@@ -87,7 +87,7 @@ class Owner:
         return found not in ([], ["0"])
 
     def send(self, name: str) -> None:
-        """Send it a signal, where the system has that one and the process is there."""
+        """Send it a signal, if the system has that one and the process exists."""
         number = getattr(signal, name, None)
         if number is None or self.is_dead:
             return
@@ -111,7 +111,7 @@ def _watch_death(owner: Owner, news: SimpleQueue[str]) -> None:
 
 
 def _guard(task: dict[str, Any], owner: Owner, news: SimpleQueue[str]) -> str:
-    """Return why the rig is to be made safe; '' once it was given back."""
+    """Return why to make the rig safe; '' once it was released."""
     patience = _Patience(task, owner)
     is_deaf = not task["hangs"]
     while True:
@@ -136,7 +136,7 @@ def _guard(task: dict[str, Any], owner: Owner, news: SimpleQueue[str]) -> str:
 
 
 def _was_given_back(news: SimpleQueue[str]) -> bool:
-    """Say whether 'end' stands among what a dead owner has said and nobody has heard yet."""
+    """Return whether 'end' is among the unread messages of a dead owner."""
     with suppress(Empty):
         while (told := news.get(timeout=LAST_WORDS_S)) != _CLOSED:
             if told == "end":
@@ -145,7 +145,7 @@ def _was_given_back(news: SimpleQueue[str]) -> bool:
 
 
 class _Patience:
-    """How long nothing was heard of the owner, by the guardian's own ticks, and what follows."""
+    """Time without a beat of the owner, in ticks of the guardian, and the consequences."""
 
     def __init__(self, task: dict[str, Any], owner: Owner) -> None:
         self._task = task
@@ -157,7 +157,7 @@ class _Patience:
         """Whether the owner was asked to end."""
 
     def tick(self) -> None:
-        """Let time pass."""
+        """Count a tick."""
         now_s = time.monotonic()
         self._silent_s += min(now_s - self._looked_s, 2 * TICK_S)
         self._looked_s = now_s
@@ -165,12 +165,12 @@ class _Patience:
             self._silent_s = 0.0  # a process that its debugger lets go has all of its time again
 
     def beat(self, limit_s: float) -> None:
-        """Take note of a beat, and of how long it may take to the next one."""
+        """Note a beat, with the time until the next one is overdue."""
         self._limit_s, self._silent_s = limit_s, 0.0
 
     @property
     def is_over(self) -> bool:
-        """Whether the owner should have been heard by now."""
+        """Whether the owner's beat is overdue."""
         return self._silent_s > self._limit_s
 
     def end(self) -> None:

@@ -1,4 +1,4 @@
-"""Words of the guardian to whoever is at the terminal of the run."""
+"""Messages of the guardian on the terminal of the run."""
 
 from __future__ import annotations
 
@@ -7,6 +7,6 @@ from contextlib import suppress
 
 
 def say(text: str) -> None:
-    """Write a line to stderr past its buffer; to nobody, if the terminal was closed."""
+    """Write a line to stderr, unbuffered; drop it if the terminal was closed."""
     with suppress(OSError):
         os.write(2, f"\nguardian: {text}\n".encode())
