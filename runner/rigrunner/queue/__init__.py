@@ -1,4 +1,4 @@
-"""The queue of specimens: what is to be run next, in a file that survives a crash."""
+"""The queue of specimens in a file that survives a crash."""
 
 from rigrunner.queue.entries import Draft
 from rigrunner.queue.intake import accepted_inputs, read_list

@@ -1,4 +1,4 @@
-"""An entry of the queue: a specimen, its procedure and station, and what became of it."""
+"""Entries of the queue: specimen, procedure and station, and their state."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from rigrunner.engine import Interference
 
 State = Literal["proposed", "waiting", "held", "started", "skipped", "closed"]
-"""What is stored. How a run that was started ended is in the run's folder, and only there."""
+"""The stored state. How a started run ended is in its folder only."""
 Status = Literal[
     "proposed", "waiting", "held", "running", "done", "interrupted", "skipped", "closed"
 ]
-"""What a person sees: of a started entry, what its run's folder says."""
+"""The displayed state; of a started entry it comes from the folder of its run."""
 OPEN = frozenset({"proposed", "waiting", "held", "running", "interrupted"})
-"""An entry of that status is not over."""
+"""Statuses of entries that are not over."""
 SPECIMEN = "specimen"
-"""The input that names what is tested."""
+"""The input that names the specimen."""
 
 
 class Draft(BaseModel):
-    """What a run is asked for with."""
+    """The request for a run."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
@@ -29,16 +29,16 @@ class Draft(BaseModel):
     """The file relative to the lab folder, or the name of a shipped one."""
     station: str
     inputs: dict[str, str] = {}
-    """Answers by input; what is left out is asked when the run starts."""
+    """Answers by input; others are asked for when the run starts."""
     operator: str = ""
     partners: dict[str, str] = {}
-    """Partner runs by name, in place of those that are found by themselves."""
+    """Partner runs by name, in place of the latest that fit."""
     realtime: bool = True
 
     @model_validator(mode="before")
     @classmethod
     def _read_older(cls, value: object) -> object:
-        """Read the key by which 0.1.0 named the one partner run that there was."""
+        """Read the key of 0.1.0 for the only partner run."""
         if isinstance(value, dict) and "no_load" in value:
             named = value["no_load"]
             others = {key: each for key, each in value.items() if key != "no_load"}
@@ -47,11 +47,11 @@ class Draft(BaseModel):
 
     @property
     def specimen(self) -> str:
-        """What is tested; '' where the procedure does not ask."""
+        """The specimen; '' if the procedure does not ask for one."""
         return self.inputs.get(SPECIMEN, "")
 
     def is_same_test(self, other: Draft) -> bool:
-        """Say whether both are the same specimen in the same procedure."""
+        """Return whether both are the same specimen in the same procedure."""
         return bool(self.specimen) and (self.specimen.casefold(), self.procedure) == (
             other.specimen.casefold(),
             other.procedure,
@@ -59,24 +59,24 @@ class Draft(BaseModel):
 
 
 class Entry(Draft):
-    """A draft with its number, which no other entry ever has."""
+    """A draft with its unique number."""
 
     id: int
     state: State
     by: str
-    """Who added it, or who changed its state last."""
+    """Who added it, or last changed its state."""
     added_utc: str
     reason: str = ""
     """Why it is held, skipped, closed or repeated."""
     repeats: int | None = None
     """The entry that it repeats."""
     repeated_by: str = ""
-    """Who wanted that."""
+    """Who repeated it."""
     run: str = ""
-    """The id of its run, once the run has begun."""
+    """Id of its run, once started."""
 
     def told(self) -> tuple[Interference, ...]:
-        """Return what the record of its run says of the queue: why a test is made again."""
+        """Return the remark for its run: why a test is repeated."""
         if self.repeats is None:
             return ()
         subject = f"entry {self.id} of the queue repeats entry {self.repeats}"

@@ -1,4 +1,4 @@
-"""Lists of specimens as people have them: scanned or pasted lines, and CSV files."""
+"""Lists of specimens: scanned or pasted lines, and CSV files."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ DELIMITERS = ("\t", ";", ",")
 
 @dataclass(frozen=True)
 class LineItem:
-    """The inputs of one specimen, and the line that they stand in."""
+    """The inputs of one specimen, and their line."""
 
     line: int
     inputs: dict[str, str]
 
 
 def read_list(text: str, asked: Mapping[str, Input], name: str = "list") -> list[LineItem]:
-    """Return the specimens of a list, one a line; empty lines are left out.
+    """Return the specimens of a list, one per line; empty lines are skipped.
 
-    A first line that names inputs makes it a CSV (comma, semicolon or tab); otherwise each line is
-    one specimen. Raises InvalidFileError with every line that is not accepted, and UsageError where
-    the procedure asks for nothing or the list is empty or too long.
+    If the first line has names of inputs, it is a CSV (comma, semicolon or tab); otherwise each
+    line is one specimen. Raises InvalidFileError with every invalid line, and UsageError if the
+    procedure has no inputs, or the list is empty or too long.
     """
     lines = [(number, line) for number, line in enumerate(_lines(text), 1) if line.strip()]
     if not asked:
@@ -60,7 +60,7 @@ def read_list(text: str, asked: Mapping[str, Input], name: str = "list") -> list
 
 
 def accepted_inputs(given: Mapping[str, str], asked: Mapping[str, Input]) -> dict[str, str]:
-    """Return given inputs as they go on record; raise UsageError for one that is not accepted."""
+    """Return inputs in the form for the record; raise UsageError for an invalid one."""
     found = {}
     for name, text in given.items():
         if name not in asked:
@@ -84,7 +84,7 @@ def _key(asked: Mapping[str, Input]) -> str:
 
 
 def _header(line: str, asked: Mapping[str, Input]) -> tuple[list[str], str]:
-    """Return the inputs that the first line names, and what separates them; none of a specimen."""
+    """Return the inputs in the first line, and the separator; none for a specimen."""
     known = {name.casefold(): name for name in asked}
     for delimiter in DELIMITERS:
         cells = [cell.strip().casefold() for cell in line[:LONGEST_LINE].split(delimiter)]
@@ -122,7 +122,7 @@ def _inputs(cells: list[str], names: list[str], asked: Mapping[str, Input]) -> d
 def _accepted(
     cells: list[str], names: list[str], asked: Mapping[str, Input]
 ) -> Iterator[tuple[str, str]]:
-    """Yield each input that is given; an empty cell is asked when the run starts."""
+    """Yield each given input; an empty cell is asked for when the run starts."""
     for name, cell in zip(names, cells, strict=True):
         if len(cell) > LONGEST_LINE:
             raise AnswerError(f"got {len(cell)} characters, expected at most {LONGEST_LINE}")

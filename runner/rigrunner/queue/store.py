@@ -1,4 +1,4 @@
-"""The files of the queues, one per station: each is changed and written whole by one process."""
+"""The files of the queues, one per station; each change rewrites the file."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 FILES = "queue-*.json"
 COMMON_FILE = "queue.json"
-"""In which versions before had the entries of all stations."""
+"""File of earlier versions with the entries of all stations."""
 MOST_ENTRIES = 5000
 PATIENCE_S = 5.0
 _MOVABLE = ("proposed", "waiting", "held")
@@ -36,7 +36,7 @@ _MOVABLE = ("proposed", "waiting", "held")
 
 @dataclass(frozen=True)
 class Shown:
-    """An entry with its status and, once its run is over, how that ended."""
+    """An entry with its status and, once its run is over, its outcome."""
 
     entry: Entry
     status: Status
@@ -46,43 +46,43 @@ class Shown:
 class Queue:
     """The queues of a folder of runs, one per station.
 
-    Any process may open them; each change is atomic and synced. A number belongs to one entry,
-    whatever its station.
+    Any process can open them; each change is atomic and synced. A number is used for one entry
+    only, over all stations.
     """
 
     def __init__(self, runs: Path) -> None:
         self._runs = runs
         self._outcomes: dict[str, str] = {}
-        """Of runs that are over, which do not change any more."""
+        """Outcomes of runs that are over, which do not change."""
 
     def path(self, station: str) -> Path:
-        """Return the file of a station's queue."""
+        """Return the file of the queue of a station."""
         return self._runs / f"queue-{quote(station, safe='')}.json"
 
     def changed_ns(self, station: str) -> int:
-        """Return when a station's file was changed last, in ns; 0 where there is none."""
+        """Return the time of the last change of a file, in ns; 0 if it does not exist."""
         try:
             return self.path(station).stat().st_mtime_ns
         except OSError:
             return 0
 
     def stations(self) -> list[str]:
-        """Return the stations that have entries; raise DataError for a file that cannot be read."""
+        """Return the stations with entries; raise DataError for an unreadable file."""
         return list(dict.fromkeys(each.station for each in self.entries()))
 
     def entries(self, station: str = "") -> tuple[Entry, ...]:
-        """Return the entries in order, by station; raise DataError for what cannot be read."""
+        """Return the entries in order, by station; raise DataError for an unreadable file."""
         self._part_common_file()
         if station:
             return _read(self.path(station)).entries
         return tuple(each for stored in self._all() for each in stored.entries)
 
     def shown(self, station: str = "") -> list[Shown]:
-        """Return the entries in order, each with its status; of one station only, if named."""
+        """Return the entries in order, each with its status; of one station, if given."""
         return [self._shown(each) for each in self.entries(station)]
 
     def get(self, number: int) -> Entry:
-        """Return one entry; raise UsageError, or DataError where its file cannot be read."""
+        """Return one entry; raise UsageError, or DataError for an unreadable file."""
         self._part_common_file()
         unread: DataError | None = None
         for path in self._files():
@@ -96,10 +96,10 @@ class Queue:
         raise unread or _unknown(number)
 
     def next(self, station: str = "") -> Entry | None:
-        """Return the first entry that waits; None where none does.
+        """Return the first waiting entry; None for none.
 
-        Raises UsageError while an interrupted entry needs an answer first, and where entries of
-        several stations wait and none is named.
+        Raises UsageError while an interrupted entry needs a decision, and if entries of several
+        stations wait and no station is given.
         """
         shown = self.shown(station)
         for each in shown:
@@ -115,9 +115,9 @@ class Queue:
     def add(
         self, drafts: Sequence[Draft], by: str, now: datetime, *, proposed: bool = False
     ) -> list[Entry]:
-        """Add entries of one station at its end, all or none; those proposed wait for release.
+        """Add entries to the end of a queue, all or none; proposed ones wait for release.
 
-        Raises InvalidFileError for a specimen that is in a queue for the same procedure already.
+        Raises InvalidFileError for a specimen that is already in a queue for the same procedure.
         """
         (station,) = {each.station for each in drafts}
         made: list[Entry] = []
@@ -152,7 +152,7 @@ class Queue:
         return made
 
     def move(self, number: int, before: int | None) -> None:
-        """Put an entry that has not started in front of another one of its station, or last."""
+        """Move an entry that has not started before another one of its station, or to the end."""
 
         def change(stored: Stored) -> Stored:
             entry = self._in(stored, number, *_MOVABLE)
@@ -166,21 +166,21 @@ class Queue:
         self._change(self.get(number).station, change)
 
     def hold(self, number: int, by: str, reason: str = "") -> None:
-        """Keep an entry back until it is released."""
+        """Hold an entry until it is released."""
         self._set(number, "held", by, reason, "waiting", "proposed")
 
     def release(self, number: int, by: str) -> None:
-        """Let an entry that was proposed or held wait for its turn."""
+        """Release an entry that was proposed or held."""
         self._set(number, "waiting", by, "", "proposed", "held")
 
     def skip(self, number: int, by: str, reason: str) -> None:
-        """Do not run an entry, or close one whose run was interrupted."""
+        """Skip an entry, or close one whose run was interrupted."""
         entry = self.get(number)
         state: State = "closed" if entry.state == "started" else "skipped"
         self._set(number, state, by, reason, *_MOVABLE, "interrupted")
 
     def repeat(self, number: int, by: str, reason: str, now: datetime) -> Entry:
-        """Return a new entry for the same test, which waits right behind the one it repeats."""
+        """Return a new entry for the same test, placed right after the one it repeats."""
         made: list[Entry] = []
 
         def change(stored: Stored) -> Stored:
@@ -206,7 +206,7 @@ class Queue:
         return made[0]
 
     def clear(self, station: str = "") -> int:
-        """Remove the entries that are over, and return how many; their runs stay."""
+        """Remove the entries that are over, and return their number; their runs stay."""
         removed = 0
 
         def change(stored: Stored) -> Stored:
@@ -221,11 +221,11 @@ class Queue:
 
     @contextmanager
     def started(self, number: int, by: str) -> Iterator[Entry]:
-        """Mark a waiting entry as started, and hold it while its run lasts.
+        """Mark a waiting entry as started, and hold its lock while its run lasts.
 
-        The mark is on the disk before this returns: an entry that was marked and has no finished
-        run afterwards is 'interrupted', and never runs again unless a person says so. Raises
-        UsageError for an entry that does not wait.
+        The mark is on the disk before this returns: a marked entry without a finished run is
+        'interrupted' later, and never runs again unless a person says so. Raises UsageError for an
+        entry that is not waiting.
         """
         lock = self._entry_lock(number)
         try:
@@ -241,7 +241,7 @@ class Queue:
             lock.release()
 
     def began(self, number: int) -> EventSink:
-        """Return a listener that enters the run's id as soon as the run has begun."""
+        """Return a listener that stores the id of the run as soon as it has begun."""
 
         def note(event: Event) -> None:
             if isinstance(event, RunStarted):
@@ -250,7 +250,7 @@ class Queue:
         return note
 
     def give_back(self, number: int, reason: str) -> None:
-        """Hold an entry whose run could not begin: nothing has moved, and it says why."""
+        """Hold an entry whose run could not begin, with the reason; nothing has moved."""
         if not self.get(number).run:
             self._replace(number, state="held", reason=reason)
 
@@ -307,7 +307,7 @@ class Queue:
         return [_read(path) for path in self._files()]
 
     def _part_common_file(self) -> None:
-        """Give each station a file of its own, where one file has the entries of all."""
+        """Split a file with the entries of all stations into one per station."""
         common = self._runs / COMMON_FILE
         if not common.exists():
             return
@@ -338,7 +338,7 @@ class Queue:
 
     @contextmanager
     def _locked(self) -> Iterator[None]:
-        """Hold all queues of the folder: a specimen is looked for in each of them."""
+        """Lock all queues of the folder, since specimens are searched in all of them."""
         with writing(self._runs):
             self._runs.mkdir(parents=True, exist_ok=True)
         lock = FileLock(self._runs / ".queue.lock", timeout=PATIENCE_S)

@@ -1,4 +1,4 @@
-"""From entry points and drop-in files to typed look-ups of plugins."""
+"""Typed look-up of plugins from entry points and drop-in files."""
 
 from rigrunner.registry.culprit import culprit, whereabouts
 from rigrunner.registry.loading import load_registry, with_drop_ins

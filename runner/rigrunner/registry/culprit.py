@@ -1,4 +1,4 @@
-"""Whose code raised what nobody foresaw: found in the frames of its traceback."""
+"""Finds the plugin that raised an unexpected exception, from its traceback."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from types import FrameType
 
 DROP_IN = "rigrunner_drop_in_"
-"""How the module of a file in a lab's folder is called, before its own name."""
+"""Prefix of the module name of a file in the folder of a lab."""
 _OURS = {
     "rigrunner",
     "rigrunner_bearings",
@@ -24,9 +24,9 @@ _OURS = {
 
 
 def culprit(error: BaseException) -> str:
-    """Return the plugin of a stranger that raised an error, with file and line; '' for none.
+    """Return the third-party plugin that raised an exception, with file and line; '' for none.
 
-    It is the innermost frame of a plugin: what that calls may be at fault as well.
+    It is the innermost frame of a plugin; code that it calls may be at fault too.
     """
     found = _innermost(walk_tb(error.__traceback__))
     if not found and error.__cause__ is not None:
@@ -35,7 +35,7 @@ def culprit(error: BaseException) -> str:
 
 
 def whereabouts(frame: FrameType) -> str:
-    """Return the plugin of a stranger in whose code a frame is, or was called from; '' for none."""
+    """Return the third-party plugin of a frame, or of its callers; '' for none."""
     return _innermost(reversed(list(walk_stack(frame))))
 
 

@@ -1,4 +1,4 @@
-"""What a device says of itself before it is connected, looked at before anything relies on it."""
+"""Checks of what a device declares before it is connected."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _LEAST = ("channels", "drives", "non_blocking", "connect", "make_safe", "close")
 
 
 def declaration_problems(device: object) -> Iterator[str]:
-    """Yield what makes a device of no use, or its numbers mean something else than they say.
+    """Yield what makes a device unusable, or its numbers ambiguous.
 
-    A unit that is not known here is no problem of a device: a procedure cannot use that channel.
+    An unknown unit is not a problem of the device: a procedure cannot use that channel.
     """
     if not isinstance(device, Device):
         missing = [name for name in _LEAST if not hasattr(device, name)]

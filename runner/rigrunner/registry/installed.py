@@ -1,4 +1,4 @@
-"""Which providers of plugins are installed, by the entry points of all distributions."""
+"""Installed providers of plugins, from the entry points of all distributions."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ class Installed:
 
     name: str
     place: str
-    """The module that has its hooks, as an entry point gives it."""
+    """The module with its hooks, from the entry point."""
     version: str
     """Of its distribution; '' for none."""
 
     @classmethod
     def of(cls, entry: EntryPoint) -> Installed:
-        """Return the provider that an entry point gives."""
+        """Return the provider of an entry point."""
         return cls(entry.name, entry.value, entry.dist.version if entry.dist else "")
 
     @property
     def entry(self) -> EntryPoint:
-        """What imports it."""
+        """The entry point that imports it."""
         return EntryPoint(self.name, self.place, PROJECT)
 
 
 def installed() -> tuple[Installed, ...]:
-    """Return all providers that are installed, by name."""
+    """Return all installed providers by name."""
     entries = sorted(entry_points(group=PROJECT), key=lambda entry: entry.name)
     return tuple(Installed.of(entry) for entry in entries)

@@ -1,8 +1,8 @@
-"""Loads plugins from entry points and from a lab's drop-in folder, all by the same door.
+"""Loads plugins from entry points and from the drop-in folder of a lab, in the same way.
 
-A plugin that cannot be imported, or is made for another plugin API, is disabled with its reason; a
-name that two plugins claim is refused with both providers when it is used. Neither takes the
-program down.
+A plugin that cannot be imported, or is made for another plugin API, is disabled with the reason. A
+name that two plugins claim is refused when it is used, with both providers. Neither ends the
+program.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ if TYPE_CHECKING:
     from types import ModuleType
 
 _OWN = Installed("rigrunner", "rigrunner.steps.hooks", "")
-"""What belongs to the language itself, by the same door."""
+"""The parts of the language that are loaded as plugins."""
 
 
 def load_registry(entries: Iterable[EntryPoint] | None = None) -> Registry:
-    """Return the registry of all installed plugins, the built-ins by the same door as others.
+    """Return the registry of all installed plugins, built-in ones included.
 
-    `entries` are the entry points to load; left out, those of every installed distribution.
+    `entries` are the entry points to load; by default those of all distributions.
     """
     found = installed() if entries is None else [Installed.of(entry) for entry in entries]
     sources = [_source(each) for each in (_OWN, *sorted(found, key=lambda each: each.name))]
@@ -49,10 +49,10 @@ def load_registry(entries: Iterable[EntryPoint] | None = None) -> Registry:
 
 
 def with_drop_ins(registry: Registry, folder: Path) -> Registry:
-    """Return the registry with the plugins of a lab's folder added: each `*.py` is one provider.
+    """Return the registry with the plugins in the folder of a lab: each `*.py` is one provider.
 
-    A file is loaded by its path and by nothing else; its version is the digest of its text. Names
-    that begin with '_' are left out. Raises PluginError if there is no such folder.
+    A file is loaded by its path only; its version is the digest of its text. Names with a leading
+    '_' are skipped. Raises PluginError if the folder does not exist.
     """
     if not folder.is_dir():
         raise PluginError(
@@ -74,17 +74,17 @@ def with_drop_ins(registry: Registry, folder: Path) -> Registry:
 
 @dataclass(frozen=True)
 class _Source:
-    """Where a provider is loaded from."""
+    """The place from which a provider is loaded."""
 
     provider: Provider
     load: Callable[[], object]
     text: Callable[[], str]
     place: str = ""
-    """What its entry point names; '' for a file of a lab's folder."""
+    """The value of its entry point; '' for a file in the folder of a lab."""
 
 
 def _loaded(sources: Iterable[_Source], known: Registry) -> Registry:
-    """Return what the sources bring: first their kinds of plugins, then plugins of all kinds."""
+    """Return the plugins of the sources, after their kinds of plugins."""
     plugins: list[Plugin] = []
     disabled: list[DisabledPlugin] = []
 
@@ -111,9 +111,9 @@ def _loaded(sources: Iterable[_Source], known: Registry) -> Registry:
 
 
 def _brought_kinds(module: object, known: Collection[KindRecord]) -> list[KindRecord]:
-    """Return the kinds that a module brings and nobody before it; none of a broken module.
+    """Return the new kinds of a module; none of a broken module.
 
-    What is wrong with one is said where its plugins are asked for.
+    Problems with a kind are reported when its plugins are used.
     """
     taken = {name for each in known for name in (each.name, each.hook)}
     (kind,) = (each for each in known if each.record is KindRecord)
@@ -128,7 +128,7 @@ def _brought_kinds(module: object, known: Collection[KindRecord]) -> list[KindRe
 
 
 def _module(source: _Source) -> object:
-    """Import a provider; one that is made for another API fails for that reason above others."""
+    """Import a provider; an unsupported API is reported before other reasons."""
     try:
         module = source.load()
     except Exception:
@@ -144,7 +144,7 @@ def _module(source: _Source) -> object:
 
 
 def _disabled(source: _Source, error: BaseException) -> DisabledPlugin:
-    """Return what is wrong, where in the plugin's own files it was raised, and what to do."""
+    """Return the problem, its place in the files of the plugin, and what to do."""
     text = ""
     with suppress(Exception):
         text = source.text()
@@ -156,7 +156,7 @@ def _disabled(source: _Source, error: BaseException) -> DisabledPlugin:
 
 
 def _place(error: BaseException) -> str:
-    """Return `file:line` in the plugin's own code, or else in whatever it called."""
+    """Return `file:line` in the code of the plugin, or else in what it called."""
     if isinstance(error, SyntaxError) and error.filename:
         return f"{error.filename}:{error.lineno}"
     frames = [each for each in extract_tb(error.__traceback__) if not _is_ours(each.filename)]
@@ -180,7 +180,7 @@ def _fix(source: _Source, error: BaseException, place: str) -> str:
 
 
 def _is_ours(file: str) -> bool:
-    """Say whether a frame is of what imports a plugin, and not of the plugin."""
+    """Return whether a frame belongs to the import machinery, not to the plugin."""
     ours = (Path(__file__).parent, Path(pluggy.__file__).parent)
     return file.startswith("<frozen ") or any(map(Path(file).is_relative_to, ours))
 
@@ -188,7 +188,7 @@ def _is_ours(file: str) -> bool:
 def _implementations(
     module: object, kinds: Collection[KindRecord]
 ) -> dict[str, list[pluggy.HookImpl]]:
-    """Return the hooks of a module by the kind of plugins that they bring."""
+    """Return the hooks of a module by the kind of their plugins."""
     manager = pluggy.PluginManager(PROJECT)
     manager.add_hookspecs(type("Hooks", (), {each.hook: _hook for each in kinds}))
     manager.register(module)
@@ -197,7 +197,7 @@ def _implementations(
 
 @hookspec
 def _hook() -> None:
-    """Stand for the hook of any kind, which takes nothing: see `HookSpecs`."""
+    """Specify the hook of any kind, which has no arguments: see `HookSpecs`."""
 
 
 def _plugins(provider: Provider, module: object, kinds: Collection[KindRecord]) -> list[Plugin]:

@@ -1,4 +1,4 @@
-"""Which plugins there are, by kind and name, and how to make one."""
+"""Look-up of plugins by kind and name, and their construction."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ if TYPE_CHECKING:
 
 
 _FEW = 8
-"""So many names are listed beside the one that may be meant."""
+"""Greatest number of names listed beside a suggestion."""
 _WRITES = {"report_format", "certificate_format", "study_format"}
-"""The kinds whose factory gives a function that writes a file."""
+"""Kinds whose factory returns a function that writes a file."""
 
 
 @dataclass(frozen=True)
 class Provider:
-    """Where a plugin comes from."""
+    """The origin of a plugin."""
 
     name: str
     version: str
@@ -73,9 +73,9 @@ class DisabledPlugin:
     provider: Provider
     reason: str
     fix: str = ""
-    """What to do about it, where that is known."""
+    """What to do about it, if known."""
     text: str = ""
-    """Of the file that could not be loaded; '' where that is not known."""
+    """Text of the file that could not be loaded; '' if unknown."""
 
     def __str__(self) -> str:
         """Return provider and reason."""
@@ -83,18 +83,18 @@ class DisabledPlugin:
 
 
 class Tap(Protocol):
-    """Stands between a device and its instrument, to save what is exchanged or to play it back."""
+    """Placed between a device and its instrument, to record or replay exchanges."""
 
     def wired(self, context: DeviceContext) -> DeviceContext:
-        """Return what a device is given whose exchanges all go over the context's wire."""
+        """Return the context of a device whose exchanges all go over its wire."""
         ...
 
     def called(self, device: Device, context: DeviceContext) -> Device:
-        """Return such a device, whose calls are told from what goes on in it between them."""
+        """Return such a device, with a mark of whether it is being called."""
         ...
 
     def whole(self, device: Device, context: DeviceContext) -> Device:
-        """Return what stands for any other device, whose calls are the exchanges."""
+        """Return a stand-in for any other device, whose calls are the exchanges."""
         ...
 
 
@@ -110,18 +110,18 @@ class Registry:
 
     @property
     def kinds(self) -> tuple[KindRecord, ...]:
-        """All kinds of plugins: Rigrunner's own, then those that plugins bring."""
+        """All kinds of plugins: those of Rigrunner, then those of plugins."""
         records = (plugin.record for plugin in self.plugins)
         return (*OWN_KINDS, *(each for each in records if isinstance(each, KindRecord)))
 
     def names(self, kind: str) -> list[str]:
-        """Return the names of all plugins of that kind, sorted."""
+        """Return the sorted names of all plugins of a kind."""
         return [name for found_kind, name in self._found if found_kind == kind]
 
     def disabled_with(self, name: str) -> DisabledPlugin | None:
-        """Return the provider that could not be loaded and has a plugin of that name, or seems to.
+        """Return the provider that could not be loaded and seems to have a plugin of that name.
 
-        It has this name itself, as the file of a lab's plugin does, or the name stands in its text.
+        It has this name, as the file of a lab's plugin does, or the name occurs in its text.
         """
         for each in self.disabled:
             is_called_so = PurePath(each.provider.name).stem.replace("-", "_") == name
@@ -130,7 +130,7 @@ class Registry:
         return None
 
     def find(self, kind: str, name: str) -> Plugin:
-        """Return the one plugin of that kind and name; raise PluginError with a suggestion."""
+        """Return the plugin of a kind and name; raise PluginError with a suggestion."""
         found = self._found.get((kind, name), [])
         if len(found) == 1:
             return found[0]
@@ -148,7 +148,7 @@ class Registry:
     def with_all_settings(self) -> Registry:
         """Return the registry with the settings of all plugins loaded.
 
-        Those whose settings cannot be loaded are disabled with the reason.
+        Plugins whose settings cannot be loaded are disabled with the reason.
         """
         plugins, disabled = [], list(self.disabled)
         for plugin in self.plugins:
@@ -162,13 +162,13 @@ class Registry:
         return Registry(plugins, disabled)
 
     def settings_of(self, kind: str, name: str) -> type[Settings]:
-        """Return the settings model of a plugin; raise PluginError if there is no such plugin."""
+        """Return the settings model of a plugin; raise PluginError if it does not exist."""
         return self.find(kind, name).record.settings_model
 
     def rig_model(self) -> type[Settings]:
-        """Return the keys that a station may have under `rig`: of all plugins, in their order.
+        """Return the keys that a station may have under `rig`: of all plugins, in order.
 
-        Raises PluginError, naming both plugins, where two declare one key differently.
+        Raises PluginError, naming both plugins, if two declare one key differently.
         """
         declared: dict[type[Settings], Plugin] = {}
         for plugin in self.plugins:
@@ -189,7 +189,7 @@ class Registry:
         return create_model("Rig", __base__=(*declared,) or Settings, __doc__=about)
 
     def rig_of(self, kind: str, name: str) -> type[Settings] | None:
-        """Return the keys of the rig that a plugin declares; PluginError if there is no such."""
+        """Return the keys of the rig of a plugin; raise PluginError if it does not exist."""
         return self.find(kind, name).record.rig_model
 
     def yields(self, compensation: str) -> MeasurandKind | None:
@@ -200,13 +200,13 @@ class Registry:
         return yields
 
     def record(self, kind: str, name: str) -> PluginRecord:
-        """Return what a plugin declares; raise PluginError if there is no such plugin."""
+        """Return the record of a plugin; raise PluginError if it does not exist."""
         return self.find(kind, name).record
 
     def definitions(
         self, name: str, settings: Mapping[str, Any], context: AnalysisContext | None = None
     ) -> tuple[ResultDefinition, ...]:
-        """Return the results that an analysis names, by its settings; raise PluginError."""
+        """Return the results of an analysis from its settings; raise PluginError."""
         record, told = self._analysis(name), self.validated("analysis", name, settings)
         with _named(self.find("analysis", name)):
             return tuple(record.yields(told, *self._context(record, context)))
@@ -214,7 +214,7 @@ class Registry:
     def objections(
         self, name: str, settings: Mapping[str, Any], units: Mapping[str, str]
     ) -> tuple[Objection, ...]:
-        """Return what of an analysis does not fit the units of what it needs; raise PluginError."""
+        """Return settings that do not fit the units of the requirements; raise PluginError."""
         record, told = self._analysis(name), self.validated("analysis", name, settings)
         with _named(self.find("analysis", name)):
             return tuple(record.objections(told, units))
@@ -230,7 +230,7 @@ class Registry:
     def live(
         self, name: str, settings: Mapping[str, Any], context: AnalysisContext | None = None
     ) -> LiveAnalysis | None:
-        """Return what shows an analysis while it is measured, if it does; raise PluginError."""
+        """Return the live view of an analysis, if it has one; raise PluginError."""
         record, told = self._analysis(name), self.validated("analysis", name, settings)
         with _named(self.find("analysis", name)):
             if record.live is None:
@@ -251,11 +251,11 @@ class Registry:
         return record
 
     def revision(self, kind: str, name: str) -> int:
-        """Return the revision of a plugin; raise PluginError if there is no such plugin."""
+        """Return the revision of a plugin; raise PluginError if it does not exist."""
         return self.find(kind, name).record.revision
 
     def requires(self, kind: str, name: str, settings: Mapping[str, Any]) -> Requirements:
-        """Return what a plugin of the analysis needs of a run; raise PluginError."""
+        """Return what a plugin requires of a run; raise PluginError."""
         record, validated = self.find(kind, name).record, self.validated(kind, name, settings)
         with _named(self.find(kind, name)):
             requires = getattr(record, "requires", needs_nothing)
@@ -266,7 +266,7 @@ class Registry:
             return found
 
     def rejects(self, rule: str) -> bool:
-        """Say whether an outlier rule can reject anything; raise PluginError."""
+        """Return whether an outlier rule can reject anything; raise PluginError."""
         record = self.find("outlier_rule", rule).record
         return isinstance(record, OutlierRuleRecord) and record.rejects
 
@@ -292,7 +292,7 @@ class Registry:
         return _writing(plugin, made) if kind in _WRITES else made
 
     def validated(self, kind: str, name: str, settings: Mapping[str, Any]) -> Settings:
-        """Return the settings as the plugin's model has them; raise PluginError."""
+        """Return the validated settings of a plugin; raise PluginError."""
         try:
             told = dict(settings) if isinstance(settings, Mapping) else settings
             return self.settings_of(kind, name).model_validate(told)
@@ -308,8 +308,8 @@ class Registry:
     ) -> Device:
         """Return a device that can make others of this registry; raise PluginError.
 
-        A device that is `wired` and those that it makes have the tap at their wires, any other one
-        at its own calls.
+        A `wired` device, and those that it makes, have the tap at their wires; any other one at its
+        calls.
         """
         record = self.find("device", plugin).record
         wired = isinstance(record, DeviceRecord) and record.wired
@@ -338,7 +338,7 @@ class Registry:
     def source(
         self, plugin: str, settings: Mapping[str, Any], channel: str
     ) -> tuple[str, Mapping[str, Any]]:
-        """Return plugin and settings of the device that gives a channel, within what is made of it.
+        """Return plugin and settings of the part of a composite device with a channel.
 
         The settings must be valid.
         """
@@ -351,9 +351,9 @@ class Registry:
         return plugin, settings
 
     def is_simulated(self, plugin: str, settings: Mapping[str, Any]) -> bool:
-        """Say whether a device is simulated; one that is made of others is if all of them are.
+        """Return whether a device is simulated; a composite one is if all its parts are.
 
-        One that brings a simulator of its own is where its settings say so.
+        One that brings its own simulator is simulated if its settings say so.
         """
         record = self.find("device", plugin).record
         if issubclass(record.settings_model, MadeOfOthers):
@@ -364,9 +364,9 @@ class Registry:
         return isinstance(record, DeviceRecord) and record.simulated
 
     def physical_addresses(self, plugin: str, settings: Mapping[str, Any]) -> list[str]:
-        """Return where a device is reached, as its settings say; of one made of others, of all.
+        """Return the addresses of a device from its settings; of a composite one, of all parts.
 
-        Nothing of a simulator, and of a plugin that does not say.
+        Empty for a simulator, and for a plugin that states none.
         """
         if self.is_simulated(plugin, settings):
             return []
@@ -381,9 +381,9 @@ class Registry:
         return list(found.physical_addresses()) if isinstance(found, Reached) else []
 
     def is_reopenable(self, plugin: str, settings: Mapping[str, Any]) -> bool:
-        """Say whether a second process can open a device once the first one is gone.
+        """Return whether a second process can open a device after the first one died.
 
-        One that is made of others can be opened if all of them can.
+        A composite one can be opened if all its parts can.
         """
         record = self.find("device", plugin).record
         if issubclass(record.settings_model, MadeOfOthers):
@@ -393,7 +393,7 @@ class Registry:
         return isinstance(record, DeviceRecord) and record.reopenable
 
     def suggestion(self, name: str, names: Sequence[str]) -> str:
-        """Return which name may be meant, and what could not be loaded, where it may be."""
+        """Return a similar name, and providers that could not be loaded and may have it."""
         near = difflib.get_close_matches(name, names, n=1)
         there = f"there are: {', '.join(names) or 'none'}"
         if near:
@@ -407,7 +407,7 @@ def _of(plugin: Plugin) -> str:
 
 
 def _writing(plugin: Plugin, write: Callable[[Any], object]) -> Callable[[Any], bytes]:
-    """Return the function of a format; raise PluginError where it gives no bytes to write."""
+    """Return the function of a format; raise PluginError if it does not return bytes."""
 
     def checked(given: Any) -> bytes:
         with _named(plugin):
@@ -425,7 +425,7 @@ def _writing(plugin: Plugin, write: Callable[[Any], object]) -> Callable[[Any], 
 
 @contextmanager
 def _named(plugin: Plugin) -> Iterator[None]:
-    """Let what the author of a plugin did not foresee name it, and end no program in silence."""
+    """Name the plugin in unexpected exceptions, and convert those that would end the program."""
     what = _of(plugin)
     try:
         yield
@@ -439,6 +439,6 @@ def _named(plugin: Plugin) -> Iterator[None]:
 
 
 def _in_words(error: ValidationError) -> str:
-    """Return every problem with the setting that it is about."""
+    """Return every problem with its setting."""
     found = [(".".join(map(str, each["loc"])), each["msg"]) for each in error.errors()]
     return "; ".join(f"{where}: {what}" if where else what for where, what in found)

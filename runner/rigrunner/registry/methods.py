@@ -1,4 +1,4 @@
-"""Whether the methods of a device are there, and can be called as they will be."""
+"""Checks of the methods of a device: existence and signature."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _OF_A_DEVICE = {
     "pause": (),
     "resume": (),
 }
-"""With what each method is called, where a device has it."""
+"""Arguments of each method, if a device has it."""
 _OF_A_DRIVER = {
     "open": ("timeout_s",),
     "shut": (),
@@ -38,7 +38,7 @@ _OF_A_DRIVER = {
 
 
 def place_of(function: object) -> str:
-    """Return `file:line` where a function or a class of Python begins; '' for any other."""
+    """Return `file:line` of a Python function or class; '' for any other."""
     if isinstance(function, type):
         function = function.__init__  # type: ignore[misc]  # the one that this class has
     code = getattr(inspect.unwrap(function), "__code__", None)  # type: ignore[arg-type]  # anything
@@ -46,7 +46,7 @@ def place_of(function: object) -> str:
 
 
 def call_problem(function: Callable[..., object], what: str, arguments: tuple[str, ...]) -> str:
-    """Return why a function cannot be called with so many arguments; '' if it can."""
+    """Return why a function cannot be called with these arguments; '' if it can."""
     try:
         signature = inspect.signature(function)
     except (TypeError, ValueError):  # of a builtin Python knows no signature
@@ -61,7 +61,7 @@ def call_problem(function: Callable[..., object], what: str, arguments: tuple[st
 
 
 def parameters(function: Callable[..., object]) -> tuple[str, ...]:
-    """Return the names of what a function takes; nothing where Python knows none."""
+    """Return the names of the parameters of a function; empty if unknown."""
     try:
         return tuple(inspect.signature(function).parameters)
     except (TypeError, ValueError):
@@ -69,7 +69,7 @@ def parameters(function: Callable[..., object]) -> tuple[str, ...]:
 
 
 def method_problems(device: Device) -> Iterator[str]:
-    """Yield what is wrong with the methods of a device, and where they stand."""
+    """Yield problems of the methods of a device, with their places."""
     kind = type(device)
     if isinstance(device, Driver):
         if not hasattr(device, "clock"):
@@ -110,7 +110,7 @@ def _is_drivers(kind: type[Driver], name: str) -> bool:
 
 
 def _near(kind: type[Driver], name: str) -> str:
-    """Return which of the class's own methods may be meant, and where it stands; '' for none."""
+    """Return a similar method of the class and its place; '' for none."""
     own = {each: getattr(kind, each) for each in dir(kind) if not hasattr(Driver, each)}
     methods = {each: value for each, value in own.items() if inspect.isfunction(value)}
     lower = {each.lower(): each for each in methods}

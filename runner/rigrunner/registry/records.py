@@ -1,4 +1,4 @@
-"""The records that a provider's hooks give, looked at when it is loaded."""
+"""Checks of the records that the hooks of a provider return."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ OWN_KINDS = (
     _kind("lab", hooks.LabRecord),
     _kind("kind", hooks.KindRecord),
 )
-"""The kinds of plugins that Rigrunner itself uses, in the order in which a procedure does."""
+"""The kinds of plugins of Rigrunner, in the order in which a procedure uses them."""
 
 _GIVEN = {"device": ("context",), "step": ("planning",)}
-"""What the factory of a kind is given beside its settings."""
+"""Arguments of the factory of a kind besides the settings."""
 
 
 def check_hook_names(module: object, known: Collection[str]) -> None:
-    """Raise PluginError for a function that is marked as a hook, and there is no such hook."""
+    """Raise PluginError for a function that is marked as a hook that does not exist."""
     for key, value in vars(module).items():
         if key in known or getattr(value, f"{hooks.PROJECT}_impl", None) is None:
             continue
@@ -61,7 +61,7 @@ def check_hook_names(module: object, known: Collection[str]) -> None:
 
 
 def check_marked(module: object, implementations: Collection[Callable[..., object]]) -> None:
-    """Raise PluginError for a function that is named as a hook and not marked as one."""
+    """Raise PluginError for a function with the name of a hook but without its mark."""
     name = getattr(module, "__name__", "")
     for key, value in vars(module).items():
         is_its_own = callable(value) and getattr(value, "__module__", "") == name
@@ -128,7 +128,7 @@ def _check(record: PluginRecord, hook: str) -> None:
 
 
 def _check_factory(kind: str, record: PluginRecord, hook: str) -> None:
-    """Raise PluginError unless the factory can be called with what it will be given."""
+    """Raise PluginError unless the factory accepts its arguments."""
     factory = record.factory  # type: ignore[attr-defined]  # every kind has one
     fits = parameters(factory)[1:] if kind == "analysis" else ()  # named by fields of the settings
     given = ("settings", *_GIVEN.get(kind, ()), *fits)

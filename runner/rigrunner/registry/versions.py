@@ -1,4 +1,4 @@
-"""For which plugin API a provider is made, and whether this Rigrunner has it."""
+"""The plugin API of a provider, and whether this Rigrunner supports it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _IN_TEXT = re.compile(r"^api_version\b[^=\n]*=\s*(\d+)\s*(?:#.*)?$", re.MULTILIN
 
 
 def check_api_version(declared: object) -> None:
-    """Raise PluginError unless this is the number of an API that this Rigrunner has."""
+    """Raise PluginError unless this Rigrunner supports the API."""
     if not isinstance(declared, int) or isinstance(declared, bool):
         raise PluginError(
             "it does not say for which plugin API it is made",
@@ -32,7 +32,7 @@ def check_api_version(declared: object) -> None:
 
 
 def version_in(text: str) -> int | None:
-    """Return the API version that a module's text declares; for one that cannot be imported."""
+    """Return the API version declared in the text of a module; for one that cannot be imported."""
     found = _IN_TEXT.search(text)
     return int(found[1]) if found else None
 

@@ -1,4 +1,4 @@
-"""The limits that hold at the moment of setting: range and combination, of device and station."""
+"""Limits that apply when a drive is set: range and combination, of device and station."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DriveRules:
-    """What a station allows of its drives, by 'role.drive'."""
+    """Limits of a station for its drives, by 'role.drive'."""
 
     drives: Mapping[Member, DriveLimits] = field(default_factory=dict)
     combinations: Sequence[Combination] = ()
 
     def narrowed(self, member: Member, info: DriveInfo) -> DriveInfo:
-        """Return the drive with the station's limits."""
+        """Return the drive with the limits of the station."""
         limits = self.drives.get(member)
         return info if limits is None else limits.narrowed(info)
 
     def is_led(self, member: Member, info: DriveInfo) -> bool:
-        """Say whether the station wants the drive to be slower than it is by itself."""
+        """Return whether the station wants a lower rate than that of the drive."""
         return self.narrowed(member, info).rate_per_s != info.rate_per_s
 
     def check(
         self, member: Member, allowed: DriveInfo, value: float, standing: Callable[[Member], float]
     ) -> None:
-        """Raise DeviceRejectedError for a set-point beyond the limits.
+        """Raise DeviceRejectedError for a set-point outside the limits.
 
-        `allowed` is the drive as it was `narrowed`; `standing` tells where another drive stands, in
-        SI units.
+        `allowed` is the drive as `narrowed`; `standing` returns the value of another drive, in SI
+        units.
         """
         if not allowed.minimum <= value <= allowed.maximum:
             raise DeviceRejectedError(

@@ -1,8 +1,7 @@
-"""A station of which some parts are wrong, as if these were fixed: for what else is wrong in it.
+"""A station with wrong parts replaced, to find further problems.
 
-What a model looks at comes in rounds: its values one by one, then how they fit together, then the
-plugins, the devices and the plan. A new station has mistakes of all these sorts, and they are told
-at once. What stands in for a wrong part is never used for anything else.
+Checks come in rounds: single values, their consistency, then plugins, devices and the plan. All
+problems of a new station are reported at once. The replacements are not used for anything else.
 """
 
 from __future__ import annotations
@@ -37,15 +36,15 @@ _INSTRUMENT: dict[str, Any] = {
 }
 _OTHER = {key: _INSTRUMENT[key] for key in ("channel", "serial")}
 _TOGETHER = ("calibrated", "due", "range", "points")
-"""What an instrument's parts are compared with each other for."""
+"""Attributes of an instrument that are compared with each other."""
 
 
 def as_if_fixed(
     document: Document, found: Sequence[Problem]
 ) -> tuple[Station | None, list[Problem]]:
-    """Return the station with other parts for the wrong ones, and what else is wrong in it.
+    """Return the station with replacements for wrong parts, and further problems in it.
 
-    None where the parts that are wrong have no stand-in, such as a device without a plugin.
+    None if a wrong part has no replacement, such as a device without a plugin.
     """
     data, wrong = deepcopy(document.data), list(found)
     more: list[Problem] = []
@@ -61,13 +60,13 @@ def as_if_fixed(
 
 
 def _is_new(problem: Problem) -> bool:
-    """Say whether it is of how the parts fit together: each by itself was looked at before."""
+    """Return whether a problem is one of consistency; single values were checked before."""
     match = _ENTRY.fullmatch(problem.field)
     return match is not None and match["key"] is None
 
 
 def _fixed(data: Any, field: str) -> bool:
-    """Put something else in the place of a wrong part; say whether there is something."""
+    """Replace a wrong part; return False if there is no replacement."""
     entry = _ENTRY.match(field)
     if entry:
         if entry["key"] == "measures":

@@ -1,4 +1,4 @@
-"""What a station allows of its drives beyond what their devices say: range, rate, combinations."""
+"""Limits of a station for its drives: range, rate, combinations."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _ROUNDING = 1 + 1e-9
 
 
 class DriveLimits(Settings):
-    """A narrower range, or a lower rate, than the device's own."""
+    """A smaller range, or a lower rate, than that of the device."""
 
     min: AnyQuantity | None = None
     """The lowest set-point."""
     max: AnyQuantity | None = None
     """The highest set-point."""
     rate: AnyQuantity | None = None
-    """How fast it may move; a faster drive is led."""
+    """Highest rate; a faster drive is moved in steps."""
 
     @model_validator(mode="after")
     def _says_something(self) -> Self:
@@ -36,7 +36,7 @@ class DriveLimits(Settings):
         return self
 
     def narrowed(self, info: DriveInfo) -> DriveInfo:
-        """Return the drive with the narrower of its own limits and these."""
+        """Return the drive with the tighter of its own limits and these."""
         low = info.minimum if self.min is None else max(info.minimum, self.min.si)
         high = info.maximum if self.max is None else min(info.maximum, self.max.si)
         rates = [rate for rate in (info.rate_per_s, self.rate and self.rate.si) if rate]
@@ -44,14 +44,15 @@ class DriveLimits(Settings):
 
 
 class Combination(Settings):
-    """Drives that may not all be high at once, such as load and frequency."""
+    """Drives that must not all be high at the same time, such as load and frequency."""
 
     allowed: Annotated[
         ListOf[Annotated[dict[Member, AnyQuantity], Field(min_length=2)]], Field(min_length=1)
     ]
-    """Corners: up to all values of one of them, in magnitude, the drives may go together."""
+    """Corners: the drives may have all values up to those of one corner, in magnitude, at the same
+    time."""
     reason: PlainText = ""
-    """Why, for those who are refused."""
+    """The reason, shown in refusals."""
 
     @model_validator(mode="after")
     def _is_about_the_same_drives(self) -> Self:
@@ -63,14 +64,14 @@ class Combination(Settings):
 
     @property
     def drives(self) -> tuple[Member, ...]:
-        """The drives that it is about, 'role.drive'."""
+        """The drives concerned, 'role.drive'."""
         return tuple(self.allowed[0])
 
     def allows(self, values: Mapping[Member, float]) -> bool:
-        """Say whether the drives may stand there, in SI units, at the same time.
+        """Return whether the drives may have these values, in SI units, at the same time.
 
-        What is allowed is a union of boxes around zero: moving one drive at a time between two
-        places that are allowed never leaves it.
+        The allowed region is a union of boxes around zero: moving one drive at a time between two
+        allowed points can stay inside.
         """
         return any(
             all(abs(values[name]) <= high.si * _ROUNDING for name, high in corner.items())
@@ -78,12 +79,12 @@ class Combination(Settings):
         )
 
     def others(self, member: Member, values: Mapping[Member, float]) -> str:
-        """Return where all drives but one stand, in words; `values` are in SI units."""
+        """Return the values of the other drives as text; `values` are in SI units."""
         units = {name: si_symbol(high.dimension) for name, high in self.allowed[0].items()}
         return ", ".join(f"{n} at {values[n]:g} {units[n]}" for n in self.drives if n != member)
 
     def words(self) -> str:
-        """Return what is allowed, in words."""
+        """Return the allowed region as text."""
         return " or ".join(_corner(corner) for corner in self.allowed)
 
 

@@ -1,4 +1,4 @@
-"""From a file, or a stored text, to a station."""
+"""Loads a station from a file or a stored text."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _STAND_IN = {
 
 @dataclass(frozen=True, eq=False)
 class LoadedStation:
-    """A station, where each part of it stands, and the text that it was read from."""
+    """A station, the places of its parts, and its text."""
 
     model: Station
     document: Document
@@ -50,11 +50,11 @@ class LoadedStation:
     """SHA-256 of the text in UTF-8, hexadecimal."""
     text: str
     time_limits: bool = True
-    """Whether a call of a device is given up that takes too long; not under a debugger."""
+    """Whether calls of devices have time limits; not under a debugger."""
 
     @cached_property
     def rig(self) -> RigDescription:
-        """What is known of a rig of bearings; a stand-in where that is wrong, as `check` says."""
+        """The data of a rig of bearings; a replacement if invalid, as `check` reports."""
         try:
             return own_keys(RigDescription, self.model.rig)
         except ValidationError:
@@ -62,12 +62,12 @@ class LoadedStation:
 
     @property
     def register(self) -> dict[str, Instrument]:
-        """The instrument register by channel, 'role.name'."""
+        """The register of instruments by channel, 'role.name'."""
         return {each.channel: each for each in self.model.instruments}
 
 
 class InconsistentStationError(InvalidFileError):
-    """A station of which parts are wrong; `loaded` has others in their place, to look further."""
+    """Parts of a station are wrong; `loaded` has replacements, to check further."""
 
     def __init__(self, problems: Iterable[Problem], loaded: LoadedStation) -> None:
         super().__init__(problems)
@@ -75,15 +75,15 @@ class InconsistentStationError(InvalidFileError):
 
 
 def load_station(path: Path) -> LoadedStation:
-    """Return the station in that file; raise InvalidFileError with all that is wrong in it."""
+    """Return the station in a file; raise InvalidFileError with all problems."""
     return parse_station(read_text(path), str(path))
 
 
 def parse_station(text: str, name: str, *, stored: bool = False) -> LoadedStation:
-    """Return the station in a text; `name` stands for the file in messages.
+    """Return the station in a text; `name` is its file in messages.
 
-    The text of a `stored` run may be in an older form, and may have limits of error that were read
-    wrongly in its day. Raises InvalidFileError with all that is wrong.
+    The text of a `stored` run may be in an older form, and have limits of error that its version
+    misread. Raises InvalidFileError with all problems.
     """
     document = parse(text, name)
     if stored:
@@ -109,9 +109,9 @@ def parse_station(text: str, name: str, *, stored: bool = False) -> LoadedStatio
 
 
 def _register_problems(document: Document, *, sure_of_roles: bool) -> Iterator[Problem]:
-    """Yield what is wrong with the channels of the register, also where other parts are wrong.
+    """Yield problems of the channels of the register, also if other parts are wrong.
 
-    Where the devices are, a role that is not among them follows from that.
+    An unknown role follows from a wrong device, and is not reported then.
     """
     devices = document.part(("devices",))
     roles = list(devices) if isinstance(devices, dict) else []

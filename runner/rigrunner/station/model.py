@@ -1,4 +1,4 @@
-"""A station as frozen models: which devices fill the roles, the rig, the instrument register."""
+"""A station as frozen models: the devices in roles, the rig, the register of instruments."""
 
 from __future__ import annotations
 
@@ -13,37 +13,37 @@ from rigrunner.yamlfile.names import Identifier, Name, Text
 
 
 class DeviceBinding(Settings):
-    """A device in a role: what it is for procedures, and the plugin that drives it."""
+    """The device in a role."""
 
     type: Text
-    """What the device is for procedures, such as swing_tester."""
+    """Type of the device for procedures, such as swing_tester."""
     plugin: Annotated[Text, Field(json_schema_extra={"x-plugin": "device"})]
-    """The plugin that drives it."""
+    """The plugin of the device."""
     settings: dict[str, Any] = Field(default_factory=dict)
-    """What the plugin is told."""
+    """Settings of the plugin."""
     shared: YesNo = False
-    """Whether a run on another station of this machine may reach the same instrument meanwhile: a
-    room's thermometer, or a PLC of two rigs whose drives are not the same."""
+    """Whether a run on another station of this machine may use the same instrument at the same
+    time: the thermometer of a room, or a PLC of two rigs with different drives."""
 
 
 class ListenerBinding(Settings):
-    """A plugin that is told the events of each run."""
+    """A plugin that gets the events of each run."""
 
     plugin: Annotated[Text, Field(json_schema_extra={"x-plugin": "event_sink"})]
-    """The listener's plugin."""
+    """The plugin of the listener."""
     settings: dict[str, Any] = Field(default_factory=dict)
-    """What the plugin is told."""
+    """Settings of the plugin."""
 
 
 class Durability(Settings):
-    """When what was recorded is on the disk, beyond what the operating system has at once.
+    """When recorded data are on the disk, beyond what the operating system has at once.
 
-    A program that is killed loses nothing of it either way; a machine that loses its power does.
+    A killed program loses nothing in either case; a machine that loses power may.
     """
 
     sync: Literal["each_second", "each_measurement"] = "each_second"
-    """`each_measurement`: what a `measure` or a point of a `scan` found is on the disk before the
-    next step or point, which costs as long as the disk takes. Recordings are, either way."""
+    """`each_measurement`: the values of a `measure` or of a point of a `scan` are on the disk
+    before the next step or point, which takes the time of the disk. Recordings always are."""
 
 
 class Station(Settings):
@@ -52,24 +52,24 @@ class Station(Settings):
     rigrunner: Literal["station/1"]
     """What this file is, and its version of the language."""
     id: Identifier
-    """How runs name it."""
+    """Name of the station in runs."""
     title: Text
     """One line for lists and for the report."""
     description: PlainText = ""
-    """In as many words as it takes."""
+    """Any further description."""
     rig: Annotated[dict[str, Any], Field(json_schema_extra={"x-rig": True})] = Field(
         default_factory=dict
     )
-    """What is known of the rig itself, by the keys that plugins declare; left out, nothing."""
+    """Data of the rig, under keys that plugins declare."""
     devices: Annotated[dict[Name, DeviceBinding], Field(min_length=1)]
-    """Role to the device that fills it."""
+    """The device in each role."""
     instruments: ListOf[Instrument] = ()
-    """The register: what is known of each transducer and of any other instrument."""
+    """The register of instruments, by channel."""
     safety: Safety = Field(default_factory=Safety)
-    """How the rig is made safe, and what keeps it so."""
+    """How the rig is made and kept safe."""
     durability: Durability = Field(default_factory=Durability)
-    """What of a run survives if the power fails."""
+    """What survives a power failure."""
     listeners: ListOf[ListenerBinding] = ()
-    """Plugins that are told what happens in each run, and cannot stop it."""
+    """Plugins that get the events of each run, and cannot stop it."""
     plugins: Text | None = None
-    """The folder of the lab's own plugins, relative to the station file."""
+    """Folder of the plugins of the lab, relative to the station file."""

@@ -1,4 +1,4 @@
-"""What keeps a rig safe: the order of making it safe, and how long its devices are waited for."""
+"""Safety of a rig: the order of making it safe, and time limits of its devices."""
 
 from __future__ import annotations
 
@@ -22,26 +22,26 @@ def _place_in_order(text: str) -> Member | str:
 
 
 class Waiting(Settings):
-    """How long a device that may block is waited for, beyond the time that its drives need."""
+    """Time limits of a device that may block, beyond the time that its drives need."""
 
     connect: PositiveDuration = 10.0
     """Until it has identified itself."""
     answer: PositiveDuration = 10.0
-    """Until any other call returns; then it is abandoned and the rig is made safe."""
+    """Until any other call returns; after it the call is abandoned and the rig is made safe."""
 
 
 class Safety(Settings):
-    """How the rig is made safe, and what keeps it so."""
+    """How the rig is made and kept safe."""
 
     guardian: YesNo = True
-    """Whether a second process makes the rig safe when that of a run dies or hangs."""
+    """Whether a second process makes the rig safe if that of a run dies or hangs."""
     order: ListOf[Annotated[str, AfterValidator(_place_in_order)]] = ()
-    """In which order drives (role.drive) and whole devices (role) are made safe; the others follow.
-    Unless told, what moves in cycles comes first."""
+    """Order in which drives (role.drive) and whole devices (role) are made safe; the others follow.
+    By default cyclically moving devices come first."""
     patience: Waiting = Field(default_factory=Waiting)
     drives: dict[Member, DriveLimits] = Field(default_factory=dict)
-    """Narrower limits of drives than their devices' own, by role.drive."""
+    """Tighter limits of drives than those of their devices, by role.drive."""
     combinations: ListOf[Combination] = ()
-    """What drives may do at the same time."""
+    """Drives that must not all be high at the same time."""
     interlocks: ListOf[Interlock] = ()
-    """What is watched throughout every run."""
+    """Conditions that are monitored throughout every run."""

@@ -1,1 +1,1 @@
-"""The kinds of steps that the language has by itself: one module each, found by their hook."""
+"""The kinds of steps of the language: one module each, found by their hook."""

@@ -1,4 +1,4 @@
-"""`call`: the steps of another procedure are done."""
+"""`call`: the steps of another procedure are executed."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ if TYPE_CHECKING:
 
 
 class CallStep(StepSettings):
-    """The steps of another procedure are done: its setup, main and teardown."""
+    """Executes another procedure: its setup, main and teardown."""
 
     procedure: Text
     """The file, beside this one or in a folder below."""
     with_: Annotated[dict[Name, Parameter], Field(alias="with", default_factory=dict)]
-    """Values for its parameters, in the place of its own."""
+    """Values of its parameters, in place of its own."""
 
     def actions(self) -> int:
-        """Return 0: it gives only what the other procedure has."""
+        """Return 0: it has only the actions of the other procedure."""
         return 0
 
     def calls(self) -> tuple[str, Mapping[str, Any]]:
@@ -35,7 +35,7 @@ class CallStep(StepSettings):
 
 
 def plan(call: CallStep, planning: Planning) -> None:  # noqa: ARG001  (the file is loaded already)
-    """Write down what the other procedure does."""
+    """Plan the other procedure."""
     planning.walker.call(planning.place)
 
 

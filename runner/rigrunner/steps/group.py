@@ -1,4 +1,4 @@
-"""`group`: steps that belong together are done once, under one label."""
+"""`group`: steps that belong together are executed once, under common labels."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ if TYPE_CHECKING:
 
 
 class GroupStep(StepSettings):
-    """Steps that belong together: done once, with the labels of the group."""
+    """Executes steps once, with the labels of the group."""
 
     steps: Annotated[ListOf[Step], Field(min_length=1)]
-    """What is done."""
+    """The steps."""
 
     def actions(self) -> int:
-        """Return 0: it gives only what stands within it."""
+        """Return 0: it has only the actions inside it."""
         return 0
 
 
 def plan(group: GroupStep, planning: Planning) -> None:
-    """Write down what is done."""
+    """Plan the steps."""
     planning.walker.steps(group.steps, planning.place.inside("steps"))
 
 

@@ -1,4 +1,4 @@
-"""The kinds of steps, as records: what a lab's own plugin would declare."""
+"""The kinds of steps as records, as in the plugin of a lab."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @hookimpl
 def rigrunner_steps() -> list[StepRecord]:
-    """Return the kind of each module of this room."""
+    """Return the kind of each module of this package."""
     return list(_kinds())
 
 

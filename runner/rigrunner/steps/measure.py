@@ -23,14 +23,15 @@ if TYPE_CHECKING:
 
 
 class MeasureStep(StepSettings):
-    """Channels are read once, or averaged over a time; the values are a row of a table."""
+    """Reads channels once, or averages them over a time; the values are a row of a table."""
 
     channels: Channels
-    """Roles and channels, such as [tester.load, tester.temperature]; texts, too, and the like."""
+    """Roles and channels, such as [tester.load, tester.temperature]; also readings such as texts.
+    """
     name: Name = "measured"
-    """Of the table of which the values are a row."""
+    """Name of the table."""
     duration: PositiveDuration | None = None
-    """How long to average, over channels of one device; without it they are read once."""
+    """Averaging time, for channels of one device; without it they are read once."""
     limits: Limits = Field(default_factory=dict)
     timeout: Timeout = None
     retries: Retries = 0
@@ -40,24 +41,24 @@ class MeasureStep(StepSettings):
 
 @dataclass(frozen=True)
 class Measure(Action):
-    """Channels are read once, or averaged over a time."""
+    """Reads channels once, or averages them over a time."""
 
     kind = "measure"
     reads = drives_stay = True
     name: str
-    """Of the table of which the values are a row."""
+    """Name of the table."""
     channels: tuple[Member, ...]
-    """Of one role where they are averaged."""
+    """Of one role if they are averaged."""
     duration_s: float
-    """How long to average; 0: read once."""
+    """Averaging time; 0: read once."""
     setpoints: Mapping[str, float]
-    """As of a recording."""
+    """As for a recording."""
     units: Mapping[str, str]
-    """As of a recording."""
+    """As for a recording."""
     sample_rate_hz: float | None = None
-    """Of the stream that is averaged; None: the channels are read, again and again."""
+    """Rate of the stream that is averaged; None: the channels are read repeatedly."""
     told: tuple[Member, ...] = ()
-    """What is read beside them that is not a number."""
+    """Readings that are not numbers."""
 
     @property
     def streamed(self) -> str:
@@ -76,7 +77,7 @@ class Measure(Action):
 
     @property
     def known(self) -> tuple[Mapping[str, float], Mapping[str, str]]:
-        """Where the drives stand, and the units."""
+        """Set-points of the drives, and the units."""
         return self.setpoints, self.units
 
     def do(self, step: str, doing: Session) -> Found:  # noqa: ARG002  (its errors name the role)
@@ -97,7 +98,7 @@ class Measure(Action):
 
 
 def plan(measure: MeasureStep, planning: Planning) -> None:
-    """Write down that single values are read, or averaged."""
+    """Plan single readings, or an average."""
     infos = {each: planning.scene.bench.reading(each) for each in measure.channels}
     told = {member: info for member, info in infos.items() if info is not None}
     numbers = tuple(each for each in measure.channels if each not in told)
@@ -135,7 +136,7 @@ def plan(measure: MeasureStep, planning: Planning) -> None:
 
 
 def _averaging_rate_hz(channels: Sequence[Member], planning: Planning) -> float | None:
-    """Return the rate of the stream that is averaged; None where there is none."""
+    """Return the rate of the stream that is averaged; None without one."""
     first, *others = sorted({member.role for member in channels})
     if others:
         message = f"channels of two devices in one average: {first}, {', '.join(others)}"

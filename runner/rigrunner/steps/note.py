@@ -1,4 +1,4 @@
-"""`note`: a remark is put on record."""
+"""`note`: a remark is recorded."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class NoteStep(StepSettings):
-    """A remark is put on record, for those who read the report."""
+    """Records a remark for readers of the report."""
 
     text: Text
     """The remark."""
@@ -22,19 +22,19 @@ class NoteStep(StepSettings):
 
 @dataclass(frozen=True)
 class Note(Action):
-    """A remark is put on record."""
+    """Records a remark."""
 
     kind = "note"
     text: str
 
     def do(self, step: str, doing: Doing) -> Found:
-        """Put it on record."""
+        """Record it."""
         doing.note(step, self.text)
         return NOTHING
 
 
 def plan(note: NoteStep, planning: Planning) -> None:
-    """Write down that a remark is put on record."""
+    """Plan the remark."""
     planning.emit(Note(note.text), "Put a note on record")
 
 

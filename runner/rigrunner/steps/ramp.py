@@ -1,4 +1,4 @@
-"""`ramp`: a drive is led to a set-point at a rate, or over a time."""
+"""`ramp`: a drive moves to a set-point at a rate, or over a time."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ _ROUNDING = 1 + 1e-9
 
 
 class RampStep(StepSettings):
-    """A drive goes to a set-point at a rate, or over a time."""
+    """Moves a drive to a set-point at a rate, or over a time."""
 
     drive: Member
     """Role and drive, such as tester.load."""
     from_: Annotated[AnyQuantity | None, Field(alias="from")] = None
-    """Where it starts; where it stands, unless told."""
+    """Start; by default the present set-point."""
     to: AnyQuantity
-    """Where it ends."""
+    """End."""
     rate: AnyQuantity | None = None
-    """How fast it goes, such as 100 N/s."""
+    """Rate, such as 100 N/s."""
     time: PositiveDuration | None = None
-    """How long it takes."""
+    """Duration."""
     timeout: Timeout = None
     retries: Retries = 0
     repeatable: Repeatable = True
@@ -49,7 +49,7 @@ class RampStep(StepSettings):
 
 @dataclass(frozen=True)
 class Ramp(Action):
-    """One drive is brought to a start and led to an end, in its SI unit, over a time."""
+    """Moves one drive from a start to an end, in its SI unit, over a time."""
 
     kind = "ramp"
     role: str
@@ -70,13 +70,13 @@ class Ramp(Action):
         return (self.start, self.end)
 
     def do(self, step: str, doing: Session) -> Found:  # noqa: ARG002  (its errors name the drive)
-        """Set the drive again and again, so that it stays on the line from start to end."""
+        """Set the drive repeatedly, so that it follows the line from start to end."""
         actual = doing.ramp(self.role, self.drive, self.start, self.end, self.duration_s)
         return Found({self.led: actual}, {self.led: self.unit}, NONE)
 
 
 def plan(ramp: RampStep, planning: Planning) -> None:
-    """Write down that a drive is led from one set-point to another."""
+    """Plan the move."""
     drives = planning.scene.drives
     drive = _resolved(ramp, "to", ramp.to, planning)
     if drive is None or (ramp.from_ and not _resolved(ramp, "from", ramp.from_, planning)):
@@ -96,7 +96,7 @@ def _resolved(ramp: RampStep, end: str, quantity: Quantity, planning: Planning) 
 
 
 def _ramp_s(ramp: RampStep, distance: float, drive: DriveInfo, planning: Planning) -> float:
-    """Return how long the ramp takes; one that the drive cannot follow is a problem."""
+    """Return the duration of the ramp; one that the drive cannot follow is a problem."""
     if ramp.rate is not None:
         key = "rate"
         rate = planning.rate(ramp.rate, drive.unit, ramp.drive, (key,))

@@ -1,7 +1,7 @@
 """`record`: channels of one device are recorded, over whole cycles or for a time.
 
-Of a recording that is done again and again `keep_every` keeps some whole, and of all of them the
-`statistics`: the disk is bounded then, however long the run is.
+Of a repeated recording, `keep_every` keeps the samples of some, and the `statistics` of all: the
+disk space is then bounded, however long the run.
 """
 
 from __future__ import annotations
@@ -41,21 +41,21 @@ _LONGEST_NAME = 100
 
 
 class RecordStep(StepSettings):
-    """Channels of one device are recorded: over whole cycles, or for a time."""
+    """Records channels of one device, over whole cycles or for a time."""
 
     channels: Channels
     """Roles and channels, such as [tester.angle, tester.torque]."""
     cycles: Cycles | None = None
-    """How many whole cycles of the motion."""
+    """Number of whole cycles of the motion."""
     duration: PositiveDuration | None = None
-    """How long."""
+    """Duration."""
     statistics: dict[Member, Annotated[ListOf[SampleStatistic], Field(min_length=1)]] = Field(
         default_factory=dict
     )
-    """By channel, what of its samples is a row of the table `recorded`."""
+    """By channel, statistics of the samples for a row of the table `recorded`."""
     keep_every: Annotated[int | None, Field(ge=2, le=100_000)] = None
-    """Of this recording, done again and again, the samples of the first are kept and of each so
-    manieth after it; of the others only the statistics. Counted at each set-point by itself."""
+    """For a repeated recording: keep the samples of the first and of each n-th after it, of the
+    others only the statistics. Counted separately at each set-point."""
     limits: RecordedLimits = Field(default_factory=dict)
     timeout: Timeout = None
     retries: Retries = 0
@@ -79,7 +79,7 @@ class RecordStep(StepSettings):
 
 @dataclass(frozen=True)
 class Record(Action):
-    """Channels of one device are recorded."""
+    """Records channels of one device."""
 
     kind = "record"
     reads = drives_stay = True
@@ -88,39 +88,39 @@ class Record(Action):
     channels: tuple[str, ...]
     duration_s: float
     setpoints: Mapping[str, float]
-    """Every drive that the procedure has set by then: 'role.drive' to value in SI units."""
+    """All drives set so far by the procedure: 'role.drive' to value in SI units."""
     units: Mapping[str, str]
     """The unit of each channel and drive: 'role.name' to symbol."""
     cycle_frequency_hz: float | None = None
-    """The set frequency of the cyclic motion; None where there is none."""
+    """Set frequency of the cyclic motion; None without one."""
     sample_rate_hz: float | None = None
-    """As the device states it before it is connected; None where it cannot."""
+    """Rate stated by the device before it is connected; None if unknown."""
     statistics: tuple[str, ...] = ()
-    """The statistics of its samples that are kept or have limits, as 'role.name.statistic'."""
+    """Statistics of its samples that are kept or have limits, as 'role.name.statistic'."""
     kept: bool = True
     """Whether its samples are kept."""
 
     @property
     def streamed(self) -> str:
-        """Its role."""
+        """The role of its channels."""
         return self.role
 
     @property
     def recording(self) -> str:
-        """Its name; '' where its samples are not kept."""
+        """Its name; '' if its samples are not kept."""
         return self.name if self.kept else ""
 
     @property
     def known(self) -> tuple[Mapping[str, float], Mapping[str, str]]:
-        """Where the drives stand, and the units."""
+        """Set-points of the drives, and the units."""
         return self.setpoints, self.units
 
     def again(self, total: int) -> Record:
-        """Return it with a name of its own: each try makes a recording."""
+        """Return it with a unique name, since each attempt makes a recording."""
         return self if total == 1 else replace(self, name=f"{self.name}_try{total}")
 
     def do(self, step: str, doing: Session) -> Found:  # noqa: ARG002  (its errors name the role)
-        """Put each block on record as it comes, and what can be read beside it."""
+        """Record each block as it comes, and what can be read meanwhile."""
         from rigrunner.engine.recorded import RecordedStatistics  # noqa: PLC0415  (numpy: to check a procedure needs none)
 
         rig = doing.rig
@@ -135,7 +135,7 @@ class Record(Action):
 
 
 def plan(record: RecordStep, planning: Planning) -> None:
-    """Write down that channels of one device are recorded."""
+    """Plan the recording."""
     role, units = _one_role(record, planning)
     if not units:
         return
@@ -174,7 +174,7 @@ def plan(record: RecordStep, planning: Planning) -> None:
 
 
 def _name(number: str, frequency_hz: float | None, planning: Planning) -> str:
-    """Return number, frequency and coordinates of a recording: '004_10Hz_wear_block3'."""
+    """Return a name from number, frequency and coordinates: '004_10Hz_wear_block3'."""
     place = planning.place
     parts = [number, *([] if frequency_hz is None else [f"{frequency_hz:.6g}Hz"])]
     for name, value in place.coordinates.items():
@@ -185,7 +185,7 @@ def _name(number: str, frequency_hz: float | None, planning: Planning) -> str:
 
 
 def _statistics(record: RecordStep, planning: Planning) -> Iterator[str]:
-    """Yield the statistics that are to be kept; one of what is not recorded is a problem."""
+    """Yield the statistics to keep; those of a channel that is not recorded are a problem."""
     for member, names in record.statistics.items():
         if member not in record.channels:
             hint = f"recorded: {', '.join(record.channels)}"
@@ -196,7 +196,7 @@ def _statistics(record: RecordStep, planning: Planning) -> Iterator[str]:
 
 
 def _one_role(record: RecordStep, planning: Planning) -> tuple[str, dict[Member, str]]:
-    """Return the role and each channel's unit; no units where there is a problem with them."""
+    """Return the role and the unit of each channel; no units after a problem."""
     units = planning.units(record.channels)
     roles = sorted({member.role for member in record.channels})
     if len(roles) > 1:
@@ -212,9 +212,9 @@ def _one_role(record: RecordStep, planning: Planning) -> tuple[str, dict[Member,
 
 
 def _span(record: RecordStep, role: str, planning: Planning) -> tuple[float, str]:
-    """Return how long to record: a cycle more than asked for, so that as many are whole.
+    """Return the duration: one cycle more than requested, so that as many are whole.
 
-    Zero, which no plan is made of, where a problem keeps it from being known.
+    Zero after a problem; there is no plan then.
     """
     if record.duration is not None:
         return record.duration, "for a time"

@@ -1,4 +1,4 @@
-"""`repeat`: steps are done several times, or until a channel or a result is beyond a value."""
+"""`repeat`: steps are repeated a number of times, or until a value is beyond a bound."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ _MOST = 100_000
 
 
 class RepeatStep(StepSettings):
-    """Steps are done several times: so often, or until a channel or a result is beyond a value."""
+    """Repeats steps a number of times, or until a channel or a result is beyond a bound."""
 
     times_: Annotated[int | None, Field(alias="times", ge=1, le=_MOST)] = None
-    """How often."""
+    """Number of repetitions."""
     until: OneOrSeveral[Until] = ()
-    """What ends it, looked at after each time; of several the first that is met."""
+    """Condition for ending, evaluated after each pass; of several, the first that is met."""
     at_most: Annotated[int | None, Field(ge=1, le=_MOST)] = None
-    """How often with `until`, whatever is read."""
+    """Largest number of repetitions with `until`."""
     as_: Annotated[CoordinateName | None, Field(alias="as")] = None
-    """What the times are called: recordings and rows carry it as a counter from 1."""
+    """Name of the counter, from 1, that recordings and rows carry."""
     steps: Annotated[ListOf[Step], Field(min_length=1)]
-    """What is done each time."""
+    """The steps to repeat."""
 
     @model_validator(mode="after")
     def _ends(self) -> Self:
@@ -46,16 +46,16 @@ class RepeatStep(StepSettings):
         return self
 
     def actions(self) -> int:
-        """Return how often it is asked whether it ends: the rest stands within it."""
+        """Return the number of evaluations of the condition; the rest is inside."""
         return self.at_most or 0
 
     def times(self) -> int:
-        """Return how often, at most."""
+        """Return the largest number of repetitions."""
         return self.times_ or self.at_most or 0
 
 
 def plan(repeat: RepeatStep, planning: Planning) -> None:
-    """Write down what is done, for each time."""
+    """Plan each repetition."""
     from rigrunner.plan.conditions import end_until, plan_until  # noqa: PLC0415  (numpy: to check a procedure needs none)
 
     name, place, times = repeat.as_, planning.place, repeat.times()

@@ -1,4 +1,4 @@
-"""`scan`: a drive goes through set-points, and at each one channels are read: one table."""
+"""`scan`: a drive is set to a list of set-points, and channels are read at each into one table."""
 
 from __future__ import annotations
 
@@ -28,22 +28,21 @@ if TYPE_CHECKING:
 
 
 class ScanStep(StepSettings):
-    """A drive goes through set-points, and at each one channels are read: one step, one table.
+    """Sets a drive to each of a list of set-points, and reads channels: one step, one table.
 
-    What is done at each set-point of a sweep may be anything; a scan only reads, and is as quick as
-    its devices are.
+    A sweep executes any steps at each set-point; a scan only reads, and is as fast as its devices.
     """
 
     set: Member
     """Role and drive, such as press.load."""
     over: Annotated[ListOf[AnyQuantity], Field(min_length=1)]
-    """The set-points, in the order in which they are gone through."""
+    """The set-points in order."""
     channels: Channels
     """Roles and channels, such as [press.torque]; read once at each set-point."""
     name: Name = "measured"
-    """Of the table of which the values are rows."""
+    """Name of the table."""
     settle: PositiveDuration | None = None
-    """How long to wait at each set-point before it is read."""
+    """Waiting time at each set-point before reading."""
     limits: Limits = Field(default_factory=dict)
     timeout: Timeout = None
     retries: Retries = 0
@@ -58,33 +57,33 @@ class ScanStep(StepSettings):
     ] = "stop"
 
     def actions(self) -> int:
-        """Return how many set-points there are."""
+        """Return the number of set-points."""
         return len(self.over)
 
 
 @dataclass(frozen=True)
 class Scan(Action):
-    """One drive goes through set-points; at each one channels are read once: a row of a table."""
+    """Sets one drive to each set-point and reads channels once: a row of a table."""
 
     kind = "scan"
     reads = drives_stay = True
     name: str
-    """Of the table."""
+    """Name of the table."""
     role: str
     drive: str
     values: tuple[float, ...]
     """The set-points in order, in the SI unit of the drive."""
     channels: tuple[Member, ...]
     settle_s: float
-    """How long to wait at each set-point; 0: not at all."""
+    """Waiting time at each set-point; 0 for none."""
     setpoints: Mapping[str, float]
-    """As of a recording, without this drive."""
+    """As for a recording, without this drive."""
     units: Mapping[str, str]
-    """As of a recording."""
+    """As for a recording."""
     limits: tuple[ValueLimit, ...] = ()
-    """What the values of each row may be."""
+    """Limits of the values of each row."""
     stops_at_limit: bool = True
-    """Whether the first value out of limits ends the scan and the run."""
+    """Whether the first value out of limits ends scan and run."""
 
     @cached_property
     def led(self) -> Member:
@@ -98,7 +97,7 @@ class Scan(Action):
 
     @property
     def brings_back(self) -> SetDrive:
-        """What leads the drive to where the scan leaves it: what was read stands."""
+        """The action that sets the drive to its last set-point, without reading again."""
         return SetDrive(self.role, self.drive, self.values[-1], self.units[self.led])
 
     @property
@@ -109,7 +108,7 @@ class Scan(Action):
 
     @property
     def known(self) -> tuple[Mapping[str, float], Mapping[str, str]]:
-        """Where the other drives stand, and the units."""
+        """Set-points of the other drives, and the units."""
         return self.setpoints, self.units
 
     @property
@@ -123,12 +122,11 @@ class Scan(Action):
         return f"{self.led} {self.values[point]:g} {self.units[self.led]} ({number})"
 
     def do(self, step: str, doing: Session) -> Found:
-        """Do all points, each on record before the next begins; return the values of the last one.
+        """Do all points, recording each before the next; return the values of the last one.
 
-        Between two points is what there is between two steps: the run can be stopped or paused
-        there, and all interlocks are read. The first row out of limits ends it where the procedure
-        says so, and is named in what is returned. Raises what the devices raise, with the
-        set-point.
+        Between two points the same happens as between two steps: the run can be stopped or paused,
+        and all interlocks are read. The first row out of limits ends it if the procedure says so,
+        and is named in what is returned. Raises the errors of the devices, with the set-point.
         """
         emit, member = doing.emit, self.led
         move, read = doing.leader(self.role, self.drive), doing.reader(self.channels)
@@ -160,7 +158,7 @@ class Scan(Action):
 
 
 def plan(scan: ScanStep, planning: Planning) -> None:
-    """Write down that a drive goes through set-points, and what is read at each."""
+    """Plan the set-points and the channels."""
     before = planning.setpoints()
     units, moved_s = planning.units(scan.channels), _through(scan, planning)
     planning.must_be_read(units)
@@ -190,7 +188,7 @@ def _ends(over: Sequence[Quantity]) -> tuple[Quantity, Quantity]:
 
 
 def _through(scan: ScanStep, planning: Planning) -> float | None:
-    """Return how long the drive is on its way; None where a set-point is none of its."""
+    """Return the time that the drive moves; None if a set-point is invalid."""
     moved = [
         planning.move(scan.set, quantity, ("set",), ("over", index))
         for index, quantity in enumerate(scan.over)

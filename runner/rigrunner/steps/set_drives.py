@@ -1,4 +1,4 @@
-"""`set`: drives get set-points, one after the other, and are read back."""
+"""`set`: drives are set, one after the other, and read back."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _OPTIONS = ("label", "when", "timeout", "retries", "repeatable")
 
 
 class SetStep(StepSettings):
-    """Drives get a set-point each, in the order in which they stand, and are read back."""
+    """Sets drives in the given order, and reads each back."""
 
     drives: Annotated[dict[Member, AnyQuantity], Field(min_length=1)]
     """Role and drive, such as tester.load; written beside the other keys."""
@@ -35,7 +35,7 @@ class SetStep(StepSettings):
     repeatable: Repeatable = True
 
     def actions(self) -> int:
-        """Return how many drives are set."""
+        """Return the number of drives."""
         return len(self.drives)
 
     @model_validator(mode="before")
@@ -51,7 +51,7 @@ class SetStep(StepSettings):
     def __get_pydantic_json_schema__(
         cls, core_schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> JsonSchemaValue:
-        """Return the schema of what is written, where drives stand beside the options."""
+        """Return the schema as written, with drives beside the options."""
         schema: dict[str, Any] = handler(core_schema)
         found = handler.resolve_ref_schema(schema)
         drives = found["properties"].pop("drives")
@@ -63,7 +63,7 @@ class SetStep(StepSettings):
 
 @dataclass(frozen=True)
 class SetDrive(Action):
-    """One drive gets a set-point, in its SI unit."""
+    """Sets one drive, in its SI unit."""
 
     kind = "set"
     role: str
@@ -82,14 +82,14 @@ class SetDrive(Action):
         return (self.value,)
 
     def do(self, step: str, doing: Session) -> Found:  # noqa: ARG002  (its errors name the drive)
-        """Bring the drive there: at once, or led where the station says how fast."""
+        """Set the drive: at once, or at the rate in the station."""
         doing.check()
         actual = doing.lead(self.role, self.drive, self.value)
         return Found({self.led: actual}, {self.led: self.unit}, NONE)
 
 
 def plan(targets: SetStep, planning: Planning) -> None:
-    """Write down that drives get set-points, one after the other."""
+    """Plan the drives, one after the other."""
     for member, quantity in targets.drives.items():
         moved = planning.move(member, quantity, (member,), (member,))
         if moved is not None:

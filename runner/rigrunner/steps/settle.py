@@ -1,4 +1,4 @@
-"""`settle`: time passes until the motion is steady."""
+"""`settle`: wait until the motion is steady."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 
 class SettleStep(StepSettings):
-    """Time passes until the motion is steady: cycles of it, or a time."""
+    """Waits until the motion is steady: a number of cycles, or a time."""
 
     cycles: Cycles | None = None
-    """How many cycles of the motion."""
+    """Number of cycles of the motion."""
     time: PositiveDuration | None = None
-    """How long."""
+    """Duration."""
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
@@ -34,20 +34,20 @@ class SettleStep(StepSettings):
 
 @dataclass(frozen=True)
 class Settle(Action):
-    """Time passes until the motion is steady."""
+    """Waits until the motion is steady."""
 
     kind = "settle"
     settles = True
     duration_s: float
 
     def do(self, step: str, doing: Doing) -> Found:  # noqa: ARG002  (there is nothing to tell)
-        """Let the time pass."""
+        """Wait."""
         doing.wait(self.duration_s)
         return NOTHING
 
 
 def plan(settle: SettleStep, planning: Planning) -> None:
-    """Write down that the motion is given time."""
+    """Plan the wait."""
     if settle.time is not None:
         planning.emit(Settle(settle.time), f"Settle for {settle.time:.3g} s", settle.time)
         return

@@ -1,4 +1,4 @@
-"""`sweep`: a drive goes through set-points, and at each one steps are done."""
+"""`sweep`: a drive is set to a list of set-points, and steps are executed at each."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ if TYPE_CHECKING:
 
 
 class SweepStep(StepSettings):
-    """A drive goes through a list of set-points; at each the steps are done."""
+    """Sets a drive to each of a list of set-points, and executes steps there."""
 
     set: Member
     """Role and drive, such as tester.frequency."""
     over: Annotated[ListOf[AnyQuantity], Field(min_length=1)]
-    """The set-points, in the order in which they are gone through."""
+    """The set-points in order."""
     steps: Annotated[ListOf[Step], Field(min_length=1)]
-    """What is done at each."""
+    """The steps at each set-point."""
 
     def actions(self) -> int:
-        """Return how often the drive is set."""
+        """Return the number of times that the drive is set."""
         return len(self.over)
 
     def times(self) -> int:
-        """Return how many set-points there are."""
+        """Return the number of set-points."""
         return len(self.over)
 
 
 def plan(sweep: SweepStep, planning: Planning) -> None:
-    """Write down that the drive is set, and what is done, for each set-point."""
+    """Plan drive and steps for each set-point."""
     for index, quantity in enumerate(sweep.over):
         at = planning.place.time(index)
         moved = planning.move(sweep.set, quantity, ("set",), ("over", index))

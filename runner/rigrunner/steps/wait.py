@@ -1,4 +1,4 @@
-"""`wait`: time passes, whatever the rig does."""
+"""`wait`: wait for a time, independent of the motion."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ if TYPE_CHECKING:
 
 
 class WaitStep(StepSettings):
-    """Time passes, whatever the rig does."""
+    """Waits for a time."""
 
     time: PositiveDuration
-    """How long."""
+    """Duration."""
     text: Text | None = None
-    """What for, in words."""
+    """Reason, as text."""
 
 
 @dataclass(frozen=True)
 class Wait(Action):
-    """Time passes, whatever the rig does."""
+    """Waits for a time."""
 
     kind = "wait"
     duration_s: float
 
     def do(self, step: str, doing: Doing) -> Found:  # noqa: ARG002  (there is nothing to tell)
-        """Let the time pass."""
+        """Wait."""
         doing.wait(self.duration_s)
         return NOTHING
 
 
 def plan(wait: WaitStep, planning: Planning) -> None:
-    """Write down that time passes."""
+    """Plan the wait."""
     text = f"Wait for {wait.time:.3g} s"
     whole = f"{text}: {wait.text}" if wait.text else text
     planning.emit(Wait(wait.time), whole, wait.time)

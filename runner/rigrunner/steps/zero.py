@@ -1,4 +1,4 @@
-"""`zero`: a channel is read at rest and taken as zero."""
+"""`zero`: a channel is read at rest and its reading subtracted later."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
 
 class ZeroStep(StepSettings):
-    """A channel is read at rest and taken as zero; beyond `within` the step has failed."""
+    """Reads a channel at rest as its zero; fails beyond `within`."""
 
     channel: Member
     """Role and channel, such as tester.torque."""
     within: AnyQuantity
-    """How far from zero it may be."""
+    """Largest accepted distance from zero."""
     duration: PositiveDuration = 1.0
-    """How long it is read."""
+    """Duration of the reading."""
     limits: Limits = Field(default_factory=dict)
     timeout: Timeout = None
     retries: Retries = 0
@@ -37,7 +37,7 @@ class ZeroStep(StepSettings):
 
 @dataclass(frozen=True)
 class Zero(Action):
-    """A channel is read at rest; beyond `within` (SI unit of the channel) the step has failed."""
+    """Reads a channel at rest; fails beyond `within` (SI unit of the channel)."""
 
     kind = "zero"
     reads = True
@@ -54,11 +54,11 @@ class Zero(Action):
 
     @property
     def streamed(self) -> str:
-        """Its role."""
+        """The role of the channel."""
         return self.role
 
     def do(self, step: str, doing: Session) -> Found:  # noqa: ARG002  (its errors name the channel)
-        """Read it for a while; raise DataError where its mean is too far from zero."""
+        """Read it; raise DataError if its mean is too far from zero."""
         name = self.zeroed
         mean = doing.stream_means(self.role, (self.channel,), self.duration_s)[name]
         if abs(mean) > self.within:
@@ -71,7 +71,7 @@ class Zero(Action):
 
 
 def plan(zero: ZeroStep, planning: Planning) -> None:
-    """Write down that a channel is read at rest."""
+    """Plan the reading."""
     bench, at, member = planning.scene.bench, planning.path("channel"), zero.channel
     channel = planning.channel(member, ("channel",))
     if channel is None or bench.sample_rate_hz(member.role, at) is None:

@@ -1,4 +1,4 @@
-"""Saves what a run exchanges with its instruments, and plays it back without them."""
+"""Records exchanges with instruments, and replays them without instruments."""
 
 from rigrunner.tape.manifest import (
     TapedFile,

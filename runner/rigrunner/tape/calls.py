@@ -1,7 +1,7 @@
-"""Whether a call of a device is running in this thread: only then does it read the time on tape.
+"""Whether a call of a device is running in this thread: only then is the clock recorded.
 
-A driver may have a thread of its own, such as one that listens to a serial line. When that looks at
-the clock is left to chance, and no replay could be in step with it.
+A driver can have its own thread, such as one that listens to a serial line. Its readings of the
+clock happen at random times, with which no replay could agree.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _T = TypeVar("_T")
 
 
 class Calls(threading.local):
-    """A Wire for the calls of a device, which keeps nothing but that one is running."""
+    """A Wire for the calls of a device, which only marks that one is running."""
 
     going_on = False
 
@@ -33,7 +33,7 @@ class Calls(threading.local):
 
 
 class CallClock:
-    """A Clock that is on tape during the calls of a device, and else not."""
+    """A Clock that is recorded during the calls of a device only."""
 
     def __init__(self, taped: Clock, plain: Clock, calls: Calls) -> None:
         self._taped = taped

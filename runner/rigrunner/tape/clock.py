@@ -1,4 +1,4 @@
-"""Time on tape: what was read is read again, so that a replay sees no other time than the run."""
+"""Recorded and replayed clocks: a replay reads the times of the run."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def _sleep(seconds: float) -> str:
 
 
 class RecordedClock:
-    """A Clock whose readings are saved on a wire."""
+    """A Clock whose readings are recorded on a wire."""
 
     def __init__(self, clock: Clock, wire: Wire) -> None:
         self._clock = clock
@@ -33,15 +33,16 @@ class RecordedClock:
         return datetime.fromisoformat(text)
 
     def sleep(self, seconds: float) -> None:
-        """Let that much time pass."""
+        """Wait for a duration."""
         self._wire.exchange(_sleep(seconds), lambda: self._clock.sleep(seconds))
 
 
 class ReplayedClock:
-    """A Clock that tells the times of a tape; `start_utc` until the first is read.
+    """A Clock with the readings of a tape; `start_utc` until the first one.
 
-    It never raises: code that reads a clock is not made for that. After a difference, or at the end
-    of the tape, it goes on by what is slept, and the next exchange with an instrument tells it.
+    It never raises, since code that reads a clock does not expect that. After a difference, or at
+    the end of the tape, only waiting advances it, and the next exchange with an instrument reports
+    the difference.
     """
 
     def __init__(self, wire: ReplayWire, start_utc: datetime) -> None:
@@ -50,14 +51,14 @@ class ReplayedClock:
         self._utc = start_utc
 
     def monotonic_s(self) -> float:
-        """Return the seconds that were read, or as many as were slept since."""
+        """Return the recorded seconds, plus any waiting since."""
         found = self._wire.reading(MONOTONIC)
         if isinstance(found, float):
             self._monotonic_s = found
         return self._monotonic_s
 
     def utc(self) -> datetime:
-        """Return the date and time that was read, or as much later as was slept since."""
+        """Return the recorded date and time, plus any waiting since."""
         found = self._wire.reading(UTC)
         if isinstance(found, str):
             self._utc = datetime.fromisoformat(found)

@@ -1,4 +1,4 @@
-"""How an answer, or the failure that came instead, stands in a line of a tape: exactly."""
+"""Encodes an answer or an exception for a line of a tape, without loss."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from rigrunner.api import errors
 from rigrunner.api.errors import AbortedError, DataError, RigrunnerError
 
 _NUMBERS = "biuf"
-"""The kinds of arrays that are kept: booleans, integers and real numbers."""
+"""Types of arrays that can be stored: booleans, integers and real numbers."""
 _LARGEST = 2**32
 """Bytes of one array."""
 
 
 def encode(answer: object) -> Any:
-    """Return an answer as JSON can hold it; raise TypeError for what cannot be kept.
+    """Return an answer as JSON; raise TypeError for unsupported types.
 
-    Kept are None, booleans, integers, real numbers, texts, bytes, arrays of numbers, and lists and
-    mappings by name of such. Every JSON object names what it stands for.
+    Supported are None, booleans, integers, real numbers, texts, bytes, arrays of numbers, and lists
+    and mappings by name of these. Every JSON object states its type.
     """
     match answer:
         case np.generic():
@@ -40,7 +40,7 @@ def encode(answer: object) -> Any:
 
 
 def decode(stored: Any) -> Any:
-    """Return the answer that `encode` stored; raise DataError for what is no such thing."""
+    """Return the answer that `encode` stored; raise DataError for anything else."""
     if isinstance(stored, list):
         return [decode(each) for each in stored]
     if not isinstance(stored, dict):
@@ -54,7 +54,7 @@ def decode(stored: Any) -> Any:
 
 
 def encode_error(error: BaseException) -> dict[str, Any]:
-    """Return a failure as JSON can hold it: the nearest class that a replay knows, its words."""
+    """Return an exception as JSON: the nearest class that a replay knows, and its text."""
     known = next(
         (kind for kind in type(error).__mro__ if _error_class(kind.__name__) is kind), RuntimeError
     )
@@ -70,7 +70,7 @@ def encode_error(error: BaseException) -> dict[str, Any]:
 
 
 def decode_error(stored: Mapping[str, Any]) -> BaseException:
-    """Return the failure that `encode_error` stored; raise DataError for what is none."""
+    """Return the exception that `encode_error` stored; raise DataError for anything else."""
     kind = _error_class(str(stored.get("class")))
     message = str(stored.get("message", ""))
     if kind is None:

@@ -1,4 +1,4 @@
-"""A device with the tape at its own calls: for one whose exchanges do not go over a wire."""
+"""A device with the tape at its calls, for devices whose exchanges do not go over a wire."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 def taped(
     inner: Device, wire: Wire, stop_for: Callable[[StopToken], StopToken] = plain_stop
 ) -> Device:
-    """Return a device with the abilities of that one, each of whose calls goes over the wire.
+    """Return a device with the same abilities, whose calls go over the wire.
 
-    `stop_for` makes the stop token that its streams look at of the one that it is given. What a
-    device says of itself without being connected is its own word, and not on the wire.
+    `stop_for` makes the stop token of its streams from the given one. Attributes available before
+    connecting are not recorded.
     """
     able = [part for ability, part in _PARTS.items() if isinstance(inner, ability)]
     kind = type("TapedDevice", (*able, TapedDevice), {})
@@ -41,7 +41,7 @@ def taped(
 
 
 class TapedDevice:
-    """What every device can do."""
+    """The common part of all devices."""
 
     def __init__(
         self, inner: Device, wire: Wire, stop_for: Callable[[StopToken], StopToken]
@@ -62,26 +62,26 @@ class TapedDevice:
 
     @property
     def non_blocking(self) -> bool:
-        """Whether no call of the device can hang."""
+        """Whether no call can hang."""
         return bool(self._inner.non_blocking)
 
     @property
     def reads_back_while_streaming(self) -> bool:
-        """Whether the device says that its drives can be read back while it streams."""
+        """Whether its drives can be read back while it streams."""
         return bool(getattr(self._inner, "reads_back_while_streaming", False))
 
     def connect(self, timeout_s: float) -> Identity:
-        """Connect; return who answered."""
+        """Connect; return the identity."""
         return _identity(
             self._wire.exchange("connect", lambda: asdict(self._inner.connect(timeout_s)))
         )
 
     def make_safe(self) -> Mapping[str, float]:
-        """Bring every drive to its safe value."""
+        """Set every drive to its safe value."""
         return self._wire.exchange("make safe", lambda: dict(self._inner.make_safe()))
 
     def close(self) -> None:
-        """Release the connection."""
+        """Close the connection."""
         self._wire.exchange("close", self._inner.close)
 
 
@@ -96,11 +96,11 @@ class _Readable(TapedDevice):
 class _Observing(TapedDevice):
     @property
     def readings(self) -> Sequence[ReadingInfo]:
-        """What the device tells that is not a number."""
+        """The readings that are not numbers."""
         return cast("Sequence[ReadingInfo]", self._inner.readings)
 
     def observe(self, readings: Sequence[str]) -> Mapping[str, Reading]:
-        """Return each reading as it is now."""
+        """Return the present readings."""
         found = self._wire.exchange(
             f"observe {_listing(readings)}",
             lambda: {name: _plain(value) for name, value in self._inner.observe(readings).items()},
@@ -114,7 +114,7 @@ class _Settable(TapedDevice):
         self._wire.exchange(f"set {drive} {value!r}", lambda: self._inner.set(drive, value))
 
     def read_back(self, drive: str) -> float:
-        """Return the drive's actual value."""
+        """Return the actual value of the drive."""
         return self._wire.exchange(
             f"read back {drive}", lambda: float(self._inner.read_back(drive))
         )
@@ -126,7 +126,7 @@ class _Approaching(_Settable):
         self._wire.exchange(f"begin {drive} {value!r}", lambda: self._inner.begin(drive, value))
 
     def arrived(self, drive: str) -> bool:
-        """Say whether the drive has reached its set-point."""
+        """Return whether the drive has reached its set-point."""
         return self._wire.exchange(f"arrived {drive}", lambda: bool(self._inner.arrived(drive)))
 
 
@@ -158,24 +158,24 @@ class _Streaming(TapedDevice):
 
 class _KnowsStream(_Streaming):
     def stream_conditions(self) -> Mapping[str, tuple[float, str]]:
-        """Return what the device found of its last stream."""
+        """Return the values measured of its last stream."""
         found = self._wire.exchange("tell of the stream", lambda: _listed(self._inner))
         return {name: (float(value), str(unit)) for name, (value, unit) in found.items()}
 
 
 class _Pausable(TapedDevice):
     def pause(self) -> None:
-        """Stop what moves."""
+        """Pause the motion."""
         self._wire.exchange("pause", self._inner.pause)
 
     def resume(self) -> None:
-        """Go on."""
+        """Resume the motion."""
         self._wire.exchange("resume", self._inner.resume)
 
 
 class _CountsStreams(TapedDevice):
     def continue_after(self, streams: Sequence[Mapping[str, float]]) -> None:
-        """Count what was streamed before."""
+        """Continue after earlier streams."""
         self._wire.exchange(
             f"continue after {len(streams)} streams", lambda: self._inner.continue_after(streams)
         )

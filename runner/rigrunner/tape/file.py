@@ -1,6 +1,6 @@
-"""One tape: a file of JSON lines, one for each exchange, appended as they end.
+"""One tape: a file of JSON lines, one per exchange, in the order in which they end.
 
-A line is written by one call of the system, so that what was said before a crash can be read.
+A line is written by one system call, so that a tape can be read up to a crash.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _SEQ = re.compile(rb'\{"seq":(\d+),')
 
 @dataclass(frozen=True)
 class Entry:
-    """One exchange as it stands on a tape."""
+    """One exchange on a tape."""
 
     line: int
     """Of the file, from 1."""
@@ -33,16 +33,16 @@ class Entry:
     took_s: float
 
     def outcome(self) -> Any:
-        """Return the answer, or raise what came instead."""
+        """Return the answer, or raise the recorded exception."""
         if self.error is not None:
             raise self.error
         return self.answer
 
 
 def entry_line(seq: int, request: str, answer: Any, took_s: float) -> bytes:
-    """Return the line of an exchange; an answer that is an exception is what came instead.
+    """Return the line of an exchange; its answer may be an exception.
 
-    Raises TypeError for an answer that cannot be kept.
+    Raises TypeError for an answer that cannot be stored.
     """
     if isinstance(answer, BaseException):
         said = {"error": encode_error(answer)}
@@ -53,10 +53,10 @@ def entry_line(seq: int, request: str, answer: Any, took_s: float) -> bytes:
 
 
 class TapeFile:
-    """A tape that is read: where each exchange stands, by its number in the order of asking.
+    """Reads a tape: the position of each exchange, by its number in the order of requests.
 
-    Raises DataError for a file that cannot be read or is no tape; one that is not there is empty:
-    it was never written to. A last line that was not written whole does not count.
+    Raises DataError for a file that cannot be read or is no tape; a missing one is empty. An
+    incomplete last line is ignored.
     """
 
     def __init__(self, path: Path) -> None:

@@ -1,4 +1,4 @@
-"""`tape.json`: of what a tape is, to tell why a replay differs."""
+"""`tape.json`: what was recorded, to explain why a replay differs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class TapedFile(_Part):
 
 
 class TapedPlugin(_Part):
-    """What drove an instrument."""
+    """The plugin of an instrument."""
 
     plugin: str
     provider: str
@@ -36,7 +36,7 @@ class TapedPlugin(_Part):
 
 
 class TapedOverride(_Part):
-    """A calibration that was let pass."""
+    """An override of a calibration check."""
 
     what: str
     subject: str
@@ -45,7 +45,7 @@ class TapedOverride(_Part):
 
 
 class TapeManifest(_Part):
-    """Of what a tape is."""
+    """What was recorded."""
 
     rigrunner: Literal["tape/1"] = "tape/1"
     program: str
@@ -55,18 +55,18 @@ class TapeManifest(_Part):
     devices: dict[str, TapedPlugin]
     """By role."""
     procedure: TapedFile | None = None
-    """None where instruments were used by hand."""
+    """None for manual mode."""
     attended: bool = False
-    """Whether somebody was there to pause the run."""
+    """Whether a person could pause the run."""
     watches_drives: bool = False
-    """Whether drives were read back beside each reading; not of tapes of 0.1.0."""
+    """Whether drives were read back during readings; not in tapes of 0.1.0."""
     inputs: dict[str, str] = {}
     """The answers to the procedure's inputs."""
     overrides: tuple[TapedOverride, ...] = ()
 
 
 def read_manifest(folder: Path) -> TapeManifest:
-    """Return of what the tape in a folder is; raise DataError if there is none."""
+    """Return the manifest of a tape; raise DataError if there is none."""
     path = folder / NAME
     try:
         return TapeManifest.model_validate_json(path.read_text(encoding="utf-8"))
@@ -84,7 +84,7 @@ def read_manifest(folder: Path) -> TapeManifest:
 
 
 def differences(then: TapeManifest, now: TapeManifest) -> Iterator[str]:
-    """Yield in words what is not as it was when the tape was recorded."""
+    """Yield, as text, what differs from the recording."""
     if then.program != now.program:
         yield f"the tape is of Rigrunner {then.program}, this is {now.program}"
     for what in ("procedure", "station"):

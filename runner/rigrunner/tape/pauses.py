@@ -1,4 +1,4 @@
-"""Pauses on tape: when one was asked for, how often was looked meanwhile, and what was decided."""
+"""Recorded and replayed pauses: when requested, how often interlocks were checked, the decision."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ _WANTED, _WATCH, _DECIDE = "is the run to pause?", "watch while paused", "what w
 
 
 class RecordedPauses:
-    """Pauses that are saved."""
+    """Pauses that are recorded."""
 
     def __init__(self, pauses: Pauses, wire: Wire) -> None:
         self._pauses = pauses
         self._wire = wire
 
     def wanted(self) -> str:
-        """Return who asks for a pause."""
+        """Return who requests a pause."""
         return self._wire.exchange(_WANTED, self._pauses.wanted)
 
     def decide(self, paused: Paused, watch: Callable[[], None]) -> Decision:
-        """Return what is decided; each look at the interlocks until then is saved.
+        """Return the decision; each check of the interlocks until then is recorded.
 
-        What a look raises comes again by itself, as what it looked at is on tape.
+        Its exceptions recur in a replay, as their readings are on tape.
         """
         raised: list[AbortedError] = []
 
@@ -62,17 +62,17 @@ class RecordedPauses:
 
 
 class ReplayedPauses:
-    """Pauses that are asked for, and end, as they did."""
+    """Pauses that are requested and end as recorded."""
 
     def __init__(self, wire: ReplayWire) -> None:
         self._wire = wire
 
     def wanted(self) -> str:
-        """Return who asked for a pause."""
+        """Return who requested a pause."""
         return str(self._wire.reading(_WANTED) or "")
 
     def decide(self, paused: Paused, watch: Callable[[], None]) -> Decision:  # noqa: ARG002  (the engine's)
-        """Return what was decided, after as many looks at the interlocks."""
+        """Return the decision, after as many checks of the interlocks."""
         while self._wire.is_next(_WATCH):
             self._wire.reading(_WATCH)
             watch()

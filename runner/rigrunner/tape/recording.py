@@ -1,4 +1,4 @@
-"""Saves each exchange on tape while it is done. What fails here must not cost a measurement."""
+"""Records each exchange; a failure of the tape must not cost a measurement."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _T = TypeVar("_T")
 
 
 class Trouble:
-    """What keeps a tape from being written; from the first on, nothing more is written.
+    """Why a tape cannot be written; from the first problem on nothing more is written.
 
-    Then all files of a tape end where something happened, and none has a gap.
+    All files of a tape then end at the same event, without gaps.
     """
 
     def __init__(self) -> None:
@@ -32,7 +32,7 @@ class Trouble:
 
 
 class RecordingWire:
-    """A Wire that does each exchange and appends it to a file; raises only what that raises."""
+    """A Wire that records exchanges to a file; raises only exceptions of the exchange."""
 
     def __init__(self, path: Path, trouble: Trouble) -> None:
         self._path = path
@@ -44,10 +44,9 @@ class RecordingWire:
         self._asked: dict[int, tuple[str, float]] = {}
 
     def exchange(self, request: str, perform: Callable[[], _T]) -> _T:
-        """Return what `perform` does, and save it.
+        """Return the result of `perform` and record it.
 
-        What `perform` itself exchanges or reads of the clock is no exchange of its own: of one that
-        is played back nothing is performed.
+        Exchanges inside `perform` are not recorded, since a replay does not call it.
         """
         if getattr(self._thread, "performs", False):
             return perform()
@@ -70,7 +69,7 @@ class RecordingWire:
         return answer
 
     def close(self) -> None:
-        """Save what was never answered as such, and close the file; idempotent."""
+        """Record pending exchanges as unanswered, and close the file; idempotent."""
         for seq, (request, _) in sorted(self._asked.items()):
             self._save(seq, DeviceTimeoutError(f"{request}: it was never answered"))
         with self._lock:

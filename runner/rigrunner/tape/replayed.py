@@ -40,17 +40,17 @@ class ReplayedTape(Tape):
 
     @property
     def began_utc(self) -> datetime:
-        """When the run began that is replayed."""
+        """Start of the replayed run."""
         return self.manifest.began_utc
 
     @property
     def watches_drives(self) -> bool:
-        """Whether the drives of the run on tape were read back beside each reading."""
+        """Whether the drives of the recorded run were read back during readings."""
         return self.manifest.watches_drives
 
     @property
     def provenance(self) -> Mapping[str, str]:
-        """From which tape: its name, when it was begun, and a digest of all that was played."""
+        """The tape: its name, start, and a digest of everything replayed."""
         digest = hashlib.sha256()
         for name, file in sorted(self._files.items()):
             digest.update(f"{name} {file.sha256}\n".encode())
@@ -59,11 +59,11 @@ class ReplayedTape(Tape):
         return {REPLAYED: f"{name}, begun {began}, SHA-256 {digest.hexdigest()}"}
 
     def begin(self, manifest: TapeManifest) -> None:
-        """Keep what is not as it was, for the words of a difference."""
+        """Keep the differences in the set-up, to explain a difference later."""
         self._replay.hint = "; ".join(differences(self.manifest, manifest))
 
     def notes(self) -> Sequence[str]:
-        """Return what of the tapes was not asked for; after a difference, that."""
+        """Return what was not requested from the tapes; after a difference, that."""
         if self._replay.difference:
             hint = f" ({self._replay.hint})" if self._replay.hint else ""
             return (f"{self._replay.difference}{hint}",)
@@ -76,7 +76,7 @@ class ReplayedTape(Tape):
             file.close()
 
     def pauses(self, plain: Pauses | None) -> Pauses | None:  # noqa: ARG002  (the base's)
-        """Return the pauses that were, where somebody could pause."""
+        """Return the recorded pauses, if pausing was possible."""
         return ReplayedPauses(self._wire(CLOCK, inf)) if self.manifest.attended else None
 
     def _wire(self, name: str, patience_s: float) -> ReplayWire:

@@ -1,4 +1,4 @@
-"""Plays exchanges back from tape: in strict order, up to the first difference."""
+"""Replays exchanges from tape in strict order, up to the first difference."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ _SHOWN_BEFORE = 3
 
 
 class Replay:
-    """What all tapes of a replay share: whether it is still in step with them."""
+    """State shared by all tapes of a replay: whether it still agrees with them."""
 
     def __init__(self) -> None:
         self.hint = ""
-        """What may explain a difference."""
+        """What can explain a difference."""
         self.difference = ""
-        """The first one, in words."""
+        """The first one, as text."""
         self.over = threading.Event()
-        """Set once nobody is to wait for an answer any more."""
+        """Set once nobody waits for answers any more."""
         self._place = ""
         self._told = False
 
     def differ(self, place: object, text: str) -> None:
-        """Take note of a difference; only the first one counts."""
+        """Note a difference; only the first one counts."""
         if not self.difference:
             self._place, self.difference = str(place), text
 
     def error(self) -> NoRigError:
-        """Return the error that tells the difference: the first time in full."""
+        """Return the error for the difference: the first time with details."""
         if self._told:
             return NoRigError(f"the replay ended at {self._place}")
         self._told = True
@@ -44,10 +44,9 @@ class Replay:
 
 
 class ReplayWire:
-    """A Wire that answers from a tape. No exchange is done.
+    """A Wire that answers from a tape, without exchanges.
 
-    What took longer than `patience_s` takes as long again: whoever waited for it in vain does so
-    now.
+    An exchange that exceeded `patience_s` takes as long again, so that the time-out recurs.
     """
 
     def __init__(self, tape: TapeFile, replay: Replay, patience_s: float) -> None:
@@ -59,7 +58,7 @@ class ReplayWire:
         self._before: list[str] = []
 
     def exchange(self, request: str, perform: Callable[[], _T]) -> _T:  # noqa: ARG002  (the Protocol's)
-        """Return what was answered; raise NoRigError from the first difference on."""
+        """Return the recorded answer; raise NoRigError from the first difference on."""
         entry = self._next_entry(request)
         if entry is None:
             raise self._replay.error()
@@ -68,12 +67,12 @@ class ReplayWire:
         return cast("_T", entry.outcome())
 
     def reading(self, request: str) -> object:
-        """Return the answer for a caller that no difference can be reported to; then None."""
+        """Return the answer for a caller that cannot handle a difference; then None."""
         entry = self._next_entry(request)
         return None if entry is None else entry.answer
 
     def _next_entry(self, request: str) -> Entry | None:
-        """Return the exchange whose turn it is; None from the first difference on."""
+        """Return the next exchange; None from the first difference on."""
         with self._lock:
             if self._replay.difference:
                 return None
@@ -88,13 +87,13 @@ class ReplayWire:
             return entry
 
     def is_next(self, request: str) -> bool:
-        """Say whether that is what the tape has next."""
+        """Return whether this is the next exchange on the tape."""
         with self._lock:
             entry = None if self._replay.difference else self._tape.entry(self._next)
             return entry is not None and entry.request == request
 
     def rest(self) -> str:
-        """Return in words what of the tape was not asked for; '' if all was."""
+        """Return what was not requested from the tape, as text; '' for nothing."""
         left = len(self._tape) - self._next
         if left <= 0:
             return ""

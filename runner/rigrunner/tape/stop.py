@@ -1,4 +1,4 @@
-"""That a run was asked to stop, on tape: a replay is stopped at the same place."""
+"""Recorded and replayed stop tokens: a replay stops at the same place."""
 
 from __future__ import annotations
 
@@ -23,31 +23,31 @@ class _OnTape:
         self.plain = plain
 
     def let_be(self) -> None:
-        """Let the plain token interrupt nothing from now on."""
+        """Stop the plain token from interrupting."""
         if isinstance(self.plain, Forbearing):
             self.plain.let_be()
 
 
 class RecordedStop(_OnTape):
-    """A stop token of which each look is saved."""
+    """A stop token whose readings are recorded."""
 
     def __init__(self, plain: StopToken, wire: Wire) -> None:
         super().__init__(plain)
         self._wire = wire
 
     def is_set(self) -> bool:
-        """Return True once the run is to stop."""
+        """Return True once the run has to stop."""
         return self._wire.exchange(_IS_SET, lambda: bool(self.plain.is_set()))
 
     def reason(self) -> AbortedError:
-        """Return what ends the run."""
+        """Return the reason for stopping."""
         return _error(self._wire.exchange(_REASON, lambda: _told(self.plain)))
 
 
 class ReplayedStop(_OnTape):
-    """A stop token that is set where it was; and, by who stops the replay, at any time.
+    """A stop token that is set as recorded, and whenever the replay is stopped.
 
-    It never raises, as the clock of a replay does not.
+    It never raises, like the clock of a replay.
     """
 
     def __init__(self, plain: StopToken, wire: ReplayWire) -> None:
@@ -56,18 +56,18 @@ class ReplayedStop(_OnTape):
         self._was_set = False
 
     def is_set(self) -> bool:
-        """Return True once the run was to stop, or the replay is."""
+        """Return True once the run had to stop, or the replay has to."""
         self._was_set = self._wire.reading(_IS_SET) is True
         return self._was_set or self.plain.is_set()
 
     def reason(self) -> AbortedError:
-        """Return what ended the run, or ends the replay."""
+        """Return the reason for stopping."""
         told = self._wire.reading(_REASON) if self._was_set else None
         return _error(told if isinstance(told, dict) else _told(self.plain))
 
 
 def plain_stop(stop: StopToken) -> StopToken:
-    """Return the token that is behind one on tape, for what is not on that tape itself."""
+    """Return the plain token behind one on tape."""
     return stop.plain if isinstance(stop, _OnTape) else stop
 
 

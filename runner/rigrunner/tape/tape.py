@@ -1,4 +1,4 @@
-"""A folder with tapes: one for each instrument, one for the clock, one for persons' answers."""
+"""A folder of tapes: one for each instrument, one for the clock, one for answers of people."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     from rigrunner.tape.manifest import TapeManifest
 
 DEVICES = "devices"
-"""The folder of the instruments' tapes, each named by role, or 'role.part'."""
+"""Folder of the tapes of instruments, named by role, or 'role.part'."""
 CLOCK, _ANSWERS = "clock", "answers"
 
 
 class Tape(ABC):
-    """A Tap for the devices of a station, with all else that a run depends on."""
+    """Records or replays the devices of a station and everything else that a run depends on."""
 
     replays: bool
 
@@ -45,7 +45,7 @@ class Tape(ABC):
 
     @abstractmethod
     def begin(self, manifest: TapeManifest) -> None:
-        """Say what is recorded or replayed, before any instrument is connected."""
+        """State what is recorded or replayed, before any instrument is connected."""
 
     @abstractmethod
     def close(self) -> None:
@@ -53,26 +53,26 @@ class Tape(ABC):
 
     @abstractmethod
     def notes(self) -> Sequence[str]:
-        """Return what is to be told at the end, in words."""
+        """Return the remarks for the end, as text."""
 
     @property
     def began_utc(self) -> datetime | None:
-        """When the run began that is replayed; None where none is."""
+        """Start of the replayed run; None if none is replayed."""
         return None
 
     @property
     def watches_drives(self) -> bool:
-        """Whether the drives of the run are read back beside each reading."""
+        """Whether drives are read back during readings."""
         return True
 
     @property
     def provenance(self) -> Mapping[str, str]:
-        """What a run is to say of the tape for ever."""
+        """The part of the provenance of the run about the tape."""
         return {}
 
     @property
     def listeners(self) -> Sequence[EventSink]:
-        """Those who are to hear of the events of a run."""
+        """Further listeners to the events of a run."""
         return ()
 
     def clock(self, plain: Clock) -> Clock:
@@ -88,14 +88,14 @@ class Tape(ABC):
         return TapedAnswers(plain, self._wire(_ANSWERS, inf))
 
     def wired(self, context: DeviceContext) -> DeviceContext:
-        """Return the context with the tape for its wire, and for its clock while it is called."""
+        """Return the context with the tape as wire, and as clock during calls."""
         name, patience_s = _place(context)
         on_tape = self._clock(name, patience_s, context.clock)
         clock = CallClock(on_tape, context.clock, self._calls[name])
         return replace(context, wire=self._wire(name, patience_s), clock=clock)
 
     def called(self, device: Device, context: DeviceContext) -> Device:
-        """Return the device, of which it is known while it is called."""
+        """Return the device, with a mark of whether it is being called."""
         name, patience_s = _place(context)
         return taped(device, self._calls[name], partial(self._stop, name, patience_s))
 
@@ -105,11 +105,11 @@ class Tape(ABC):
 
     @abstractmethod
     def pauses(self, plain: Pauses | None) -> Pauses | None:
-        """Return who may pause a run; None where nobody may."""
+        """Return who can pause a run; None for nobody."""
 
     @abstractmethod
     def _wire(self, name: str, patience_s: float) -> Wire:
-        """Return the wire of that name, the same each time."""
+        """Return the wire of that name, always the same."""
 
     @abstractmethod
     def _stop(self, name: str, patience_s: float, plain: StopToken) -> StopToken:
@@ -121,5 +121,5 @@ class Tape(ABC):
 
 
 def _place(context: DeviceContext) -> tuple[str, float]:
-    """Return the name of a device's tape, and how long the device is waited for."""
+    """Return the name of the tape of a device, and the time limit of its calls."""
     return f"{DEVICES}/{context.role.replace('/', '.')}", context.patience.answer_s
