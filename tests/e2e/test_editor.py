@@ -281,9 +281,9 @@ STEP = "        - settle: {cycles: 5}\n"
 @pytest.mark.parametrize(
     ("old", "new", "label", "words"),
     [
-        (STEP, "        - ‸\n" + STEP, "settle", "Time passes until the motion is steady"),
-        (STEP, "        - se‸\n" + STEP, "sweep", "goes through a list of set-points"),
-        (STEP, "        - settle:\n            ‸\n", "cycles", "How many cycles of the motion"),
+        (STEP, "        - ‸\n" + STEP, "settle", "Waits until the motion is steady"),
+        (STEP, "        - se‸\n" + STEP, "sweep", "Sets a drive to a list of set-points"),
+        (STEP, "        - settle:\n            ‸\n", "cycles", "Number of cycles of the motion"),
         ("        - energy\n", "        - ‸\n", "energy", "Running torque"),
         (
             "        - energy\n",
@@ -325,7 +325,7 @@ def test_the_settings_of_the_chosen_device_are_offered(server):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("settle: {", "set‸tle: {", "Time passes until the motion is steady"),
+        ("settle: {", "set‸tle: {", "Waits until the motion is steady"),
         ("max_age: 30 d", "max‸_age: 30 d", "Default: 8 h"),
         ("paper_peak: {", "paper‸_peak: {", "as published"),
         (

@@ -82,7 +82,7 @@ def plan(ask: AskStep, planning: Planning) -> None:
 
 STEP = StepRecord(
     name="ask",
-    help="A person is asked for a value, which becomes an input of the run.",
+    help="Asks a person for a value, which becomes an input of the run.",
     settings=AskStep,
     factory=plan,
     example="ask: {text: ..., into: name}",

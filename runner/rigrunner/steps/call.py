@@ -41,7 +41,7 @@ def plan(call: CallStep, planning: Planning) -> None:  # noqa: ARG001  (the file
 
 STEP = StepRecord(
     name="call",
-    help="The steps of another procedure are done: its setup, main and teardown.",
+    help="Executes another procedure: its setup, main and teardown.",
     settings=CallStep,
     factory=plan,
     example="call: {procedure: file.yaml, with: {name: value}}",

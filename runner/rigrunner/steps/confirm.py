@@ -90,7 +90,7 @@ def plan(confirm: ConfirmStep, planning: Planning) -> None:
 
 STEP = StepRecord(
     name="confirm",
-    help="A person confirms a statement; 'no' stops the run.",
+    help="Asks a person to confirm a statement; 'no' stops the run.",
     settings=ConfirmStep,
     factory=plan,
     example="confirm: {text: ..., unattended: yes}",

@@ -33,7 +33,7 @@ def plan(group: GroupStep, planning: Planning) -> None:
 
 STEP = StepRecord(
     name="group",
-    help="Steps that belong together are done once, under one label.",
+    help="Executes steps once, with common labels.",
     settings=GroupStep,
     factory=plan,
     example="group: {label: {phase: final}, steps: [...]}",

@@ -150,7 +150,7 @@ def _averaging_rate_hz(channels: Sequence[Member], planning: Planning) -> float 
 
 STEP = StepRecord(
     name="measure",
-    help="Channels are read once, or averaged over a time; the values are a row of a table.",
+    help="Reads channels once, or averages them over a time; the values are a row of a table.",
     settings=MeasureStep,
     factory=plan,
     example="measure: {channels: [role.name]}`, read once, or averaged with `duration: 2 s",

@@ -40,7 +40,7 @@ def plan(note: NoteStep, planning: Planning) -> None:
 
 STEP = StepRecord(
     name="note",
-    help="A remark is put on record, for those who read the report.",
+    help="Records a remark for readers of the report.",
     settings=NoteStep,
     factory=plan,
     example="note: {text: ...}",

@@ -113,7 +113,7 @@ def _ramp_s(ramp: RampStep, distance: float, drive: DriveInfo, planning: Plannin
 
 STEP = StepRecord(
     name="ramp",
-    help="A drive goes to a set-point at a rate, or over a time.",
+    help="Moves a drive to a set-point at a rate, or over a time.",
     settings=RampStep,
     factory=plan,
     example="ramp: {drive: role.drive, to: 1000 N, rate: 100 N/s}` or `time: 10 s",

@@ -227,7 +227,7 @@ def _span(record: RecordStep, role: str, planning: Planning) -> tuple[float, str
 
 STEP = StepRecord(
     name="record",
-    help="Channels of one device are recorded: over whole cycles, or for a time.",
+    help="Records channels of one device, over whole cycles or for a time.",
     settings=RecordStep,
     factory=plan,
     example="record: {channels: [role.name], cycles: 30}` or `duration: 10 s",

@@ -74,7 +74,7 @@ def plan(repeat: RepeatStep, planning: Planning) -> None:
 
 STEP = StepRecord(
     name="repeat",
-    help="Steps are done several times, or until a channel or a result is beyond a value.",
+    help="Repeats steps a number of times, or until a channel or a result is beyond a bound.",
     settings=RepeatStep,
     factory=plan,
     example="repeat: {times: 3, as: block, steps: [...]}`, or with `until: {channel: role.name,"

@@ -198,7 +198,7 @@ def _through(scan: ScanStep, planning: Planning) -> float | None:
 
 STEP = StepRecord(
     name="scan",
-    help="A drive goes through set-points, and at each one channels are read: one table.",
+    help="Sets a drive to a list of set-points and reads channels at each, into one table.",
     settings=ScanStep,
     factory=plan,
     example="scan: {set: role.drive, over: [1 N, 2 N], channels: [role.name]}",

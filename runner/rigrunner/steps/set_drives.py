@@ -100,7 +100,7 @@ def plan(targets: SetStep, planning: Planning) -> None:
 
 STEP = StepRecord(
     name="set",
-    help="Drives get a set-point each, in the order in which they stand, and are read back.",
+    help="Sets drives in the given order, and reads each back.",
     settings=SetStep,
     factory=plan,
     example="set: {role.drive: 1000 N}",

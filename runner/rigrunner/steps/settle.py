@@ -60,7 +60,7 @@ def plan(settle: SettleStep, planning: Planning) -> None:
 
 STEP = StepRecord(
     name="settle",
-    help="Time passes until the motion is steady: cycles of it, or a time.",
+    help="Waits until the motion is steady: a number of cycles, or a time.",
     settings=SettleStep,
     factory=plan,
     example="settle: {cycles: 5}` or `settle: {time: 2 s}",

@@ -50,7 +50,7 @@ def plan(sweep: SweepStep, planning: Planning) -> None:
 
 STEP = StepRecord(
     name="sweep",
-    help="A drive goes through a list of set-points; at each the steps are done.",
+    help="Sets a drive to a list of set-points, and executes steps at each.",
     settings=SweepStep,
     factory=plan,
     example="sweep: {set: role.drive, over: [1 Hz, 2 Hz], steps: [...]}",

@@ -45,7 +45,7 @@ def plan(wait: WaitStep, planning: Planning) -> None:
 
 STEP = StepRecord(
     name="wait",
-    help="Time passes, whatever the rig does.",
+    help="Waits for a time.",
     settings=WaitStep,
     factory=plan,
     example="wait: {time: 5 min}",

@@ -90,7 +90,7 @@ def plan(zero: ZeroStep, planning: Planning) -> None:
 
 STEP = StepRecord(
     name="zero",
-    help="A channel is read at rest and taken as zero.",
+    help="Reads a channel at rest as its zero.",
     settings=ZeroStep,
     factory=plan,
     example="zero: {channel: role.name, within: 0.05 N·m}",
