@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import shutil
 from contextlib import suppress
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
 from itertools import product
@@ -17,8 +16,10 @@ from typing import TYPE_CHECKING
 
 import h5py
 import numpy as np
+from lab_targets import LAB_TARGETS
 from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 from scipy.io import savemat
+from target import Target
 
 from helpers_certificate import issue, make_letterhead
 from helpers_workflow import run
@@ -61,7 +62,7 @@ from unit.rigrunner_plugins.importers.helpers_importing import lvm_text, write_m
 from unit.runfile.helpers_runfile import DOCUMENT, PLOT, header_of, recording, write_run
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
     from rigrunner.api.events import Event
     from rigrunner.procedure import Procedure
@@ -76,18 +77,6 @@ recordings:
   - {file: b.csv, frequency: 20 Hz, load: 0 N, values: {torque: 1.5 N·m}}
 """
 ANSWERS = "specimen: SN-0042\noperator: 'Zoë'\n"
-
-
-@dataclass(frozen=True)
-class Target:
-    """One reader of files."""
-
-    name: str
-    suffix: str
-    seeds: Callable[[Path], list[bytes]]
-    """Good files; given is an empty folder to make them in."""
-    read: Callable[[Path], object]
-    """Reads the file, which lies alone in a folder of its own."""
 
 
 def _shipped(pattern: str) -> list[bytes]:
@@ -143,8 +132,12 @@ def _run(path: Path) -> object:
 
 
 def _run_seeds(folder: Path) -> list[bytes]:
+    write_run(folder / "no_load", [recording(samples=100)])
+    partners = {"no_load": folder / "no_load", "before": folder / "no_load"}
     writer = write_run(folder / "run", [recording(samples=200), recording("b", samples=150)])
-    return [writer.seal(DOCUMENT, PLOT).read_bytes()]
+    other = write_run(folder / "other", [recording(samples=100)])
+    sealed = writer.seal(DOCUMENT, PLOT), other.seal(DOCUMENT, PLOT, partners=partners)
+    return [each.read_bytes() for each in sealed]
 
 
 def _journal(path: Path) -> object:
@@ -453,4 +446,5 @@ TARGETS = (
     Target("signature", ".sig", _signature_seeds, _signature),
     Target("public key", ".pub", _key_seeds, read_public_keys),
     Target("private key", ".key", _private_key_seeds, _private_key),
+    *LAB_TARGETS,
 )

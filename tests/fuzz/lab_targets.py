@@ -1,0 +1,296 @@
+"""What a lab's other programs and people hand to the queue, the panel and the listeners."""
+
+from __future__ import annotations
+
+import json
+import re
+import socket
+import threading
+from contextlib import ExitStack, contextmanager, suppress
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import TYPE_CHECKING
+from urllib.parse import quote
+
+import numpy as np
+from starlette.testclient import TestClient
+from target import Target
+
+from rigrunner.analysis.scrutiny import Scrutiny
+from rigrunner.api.errors import DeviceError, InvalidFileError, Problem
+from rigrunner.procedure import load_procedure
+from rigrunner.queue import Queue, read_list
+from rigrunner.registry import load_registry
+from rigrunner.run.checked import checked_alone
+from rigrunner.run.locate import shipped_folder
+from rigrunner.station import load_station
+from rigrunner_panel.web.app import make_app
+from rigrunner_panel.web.panel import Panel, Settings
+from rigrunner_plugins.listeners.mail import mail
+from rigrunner_plugins.listeners.messages import Message
+from rigrunner_plugins.listeners.notifier import DeliveryError
+from rigrunner_plugins.listeners.settings import MailSettings, WebhookSettings
+from rigrunner_plugins.listeners.webhook import webhook
+from unit.rigrunner_plugins.equation.helpers_equation import instrument, run_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from rigrunner.api.data import RunData
+    from rigrunner.procedure import Procedure
+    from rigrunner_plugins.listeners.notifier import Notifier
+
+QUEUE = """{"rigrunner": "queue/1", "next": 4, "entries": [
+{"procedure": "starting_torque_1000n", "station": "rig", "inputs": {"specimen": "SN-1"},
+ "operator": "Zoë", "partners": {"no_load": "R1"}, "realtime": true, "id": 1, "state": "closed",
+ "by": "Ann", "added_utc": "2026-03-01T12:00:00.000Z", "run": "20260301T120000Z_A"},
+{"procedure": "p.yaml", "station": "rig", "no_load": "R2", "id": 3, "state": "waiting", "by": "Ann",
+ "added_utc": "2026-03-01T12:00:00.000Z", "reason": "", "repeats": 1, "repeated_by": "Zoë"}]}
+"""
+LISTS = (
+    "SN-1\nSN-2\n",
+    'specimen;type\nSN-1;GE20\n"SN-2";\n',
+    "\ufeffspecimen\tlot\r\nSN-3\tL 7\r\n",
+)
+LISTENERS = """listeners:
+  - plugin: mail
+    settings: {host: smtp.example.org, user: rig-1, password: {env: PATH}, timeout: 2 s, tries: 3,
+      sender: rig-1@example.org, to: [lab@example.org], on: [run_ended, alarm]}
+  - plugin: webhook
+    settings: {url: "https://lab.example.org:8443/rigs?x=1", secret: {env: PATH}, wait: 20 s}
+  - plugin: mqtt
+    settings: {host: broker.example.org, port: 8883, tls: yes, topic: "rigs/{station}/{kind}"}
+"""
+HTTP = (
+    b"HTTP/1.1 200 OK\r\nContent-Length: 2\r\n\r\nok",
+    b"HTTP/1.1 100 Continue\r\n\r\nHTTP/1.0 204 \r\nX: y\r\n z\r\n\r\n",
+)
+SMTP = b"".join(
+    line + b"\r\n"
+    for line in (
+        b"220 mx ESMTP", b"250-mx", b"250-SIZE 100000", b"250 8BITMIME", b"250 sender", b"250 to",
+        b"354 go", b"250 queued", b"221 bye",
+    )
+)  # fmt: skip
+MODELS = (
+    "R = U / I / (1 + alpha * (t - t_0))",
+    "R = U / I\nP = R * I^2 * exp(-abs(U / number(1, V)))",
+    "sqrt(max(U, number(2, V)) ** 2 + mean(U, 2*U)**2) / I * (1 + cos(pi * I/I) - atan2(U, U) / 1)",
+)
+UNITS = {"meter.voltage": "V", "meter.current": "A", "room.temperature": "K"}
+INPUTS = {"U": "meter.voltage", "I": "meter.current", "t": "room.temperature"}
+CONSTANTS = {"alpha": {"value": "0.00393 1/K", "limits": "±0.00005 1/K"}, "t_0": "20 °C"}
+MESSAGE = Message(
+    kind="alarm",
+    utc="2026-03-01T12:00:00.000Z",
+    station="rig",
+    run="R",
+    procedure="P",
+    specimen="SN",
+    text="hot",
+)
+
+
+LARGE = 10_000
+"""Bytes of a queue."""
+
+
+def _queue(path: Path) -> object:
+    """Read a queue as the panel shows it, and as it looks for what is next."""
+    runs = path.parent / "runs"
+    runs.mkdir(exist_ok=True)
+    (runs / "queue-rig.json").write_bytes(path.read_bytes())
+    queue = Queue(runs)
+    return queue.shown(), queue.next("rig")
+
+
+@cache
+def _asking() -> Procedure:
+    return load_procedure(shipped_folder() / "starting_torque_1000n.yaml").model
+
+
+def _list(path: Path) -> object:
+    return read_list(_text(path), _asking().inputs)
+
+
+def _text(path: Path) -> str:
+    """Return what JSON can hold of a file: any text."""
+    return path.read_bytes().decode("utf-8", "surrogateescape")
+
+
+def _editor(path: Path) -> object:
+    """Check a text that is not in the file yet."""
+    procedure = path.parent / "edited.yaml"
+    if not procedure.exists():
+        procedure.write_bytes((shipped_folder() / "no_load_breakaway.yaml").read_bytes())
+    return checked_alone(procedure, _text(path))
+
+
+def _equation(path: Path) -> object:
+    """Check the text of a model as `check` does, and evaluate it as a run does."""
+    model, registry = _text(path), load_registry()
+    named = set(re.findall(r"\w+", model))
+    results = [
+        {"name": f"result_{each}", "symbol": each, "unit": unit}
+        for each, unit in {"R": "Ω", "P": "W"}.items()
+        if each == "R" or each in named
+    ]
+    settings = {
+        "results": results,
+        "model": model,
+        "inputs": {name: each for name, each in INPUTS.items() if name in named},
+        "constants": {name: each for name, each in CONSTANTS.items() if name in named},
+    }
+    units = {each: UNITS[each] for each in settings["inputs"].values()}
+    if found := registry.objections("equation", settings, units):
+        raise InvalidFileError([Problem(message) for _, message, *_ in found])
+    return Scrutiny(registry).make("analysis", "equation", settings)(_measured())
+
+
+@cache
+def _measured() -> RunData:
+    volt, ampere, kelvin = (x * np.array([1.0, 1.01, 0.98, 1.02]) for x in (5.0, 0.05, 296.0))
+    columns = {"meter.voltage": volt, "meter.current": ampere, "room.temperature": kelvin}
+    return run_of(columns, UNITS, (instrument("meter.voltage", "voltage", "2 mV"),))
+
+
+def _edited(_: Path) -> list[bytes]:
+    return [
+        path.read_bytes()
+        for path in sorted(shipped_folder().glob("*.yaml"))
+        if b"call:" not in path.read_bytes()
+    ]
+
+
+TEXT = (shipped_folder() / "no_load_breakaway.yaml").read_text("utf-8")
+PAIR = {"procedure": "starting_torque_1000n", "station": "simulated"}
+MINE = {"procedure": "mine.yaml"}
+REQUESTS: dict[str, dict[str, object]] = {
+    "queue/add": {**PAIR, "list": "SN-1\nSN-2", "realtime": False},
+    "queue/propose": {**PAIR, "inputs": {"specimen": "a"}, "operator": "Zoë"},
+    "queue/move": {"entry": 2, "before": 1},
+    "queue/hold": {"entry": 1, "reason": "dirty"},
+    "queue/release": {"entry": 1},
+    "queue/skip": {"entry": 1, "reason": "lost"},
+    "queue/repeat": {"entry": 1, "reason": "found"},
+    "queue/clear": {},
+    "procedures/edit": {**MINE, "by": "Ann"},
+    "procedures/check": {**MINE, "text": TEXT, "station": "simulated_bench"},
+    "procedures/save": {"procedure": "new.yaml", "text": TEXT, "by": "Ann"},
+    "procedures/compare": {**MINE, "text": TEXT, "against": "file"},
+    "plan": {**PAIR, "station": "simulated_bench", "text": TEXT},
+    "check-input": {"procedure": PAIR["procedure"], "input": "specimen", "text": "SN-1"},
+    "control": {"name": "Ann", "take_over": True},
+}
+"""What is asked of the queue and of the editor, after one another."""
+
+
+@cache
+def _panel() -> tuple[TestClient, Path]:
+    """Return a client of a panel with a lab folder, and its folder of runs."""
+    lab = Path(mkdtemp())
+    (lab / "mine.yaml").write_text(TEXT, "utf-8")
+    panel = Panel(settings=Settings(runs=lab / "runs", procedures=lab))
+    panel.rig("simulated")
+    who = {"X-Rigrunner-Client": "client-ann"}
+    client = TestClient(make_app(panel), base_url="http://127.0.0.1:8750", headers=who)
+    return client, lab / "runs"
+
+
+def _request(path: Path) -> object:
+    """Post what the file has, a path in its first line and then a body; a bug raises."""
+    where, _, body = path.read_bytes().partition(b"\n")
+    panel, runs = _panel()
+    for grown in runs.glob("queue-*.json"):
+        if grown.stat().st_size > LARGE:  # else each request would write all entries before it
+            grown.unlink()
+    panel.post("/api/control", json={"name": "Ann", "take_over": True})
+    answer = panel.post(
+        f"/api/{quote(where.strip())}", content=body, headers={"Content-Type": "application/json"}
+    )
+    if answer.is_error:
+        raise InvalidFileError([Problem(answer.text)])
+    return answer.content
+
+
+def _request_seeds(_: Path) -> list[bytes]:
+    return [f"{where}\n{json.dumps(body)}".encode() for where, body in REQUESTS.items()]
+
+
+@cache
+def _station_text() -> bytes:
+    return (shipped_folder() / "stations" / "simulated.yaml").read_bytes()
+
+
+def _listeners(path: Path) -> object:
+    """Make the listeners that a station names, as a run does, without telling them anything."""
+    station = path.parent / "station.yaml"
+    station.write_bytes(_station_text() + b"\n" + path.read_bytes())
+    registry, made = load_registry(), []
+    with ExitStack() as held:
+        for each in load_station(station).model.listeners:
+            sink = registry.make("event_sink", each.plugin, each.settings)
+            held.callback(sink.close)  # type: ignore[attr-defined]
+            made.append(sink)
+    return made
+
+
+def _answer_to(make: Callable[[int], Notifier]) -> Callable[[Path], object]:
+    """Return a reader that sends a message to somebody who answers what the file has."""
+
+    def read(path: Path) -> object:
+        with answering(path.read_bytes()) as port:
+            try:
+                return make(port)._deliver(MESSAGE)
+            except (DeliveryError, OSError) as error:
+                raise DeviceError(str(error)) from error
+
+    return read
+
+
+@contextmanager
+def answering(data: bytes) -> Iterator[int]:
+    """Listen on loopback, answer the first who comes with these bytes, and take what is sent."""
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        thread = threading.Thread(target=_answer, args=(listening, data))
+        thread.start()
+        try:
+            yield listening.getsockname()[1]
+        finally:
+            with suppress(OSError):  # where nobody came
+                socket.create_connection(listening.getsockname(), 0.1).close()
+            thread.join()
+
+
+def _answer(listening: socket.socket, data: bytes) -> None:
+    with suppress(OSError):
+        connection, _ = listening.accept()
+        with connection:
+            connection.settimeout(0.5)
+            connection.sendall(data)
+            connection.shutdown(socket.SHUT_WR)
+            while connection.recv(65536):
+                pass
+
+
+def _webhook_at(port: int) -> Notifier:
+    return webhook(WebhookSettings(url=f"http://127.0.0.1:{port}/", timeout="1 s"))
+
+
+def _mail_at(port: int) -> Notifier:
+    sender, to = "rig@example.org", ("lab@example.org",)
+    settings = {"host": "127.0.0.1", "port": port, "security": "none", "sender": sender, "to": to}
+    return mail(MailSettings.model_validate({**settings, "timeout": "1 s"}))
+
+
+LAB_TARGETS = (
+    Target("queue", ".json", lambda _: [QUEUE.encode()], _queue),
+    Target("list for the queue", ".csv", lambda _: [each.encode() for each in LISTS], _list),
+    Target("text in the editor", ".yaml", _edited, _editor),
+    Target("request to the panel", ".request", _request_seeds, _request),
+    Target("equation", ".txt", lambda _: [each.encode() for each in MODELS], _equation),
+    Target("listeners", ".yaml", lambda _: [LISTENERS.encode()], _listeners),
+    Target("answer to a webhook", ".http", lambda _: [*HTTP], _answer_to(_webhook_at)),
+    Target("answer to a mail", ".smtp", lambda _: [SMTP], _answer_to(_mail_at)),
+)
