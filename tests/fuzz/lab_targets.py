@@ -129,8 +129,8 @@ def _editor(path: Path) -> object:
 
 def _equation(path: Path) -> object:
     """Check the text of a model as `check` does, and evaluate it as a run does."""
-    model, registry = _text(path), load_registry()
-    named = set(re.findall(r"\w+", model))
+    model, registry = path.read_text("utf-8", "replace"), load_registry()
+    named = set(re.findall(r"\w+", model)) | {"U"}
     results = [
         {"name": f"result_{each}", "symbol": each, "unit": unit}
         for each, unit in {"R": "Ω", "P": "W"}.items()
