@@ -324,6 +324,23 @@ def test_repeated_values_say_how_sure_a_hysteresis_is():
     )
 
 
+def test_a_hysteresis_without_repeated_values_is_no_scatter_of_itself():
+    """Rising y = 0.2 x, falling 0.2 x + 10 mV, each ± 1 mV about its line, by hand.
+
+    Residuals of +1, -1, -1, +1 mV are orthogonal to 1 and to x, so that s² = 4 mV² / (4 - 2) in
+    each way, pooled with 4 degrees of freedom; two single values differ by √2 s = 2 mV.
+    """
+    x = np.array([0.0, 1.0, 2.0, 3.0, 3.0, 2.0, 1.0, 0.0])
+    off = np.array([1, -1, -1, 1, 1, -1, -1, 1]) / 1000
+    way = [{"way": "up"}] * 4 + [{"way": "down"}] * 4
+    y = 0.2 * x + off + np.array([0.0] * 4 + [0.010] * 4)
+    told = {"hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH}}
+    got = found(run_of(rows(x, y, labels=way), EXACT), told)["hysteresis"]
+    assert got.estimate.value == pytest.approx(10.0, rel=1e-9)
+    assert got.components[0].u == pytest.approx(2.0, rel=1e-9)
+    assert got.components[0].dof == pytest.approx(4.0)
+
+
 def test_a_curve_for_each_value_of_a_coordinate():
     labels = [{"lot": "a"}] * 6 + [{"lot": "b"}] * 6
     run = run_of(rows([*X, *X], [*Y, *(2 * Y)], labels=labels), EXACT)

@@ -159,7 +159,8 @@ class _OneCurve:
             return derived.nonlinearity(fitted, told)
         if isinstance(told, BothWays):
             at_zero = isinstance(told, ZeroReturn)
-            return derived.both_ways(fitted, told, self.source.places, at_zero=at_zero)
+            places = self.source.places
+            return derived.both_ways(fitted, told, places, self.fit, at_zero=at_zero)
         name = next(n for n, each in self.settings.results.parameters.items() if each is told)
         self._check_unit(fitted, name, told)
         return derived.parameter(fitted, name)

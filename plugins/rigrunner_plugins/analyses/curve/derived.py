@@ -22,7 +22,7 @@ from rigrunner.api.units import from_si
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from rigrunner.api import Array, Curve, Quantity
+    from rigrunner.api import Array, Curve, Fit, Quantity
     from rigrunner.api.coordinates import CoordinateValue
     from rigrunner_plugins.analyses.curve.points import Values
     from rigrunner_plugins.analyses.curve.settings import (
@@ -251,12 +251,15 @@ def both_ways(
     fitted: Fitted,
     told: BothWays,
     places: Sequence[Mapping[str, CoordinateValue]],
+    fit: Fit,
     *,
     at_zero: bool,
 ) -> Derived:
     """Return falling less rising y at one x: the greatest by size, or that nearest to zero.
 
-    Of the residuals, so that x need not be quite the same both ways.
+    Of the residuals, so that x need not be quite the same both ways. Its type A is the scatter of
+    repeated values, or else about a curve of each way: about one curve of both, the hysteresis
+    itself would count as scatter.
     """
     x, way = fitted.values.x[:, 0], _ways(told, places)
     clusters = [
@@ -279,7 +282,7 @@ def both_ways(
     which = int(np.argmax(sizes if at_zero else np.abs(found)))
     sign = 1.0 if at_zero or found[which] >= 0 else -1.0
     rising, falling = clusters[which]
-    s, dof = _repeatability(fitted, clusters)
+    s, dof = _repeatability(fitted, clusters) or _about_each_way(fitted, way, fit)
 
     def again(other: Fitted) -> float:
         return sign * float(differences(other)[which]) / (other.span() if told.of_span else 1.0)
@@ -305,15 +308,29 @@ def _ways(told: BothWays, places: Sequence[Mapping[str, CoordinateValue]]) -> Ar
     return np.array(found)
 
 
-def _repeatability(fitted: Fitted, clusters: Sequence[tuple[Array, Array]]) -> tuple[float, float]:
-    """Return the standard deviation of repeated values at one x, or else about the curve."""
+def _repeatability(
+    fitted: Fitted, clusters: Sequence[tuple[Array, Array]]
+) -> tuple[float, float] | None:
+    """Return the standard deviation of repeated values at one x; None where none was repeated."""
     off = fitted.values.y - fitted.at(fitted.values.x[:, 0])[0]
     same = [each for both in clusters for each in both if len(each) > 1]
     dof = float(sum(len(each) - 1 for each in same))
     if not dof:
-        return fitted.curve.residual_s, fitted.curve.dof
+        return None
     squares = sum(float(np.sum((off[each] - off[each].mean()) ** 2)) for each in same)
     return sqrt(squares / dof), dof
+
+
+def _about_each_way(fitted: Fitted, way: Array, fit: Fit) -> tuple[float, float]:
+    """Return the pooled scatter about a curve of each way; of few points, about that of both."""
+    try:
+        curves = [fit(fitted.values.chosen(way == each).points()) for each in (0, 1)]
+    except DataError:
+        curves = []
+    if not curves or any(each.dof <= 0 for each in curves):
+        return fitted.curve.residual_s, fitted.curve.dof
+    dof = sum(each.dof for each in curves)
+    return sqrt(sum(each.dof * each.residual_s**2 for each in curves) / dof), dof
 
 
 def _range(fitted: Fitted, at: Mapping[str, Quantity]) -> str:

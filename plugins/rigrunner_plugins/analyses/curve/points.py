@@ -74,6 +74,11 @@ class Values:
         x[:, column] += size * (x[:, column] + self.origin) if acts == "gain" else size
         return replace(self, x=x)
 
+    def chosen(self, rows: Array) -> Values:
+        """Return some of them; `rows` is a mask, shape (n,)."""
+        u_y = None if self.u_y is None else self.u_y[rows]
+        return replace(self, x=self.x[rows], y=self.y[rows], u_y=u_y)
+
     def moved(self, column: int | None, rows: Array, size: float) -> Values:
         """Return them with some y, or x of a column, higher by so much."""
         if column is None:
