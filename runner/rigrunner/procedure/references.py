@@ -15,7 +15,7 @@ from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.yamlfile.document import Document, Path, dotted
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Collection, Iterable, Iterator
 
 PARAMETERS = "parameters"
 _NAME = re.compile(r"\$([A-Za-z][A-Za-z0-9_]*)")
@@ -57,11 +57,13 @@ def resolve(document: Document) -> Document:
         return document
     found = document.data.get(PARAMETERS)
     parameters = found if isinstance(found, dict) else {}
-    used = {path: text for path, text in _texts(document.data, ()) if _is_reference(text)}
+    texts = dict(_texts(document.data, ()))
+    used = {path: text for path, text in texts.items() if _is_reference(text)}
+    counters = {text for path, text in texts.items() if path[-2:] == ("repeat", "as")}
     problems = [
         Problem(message, document.where(path), dotted(path), hint)
         for path, text in used.items()
-        for message, hint in _complaints(path, text, parameters)
+        for message, hint in _complaints(path, text, parameters, counters)
     ]
     if problems:
         raise InvalidFileError(problems)
@@ -80,13 +82,18 @@ def _texts(node: Any, path: Path) -> Iterator[tuple[Path, str]]:
             yield from _texts(value, (*path, index))
 
 
-def _complaints(path: Path, text: str, known: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _complaints(
+    path: Path, text: str, known: Mapping[str, Any], counters: Collection[str]
+) -> Iterator[tuple[str, str]]:
     match = _NAME.fullmatch(text)
     if match is None:
         hint = f"write '$name'; there are no expressions; for the text itself write '${text[:40]}'"
         yield f"'{text[:40]}' is not a reference", hint
     elif path[:1] == (PARAMETERS,):
         yield f"a parameter cannot refer to another, got '{text}'", "write the value"
+    elif match[1] in counters and match[1] not in known:
+        hint = "its value cannot be used in a step: write a sweep over a list of values"
+        yield f"'{match[1]}' counts a repeat and is no parameter", hint
     elif match[1] not in known:
         yield f"there is no parameter '{match[1]}'", _near(match[1], known, mark="$")
 

@@ -23,6 +23,15 @@ def problem(*changes):
             "there is no parameter 'zzz'",
             "parameters: $load, $frequencies",
         ),
+        (
+            (
+                "main:\n",
+                "main:\n  - repeat: {times: 2, as: nth, steps: [{set: {tester.load: $nth}}]}\n",
+            ),
+            "$nth",
+            "'nth' counts a repeat",
+            "write a sweep",
+        ),
         (("$load", "$load*2"), "$load*2", "'$load*2' is not a reference", "no expressions"),
         (("$load", "$"), "$}", "'$' is not a reference", "no expressions"),
         (("$load", "$load + 5 N"), "$load +", "is not a reference", "no expressions"),

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from rigrunner.api import DeviceContext
     from rigrunner_plugins.devices.tabulated.settings import Row, TabulatedSettings
 
+MOST_LISTED = 6
+"""Rows that an error names."""
 SAME = 1e-9
 """Relative difference within which a set-point is that of a row: the rounding of units."""
 
@@ -81,13 +83,14 @@ class Tabulated:
             if all(map(_same, self._settings.place(row), here)):
                 return row
         at = ", ".join(f"{info.name} {here[i]:g} {info.unit}" for i, info in enumerate(self.drives))
-        raise DeviceRejectedError(
-            f"the table has no row for {at}", hint=f"it has: {'; '.join(self._listing())}"
-        )
+        raise DeviceRejectedError(f"the table has no row for {at}", hint=self._listing())
 
-    def _listing(self) -> list[str]:
-        names = self._settings.set_points
-        return [", ".join(str(row[name]) for name in names) for row in self._settings.rows]
+    def _listing(self) -> str:
+        """Return the places of the first rows."""
+        names, rows = self._settings.set_points, self._settings.rows
+        places = [", ".join(f"{name} {row[name]}" for name in names) for row in rows[:MOST_LISTED]]
+        more = f"; and {len(rows) - MOST_LISTED} more" if len(rows) > MOST_LISTED else ""
+        return f"it has rows for {'; '.join(places)}{more}"
 
     def _need_connection(self) -> None:
         if not self._connected:

@@ -45,7 +45,17 @@ def test_where_there_is_no_row_it_names_those_that_are(table):
     with pytest.raises(DeviceRejectedError) as caught:
         table.read(["torque"])
     assert "no row for load 0 N, frequency 10 Hz" in str(caught.value)
-    assert caught.value.hint == "it has: 0 N, 30 rpm; 1 kN, 30 rpm; 1 kN, 10 Hz"
+    places = "load 0 N, frequency 30 rpm; load 1 kN, frequency 30 rpm; load 1 kN, frequency 10 Hz"
+    assert caught.value.hint == f"it has rows for {places}"
+
+
+def test_of_a_long_table_it_names_the_first_rows():
+    rows = [{"load": f"{i} N", "frequency": "1 Hz", "torque": "1 N·m"} for i in range(1, 56)]
+    device = made(rows=rows)
+    device.connect(1.0)
+    with pytest.raises(DeviceRejectedError) as caught:
+        device.read(["torque"])
+    assert caught.value.hint.endswith("load 6 N, frequency 1 Hz; and 49 more")
 
 
 def test_a_set_point_can_be_the_frequency_of_a_motion():
