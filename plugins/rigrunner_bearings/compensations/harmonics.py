@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api import DataError
 from rigrunner.signal.averaging import robust_mean
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 HARMONICS = 72
 """Of each swing, if they lie below a quarter of the sampling rate."""
 
+SENSOR = "is the torque sensor connected, its amplifier on, and the channel the right one?"
 MODEL_ERROR = 1e-4
 """Of the torque's rms, in every harmonic: what the steps of an encoder and the non-linearity of a
 good transducer leave."""
@@ -55,10 +57,20 @@ class Observed:
 
 
 def observe(points: tuple[SwingPoint, ...], swing: Swing) -> Observed:
-    """Return the harmonics of each point's mean swing, with their weights."""
+    """Return the harmonics of each point's mean swing, with their weights.
+
+    Raises DataError for a torque that is the same in all cycles.
+    """
     frequency = np.array([[p.frequency_hz.value] for p in points])
     rate = np.array([[p.sample_rate_hz] for p in points])
     means, u = zip(*_harmonics_of(points), strict=True)
+    if not all(u):
+        still = frequency[:, 0][np.array(u) == 0]
+        raise DataError(
+            f"the no-load torque at {', '.join(f'{each:.3g} Hz' for each in still)} is the same in"
+            " all cycles, without any noise",
+            hint=SENSOR,
+        )
     used = frequency * np.arange(1, HARMONICS + 1) < rate / 4
     acceleration = spectrum_of(swing.acceleration_per_hz2)
     return Observed(frequency, np.array(means), used / np.array(u)[:, None], acceleration)

@@ -24,6 +24,7 @@ from scipy.optimize import least_squares
 from rigrunner.api import DataError
 from rigrunner_bearings.compensations.drive_line import DriveLine
 from rigrunner_bearings.compensations.harmonics import (
+    SENSOR,
     mean_torques,
     observe,
     spectrum_of,
@@ -59,6 +60,8 @@ LEAST_DELAY_S = 1.8e-4
 
 START_HZ = np.geomspace(60.0, 2500.0, 75)
 START_DAMPING = (0.02, 0.06, 0.15)
+LEAST_SIGNAL = 3.0
+"""Standard uncertainties of its first harmonic: inertia and friction have hundreds of them."""
 UNUSED, FLAT = 1e-30, 1e-12
 """A weight that is none; a spread of frequencies, of their squares, that gives no slope."""
 
@@ -80,7 +83,9 @@ class Identified:
 
 @lru_cache(maxsize=4)
 def identify(points: tuple[SwingPoint, ...], swing: Swing, low_pass: Filter) -> Identified:
-    """Return drive line and support friction; raise DataError for too few frequencies.
+    """Return drive line and support friction.
+
+    Raises DataError for too few frequencies, and for a sensor that shows noise alone.
 
     A delay that is small or not significant is taken as none, for it looks much like where the
     friction acts; that it may be there all the same stays in the covariance. Remembered, as several
@@ -93,6 +98,11 @@ def identify(points: tuple[SwingPoint, ...], swing: Swing, low_pass: Filter) -> 
             hint="record the no-load sweep over the whole range of frequencies",
         )
     observed, waveforms = observe(points, swing), _waveforms(points, swing)
+    if np.median(np.abs(observed.harmonics[:, 0]) * observed.weight[:, 0]) < LEAST_SIGNAL:
+        raise DataError(
+            "the no-load torque does not swing with the angle: there is nothing in it but noise",
+            hint=SENSOR,
+        )
     start = _start(observed, low_pass)
     found = _search(observed, waveforms, swing, start, UNKNOWNS)
     least = max(LEAST_DELAY_S, SIGNIFICANT_DELAY * sqrt(found.covariance[-1, -1]))
@@ -136,7 +146,7 @@ def _start(observed: Observed, low_pass: Filter) -> DriveLine:
     """Return the best of a coarse search; J from the highest frequency's first harmonic."""
     top = int(np.argmax(observed.frequency_hz))
     inertial = observed.acceleration[0] * observed.frequency_hz[top, 0] ** 2
-    inertia = abs(observed.harmonics[top, 0].imag / inertial.imag)
+    inertia = max(abs(observed.harmonics[top, 0].imag / inertial.imag), BOUNDS[0][2])
     line = DriveLine(1.0, 0.0, inertia, 0.0, 0.0, low_pass)
     filtered = line.channel(observed.harmonic_hz)
     damping = np.array(START_DAMPING)[:, None, None]

@@ -125,6 +125,24 @@ def test_refuses_too_few_frequencies():
         identify(points, make_swing(2 / 45), INSTRUMENT.low_pass)
 
 
+@pytest.mark.parametrize(
+    ("noise_nm", "message"),
+    [
+        (0.0, "at 1 Hz, 10 Hz, 20 Hz, 35 Hz is the same in all cycles"),
+        (0.005, "nothing in it but noise"),
+    ],
+)
+def test_refuses_a_sensor_that_shows_nothing(noise_nm, message):
+    rng = np.random.default_rng(7)
+    points = tuple(
+        replace(each, torque_nm=rng.normal(0.0003, noise_nm, each.torque_nm.shape))
+        for each in prepared(RigParameters(), 0.0, (1.0, 10.0, 20.0, 35.0))
+    )
+    with pytest.raises(DataError, match=message) as refused:
+        identify(points, make_swing(2 / 45), INSTRUMENT.low_pass)
+    assert "sensor connected" in refused.value.hint
+
+
 def test_vector_goes_both_ways():
     line = identified(RigParameters()).line
     changed = with_vector(line, vector(line) * 2)
