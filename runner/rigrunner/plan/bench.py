@@ -177,9 +177,14 @@ class Bench:
         return None
 
 
-def check_roles(procedure: LoadedProcedure, station: LoadedStation, problems: Problems) -> None:
-    """Add a problem for every role that the station does not fill with a device of its type."""
-    devices = station.model.devices
+def check_roles(
+    procedure: LoadedProcedure, station: LoadedStation, problems: Problems
+) -> frozenset[str]:
+    """Add a problem for every role that the station does not fill with a device of its type.
+
+    Returns the roles that a device of another type fills: it would have a problem at each step.
+    """
+    devices, other_types = station.model.devices, set()
     for role, wanted in procedure.model.uses.items():
         path, document = ("uses", role), procedure.document
         if role not in devices:
@@ -189,6 +194,8 @@ def check_roles(procedure: LoadedProcedure, station: LoadedStation, problems: Pr
             message = f"a {wanted} is needed, station '{station.model.id}' has a "
             hint = f"the role is filled at {station.document.where(('devices', role, 'type'))}"
             problems.add(document, path, message + devices[role].type, hint)
+            other_types.add(role)
+    return frozenset(other_types)
 
 
 def _is_unit(symbol: str) -> bool:

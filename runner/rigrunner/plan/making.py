@@ -33,10 +33,11 @@ def make_plan(
     place in the procedure or the station.
     """
     problems = Problems()
-    check_roles(procedure, station, problems)
+    other_types = check_roles(procedure, station, problems)
     check_order(station, devices, problems)
     rules = drive_rules(station, devices, problems)
-    draft = build(procedure, Bench(procedure, devices, problems, rules), problems)
+    fitting = {role: device for role, device in devices.items() if role not in other_types}
+    draft = build(procedure, Bench(procedure, fitting, problems, rules), problems)
     interlocks = plan_interlocks(procedure, station, devices, problems)
     check_analysis(procedure, draft, problems)
     check_selection(procedure, draft, problems)

@@ -105,6 +105,16 @@ def test_a_role_that_the_station_does_not_fill_is_told_once():
     assert problem.hint == "roles: tester"
 
 
+def test_of_a_device_of_another_type_only_its_type_is_said():
+    """A step that this device cannot do says nothing about the procedure."""
+    text = edited(
+        PROCEDURE, ("tester: swing_tester", "tester: press"), ("tester.angle,", "tester.force,")
+    )
+    problem = only_problem(planned, text)
+
+    assert problem.message == "a press is needed, station 'bench-1' has a swing_tester"
+
+
 def test_channels_of_two_devices_have_two_clocks():
     text = edited(PROCEDURE, (ROLES, MORE_ROLES), ("tester.angle,", "logger.torque,"))
     station = edited(STATION, ("instruments:\n", MORE_DEVICES))
