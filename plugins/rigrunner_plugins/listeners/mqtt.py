@@ -46,16 +46,23 @@ def mqtt(settings: MqttSettings) -> Notifier:
                 raise DeliveryError("the broker did not answer")
             if refused:
                 raise DeliveryError(f"the broker refused the connection: {refused[0]}")
-            topic = _filled(settings.topic, message)
-            told = client.publish(topic, json.dumps(message.document()), qos=AT_LEAST_ONCE)
-            told.wait_for_publish(settings.timeout)
-            if not told.is_published():
-                raise DeliveryError("the broker did not confirm it")
+            _confirmed(client, _filled(settings.topic, message), message, settings.timeout)
             client.disconnect()
         finally:
             client.loop_stop()
 
     return Notifier("mqtt", settings, deliver)
+
+
+def _confirmed(client: Any, topic: str, message: Message, timeout_s: float) -> None:
+    """Publish a message; raise DeliveryError where the broker does not confirm it in time."""
+    told = client.publish(topic, json.dumps(message.document()), qos=AT_LEAST_ONCE)
+    try:
+        told.wait_for_publish(timeout_s)
+    except (RuntimeError, ValueError) as error:  # in which paho says that it cannot send
+        raise DeliveryError("the broker closed the connection") from error
+    if not told.is_published():
+        raise DeliveryError("the broker did not confirm it")
 
 
 def _filled(topic: str, message: Message) -> str:

@@ -147,6 +147,31 @@ def test_a_broker_that_hangs_or_closes_is_given_up(closes):
     assert sink.lost == 1
 
 
+def test_a_broker_that_accepts_and_closes_is_tried_again(caplog):
+    accepted = bytes([0x20, 2, 0, 0])  # CONNACK of MQTT 3.1.1, without an error
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        listening.settimeout(5.0)
+        came = []
+
+        def work():
+            for _ in range(2):
+                connection, address = listening.accept()
+                came.append(address)
+                connection.recv(1000)
+                connection.sendall(accepted)
+                connection.close()
+
+        thread = threading.Thread(target=work)
+        thread.start()
+        sink = to(listening.getsockname()[1], timeout="0.3 s", tries=2)
+        sink(alarm())
+        until(lambda: sink.lost)
+        sink.close()
+        thread.join()
+    assert len(came) == 2
+    assert "the broker closed the connection" in caplog.text or "did not confirm" in caplog.text
+
+
 @pytest.mark.conformance("event_sink", "mqtt", {"host": "127.0.0.1", "port": 9, "tries": 1})
 def test_it_conforms(conformance):
     conformance()
