@@ -35,7 +35,7 @@ def read_hdf5(path: Path, columns: Mapping[str, int | str], group: str) -> dict[
                 wanted: _column(file, wanted, f"{group.rstrip('/')}/{column}", path)
                 for wanted, column in columns.items()
             }
-    except (OSError, RuntimeError) as error:
+    except (OSError, RuntimeError, ValueError) as error:
         raise DataError("is not a readable HDF5 file", location=Location(str(path))) from error
 
 

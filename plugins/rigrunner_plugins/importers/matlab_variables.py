@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import struct
 import warnings
+import zlib
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -30,6 +32,12 @@ _WORDS = {
     "sparse": "a sparse matrix",
     "opaque": "an object",
 }
+_MATRIX, _COMPRESSED = 14, 15
+_TYPES = {*range(1, 8), 9, *range(12, 19)}
+"""Those of the data elements of version 5 (MAT-File Format, table 1-1)."""
+_BEGINS, _ORDER = 128, slice(126, 128)
+_MOST_BYTES = 2**30
+"""Of a packed variable, that are looked at."""
 _COMPLEX = "complex"
 _INTEGERS = (f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
 _NUMERIC = {"double", "single", "logical", *_INTEGERS}
@@ -66,9 +74,51 @@ def open_variables(path: Path) -> Iterator[Node]:
         with h5py.File(path, "r") as hdf5:
             yield _Hdf5Node(hdf5)
         return
+    _refuse_unknown_types(path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of scipy, on variables that nobody asked for
         yield _File5(path)
+
+
+def _refuse_unknown_types(path: Path) -> None:
+    """Raise DataError for an element of a type that there is not, on which scipy can crash."""
+    content = path.read_bytes()
+    if 0 in content[:4]:  # of version 4, which has no such elements
+        return
+    order = "<" if content[_ORDER] == b"IM" else ">"
+    try:
+        found = _unknown_type(memoryview(content)[_BEGINS:], order)
+    except (zlib.error, RecursionError) as error:
+        raise DataError(
+            "is not a MATLAB file, or is damaged", location=Location(str(path))
+        ) from error
+    if found is not None:
+        raise DataError(
+            f"is not a MATLAB file, or is damaged: it has an element of the type {found}",
+            location=Location(str(path)),
+        )
+
+
+def _unknown_type(data: memoryview | bytes, order: str) -> int | None:
+    """Return the type of the first data element that has an unknown one, at any depth."""
+    at = 0
+    while at + 8 <= len(data):
+        kind, size = struct.unpack_from(f"{order}II", data, at)
+        begins = at + 8
+        if kind >> 16:  # a small element: size and type in four bytes, and the data in four
+            kind, size, begins = kind & 0xFFFF, 4, at + 4
+        if kind not in _TYPES:
+            return int(kind)
+        inner = data[begins : begins + size]
+        if kind == _COMPRESSED:
+            inner = zlib.decompressobj().decompress(inner, _MOST_BYTES)
+        if kind in {_MATRIX, _COMPRESSED}:
+            found = _unknown_type(inner, order)
+            if found is not None:
+                return found
+        at = begins + size
+        at += 0 if kind == _COMPRESSED else -at % 8
+    return None
 
 
 class _File5:

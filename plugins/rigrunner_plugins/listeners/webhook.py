@@ -28,8 +28,8 @@ _AGAIN = (408, 425, 429, *range(500, 600))
 def webhook(settings: WebhookSettings) -> Notifier:
     """Return the listener; raise PluginError where its secret cannot be read."""
     key = signing_key(settings.secret.read()) if settings.secret else b""
-    parts = urlsplit(settings.url)
     try:
+        parts = urlsplit(settings.url)
         port = parts.port
     except ValueError as error:
         raise PluginError(
