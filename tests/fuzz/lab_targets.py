@@ -205,9 +205,9 @@ def _request(path: Path) -> object:
     for grown in runs.glob("queue-*.json"):
         if grown.stat().st_size > LARGE:  # else each request would write all entries before it
             grown.unlink()
-    panel.post("/api/control", json={"name": "Ann", "take_over": True})
+    panel.post("/api/v1/control", json={"name": "Ann", "take_over": True})
     answer = panel.post(
-        f"/api/{quote(where.strip())}", content=body, headers={"Content-Type": "application/json"}
+        f"/api/v1/{quote(where.strip())}", content=body, headers={"Content-Type": "application/json"}
     )
     if answer.is_error:
         raise InvalidFileError([Problem(answer.text)])
