@@ -206,9 +206,8 @@ def _request(path: Path) -> object:
         if grown.stat().st_size > LARGE:  # else each request would write all entries before it
             grown.unlink()
     panel.post("/api/v1/control", json={"name": "Ann", "take_over": True})
-    answer = panel.post(
-        f"/api/v1/{quote(where.strip())}", content=body, headers={"Content-Type": "application/json"}
-    )
+    address, headers = f"/api/v1/{quote(where.strip())}", {"Content-Type": "application/json"}
+    answer = panel.post(address, content=body, headers=headers)
     if answer.is_error:
         raise InvalidFileError([Problem(answer.text)])
     return answer.content
