@@ -9,6 +9,7 @@ import time
 import pytest
 
 from e2e.helpers_terminal import Terminal
+from helpers_workflow import station_file
 from rigrunner.api.errors import ExitCode
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
@@ -38,12 +39,14 @@ def test_however_it_ends_the_rig_is_made_safe(tmp_path, end, code):
 
 
 def test_ctrl_c_while_a_drive_is_on_its_way_makes_it_safe(tmp_path):
-    arguments = ("jog", "simulated", "tester", "--set", "load=1000 N", "--realtime")
+    station = station_file(tmp_path, ("{seed: 1}", "{seed: 1, load_rate: 10 N/s}"))
+    arguments = ("jog", str(station), "tester", "--set", "load=1000 N", "--realtime")
     with Terminal(arguments, str(tmp_path)) as terminal:
         log = tmp_path / "jog.log"
         while not log.exists() or "station simulated" not in log.read_text(encoding="utf-8"):
             assert terminal.process.poll() is None
-        time.sleep(0.4)  # on its way for 2 s
+            time.sleep(0.01)
+        time.sleep(1.0)  # on its way for 100 s
         terminal.press_ctrl_c()
         assert terminal.ends_with() == ExitCode.INTERRUPTED
     assert "set load 1000 N: interrupted from the keyboard" in log.read_text(encoding="utf-8")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -35,13 +36,25 @@ def lab(made_once, tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def chromium():
-    """A real Chromium."""
+def new_chromium():
+    """Starts a real Chromium, with more flags; there is one driver for all of a process."""
     require_driver()
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=browser_path(), args=[*FLAGS])
-        yield browser
-        browser.close()
+    with sync_playwright() as playwright, ExitStack() as opened:
+
+        def new(*flags):
+            browser = playwright.chromium.launch(
+                executable_path=browser_path(), args=[*FLAGS, *flags]
+            )
+            opened.callback(browser.close)
+            return browser
+
+        yield new
+
+
+@pytest.fixture(scope="session")
+def chromium(new_chromium):
+    """A real Chromium."""
+    return new_chromium()
 
 
 @pytest.fixture

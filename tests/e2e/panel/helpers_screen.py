@@ -7,13 +7,15 @@ import os
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
 import urllib.request
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from random import randrange
 from urllib.parse import urlsplit
 
 from playwright.sync_api import expect
@@ -154,6 +156,15 @@ def _asks(text: str) -> str:
         " overridable: yes}\n\n"
     )
     return text.replace("setup:\n", f"{heavy}setup:\n", 1).replace("main:\n", asks, 1)
+
+
+def free_port() -> int:
+    """Return a port that is free, and not one of those that the system gives to connections."""
+    for _ in range(100):
+        port = randrange(10000, 30000)  # noqa: S311  (no secret)
+        with suppress(OSError), socket.create_server(("127.0.0.1", port)):
+            return port
+    raise AssertionError("no port is free")
 
 
 def browser_path() -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from urllib.parse import urlsplit
 
 import psutil
 import pytest
@@ -17,6 +16,7 @@ from e2e.panel.helpers_screen import (
     STATION,
     Screen,
     browser_path,
+    free_port,
     running_panel,
 )
 
@@ -109,14 +109,15 @@ def test_a_hostile_specimen_is_only_text(screen):
 
 @pytest.mark.thorough
 def test_a_lost_server_is_told_and_comes_back_by_itself(new_screen, lab):
-    with running_panel(lab) as panel:
+    port = free_port()
+    with running_panel(lab, port=port) as panel:
         window = new_screen(panel)
         window.open()
         page = window.page
         page.wait_for_selector(".chip.idle")
     page.wait_for_selector(".chip.disconnected")
     expect(page.locator(".banner.lost")).to_contain_text("emergency stop")
-    with running_panel(lab, port=urlsplit(panel.url).port):
+    with running_panel(lab, port=port):
         page.wait_for_selector(".chip.idle")
         expect(page.locator(".banner.lost")).to_be_hidden()
 
