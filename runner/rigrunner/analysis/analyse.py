@@ -38,9 +38,8 @@ def analyse(
 ) -> Result:
     """Return the result of a run, with the partner runs that it has.
 
-    A compensation that the data forbid is marked not applicable, and the others stand. `progress`
-    is told how far what takes minutes is; what it raises ends the analysis. `analyses` are those
-    that name their results; the spec is that of the torque. Raises DataError where a recording
+    `progress` is told how far what takes minutes is; what it raises ends the analysis. `analyses`
+    are those that name their results; the spec is that of the torque. Raises DataError where a recording
     cannot be prepared at all, or a partner run is missing.
     """
     known = Scrutiny(lookup)

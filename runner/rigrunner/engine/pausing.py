@@ -104,7 +104,7 @@ class Reasoned(Protocol):
 
 
 @runtime_checkable
-class Forbearing(Protocol):
+class Interrupting(Protocol):
     """A stop token that interrupts the run, and can be told not to."""
 
     def let_be(self) -> None:

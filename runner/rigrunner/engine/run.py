@@ -22,7 +22,7 @@ from rigrunner.engine.breaks import take_break
 from rigrunner.engine.drive_watch import DriveWatch
 from rigrunner.engine.interlocks import Guard, InterlockError
 from rigrunner.engine.notes import Notes
-from rigrunner.engine.pausing import Choice, Forbearing, PauseWantedError, StopNow
+from rigrunner.engine.pausing import Choice, Interrupting, PauseWantedError, StopNow
 from rigrunner.engine.points import point_at, point_name, settles_before, teardowns_within
 from rigrunner.engine.resume_point import brought_back
 from rigrunner.engine.session import Session
@@ -204,7 +204,7 @@ class Run:
         """Make the rig safe; cannot be interrupted, and exceptions are recorded."""
         rig, stop = self._session.rig, self._session.stop
         try:
-            if isinstance(stop, Forbearing):
+            if isinstance(stop, Interrupting):
                 stop.let_be()
             return rig.make_safe()
         except BaseException as error:  # noqa: BLE001  (kept; the rig is made safe all the same)

@@ -20,7 +20,7 @@ def trusted(cycles: Array, kept: Mask, threshold: float = DEFAULT_THRESHOLD) -> 
     """Return which samples of the cycles, shape (cycles, n), take part in the mean.
 
     Those of kept cycles that lie within `threshold` robust sigmas of the median over the kept
-    cycles at their phase; sigma is the median absolute deviation there, or over the whole swing if
+    cycles at their phase; sigma is the median absolute deviation there, or over the whole cycle if
     that is larger (of few cycles it is itself uncertain).
     """
     deviation = np.abs(cycles - median_over_cycles(cycles[kept]))

@@ -54,7 +54,7 @@ class LoadedStation:
 
     @cached_property
     def rig(self) -> RigDescription:
-        """The data of a rig of bearings; a replacement if invalid, as `check` reports."""
+        """The data of the rig; a replacement if invalid, as `check` reports."""
         try:
             return own_keys(RigDescription, self.model.rig)
         except ValidationError:

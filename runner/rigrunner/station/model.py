@@ -16,7 +16,7 @@ class DeviceBinding(Settings):
     """The device in a role."""
 
     type: Text
-    """Type of the device for procedures, such as swing_tester."""
+    """Type of the device for procedures, such as climate_chamber."""
     plugin: Annotated[Text, Field(json_schema_extra={"x-plugin": "device"})]
     """The plugin of the device."""
     settings: dict[str, Any] = Field(default_factory=dict)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import AbortedError, ExitCode
-from rigrunner.engine.pausing import Forbearing, Reasoned
+from rigrunner.engine.pausing import Interrupting, Reasoned
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -24,7 +24,7 @@ class _OnTape:
 
     def let_be(self) -> None:
         """Stop the plain token from interrupting."""
-        if isinstance(self.plain, Forbearing):
+        if isinstance(self.plain, Interrupting):
             self.plain.let_be()
 
 
