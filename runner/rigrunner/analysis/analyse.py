@@ -39,8 +39,8 @@ def analyse(
     """Return the result of a run, with the partner runs that it has.
 
     `progress` is told how far what takes minutes is; what it raises ends the analysis. `analyses`
-    are those that name their results; the spec is that of the torque. Raises DataError where a recording
-    cannot be prepared at all, or a partner run is missing.
+    are those that name their results; the spec is that of the torque. Raises DataError where a
+    recording cannot be prepared at all, or a partner run is missing.
     """
     known = Scrutiny(lookup)
     context = AnalysisContext(

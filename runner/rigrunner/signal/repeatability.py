@@ -1,6 +1,6 @@
 """The uncertainty of a mean over cycles that follow each other, and may not be independent.
 
-Cycles in a row share what is slow: a drifting zero, a load that hunts, a specimen that warms up. The
+Cycles in a row share what is slow: a drifting zero, a load that hunts, a part that warms up. The
 standard deviation over sqrt(n) then takes them for more information than they are. Where the
 scatter shows a correlation from one cycle to the next, it is taken to be that of a first-order
 autoregressive process x_i = phi x_(i-1) + noise, of which the variance of the mean is known (Zhang,
