@@ -106,6 +106,21 @@ def test_a_path_is_no_name(client, name):
     assert (answer.status_code, answer.json()["code"]) == (404, "not_found")
 
 
+def test_no_request_reaches_a_station_that_the_panel_does_not_serve(folder):
+    client, _ = client_of(folder, stations=("simulated",))
+    other = "simulated_bench"
+    with client:
+        asked = {**PAIR, "station": other}
+        answers = [
+            client.get("/api/v1/state", params={"rig": other}),
+            client.get("/api/v1/procedures/schema", params={"station": other}),
+            client.post("/api/v1/plan", json=asked),
+            client.post("/api/v1/queue/propose", json={**asked, "list": "SN-1"}),
+            client.post("/api/v1/control", json={"name": "Ann"}, params={"rig": other}),
+        ]
+    assert [each.status_code for each in answers] == [404] * 5
+
+
 def test_an_input_is_looked_at_as_it_is_typed(client):
     def check(text):
         body = {"procedure": "starting_torque_1000n", "input": "specimen", "text": text}
@@ -555,6 +570,15 @@ class TestHistory:
         moved = urls["run.log"].replace("run.log", "result.json")
         assert client.get(moved).status_code == 401
         assert client.get(urls["run.log"].split("?")[0]).status_code == 401
+
+    @pytest.mark.parametrize("what", ["verify", "amend", "sign"])
+    @pytest.mark.parametrize("number", ["RR-2026-0001", "run", "%2e%2e"])
+    def test_no_certificate_of_another_place_is_touched(self, client, demo, what, number):
+        client.post("/api/v1/control", json={"name": "Ann"})
+        bodies = {"sign": {"by": "Ann"}, "amend": {"reason": "r", "authorised_by": "B. Boss"}}
+        for run in (demo.loaded.name, "..", "no-such-run"):
+            path = f"/api/v1/runs/{run}/certificates/{number}/{what}"
+            assert client.post(path, json=bodies.get(what, {})).status_code in {404, 409, 422}, path
 
     def test_a_certificate_that_cannot_be_had_says_why(self, client, demo):
         client.post("/api/v1/control", json={"name": "Ann"})
