@@ -124,6 +124,7 @@ RUNS = Table(
     Index("runs_by_specimen", "specimen"),
     Index("runs_by_lot", "lot"),
     Index("runs_by_rig", "rig"),
+    Index("runs_by_torque", "torque_nm"),
 )
 
 
@@ -148,6 +149,8 @@ POINTS = _of_a_run(
     Column("expanded_nm", Double),
     Column("dof", Double),
 )
+
+Index("points_by_frequency", POINTS.c.set_frequency_hz, POINTS.c.torque_nm)
 
 RESULTS = _of_a_run(
     "results",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import ColumnElement, and_, exists, or_, select, true
@@ -37,6 +38,8 @@ CONTEXT = ("run_id", "started_utc", "rig", "procedure", "revision", "specimen", 
 """Columns of the run that stand before those of what it has several of."""
 _OF_POINTS = ("frequency", "load")
 _ESCAPE = "\\"
+_LAST = "\U0010ffff"
+"""Sorts behind all that a text may go on with."""
 
 
 def select_rows(table: str, filters: Filters, dialect: Dialect, limit: int | None) -> Select[Any]:
@@ -95,10 +98,24 @@ def _of_what_was_found(filters: Filters) -> Iterator[ColumnElement[bool]]:
         for named in _named(filters):
             yield exists().where(RESULTS.c.run == RUNS.c.id, named, *_at(filters))
     if any(name in filters.ranges for name in _OF_POINTS):
-        yield exists().where(POINTS.c.run == RUNS.c.id, *_of_point(filters.ranges))
+        of_point = _of_point(filters.ranges)
+        if _names_few(filters):
+            yield exists().where(POINTS.c.run == RUNS.c.id, *of_point)
+        else:
+            yield RUNS.c.id.in_(select(POINTS.c.run).where(*of_point))
     else:
         for name, wanted in filters.ranges.items():
-            yield _within(RUNS.c[_COLUMNS[name]], wanted)
+            column: ColumnElement[Any] = RUNS.c[_COLUMNS[name]]
+            yield _within(column + 0.0 if _names_few(filters) else column, wanted)
+
+
+def _names_few(filters: Filters) -> bool:
+    """Return whether an index of the runs themselves finds few: values are looked at one by one.
+
+    Else an index of the values is used. SQLite cannot tell which of two indices finds fewer.
+    """
+    names = {*filters.texts} & {"specimen", "lot"}
+    return bool(names or filters.since or filters.until)
 
 
 _COLUMNS: Mapping[str, str] = {
@@ -171,7 +188,9 @@ def _text(column: ColumnElement[Any], pattern: str, dialect: Dialect) -> ColumnE
     if not any(sign in pattern for sign in "*?"):
         return column == pattern
     if dialect.name == "sqlite":  # its LIKE takes upper and lower case as the same
-        return column.op("GLOB", is_comparison=True)(pattern.replace("[", "[[]"))
+        begin = re.split(r"[*?]", pattern, maxsplit=1)[0]
+        alike = column.op("GLOB", is_comparison=True)(pattern.replace("[", "[[]"))
+        return and_(column.between(begin, f"{begin}{_LAST}"), alike)  # so an index can be used
     for sign, escaped in ((_ESCAPE, _ESCAPE * 2), ("%", r"\%"), ("_", r"\_")):
         pattern = pattern.replace(sign, escaped)
     return column.like(pattern.replace("*", "%").replace("?", "_"), escape=_ESCAPE)

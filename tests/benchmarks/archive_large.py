@@ -1,0 +1,185 @@
+"""The archive of a million runs: how long a search takes, and how large it is.
+
+One run of the demonstration is indexed, and its rows are copied by SQL, each copy with its own id,
+specimen, lot, rig, time and torque: no files are made of them. `archive` measures how long it takes
+to index files. The runs are 13 minutes apart, over 24 years. Each search is that of
+`rigrunner archive query`, its connection included, and ends with rows in Python.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from contextlib import ExitStack, closing
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sqlalchemy import text
+
+from benchmarks.archive import QUESTIONS, Question, demonstrated, size, template
+from benchmarks.frame import Figure, Spread, Work, at_most, repeated
+from rigrunner_fleet.archive import index, open_archive, query
+from rigrunner_fleet.archive.filters import filters_of
+from rigrunner_fleet.archive.schema import PARTS, RUNS
+from rigrunner_fleet.archive.searching import select_rows
+from unit.rigrunner_fleet.archive.helpers_archive import (
+    has_postgresql,
+    postgresql_server,
+    result_document,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from sqlalchemy import Table
+
+    from benchmarks.frame import Scale
+    from rigrunner_fleet.archive.database import Database
+
+RUNS_AT_ONCE = 50_000
+TORQUE_NM = "(0.6 + 0.24 * (n.k % 10007 * 7919 % 10007) / 10007.0)"
+"""Each value between 0.6 N·m and 0.84 N·m about as often."""
+MADE: Mapping[str, Mapping[str, str]] = {
+    "sqlite": {
+        "started_utc": "strftime('%Y-%m-%d %H:%M:%S.000000', '2020-01-01',"
+        " '+' || (13 * n.k) || ' minutes')",
+        "digits": "printf('%07d', n.k)",
+        "lot": "printf('%05d', n.k / 50)",
+    },
+    "postgresql": {
+        "started_utc": "timestamp '2020-01-01' + n.k * interval '13 minutes'",
+        "digits": "lpad(cast(n.k as text), 7, '0')",
+        "lot": "lpad(cast(n.k / 50 as text), 5, '0')",
+    },
+}
+"""What differs from run to run, in the SQL of each database; 50 runs are of one lot."""
+QUESTIONS_OF_MANY = (
+    Question("one specimen", {"specimen": "SN-0000123"}, ""),
+    Question("a month and a verdict", QUESTIONS[1].words, ""),
+    Question(
+        "lots by pattern, a range of torque", {"lot": "L-0001*", "torque": "0.7..0.75 N·m"}, ""
+    ),
+    Question("a range of torque of all runs", {"torque": "0.8399..0.84 N·m"}, ""),
+    Question("a torque at one frequency", {"frequency": "10 Hz", "torque": "0.8399..9 N·m"}, ""),
+    Question("the newest 100 runs that failed", {"verdict": "fail", "limit": 100}, ""),
+)
+
+
+def measure(scale: Scale) -> list[Figure]:
+    count = scale.of(1_000_000, 200)
+    with tempfile.TemporaryDirectory() as name, ExitStack() as stack:
+        folder = Path(name)
+        (folder / "runs").mkdir()
+        document = result_document() if scale.short else demonstrated(folder)
+        template(folder / "runs" / "template", document)
+        databases = {"SQLite": str(folder / "large.sqlite")}
+        if has_postgresql():
+            place = stack.enter_context(postgresql_server())
+            databases["PostgreSQL"] = f"postgresql://rigrunner@/postgres{place}"
+        return [
+            replace(each, what=f"{engine}: {each.what}")
+            for engine, database in databases.items()
+            for each in on(database, folder / "runs", count)
+        ]
+
+
+def on(database: str, runs: Path, count: int) -> list[Figure]:
+    with closing(open_archive(database=database)) as archive:
+        filled(archive, runs, count)
+        figures = [searching(database, question) for question in QUESTIONS_OF_MANY]
+        kilobytes = Spread.of([size(archive) / count / 1e3])
+    what = f"size of the archive of {count:,} runs, a run of 12 set-points"
+    return [*figures, Figure(what, kilobytes, "kB", target=at_most(4, "kB"))]
+
+
+def searching(database: str, question: Question) -> Figure:
+    ask = partial(query, database=database, **question.words)
+    found = len(ask())
+    took = repeated(ask, 9).per(1e-3)
+    return Figure(question.what, took, "ms", target=at_most(100, "ms"), note=f"{found:,} rows")
+
+
+def filled(archive: Database, runs: Path, count: int) -> None:
+    """Index the one run that there is, and copy its rows until there are so many."""
+    index(archive, [runs])
+    filled_up(archive, 2, count)
+
+
+def filled_up(archive: Database, begin: int, count: int) -> None:
+    """Copy the rows of the first run, from this number on, until there are so many."""
+    for first in range(begin, count + 1, RUNS_AT_ONCE):
+        with archive.writing() as connection:
+            for statement in copies(connection.dialect.name, first, count):
+                connection.execute(text(statement))
+    with archive.writing() as connection:
+        connection.execute(text("ANALYZE"))
+
+
+def copies(dialect: str, first: int, count: int) -> Iterator[str]:
+    """Yield the statements that copy the rows of run 1 for the next runs."""
+    made, last = MADE[dialect], min(first + RUNS_AT_ONCE - 1, count)
+    numbers = (
+        f"WITH RECURSIVE n(k) AS (SELECT {first} UNION ALL SELECT k + 1 FROM n WHERE k < {last})"  # noqa: S608  (our own numbers)
+    )
+    of_run = {
+        "id": "n.k",
+        "path": f"'run-' || {made['digits']}",
+        "run_id": f"'run-' || {made['digits']}",
+        "specimen": f"'SN-' || {made['digits']}",
+        "lot": f"'L-' || {made['lot']}",
+        "rig": "'rig-' || (n.k % 10)",
+        "started_utc": made["started_utc"],
+        "torque_nm": TORQUE_NM,
+        "verdict": f"CASE WHEN {TORQUE_NM} < 0.8 THEN 'pass' ELSE 'fail' END",
+    }
+    yield _copy(RUNS, numbers, of_run, "t.id")
+    for part in PARTS:
+        changed = {"run": "n.k"}
+        if part.name == "points":
+            changed["torque_nm"] = TORQUE_NM
+        yield _copy(part, numbers, changed, "t.run")
+
+
+def _copy(table: Table, numbers: str, changed: Mapping[str, str], key: str) -> str:
+    names = [f'"{column.name}"' for column in table.columns]
+    values = [changed.get(column.name, f't."{column.name}"') for column in table.columns]
+    return (
+        f'INSERT INTO "{table.name}" ({", ".join(names)}) {numbers}'  # noqa: S608  (our own names)
+        f' SELECT {", ".join(values)} FROM n, "{table.name}" t WHERE {key} = 1'
+    )
+
+
+def work() -> list[Work]:
+    with tempfile.TemporaryDirectory() as name:
+        runs, database = Path(name) / "runs", str(Path(name) / "large.sqlite")
+        runs.mkdir()
+        template(runs / "template", result_document())
+        with closing(open_archive(database=database)) as archive:
+            filled(archive, runs, 200)
+            assert len(query(database=database)) == 200, "each of them is a run of its own"
+            few = sum(steps(archive, each) for each in QUESTIONS_OF_MANY)
+            filled_up(archive, 201, 2000)
+            many = sum(steps(archive, each) for each in QUESTIONS_OF_MANY)
+        return [
+            Work("steps of SQLite for each further run, of six searches", (many - few) / 1800, 60)
+        ]
+
+
+def steps(archive: Database, question: Question) -> int:
+    """Count the instructions of SQLite's virtual machine, in tens, that a question takes."""
+    count, words = 0, dict(question.words)
+    limit = words.pop("limit", None)
+
+    def heard() -> int:
+        nonlocal count
+        count += 10
+        return 0
+
+    with archive.reading() as connection:
+        statement = select_rows("runs", filters_of(**words), connection.dialect, limit)
+        sqlite = connection.connection.driver_connection
+        sqlite.set_progress_handler(heard, 10)
+        connection.execute(statement).all()
+        sqlite.set_progress_handler(None, 0)
+    return count

@@ -1,0 +1,132 @@
+"""A run of many steps: time, bytes and memory of each, from the plan to the sealed file and report.
+
+A sweep of a press that does nothing but remember, half of its steps a set-point and half a reading
+with a limit, as `setpoints` has it. The whole run is a process of its own: it is planned, done,
+analysed, sealed and reported; imports are not counted. The floor writes a line of csv for each step
+and flushes it. Memory is the most that the process ever held (`ru_maxrss`), less that after its
+imports. Time is that of the processor.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+from resource import RUSAGE_SELF, getrusage
+from typing import TYPE_CHECKING
+
+from benchmarks.frame import Figure, Scale, Spread, Work, allocated_peak, at_most
+from benchmarks.helpers_setpoints import lab_of
+from rigrunner.clock import WallClock
+from rigrunner.engine import UnattendedAnswers
+from rigrunner.registry import load_registry
+from rigrunner.run.prepare import plan_run
+from rigrunner.run.record import execute
+
+if TYPE_CHECKING:
+    from rigrunner.run.finish import FinishedRun
+
+MICRO, KILO = 1e6, 1e3
+TIME = "the record is read three times: analysed, sealed and reported; the plan is a sixth of it"
+MEMORY = "plan, events, rows and texts of columns are held as lists"
+
+
+def measure(scale: Scale) -> list[Figure]:
+    few, many = scale.of(10_000, 200), scale.of(100_000, 400)
+    line_s = csv_line_s(scale.of(200_000, 2000))
+    figures = [Figure("csv, a line flushed", Spread.of([line_s * MICRO]), "us", "floor")]
+    held = {}
+    for steps in (few, many):
+        found = in_process(steps)
+        held[steps] = found["held_kb"]
+        each_s = found["processor_s"] / steps
+        figures += [
+            Figure(f"whole run of {steps:,} steps, a step", Spread.of([each_s * MICRO]), "us",
+                   ratio=Spread.of([each_s / line_s]), target=at_most(40), note=TIME),
+            Figure(f"run.h5 of {steps:,} steps, a step", Spread.of([found["bytes"] / steps]), "B",
+                   target=at_most(300, "B")),
+            Figure(f"memory of {steps:,} steps", Spread.of([held[steps] / KILO]), "MB",
+                   note=MEMORY),
+        ]  # fmt: skip
+    grown = (held[many] - held[few]) / (many - few)
+    return [*figures, Figure("memory for each further step", Spread.of([grown]), "kB", note=MEMORY)]
+
+
+def csv_line_s(lines: int) -> float:
+    """Return the processor time of a line of csv that is flushed."""
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        (Path(folder) / "lines").open("w", encoding="utf-8", newline="") as file,
+    ):
+        keep, began = csv.writer(file).writerow, time.process_time()
+        for number in range(lines):
+            keep((1e-3 * number, 1e-6 * number, True))
+            file.flush()
+        return (time.process_time() - began) / lines
+
+
+def in_process(steps: int) -> dict[str, float]:
+    """Return what a run of so many steps takes in a process of its own."""
+    words = [sys.executable, "-m", "benchmarks.many_steps", str(steps)]
+    place = Path(__file__).resolve().parents[1]
+    done = subprocess.run(words, cwd=place, capture_output=True, text=True, check=True)
+    found: dict[str, float] = json.loads(done.stdout.splitlines()[-1])
+    return found
+
+
+def whole_run(folder: Path, steps: int) -> FinishedRun:
+    """Plan, do, analyse, seal and report a run of so many steps."""
+    files = lab_of(folder / "lab", steps // 2, sweep=True)
+    finished = execute(
+        plan_run(*files, load_registry(), WallClock()),
+        runs=folder / "runs",
+        inputs={},
+        partners={},
+        answers=UnattendedAnswers(),
+        stop=threading.Event(),
+    )
+    assert finished.error is None, finished.error
+    return finished
+
+
+def bytes_of(finished: FinishedRun) -> int:
+    return (finished.folder / "run.h5").stat().st_size
+
+
+def work() -> list[Work]:
+    """Count the work of one more step: of many, less what few take."""
+    few, many = counted(1000), counted(3000)
+    return [
+        Work("bytes of run.h5 for a step", (many[0] - few[0]) / 2000, 500),
+        Work("bytes of memory for a step", (many[1] - few[1]) / 2000, 14_000),
+    ]
+
+
+def counted(steps: int) -> tuple[int, int]:
+    """Return the bytes of the file of a run of so many steps, and the most of its memory."""
+    finished: list[FinishedRun] = []
+    with tempfile.TemporaryDirectory() as folder:
+        peak = allocated_peak(lambda: finished.append(whole_run(Path(folder), steps)))
+        return bytes_of(finished[0]), peak
+
+
+def main() -> None:
+    load_registry()
+    with tempfile.TemporaryDirectory() as folder:
+        before_kb, began = getrusage(RUSAGE_SELF).ru_maxrss, time.process_time()
+        finished = whole_run(Path(folder), int(sys.argv[1]))
+        found = {
+            "processor_s": time.process_time() - began,
+            "held_kb": getrusage(RUSAGE_SELF).ru_maxrss - before_kb,
+            "bytes": bytes_of(finished),
+        }
+    sys.stdout.write(f"{json.dumps(found)}\n")
+
+
+if __name__ == "__main__":
+    main()
