@@ -37,7 +37,7 @@ MEMORY = "plan, events, rows and texts of columns are held as lists"
 
 
 def measure(scale: Scale) -> list[Figure]:
-    few, many = scale.of(10_000, 200), scale.of(100_000, 400)
+    few, many = scale.of(10_000, 200), scale.of(36_000, 400)
     line_s = csv_line_s(scale.of(200_000, 2000))
     figures = [Figure("csv, a line flushed", Spread.of([line_s * MICRO]), "us", "floor")]
     held = {}
