@@ -12,6 +12,7 @@ from rigrunner.api.torque import DRIFT_LINE, SUPPORT_LINE
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.propagation import sensitivities
 from rigrunner.signal.uncertainty import combine
+from rigrunner_bearings.compensations import identification
 from rigrunner_bearings.compensations.comparison import SLIP
 from rigrunner_bearings.compensations.drive_line import DriveLine
 from rigrunner_bearings.compensations.settings import TemplateInverseSettings
@@ -80,6 +81,18 @@ def test_a_budget_undoes_the_drive_line_only_for_what_changes_it(monkeypatch):
     monkeypatch.setattr(DriveLine, "at_load", lambda *asked: undone.append(1) or plain(*asked))
     found = compensate(sweep(RIG, FEW, seed=4))
     assert len(undone) <= (26 + 4 + 1 + 7) * len(found.points)
+
+
+def test_the_drive_line_is_searched_for_twice_and_once_for_each_change(monkeypatch):
+    """With a delay and without; with another swing, another filter, and half of the frequencies."""
+    searched = []
+    plain = identification._search
+    monkeypatch.setattr(
+        identification, "_search", lambda *asked: searched.append(asked[-1]) or plain(*asked)
+    )
+    compensate(sweep(RIG, seed=11))
+    assert len(searched) == 6
+    assert sum("delay_s" in unknowns for unknowns in searched) == 1
 
 
 def unmeasured(made, **stated):
