@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from pydantic import BaseModel
 
 from rigrunner.api.errors import (
     DataError,
     DeviceError,
     InvalidFileError,
+    Problem,
     RigrunnerError,
     UsageError,
 )
-
-if TYPE_CHECKING:
-    from rigrunner.api.errors import Problem
 
 _CODES: dict[type[RigrunnerError], str] = {
     InvalidFileError: "invalid",
@@ -67,7 +63,10 @@ def of_ours(error: RigrunnerError) -> PanelError:
         return PanelError(422, "invalid", error.message, error.hint, error.problems)
     code = next((code for kind, code in _CODES.items() if isinstance(error, kind)), "invalid")
     where = f"{error.location}: " if error.location else ""
-    return PanelError(422, code, f"{where}{error.message}", error.hint)
+    message = f"{where}{error.message}"
+    about = error.field if isinstance(error, UsageError) else ""
+    problems = (Problem(message, field=about, hint=error.hint),) if about else ()
+    return PanelError(422, code, message, error.hint, problems)
 
 
 def wrong_state(message: str, hint: str = "") -> PanelError:

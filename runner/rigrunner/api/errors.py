@@ -84,6 +84,11 @@ class UsageError(RigrunnerError):
 
     exit_code = ExitCode.USAGE
 
+    def __init__(self, message: str, *, hint: str = "", field: str = "") -> None:
+        super().__init__(message, hint=hint)
+        self.field = field
+        """The field of a form that it is about; empty where it is about no single one."""
+
 
 class InvalidFileError(RigrunnerError):
     """A procedure, station or manifest is invalid; has all problems."""

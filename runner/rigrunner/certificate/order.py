@@ -109,13 +109,14 @@ def complete(order: Order, given: Mapping[str, object], inputs: Mapping[str, str
         first = error.errors()[0]
         name = str(first["loc"][0])
         raise UsageError(
-            f"{_option(name)}: {first['msg'].removeprefix('Value error, ')}"
+            f"{_option(name)}: {first['msg'].removeprefix('Value error, ')}", field=name
         ) from error
     missing = [name for name in NEEDED if not str(getattr(merged, name) or "").strip()]
     if missing:
         raise UsageError(
             "a certificate must say: " + "; ".join(f"{NEEDED[name]} ({name})" for name in missing),
             hint=f"give {', '.join(_option(name) for name in missing)}, or an --order FILE",
+            field=missing[0],
         )
     return merged
 

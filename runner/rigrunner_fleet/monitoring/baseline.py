@@ -15,14 +15,19 @@ def baseline_of(text: str) -> Baseline:
             raise UsageError(
                 f"a baseline of {text} values is too short",
                 hint=f"at least {FEWEST}; 20 to 25 are advised",
+                field="baseline",
             )
         return Baseline(int(text))
     first, dots, last = text.partition("..")
     if not dots or not (first or last):
         raise UsageError(
-            f"'{text}' is no baseline", hint="such as 20, or 2026-01-01..2026-02-28, days in UTC"
+            f"'{text}' is no baseline",
+            hint="such as 20, or 2026-01-01..2026-02-28, days in UTC",
+            field="baseline",
         )
     found = Baseline(None, since(first) if first else None, until(last) if last else None)
     if found.since is not None and found.until is not None and found.since >= found.until:
-        raise UsageError(f"the baseline '{text}' is empty", hint="the earlier day stands first")
+        raise UsageError(
+            f"the baseline '{text}' is empty", hint="the earlier day stands first", field="baseline"
+        )
     return found

@@ -245,10 +245,11 @@ class Screen:
         self.page.get_by_label("Real time").uncheck()
 
     def check_rig(self, *, ready: bool = True) -> None:
-        """Do the preflight, for the first time in this window."""
+        """Do the preflight, for the first time; a name that was typed above is not asked again."""
         check = self.page.locator(".preflight > .button")
         check.click()
-        self.say_name()
+        if not self.page.get_by_label("Your name").count():
+            self.say_name()
         expect(check).to_have_text("Check again")
         if ready:
             self.page.get_by_text("Ready to start.").wait_for()

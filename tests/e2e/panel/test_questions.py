@@ -31,18 +31,18 @@ def on_record(panel, word: str) -> list[str]:
 
 
 def refused(screen, *words: str) -> None:
-    """The answer is refused in these words, and the question stays."""
-    notice = screen.page.locator(".notice").last
+    """The answer is refused in these words at its field, and the question stays."""
+    note = screen.page.locator("#prompt-input-note")
     for word in words:
-        expect(notice).to_contain_text(word)
-    notice.get_by_role("button", name="Close").click()
-    expect(screen.page.locator(".prompt")).to_be_visible()
+        expect(note).to_contain_text(word)
+    expect(screen.page.locator("#prompt-input")).to_be_focused()
+    expect(screen.page.locator(".notice")).to_have_count(0)
 
 
 @pytest.mark.thorough
 def test_a_number_and_an_interlock_by_mouse(asking, panel):
     page = asking.page
-    expect(page.locator("#prompt-expected")).to_have_text("in °C, 15 °C or more, 30 °C or less")
+    expect(page.locator("#prompt-input-note")).to_have_text("in °C, 15 °C or more, 30 °C or less")
     for wrong, words in (
         ("warm", ("'warm",)),
         ("23 N", ("is a force, not a temperature",)),
@@ -86,7 +86,7 @@ def test_a_number_and_an_interlock_by_keyboard_alone(asking, panel):
     expect(field).to_be_focused()
     write("41")
     press("Enter")
-    expect(page.locator(".notice")).to_contain_text(RANGE)
+    expect(page.locator("#prompt-input-note")).to_contain_text(RANGE)
     expect(field).to_be_focused()  # to be fixed where it stands
     press("Control+A")
     write("22.5")

@@ -86,7 +86,12 @@ ROOT = Path(rigrunner.__file__).parent
 PANEL = ROOT.parent / "rigrunner_panel"
 STATIC = PANEL / "static"
 ENGLISH = json.loads((STATIC / "texts/en.json").read_text(encoding="utf-8"))
-SAYS = {key: text for key, text in ENGLISH.items() if key.startswith("says.")}
+SAYS = {
+    key: text
+    for key, text in ENGLISH.items()
+    if key.startswith("says.") or (key.startswith("instead.") and key.endswith(".of"))
+}
+"""What the server says, and the advice of the command line that is said in other words."""
 STEPS = sorted(f"steps/{each.name}" for each in (ROOT / "steps").glob("*.py"))
 SILENT = {  # modules of the panel that speak to the terminal, or to programs that use the API
     "serve.py", "openapi.py", "operations.py", "requests.py", "answers.py", "app.py", "security.py",
@@ -102,6 +107,13 @@ SPEAKERS = [
     "procedure/answers.py", "api/quantity.py", "engine/breaks.py", "engine/interlocks.py",
     "engine/watching.py", "run/calibration.py", "run/partners.py",
     "run/rig_lock.py", "queue/intake.py", "queue/store.py",
+    *sorted(f"documents/verifying/{each.name}" for each in ROOT.glob("documents/verifying/*.py")),
+    *(f"documents/certifying/{each}.py" for each in ("amend", "certify", "office", "sign")),
+    "certificate/order.py",
+    *(f"../rigrunner_fleet/{each}.py" for each in (
+        "monitoring/baseline", "monitoring/observing", "monitoring/trending", "trends/charting",
+        "trends/charts", "trends/rules",
+    )),
 ]  # fmt: skip
 PIECES = {  # of sentences: these are put together and translated as a whole, see below
     "Scan Q Q, reading Q", "between Q and Q, Q points", "at Q, 1 point",
@@ -117,10 +129,18 @@ PIECES = {  # of sentences: these are put together and translated as a whole, se
     "the rig of station Q", "the instrument of 'Q' at Q", "Q is in useQ", " on station Q",
     ": QQ, process Q, since Q", "; or start with",
     "found energised: Q; made safe, read back now: Q",
+    "was issued", "was recorded", "Q: Q when it Q, Q now", "signed by Q at Q, key Q",
+    "Q, which is trusted", "Q, which is not among the trusted keys",
+    "Q; whether that key is theirs is not known (--trust)", "DOES NOT MATCH: Q difference",
+    "not all could be checked", "OPEN: nothing differs, but Q", "no chart can be made",
+    " (and Q more)", "a certificate must say: ", "Q cannot be certified: Q: Q",
+    "there is 1 value", "there are Q values", "Q, and the baseline is the first Q",
 }  # fmt: skip
 NAMES = {  # of things and threads, and what stands in the log alone
     "panel client Q", "the Q of Q", "zero Q", "interlock Q",
-    "from the rig's process",
+    "from the rig's process", "plugin providers",
+    *(f"Nelson {number}" for number in range(1, 9)),
+    *(f"Western Electric {number}" for number in range(1, 5)),
     "to the panel", "take over", "another program",
     "a bug in the panel: the screen may be wrong, the run is not",
     "a bug in the panel: the queue stands still",
@@ -285,6 +305,47 @@ def translated(tmp_path_factory):
             ),
         ),
         ("load-induced starting torque", "lastinduziertes Anlaufmoment"),
+        ("DOES NOT MATCH: 2 differences", "STIMMT NICHT ÜBEREIN: 2 Unterschiede"),
+        (
+            "REPLACED: S-1 is no longer in force: S-2 replaced it",
+            "ERSETZT: S-1 gilt nicht mehr: S-2 hat es ersetzt",
+        ),
+        (
+            "OPEN: nothing differs, but not all could be checked",
+            "OFFEN: nichts weicht ab, aber nicht alles ließ sich prüfen",
+        ),
+        ("DOES NOT MATCH: 1 difference", "STIMMT NICHT ÜBEREIN: 1 Unterschied"),
+        (
+            "bytes of run.h5: SHA-256 ab, and the certificate names cd; what differs in it is told"
+            " above",
+            "Bytes von run.h5: SHA-256 ab, das Zertifikat nennt cd; was abweicht, steht oben",
+        ),
+        (
+            "Rigrunner: 0.1.0 when it was issued, 0.2.0 now",
+            "Rigrunner: 0.1.0 bei der Ausstellung, jetzt 0.2.0",
+        ),
+        (
+            "S-1.pdf made again from its content: it shows '7.2', its content does not",
+            "S-1.pdf aus seinem Inhalt neu erstellt: es zeigt „7.2“, der Inhalt nicht",
+        ),
+        (
+            "compensation 'energy' revision 2, not installed; version 0.1.0 recomputes them",
+            "compensation 'energy' Revision 2, nicht installiert; Version 0.1.0 rechnet sie nach",
+        ),
+        (
+            "signed by Ann at 2026-01-02T03:04:05Z, key SHA256:ab, which is trusted",
+            "unterschrieben von Ann am 2026-01-02T03:04:05Z, Schlüssel SHA256:ab, dem vertraut wird",
+        ),
+        (
+            "no chart can be made. all runs: there are 8 values, and the baseline is the first 20",
+            "keine Karte möglich. all runs: es gibt 8 Werte, die Grundlage sind die ersten 20",
+        ),
+        ("'rigrunner archive search' shows runs", "Verlauf zeigt die Prüfungen"),
+        (
+            "--received 2030-01-01 is after the test, which began on 2026-01-02 (UTC)",
+            "liegt nach der Prüfung, die am 2026-01-02 (UTC) begann",
+        ),
+        ("--received: 'x' is not a date", "'x' is not a date"),
         ("the motor is hot", "the motor is hot"),  # of a device: nobody has translated it
         ("the drive has no power", "the drive has no power"),
         ("", ""),

@@ -64,7 +64,7 @@ def amend(
     DataError if the original is not a certificate or not what was issued.
     """
     if not request.reason.strip():
-        raise UsageError("an amendment needs its --reason")
+        raise UsageError("an amendment needs its --reason", field="reason")
     if "received" in request.given:
         _refuse_no_date(request.given["received"])
     file = path.with_suffix(".json")
@@ -149,4 +149,5 @@ def _refuse_no_date(text: str) -> None:
     try:
         date.fromisoformat(text)
     except ValueError as error:
-        raise UsageError(f"--received: '{text}' is not a date; write it as 2026-01-31") from error
+        message = f"--received: '{text}' is not a date; write it as 2026-01-31"
+        raise UsageError(message, field="received") from error

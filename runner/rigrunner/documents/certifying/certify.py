@@ -150,6 +150,7 @@ def _refuse_restricted(
         raise UsageError(
             f"{source.stored.header.run_id} cannot be certified: {why}",
             hint="--not-for-certification makes a specimen that says so on every page",
+            field="not_for_certification",
         )
 
 
@@ -179,6 +180,7 @@ def _further_copy(
             raise UsageError(
                 f"nothing was issued on {run_id} yet, so this is no further copy",
                 hint="leave --further-copy out",
+                field="further_copy",
             )
         return None
     if not is_specimen:
@@ -191,6 +193,7 @@ def _further_copy(
             f"{number} exists: it was issued on {run_id} and is in force",
             hint="amend it ('rigrunner amend'), or issue a further copy, with a reason"
             " (--further-copy REASON)",
+            field="further_copy",
         )
     return FurtherCopy(number=number, reason=reason, by=request.authorisation.by)
 
@@ -218,5 +221,6 @@ def _refuse_late_receipt(source: Source, order: Order) -> None:
     started = date.fromisoformat(source.stored.header.started_utc[:10])
     if order.received is not None and order.received > started + timedelta(days=1):
         raise UsageError(
-            f"--received {order.received} is after the test, which began on {started} (UTC)"
+            f"--received {order.received} is after the test, which began on {started} (UTC)",
+            field="received",
         )

@@ -8,27 +8,31 @@ import { forgetErrors, tell, tellError } from "./parts/notices.js";
 import { hasControl, store } from "./store.js";
 import { t } from "./texts.js";
 
-// Takes control, asking for the name where none is known; returns whether it was had.
-export async function takeControl() {
+// The name of the person at this screen: as given before or typed on this page, else asked for.
+async function nameOf(typed, options) {
+  const name = personName() || typed || draft().inputs?.operator?.trim() || (await askName(options));
+  if (name) keepPersonName(name);
+  return name ?? "";
+}
+
+// Takes control; returns whether it was had. `typed` is the name of a person in a field of the page.
+export async function takeControl(typed = "") {
   if (hasControl()) return true;
   if (!station()) {
     tell(t("control.no_rig"));
     return false;
   }
-  const name = personName() || (await askName(draft().inputs?.operator ?? ""));
+  const name = await nameOf(typed);
   if (!name) return false;
-  keepPersonName(name);
   const holder = store.state?.control;
   if (holder && !(await confirmTakeOver(holder.name))) return false;
   await post("control", { name, take_over: Boolean(holder) });
   return true;
 }
 
-// The name of the person at this screen, asked for where none is known; '' where it was not given.
+// The name of the person at this screen; '' where it was asked for and not given.
 export async function person(title, confirm) {
-  const name = personName() || (await askName(draft().inputs?.operator ?? "", { title, confirm }));
-  if (name) keepPersonName(name);
-  return name ?? "";
+  return nameOf("", { title, confirm });
 }
 
 export async function releaseControl() {

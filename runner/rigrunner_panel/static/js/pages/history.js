@@ -4,6 +4,7 @@ import { go } from "../address.js";
 import { get } from "../client.js";
 import { button, fill, h, setText, show } from "../dom.js";
 import { localTime, shownNumber, withUncertainty } from "../format.js";
+import { field } from "../parts/field.js";
 import { verdictText } from "../parts/verdict.js";
 import { tried } from "../steer.js";
 import { said, t } from "../texts.js";
@@ -83,11 +84,7 @@ export function historyPage() {
     element: h("div", { class: "page history" },
       h("div", { class: "head" }, h("h1", {}, t("history.title")), h("div", { class: "row" }, h("a", { class: "button", href: "#/trends" }, t("trends.title")), overlay, compare)),
       h("div", { class: "filters" },
-        labelled("history-search", "history.search", filters.search), labelled("history-verdict", "history.verdict", filters.verdict), labelled("history-outcome", "history.outcome", filters.outcome)),
+        Object.entries(filters).map(([name, control]) => field(t(`history.${name}`), control).element)),
       h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": t("history.title") }, h("table", { class: "runs" }, h("thead", {}, h("tr", {}, head.map((key) => h("th", { scope: "col" }, t(key))))), rows), nothing, more)),
   };
-}
-
-function labelled(id, key, control) {
-  return h("div", { class: "field" }, h("label", { for: id }, t(key)), control);
 }

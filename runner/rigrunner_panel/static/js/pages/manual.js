@@ -5,7 +5,11 @@ import { button, fill, h, setText, show } from "../dom.js";
 import { draft } from "../draft.js";
 import { fixed, plain, typedNumber, withUncertainty } from "../format.js";
 import { alarmStrip } from "../parts/alarms.js";
+import { channelList } from "../parts/channels.js";
+import { isBusy } from "../parts/bar.js";
 import { endedBanners } from "../parts/ended.js";
+import { field } from "../parts/field.js";
+import { refusedWords } from "../parts/notices.js";
 import { preflightCard } from "../parts/preflight.js";
 import { readouts } from "../parts/readouts.js";
 import { swingChart } from "../plots/swing.js";
@@ -27,30 +31,36 @@ export function manualPage() {
   const opener = openCard();
   const drives = h("div", { class: "drives" });
   const recording = h("p", { class: "soft", role: "status" });
-  const cycles = h("input", { type: "number", id: "cycles", min: "3", max: "1000", value: String(CYCLES), "aria-describedby": "cycles-note" });
-  const cyclesNote = h("p", { class: "field-note", id: "cycles-note", role: "status" });
-  const cyclesField = h("div", { class: "field narrow" }, h("label", { for: "cycles" }, t("manual.cycles")), cycles, cyclesNote);
+  const cycles = field(t("manual.cycles"), h("input", { type: "text", inputmode: "numeric", id: "cycles", autocomplete: "off", value: String(CYCLES) }), { kind: "narrow" });
   const record = button(t("manual.record"), () => recordPoint(), { kind: "primary big" });
+  const channels = channelList();
+  const plots = h("div", { class: "manual-plots" }, swing.element, frequency.element);
+  const watch = button(t("channels.title"), () => seeChannels(channels.element.hidden), { kind: "big", "aria-pressed": "false" });
   const close = button(t("manual.close"), () => steer("manual/close"), { kind: "big" });
   const points = h("ul", { class: "manual-points" });
   const bench = h("div", { class: "manual-bench" },
     numbers.element,
-    h("div", { class: "manual-plots" }, swing.element, frequency.element),
+    plots, channels.element,
     h("div", { class: "manual-side" },
       h("section", { class: "card" }, h("h2", {}, t("manual.drives")), drives),
       h("section", { class: "card manual-record" }, h("h2", {}, t("manual.points")),
-        h("div", { class: "row" }, cyclesField, record), recording, points)),
+        h("div", { class: "row" }, cycles.element, record), recording, points)),
     alarms.element);
-  const element = h("div", { class: "page manual" }, h("div", { class: "head" }, h("h1", {}, t("manual.title")), close), opener.element, bench);
+  const element = h("div", { class: "page manual" }, h("div", { class: "head" }, h("h1", {}, t("manual.title")), h("div", { class: "row" }, watch, close)), opener.element, bench);
   let built = "";
 
+  function seeChannels(on) {
+    show(channels.element, on);
+    show(plots, !on);
+    watch.setAttribute("aria-pressed", String(on));
+  }
+
   function recordPoint() {
-    const count = Number(cycles.value);
+    const count = Number(cycles.value());
     const fits = Number.isInteger(count) && count >= FEWEST_CYCLES && count <= MOST_CYCLES;
-    cyclesField.className = fits ? "field narrow" : "field narrow bad";
-    cycles.setAttribute("aria-invalid", String(!fits));
-    setText(cyclesNote, fits ? "" : t("manual.cycles_range", { low: FEWEST_CYCLES, high: MOST_CYCLES }));
+    cycles.refuse(fits ? "" : t("manual.cycles_range", { low: FEWEST_CYCLES, high: MOST_CYCLES }));
     if (fits) steer("manual/record", { cycles: count });
+    else cycles.control.focus();
   }
 
   function update(changed) {
@@ -59,7 +69,7 @@ export function manualPage() {
     const open = state.phase === "manual" && state.manual;
     show(bench, Boolean(open) || (state.job?.kind === "manual" && state.phase !== "idle" && state.phase !== "finished"));
     show(opener.element, !open && state.job?.kind !== "manual" || state.phase === "finished" || state.phase === "idle");
-    show(close, Boolean(open));
+    for (const each of [watch, close]) show(each, Boolean(open));
     opener.update();
     numbers.update();
     alarms.update();
@@ -93,8 +103,7 @@ export function manualPage() {
     element,
     leave() {
       forget();
-      swing.leave();
-      frequency.leave();
+      for (const each of [swing, frequency, channels]) each.leave();
     },
   };
 }
@@ -110,12 +119,15 @@ function openCard() {
   const open = button(t("manual.open"), () => steer("manual/open", { procedure, station, operator: personName() }), { kind: "primary big" });
   const choose = h("a", { class: "button big", href: "#/" }, t("choose.title"));
   const ended = h("div", { class: "stack", hidden: true });
-  const card = h("section", { class: "card" }, ended, h("p", { class: "soft" }, t("manual.about")), text, h("div", { class: "row" }, open, choose));
+  const why = h("p", { class: "soft", role: "status" });
+  const card = h("section", { class: "card" }, ended, h("p", { class: "soft" }, t("manual.about")), text, h("div", { class: "row" }, open, choose), why);
   const preflight = procedure && station ? preflightCard({ procedure, station }) : null;
 
   function judge() {
     const phase = store.state?.phase;
+    const inUse = isBusy(store.state) && phase !== "checking";
     open.disabled = !preflight?.may() || preflight.override() !== null || !(phase === "idle" || phase === "finished");
+    setText(why, inUse ? t("setup.in_use") : preflight && !preflight.done() ? t("setup.needs_preflight") : preflight && !preflight.may() ? t("setup.needs_fixing") : "");
   }
 
   if (preflight) preflight.onchange = judge;
@@ -134,28 +146,25 @@ function openCard() {
 
 function driveRow(drive) {
   const id = `drive-${drive.name}`;
-  const input = h("input", { type: "text", id, inputmode: "decimal", autocomplete: "off", "aria-describedby": `${id}-limits`, value: plain(drive.set ?? 0).replace("−", "-") });
+  const input = h("input", { type: "text", id, inputmode: "decimal", autocomplete: "off", value: plain(drive.set ?? 0).replace("−", "-") });
   const limits = t("manual.limits", { low: plain(drive.minimum), high: plain(drive.maximum), unit: drive.unit });
-  const note = h("p", { class: "field-note", id: `${id}-limits`, role: "status" }, limits);
-  const field = h("div", { class: "field" }, h("label", { for: id }, `${drive.long_name} (${drive.unit})`), input, note);
+  const asked = field(`${drive.long_name} (${drive.unit})`, input, { hint: limits });
 
   async function send(text) {
     let refused = "";
     try {
       await steerOrRefuse("manual/set", { drive: drive.name, value: /[a-z%°]/i.test(text) ? text : `${text} ${drive.unit}` });
     } catch (error) {
-      refused = [error.message, error.hint].filter(Boolean).map(said).join(" · ");
+      refused = refusedWords(error);
     }
-    field.className = refused ? "field bad" : "field";
-    input.setAttribute("aria-invalid", String(Boolean(refused)));
-    setText(note, refused || limits);
+    asked.refuse(refused);
   }
 
   const form = h("form", { class: "drive", onsubmit: (event) => {
     event.preventDefault();
     send(typedNumber(input.value.trim()));
   } },
-  field,
+  asked.element,
   h("button", { type: "submit", class: "button primary" }, t("manual.set")),
   button(t("manual.zero"), () => {
     input.value = "0";

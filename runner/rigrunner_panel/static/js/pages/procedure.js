@@ -54,7 +54,7 @@ export function procedurePage(name) {
     }
     const usable = stations.items.filter((each) => !each.problem);
     const chosen = usable.find((each) => each.name === draft().station) ?? usable.find((each) => !each.shipped);
-    fill(station, h("option", { value: "" }, t("procedure.no_station")), usable.map((each) => h("option", { value: each.name, selected: each === chosen }, each.title || each.name)));
+    fill(station, h("option", { value: "" }, t("procedure.no_station")), usable.map((each) => h("option", { value: each.name, selected: each === chosen }, said(each.title) || each.name)));
     const kept = found.shipped ? null : JSON.parse(sessionStorage.getItem(KEPT + name));
     take(kept ? { ...found, digest: kept.digest } : found); // of the file that was changed here
     editor = procedureEditor(kept?.text ?? found.text, { readOnly: found.shipped, changed: later, save: saveText });

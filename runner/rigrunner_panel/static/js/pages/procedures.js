@@ -47,7 +47,7 @@ function row(item) {
     if (!event.target.closest("a") && !String(getSelection())) go(address);
   };
   return h("tr", { onclick: open },
-    h("td", {}, h("a", { class: "row-link wide", href: address }, item.title || item.name), item.problem ? h("span", { class: "bad-text block" }, said(item.problem)) : null),
+    h("td", {}, h("a", { class: "row-link wide", href: address }, said(item.title) || item.name), item.problem ? h("span", { class: "bad-text block" }, said(item.problem)) : null),
     h("td", { class: "wrap" }, item.shipped ? t("choose.shipped") : item.name),
     h("td", {}, item.problem ? h("span", { class: "mark bad" }, t("choose.broken")) : said(item.note)),
     h("td", {}, item.last_used_utc ? localTime(item.last_used_utc) : ""));

@@ -28,7 +28,9 @@ export function runPage() {
   const results = liveResults();
   const curves = resultCharts();
   const channels = channelList();
-  const own = [["swing", t("plot.swing")], ["trend", t("plots.trend")], ["frequency", t("plot.over_frequency")], ["results", t("plots.results")], ["figures", t("plots.figures")]];
+  const ofSwing = [["swing", t("plot.swing")], ["trend", t("plots.trend")], ["frequency", t("plot.over_frequency")]];
+  const ofResults = [["trend", t("plots.trend")], ["results", t("plots.results")], ["figures", t("plots.figures")]];
+  const own = () => (store.state && !hasSwing(store.state) ? ofResults : ofSwing);
   const chosen = plotChoice(own, () => store.state && arrange(store.state));
   const steps = stepList();
   const numbers = readouts();
@@ -50,7 +52,7 @@ export function runPage() {
     choose.setAttribute("aria-pressed", String(!chosen.chooser.hidden));
   }, { kind: "big", "aria-pressed": "false" });
   const swingHost = h("div", { class: "plot-swing" }, swing.element);
-  const plots = h("div", { class: "run-plots" }, channels.element, swingHost, results.element, curves.element, trend.element, frequency.element, chosen.element);
+  const plots = h("div", { class: "run-plots", role: "group", tabindex: "0", "aria-label": t("plots.all") }, channels.element, swingHost, results.element, curves.element, trend.element, frequency.element, chosen.element);
   const element = h("div", { class: "page run" },
     h("aside", { class: "run-side" }, steps.element),
     h("div", { class: "run-head" }, h("div", {}, title, step), verdict.element),

@@ -3,7 +3,8 @@
 import { get, post } from "../client.js";
 import { fill, h } from "../dom.js";
 import { localTime, plain } from "../format.js";
-import { refusal } from "../parts/certificate.js";
+import { refusal, refuse } from "../parts/certificate.js";
+import { field } from "../parts/field.js";
 import { working } from "../parts/working.js";
 import { resultCharts } from "../plots/results.js";
 import { said, t } from "../texts.js";
@@ -14,7 +15,7 @@ export function trendsPage() {
   const quantity = select("trend-quantity", []);
   const by = select("trend-by", [["", t("trends.by_usual")], ...GROUPS.map((name) => [name, t(`trends.group.${name}`)])]);
   const chart = select("trend-chart", [["i-mr", t("trends.individuals")], ["ewma", t("trends.ewma")]]);
-  const baseline = h("input", { type: "text", id: "trend-baseline", value: "20", autocomplete: "off", onchange: load });
+  const baseline = field(t("trends.baseline"), h("input", { type: "text", id: "trend-baseline", value: "20", autocomplete: "off", onchange: load }));
   const told = h("div", { role: "status" });
   const charts = h("div", { class: "stack" });
   let shown = [];
@@ -43,14 +44,14 @@ export function trendsPage() {
     const mine = ++asked;
     clear();
     try {
-      const query = { quantity: quantity.value, by: by.value, chart: chart.value, baseline: baseline.value.trim() };
+      const query = { quantity: quantity.value, by: by.value, chart: chart.value, baseline: baseline.value() };
       const found = await working(told, t("trends.charting"), () => get("trend", query));
       if (mine !== asked) return;
       clear();
       fill(charts, found.charts.map((each) => group(each, found)));
       fill(told, found.warnings.map((text) => h("p", { class: "banner warn" }, said(text))), left(found));
     } catch (error) {
-      if (mine === asked) fill(told, refusal(error));
+      if (mine === asked) refuse(error, { baseline }, told);
     }
   }
 
@@ -65,12 +66,12 @@ export function trendsPage() {
     shown.push(plot);
     plot.show([{ ...each.figure, x: { ...each.figure.x, name: t("trends.run") }, y: { ...each.figure.y, name: said(each.figure.y.name) } }]);
     const numbers = [["trends.centre", each.centre], ["trends.lower", each.lower], ["trends.upper", each.upper]];
-    return h("section", { class: "card trend-card" }, h("h2", {}, each.name),
+    return h("section", { class: "card trend-card" }, h("h2", {}, said(each.name)),
       h("p", {}, numbers.map(([key, value]) => `${t(key)} ${plain(value)} ${found.unit}`).join(" · ")),
       plot.element,
       each.alarms.length
         ? h("ul", { class: "changes" }, each.alarms.map((alarm) => h("li", {}, h("span", { class: "mark bad" }, `${plain(alarm.value)} ${found.unit}`),
-          h("span", {}, h("a", { href: `#/runs/${encodeURIComponent(alarm.run)}` }, `${localTime(alarm.utc)} ${alarm.run}`), h("span", { class: "soft block" }, alarm.rules.map((rule) => found.rules[rule] ?? rule).join("; "))))))
+          h("span", {}, h("a", { href: `#/runs/${encodeURIComponent(alarm.run)}` }, `${localTime(alarm.utc)} ${alarm.run}`), h("span", { class: "soft block" }, alarm.rules.map((rule) => said(found.rules[rule] ?? rule)).join("; "))))))
         : h("p", { class: "good-text" }, t("trends.no_alarm")),
       each.warnings.map((text) => h("p", { class: "soft" }, said(text))));
   }
@@ -85,12 +86,8 @@ export function trendsPage() {
   return {
     title: t("trends.title"),
     element: h("div", { class: "page trends" }, h("div", { class: "head" }, h("h1", {}, t("trends.title")), h("a", { class: "button", href: "#/history" }, t("nav.history"))),
-      h("div", { class: "filters four" }, labelled("trends.quantity", quantity), labelled("trends.by", by), labelled("trends.chart", chart), labelled("trends.baseline", baseline)),
+      h("div", { class: "filters four" }, field(t("trends.quantity"), quantity).element, field(t("trends.by"), by).element, field(t("trends.chart"), chart).element, baseline.element),
       told, charts),
     leave: clear,
   };
-}
-
-function labelled(key, control) {
-  return h("div", { class: "field" }, h("label", { for: control.id }, t(key)), control);
 }

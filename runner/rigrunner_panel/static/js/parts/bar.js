@@ -23,7 +23,7 @@ export function topBar() {
   const name = h("span", { class: "rig-name", hidden: true });
   const phase = h("span", { class: "chip", role: "status" });
   const holder = h("span", { class: "holder" });
-  const take = button(t("control.take"), () => tried(takeControl), { kind: "small" });
+  const take = button(t("control.take"), () => tried(() => takeControl()), { kind: "small" });
   const release = button(t("control.release"), () => releaseControl(), { kind: "small quiet" });
   const control = h("div", { class: "control" }, holder, take, release);
   const stop = h("button", { type: "button", class: "stop", onclick: () => stopNow(), "aria-keyshortcuts": "F9" },
@@ -49,6 +49,7 @@ export function topBar() {
     show(rigs, several || !station());
     show(name, several && Boolean(station()));
     setText(name, store.rigs.find((rig) => rig.station === station())?.title ?? "");
+    name.title = name.textContent; // a long one is cut off
     const waiting = store.rigs.filter((rig) => rig.station !== station() && (rig.waits_for || rig.alarms.length)).length;
     show(count, Boolean(station()) && waiting > 0);
     setText(count, String(waiting));

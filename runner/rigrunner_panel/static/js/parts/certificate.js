@@ -4,7 +4,8 @@ import { personName, post } from "../client.js";
 import { takeControl } from "../steer.js";
 import { fill, h } from "../dom.js";
 import { said, t } from "../texts.js";
-import { problemList } from "./notices.js";
+import { field, filledIn } from "./field.js";
+import { problemList, refusedWords } from "./notices.js";
 import { working } from "./working.js";
 
 const KEPT = "rigrunner.order";
@@ -19,7 +20,18 @@ export function issuedWords(made) {
     ...made.notes.map((note) => h("p", { class: "soft" }, said(note)))];
 }
 
-// Why it was not, beside the form.
+// Shows why it was not: beside the field that it is about, where that is known, else in `place`.
+export function refuse(error, fields, place) {
+  const { field: about } = error.problems?.find(({ field: name }) => fields[name]) ?? {};
+  if (!about) {
+    fill(place, refusal(error));
+    return;
+  }
+  fields[about].refuse(refusedWords(error));
+  fields[about].control.focus();
+}
+
+// The same as a whole, where there is no such field.
 export function refusal(error) {
   return [h("p", { class: "bad-text" }, said(error.message)), error.hint ? h("p", { class: "hint" }, said(error.hint)) : null, problemList(error.problems ?? [])];
 }
@@ -33,47 +45,44 @@ function keptOrder() {
   }
 }
 
-function field(id, key, control) {
-  return h("div", { class: "field" }, h("label", { for: id }, t(key)), control);
-}
-
-function textInput(id, value, required) {
-  const type = id === "certificate-received" ? "date" : "text";
-  return h("input", { type, id, value, required, autocomplete: "off" });
+function textField(name, value, { type = "text", required = false } = {}) {
+  return field(t(`certificate.${name}`), h("input", { type, id: `certificate-${name}`, value, required, autocomplete: "off" }));
 }
 
 // `issued` is called once a certificate was issued.
 export function certificateForm(run, inputs, issued) {
   const kept = keptOrder();
   const unknown = FROM_RUN.filter(([, input]) => !inputs[input]).map(([name]) => name);
-  const order = [...unknown, ...ORDER].map((name) => [name, textInput(`certificate-${name}`, kept[name] ?? "", true)]);
-  const by = textInput("certificate-by", personName(), true);
-  const role = textInput("certificate-role", kept.role ?? "", false);
+  const order = Object.fromEntries([...unknown, ...ORDER].map((name) => [name, textField(name, kept[name] ?? "", { type: name === "received" ? "date" : "text", required: true })]));
+  const by = textField("by", personName(), { required: true });
+  const role = textField("role", kept.role ?? "");
   const language = h("select", { id: "certificate-language" }, ["en", "de"].map((code) => h("option", { value: code }, t(`language.${code}`))));
   const specimen = h("input", { type: "checkbox", id: "certificate-specimen", checked: true });
-  const copy = textInput("certificate-copy", "", false);
+  const isSpecimen = field(t("certificate.specimen"), specimen, { kind: "ticked" });
+  const copy = textField("copy", "");
+  const fields = { ...order, authorised_by: by, role, not_for_certification: isSpecimen, further_copy: copy };
   const told = h("div", { class: "told", role: "status" });
   const send = h("button", { type: "submit", class: "button primary big" }, t("certificate.issue"));
-  const form = h("form", { class: "inputs", onsubmit: submit },
-    order.map(([name, control]) => field(control.id, `certificate.${name}`, control)),
-    field("certificate-by", "certificate.by", by), field("certificate-role", "certificate.role", role),
-    field("certificate-language", "certificate.language", language),
-    h("label", { class: "check", for: "certificate-specimen" }, specimen, h("span", {}, t("certificate.specimen"))),
-    field("certificate-copy", "certificate.copy", copy), send, told);
+  const form = h("form", { class: "inputs", novalidate: true, onsubmit: submit },
+    Object.values(order).map((each) => each.element), by.element, role.element,
+    field(t("certificate.language"), language).element, isSpecimen.element, copy.element, send, told);
 
   async function submit(event) {
     event.preventDefault();
-    const given = Object.fromEntries(order.map(([name, control]) => [name, control.value.trim()]));
+    fill(told);
+    for (const each of Object.values(fields)) each.refuse("");
+    if (!filledIn([...Object.values(order), by])) return;
+    const given = Object.fromEntries(Object.entries(order).map(([name, each]) => [name, each.value()]));
     const { item_id: _, ...next } = given;
-    sessionStorage.setItem(KEPT, JSON.stringify({ ...next, role: role.value.trim() }));
-    const body = { authorised_by: by.value.trim(), role: role.value.trim(), language: language.value, not_for_certification: specimen.checked, further_copy: copy.value.trim(), order: given };
+    sessionStorage.setItem(KEPT, JSON.stringify({ ...next, role: role.value() }));
+    const body = { authorised_by: by.value(), role: role.value(), language: language.value, not_for_certification: specimen.checked, further_copy: copy.value(), order: given };
     send.disabled = true;
     try {
-      if (!(await takeControl())) return;
+      if (!(await takeControl(by.value()))) return;
       tellIssued(await working(told, t("certificate.issuing"), () => post(`runs/${encodeURIComponent(run)}/certificate`, body)));
       issued();
     } catch (error) {
-      fill(told, refusal(error));
+      refuse(error, fields, told);
     } finally {
       send.disabled = false;
     }

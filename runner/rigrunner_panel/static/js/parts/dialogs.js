@@ -1,6 +1,7 @@
 // Small questions. They are no modal dialogs: the stop button stays within reach.
 
 import { button, h } from "../dom.js";
+import { field, filledIn } from "./field.js";
 import { t } from "../texts.js";
 
 let host = null;
@@ -16,8 +17,8 @@ export function dismissDialog() {
   dismiss();
 }
 
-// Shows a form; resolves with what `read` gives, or null where it was put away.
-function ask(title, fields, { confirm, read, kind = "primary", check = () => true }) {
+// Shows a form; resolves with what `read` gives once `check` allows it, or null where it was put away.
+export function askForm(title, fields, { confirm, read, kind = "primary", check = () => true }) {
   const before = document.activeElement;
   return new Promise((resolve) => {
     const end = (answer) => {
@@ -27,11 +28,14 @@ function ask(title, fields, { confirm, read, kind = "primary", check = () => tru
       resolve(answer);
     };
     const accept = button(confirm, () => form.requestSubmit(), { kind });
-    const form = h("form", { class: "dialog-form" }, fields, h("div", { class: "row end" },
+    const form = h("form", { class: "dialog-form", novalidate: true }, fields, h("div", { class: "row end" },
       button(t("dialog.cancel"), () => end(null)), accept));
-    form.addEventListener("submit", (event) => {
+    form.addEventListener("submit", async (event) => {
       event.preventDefault();
-      if (check()) end(read());
+      accept.disabled = true; // a second click waits for the answer to the first one
+      const allowed = await check();
+      accept.disabled = false;
+      if (allowed) end(read());
     });
     const heading = h("h2", { id: "dialog-title" }, title);
     const box = h("section", { class: "dialog", role: "dialog", "aria-labelledby": "dialog-title" }, heading, form);
@@ -48,33 +52,25 @@ function ask(title, fields, { confirm, read, kind = "primary", check = () => tru
   });
 }
 
-function textField(label, { value = "", required = true, rows = 0 } = {}) {
-  const input = rows
-    ? h("textarea", { rows, id: "dialog-text", value, required })
-    : h("input", { type: "text", id: "dialog-text", value, required, autocomplete: "off" });
-  return { input, row: h("div", { class: "field" }, h("label", { for: "dialog-text" }, label), input) };
+// Asks for one text, which may be left empty where it is not required.
+async function askOne(title, label, { value = "", required = true, confirm, kind }) {
+  const text = field(label, h("input", { type: "text", id: "dialog-text", value, required, autocomplete: "off" }));
+  return askForm(title, [text.element], { confirm, kind, read: text.value, check: () => !required || filledIn([text]) });
 }
 
-export function askName(value, { title = t("dialog.name.title"), confirm = t("dialog.name.take") } = {}) {
-  const { input, row } = textField(t("dialog.name.label"), { value });
-  return ask(title, [row], { confirm, read: () => input.value.trim(), check: () => input.value.trim() });
+export function askName({ title = t("dialog.name.title"), confirm = t("dialog.name.take") } = {}) {
+  return askOne(title, t("dialog.name.label"), { confirm });
 }
 
-export function askReason(title, { confirm, kind = "primary", required = true }) {
-  const { input, row } = textField(t("dialog.reason"), { required });
-  return ask(title, [row], { confirm, kind, read: () => input.value.trim(), check: () => !required || input.value.trim() });
+export function askReason(title, options) {
+  return askOne(title, t("dialog.reason"), options);
 }
 
-export function askText(title, label, { value = "", confirm }) {
-  const { input, row } = textField(label, { value });
-  return ask(title, [row], { confirm, read: () => input.value.trim(), check: () => input.value.trim() });
+export function askText(title, label, options) {
+  return askOne(title, label, options);
 }
 
 export function confirmTakeOver(name) {
   const text = h("p", {}, t("dialog.takeover.text", { name }));
-  return ask(t("dialog.takeover.title", { name }), [text], { confirm: t("dialog.takeover.yes"), read: () => true });
-}
-
-export function askForm(title, rows, options) {
-  return ask(title, rows, options);
+  return askForm(t("dialog.takeover.title", { name }), [text], { confirm: t("dialog.takeover.yes"), read: () => true });
 }

@@ -5,6 +5,7 @@ import { personName, post } from "../client.js";
 import { h, setText } from "../dom.js";
 import { shownNumber, typedNumber } from "../format.js";
 import { said, t } from "../texts.js";
+import { refusedWords } from "./notices.js";
 
 const OPERATOR = "operator"; // who it is was asked once already
 const LONGEST = 80;
@@ -67,10 +68,10 @@ function field(procedure, input, value, changed) {
     try {
       answer = await post("check-input", { procedure, input: input.name, text: read(text) });
     } catch (error) {
-      answer = { ok: false, message: error.message, hint: error.hint };
+      answer = error;
     }
     if (mine !== asked) return;
-    state(answer.ok ? "good" : "bad", answer.ok ? t("setup.taken", { value: show(short(answer.value)) }) : [answer.message, answer.hint].filter(Boolean).map(said).join(" · "), answer.ok);
+    state(answer.ok ? "good" : "bad", answer.ok ? t("setup.taken", { value: show(short(answer.value)) }) : refusedWords(answer), answer.ok);
   }
 
   function state(kind, text, ok = false) {

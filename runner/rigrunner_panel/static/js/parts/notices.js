@@ -32,6 +32,12 @@ export function tellError(error) {
   else tell(said(error.message), { hint: said(error.hint), problems: error.problems });
 }
 
+// Why something was refused in one line, as it stands beside a field.
+export function refusedWords(error) {
+  if (error.code === "no_connection") return t("error.no_connection");
+  return [error.message, error.hint].filter(Boolean).map(said).join(" \u00b7 ");
+}
+
 export function problemList(problems) {
   if (!problems.length) return null;
   const item = (problem) =>

@@ -18,7 +18,7 @@ function keptFor(procedure) {
   }
 }
 
-// `own` has the page's plots as [key, title]; `changed()` is called when others are wanted.
+// `own()` gives the page's plots as [key, title]; `changed()` is called when others are wanted.
 export function plotChoice(own, changed) {
   let procedure = null;
   let kept = keptFor("");
@@ -55,7 +55,7 @@ export function plotChoice(own, changed) {
     show(element, charts.length > 0);
     const names = [...channels.keys()];
     const before = [y.value, x.value];
-    fill(boxes, own.map(([key, title]) => tick(key, title)), kept.added.map((pair, i) => {
+    fill(boxes, own().map(([key, title]) => tick(key, title)), kept.added.map((pair, i) => {
       const title = pair[1] ? t("plot.of_over", { y: pair[0], x: pair[1] }) : t("plot.channel", { channel: pair[0] });
       const drop = () => keep({ ...kept, added: kept.added.filter((_, at) => at !== i) });
       return button(t("plots.remove", { title }), drop, { kind: "small" });
@@ -73,7 +73,7 @@ export function plotChoice(own, changed) {
 
   function take() {
     const { job, channels = [] } = store.state ?? {};
-    const key = JSON.stringify([job?.procedure, channels.map((each) => [each.name, each.unit])]);
+    const key = JSON.stringify([job?.procedure, own(), channels.map((each) => [each.name, each.unit])]);
     if (key === known) return;
     known = key;
     procedure = job?.procedure ?? "";
@@ -83,7 +83,7 @@ export function plotChoice(own, changed) {
   }
 
   const forget = listen((sections) => {
-    if (sections.has("channels") || sections.has("job")) take();
+    if (["channels", "job", "plan", "live"].some((name) => sections.has(name))) take();
   });
   const timer = setInterval(draw, DRAW_MS);
   return {

@@ -1,6 +1,7 @@
 // The preflight: what was looked at, each with the way to fix it, and what may be let pass.
 
 import { personName } from "../client.js";
+import { isBusy } from "./bar.js";
 import { button, fill, h, setText, show } from "../dom.js";
 import { steer } from "../steer.js";
 import { store } from "../store.js";
@@ -49,7 +50,7 @@ export function preflightCard({ procedure, station }) {
   function update() {
     const found = mine();
     const checking = store.state?.phase === "checking";
-    check.disabled = checking;
+    check.disabled = isBusy(store.state);
     setText(check.firstChild, checking ? t("preflight.checking") : found?.done ? t("preflight.again") : t("preflight.check"));
     for (const word of [...passed]) if (!fails().some((item) => item.override === word)) passed.delete(word);
     const ordered = (found?.items ?? []).toSorted((one, other) => GRAVEST.indexOf(one.state) - GRAVEST.indexOf(other.state));

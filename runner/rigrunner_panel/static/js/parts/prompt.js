@@ -2,7 +2,9 @@
 
 import { button, fill, h } from "../dom.js";
 import { typedNumber } from "../format.js";
-import { steer } from "../steer.js";
+import { field } from "./field.js";
+import { refusedWords } from "./notices.js";
+import { steer, steerOrRefuse } from "../steer.js";
 import { store } from "../store.js";
 import { said, t } from "../texts.js";
 
@@ -25,7 +27,7 @@ export function promptCard() {
     const picture = prompt.picture ? h("img", { class: "prompt-picture", src: prompt.picture, alt: t("prompt.picture") }) : null;
     const card = h("section", { class: "prompt", role: "dialog", "aria-labelledby": "prompt-text" },
       h("span", { class: "soft" }, stepOf(prompt.step)), h("p", { id: "prompt-text", class: "prompt-text" }, said(prompt.text)), picture,
-      prompt.kind === "confirm" ? choices(prompt, prompt.choices) : prompt.choices.length ? choices(prompt, prompt.choices) : field(prompt));
+      prompt.kind === "confirm" ? choices(prompt, prompt.choices) : prompt.choices.length ? choices(prompt, prompt.choices) : typed(prompt));
     fill(element, card);
     (card.querySelector("input") ?? card.querySelector("button")).focus();
   }
@@ -35,15 +37,19 @@ export function promptCard() {
     return h("div", { class: "prompt-buttons" }, words.map((word, i) => button(label(word), () => answer(word), { kind: i ? "huge" : "huge primary" })));
   }
 
-  function field(prompt) {
-    const input = h("input", { type: "text", id: "prompt-input", autocomplete: "off", "aria-describedby": "prompt-expected" });
-    return h("form", { class: "prompt-form", onsubmit: (event) => {
+  // What is refused is fixed where it stands.
+  function typed(prompt) {
+    const input = h("input", { type: "text", id: "prompt-input", autocomplete: "off" });
+    const asked = field(said(prompt.text), input, { hint: said(prompt.expected) || prompt.unit, kind: "prompt-field" });
+    return h("form", { class: "prompt-form", onsubmit: async (event) => {
       event.preventDefault();
-      answer(prompt.unit ? typedNumber(input.value) : input.value);
-    } },
-    h("label", { class: "visually-hidden", for: "prompt-input" }, said(prompt.text)), input,
-    h("p", { class: "soft", id: "prompt-expected" }, said(prompt.expected) || prompt.unit),
-    h("button", { type: "submit", class: "button huge primary" }, t("prompt.send")));
+      try {
+        await steerOrRefuse("run/answer", { prompt: prompt.id, text: prompt.unit ? typedNumber(input.value) : input.value });
+      } catch (error) {
+        asked.refuse(refusedWords(error));
+        input.focus();
+      }
+    } }, asked.element, h("button", { type: "submit", class: "button huge primary" }, t("prompt.send")));
   }
 
   return {
