@@ -15,7 +15,9 @@ ORDER = {
 }  # fmt: skip
 
 
-def test_a_certificate_goes_through_its_whole_life(new_screen, lab, tmp_path):
+def test_a_certificate_goes_through_its_whole_life(  # noqa: PLR0915  (a walk through it)
+    new_screen, lab, tmp_path
+):
     folder, key = tmp_path / "lab", tmp_path / "key.pem"
     shutil.copytree(lab, folder)
     assert call("sign", "--new-key", key).code == 0
@@ -56,11 +58,7 @@ def test_a_certificate_goes_through_its_whole_life(new_screen, lab, tmp_path):
         first.get_by_role("button", name="Amend").click()
         page.locator(".dialog").get_by_role("button", name="Amend").click()
         expect(page.locator("#amend-reason-note")).to_have_text("must not be empty")
-        page.locator("#amend-received").fill("2030-01-01")
         page.get_by_label("Reason", exact=True).fill("Another address")
-        page.locator(".dialog").get_by_role("button", name="Amend").click()
-        expect(page.locator("#amend-received-note")).to_contain_text("after the test")
-        page.locator("#amend-received").fill("")
         page.locator("#amend-customer_contact").fill("2 Street")
         page.locator(".dialog").get_by_role("button", name="Amend").click()
         expect(page.locator(".issued")).to_have_count(2)

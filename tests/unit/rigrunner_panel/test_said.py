@@ -316,8 +316,10 @@ def translated(tmp_path_factory):
         ),
         ("DOES NOT MATCH: 1 difference", "STIMMT NICHT ÜBEREIN: 1 Unterschied"),
         (
-            "bytes of run.h5: SHA-256 ab, and the certificate names cd; what differs in it is told"
-            " above",
+            (
+                "bytes of run.h5: SHA-256 ab, and the certificate names cd; what differs in it is"
+                " told above"
+            ),
             "Bytes von run.h5: SHA-256 ab, das Zertifikat nennt cd; was abweicht, steht oben",
         ),
         (
@@ -334,7 +336,10 @@ def translated(tmp_path_factory):
         ),
         (
             "signed by Ann at 2026-01-02T03:04:05Z, key SHA256:ab, which is trusted",
-            "unterschrieben von Ann am 2026-01-02T03:04:05Z, Schlüssel SHA256:ab, dem vertraut wird",
+            (
+                "unterschrieben von Ann am 2026-01-02T03:04:05Z, Schlüssel SHA256:ab, dem vertraut"
+                " wird"
+            ),
         ),
         (
             "no chart can be made. all runs: there are 8 values, and the baseline is the first 20",

@@ -4,7 +4,7 @@ import { go, goToRig, station as ofWindow } from "../address.js";
 import { get, personName, post } from "../client.js";
 import { button, fill, h, setText, show } from "../dom.js";
 import { draft, keepDraft, newDraft } from "../draft.js";
-import { UNKNOWN } from "../format.js";
+import { typedNumber, UNKNOWN } from "../format.js";
 import { isBusy } from "../parts/bar.js";
 import { askReason } from "../parts/dialogs.js";
 import { inputForm } from "../parts/inputs.js";
@@ -134,6 +134,7 @@ function addCard() {
   const form = h("form", { onsubmit: scanned }, field);
   let common = null;
   let plans = 0;
+  let measured = new Set(); // names of inputs that are numbers with units
 
   async function changed() {
     if (chosen.station !== ofWindow()) {
@@ -148,6 +149,7 @@ function addCard() {
     const plan = await tried(() => post("plan", { procedure: chosen.procedure, station: chosen.station }));
     if (!plan || mine !== plans) return; // another one was chosen meanwhile
     const asked = plan.inputs.filter((input) => input.name !== SPECIMEN);
+    measured = new Set(asked.filter((input) => input.unit).map((input) => input.name));
     show(simulated, plan.station.simulated);
     show(field, asked.length < plan.inputs.length);
     if (asked.length) {
@@ -213,7 +215,7 @@ function addCard() {
   }
 
   async function addList() {
-    if (await add(pasted.value, listNote, listField)) pasted.value = "";
+    if (await add(typedList(pasted.value, measured), listNote, listField)) pasted.value = "";
   }
 
   if (chosen.procedure && chosen.station) changed();
@@ -221,6 +223,15 @@ function addCard() {
     procedure, station, form, plain, others, simulated,
     h("details", {}, h("summary", {}, t("queue.list_title")), listField,
       h("div", { class: "row" }, h("label", { class: "button", for: "queue-file" }, t("queue.file")), h("span", { class: "visually-hidden-input" }, file), button(t("queue.add_list"), addList, { kind: "primary" }))));
+}
+
+// A list with the decimal points that the server reads, in its columns of numbers; where commas divide columns there are none.
+function typedList(text, measured) {
+  const [head, ...lines] = text.split("\n");
+  const between = ["\t", ";"].find((each) => head.includes(each));
+  const numbers = head.split(between).map((name) => measured.has(name.trim()));
+  if (!between || !numbers.some(Boolean)) return text;
+  return [head, ...lines.map((line) => line.split(between).map((cell, i) => (numbers[i] ? typedNumber(cell) : cell)).join(between))].join("\n");
 }
 
 function picker(kind, chosen, changed) {

@@ -1,0 +1,43 @@
+"""What of a page cannot be read: too wide, cut off, out of its button, or under something else."""
+
+from __future__ import annotations
+
+UNREADABLE = """() => {
+    const found = [];
+    const words = (e) => `${e.tagName.toLowerCase()}.${e.className}: ${e.textContent.slice(0, 60)}`;
+    const seen = (e) => {
+        const { width, height } = e.getBoundingClientRect();
+        return width > 1 && height > 1 && !e.closest('.visually-hidden, .cm-editor, iframe');
+    };
+    const box = (e) => {  // of the text, not of what stands around it
+        const range = document.createRange();
+        range.selectNodeContents(e);
+        return range.getBoundingClientRect();
+    };
+    const wide = document.documentElement.scrollWidth;
+    if (wide > innerWidth) found.push(`the page is ${wide} px wide`);
+    const texts = 'h1, h2, h3, th, td, dt, dd, p, li, .chip, .mark, .nav-link, .holder,'
+        + ' .readout *, .plot-title *';
+    for (const e of document.querySelectorAll(texts)) {
+        if (!seen(e) || !/hidden|clip/.test(getComputedStyle(e).overflow)) continue;
+        if (e.scrollWidth > e.clientWidth + 1) found.push(`cut off: ${words(e)}`);
+    }
+    for (const e of document.querySelectorAll('.button, .chip, .mark, .stop')) {
+        if (!seen(e)) continue;
+        const [inner, outer] = [box(e), e.getBoundingClientRect()];
+        const whole = inner.left >= outer.left + 1 && inner.right <= outer.right - 1;
+        if (!whole) found.push(`out of its frame: ${words(e)}`);
+    }
+    const texted = '.nav-link, .rig-name, .holder';
+    const parts = document.querySelectorAll(`.bar :is(${texted}, .chip, .button, select, .stop)`);
+    const bar = [...parts].filter(seen);
+    const boxes = bar.map((e) => (e.matches(texted) ? box(e) : e.getBoundingClientRect()));
+    boxes.forEach((one, i) => boxes.slice(i + 1).forEach((other, j) => {
+        const across = Math.min(one.right, other.right) - Math.max(one.left, other.left);
+        const down = Math.min(one.bottom, other.bottom) - Math.max(one.top, other.top);
+        if (across <= -2 || down <= 2) return;
+        found.push(`touch: ${words(bar[i])} | ${words(bar[i + 1 + j])}`);
+    }));
+    return found;
+}"""
+"""A script: a list of what cannot be read, in words."""

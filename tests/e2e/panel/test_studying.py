@@ -1,0 +1,92 @@
+"""Curves over each other and control charts, drawn: what a person sees of many stored runs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+from e2e.helpers_trends import store_results
+from e2e.panel.helpers_screen import running_panel
+
+SHIFTED_FROM = 34
+COLOURS = """canvas => {
+    const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+    const drawn = new Set();
+    for (let at = 0; at < data.length; at += 4) {
+        if (data[at + 3] > 250) drawn.add(`${data[at]},${data[at + 1]},${data[at + 2]}`);
+    }
+    return [...drawn];
+}"""
+RGB = """name => {
+    const hex = getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+    return [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16)).join(',');
+}"""
+
+
+def drawn_in(page, plot, name: str) -> bool:
+    """Say whether a plot has something in one of the screen's colours."""
+    return page.evaluate(RGB, name) in plot.locator("canvas").evaluate(COLOURS)
+
+
+@pytest.fixture
+def shifted(tmp_path):
+    """A lab with forty runs, of which the last ones are shifted."""
+    rng = np.random.default_rng(5)
+    torques = 0.72 + 0.01 * rng.normal(size=40)
+    torques[SHIFTED_FROM:] += 0.05
+    folder = tmp_path / "lab"
+    store_results(folder / "runs", torques, frequencies=400 + 0.1 * rng.normal(size=40))
+    return folder
+
+
+def test_a_control_chart_is_drawn_with_its_limits_and_the_runs_beyond_them(
+    new_screen, shifted, pictures
+):
+    with running_panel(shifted) as panel:
+        screen = new_screen(panel, locale="de-DE")
+        page = screen.page
+        page.goto(f"{panel.url}#/trends")
+        page.locator("#trend-quantity option[value=torque]").wait_for(state="attached")
+        page.locator("#trend-quantity").select_option("torque")
+        chart = page.locator(".trend-card")
+        expect(chart.locator("canvas")).to_be_visible()
+        page.wait_for_timeout(200)
+        assert drawn_in(page, chart, "compensated"), "the values"
+        assert drawn_in(page, chart, "raw"), "the limits, and the runs beyond them"
+        alarms = chart.locator(".changes li")
+        assert 1 <= alarms.count() <= 40 - SHIFTED_FROM + 9  # a rule may need nine in a row
+        expect(alarms.first).to_contain_text("außerhalb von 3 Standardabweichungen")
+        page.screenshot(path=pictures / "control-chart.png", full_page=True)
+        baseline, note = page.locator("#trend-baseline"), page.locator("#trend-baseline-note")
+        for wrong, words in (
+            ("gestern", "„gestern“ ist keine Grundlage"),
+            ("2", "eine Grundlage von 2 Werten ist zu kurz"),
+        ):
+            baseline.fill(wrong)
+            baseline.press("Tab")
+            expect(note).to_contain_text(words)
+            expect(baseline).to_have_attribute("aria-invalid", "true")
+        baseline.fill("41")
+        baseline.press("Tab")
+        expect(page.locator(".trends")).to_contain_text("es gibt 40 Werte")
+        expect(note).to_have_text("")
+        baseline.fill("20")
+        baseline.press("Tab")
+        expect(chart.locator("canvas")).to_be_visible()
+
+
+def test_results_and_curves_of_two_runs_are_drawn_over_each_other(new_screen, panel, pictures):
+    runs = sorted(each.name for each in panel.runs.iterdir() if "QUICK" in each.name)[:2]
+    screen = new_screen()
+    page = screen.page
+    screen.open(f"#/overlay/{'/'.join(runs)}")
+    curve = page.locator(".overlay-columns .card").last
+    expect(curve.locator("canvas")).to_be_visible()
+    page.locator("#overlay-channel").select_option("tester.torque")
+    expect(curve.locator(".plot-title")).to_contain_text("tester.torque")
+    page.wait_for_timeout(200)
+    for number, name in enumerate(("compensated", "raw")):
+        assert drawn_in(page, curve, name), f"the curve of {runs[number]}"
+        expect(curve.locator(".legend").first).to_contain_text(runs[number])
+    page.screenshot(path=pictures / "overlay-drawn.png")

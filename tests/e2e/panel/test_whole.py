@@ -1,0 +1,347 @@
+"""Every page and form in two sizes, two languages and two themes: read whole, by everybody."""
+
+from __future__ import annotations
+
+import shutil
+
+import pytest
+from playwright.sync_api import expect
+
+from e2e.panel.helpers_screen import (
+    ASKS,
+    BENCH,
+    LOADED,
+    NAME,
+    OVERDUE,
+    STATION,
+    axe_script,
+    quick_lab,
+    running_panel,
+)
+from e2e.panel.helpers_whole import UNREADABLE
+from helpers_cli import call
+from helpers_thorough import first
+
+SIZES = {"desk": (1280, 720), "tablet": (820, 1180)}
+WAYS = ["desk de-DE light", "tablet en-GB dark", "tablet de-DE light", "desk en-GB dark"]
+LEVELS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
+RUNS = 6
+ORDER = {
+    "customer": "C",
+    "customer_contact": "Street 1",
+    "item": "bearing",
+    "item_condition": "new",
+}
+
+
+@pytest.fixture(scope="session")
+def studied(made_once):
+    """A lab with two benches in order, some runs of one lot, and a queue; it is copied."""
+
+    def fill(folder) -> None:
+        lab = folder / "lab"
+        quick_lab(lab)
+        other = (lab / BENCH).read_text(encoding="utf-8")
+        other = other.replace("id: bench-1", "id: bench-2").replace(STATION, "The other bench")
+        (lab / "other.yaml").write_text(other, encoding="utf-8")
+        pair = (lab / "procedures/quick_torque.yaml", "--station", lab / BENCH)
+        for number in range(RUNS):
+            given = (f"specimen=SN-{number}", "type=GE20", "lot=L-1")
+            sets = [word for each in given for word in ("--set", each)]
+            done = call("run", *pair, "--runs", lab / "runs", "--unattended", *sets)
+            assert done.code == 0, done.err
+
+    return made_once("studied_lab", fill) / "lab"
+
+
+@pytest.fixture
+def studied_lab(studied, tmp_path, monkeypatch):
+    """A copy of that lab, in which this process is."""
+    folder = shutil.copytree(studied, tmp_path / "lab")
+    monkeypatch.chdir(folder)
+    return folder
+
+
+def fill_queue(folder) -> None:
+    """Queue specimens of each status."""
+    runs, by = ("--runs", folder / "runs"), ("--by", NAME)
+    pair = ("procedures/quick_torque.yaml", "--station", BENCH)
+    more = ("--set", "type=GE20", "--set", "lot=L-7")
+    for words in (
+        ("add", *pair, "B-100", "B-101", "B-102", *more, *by),
+        ("add", *pair, "B-104", "--propose", "--by", "LIMS"),
+        ("hold", "2", "--reason", "inner ring is dirty", *by),
+        ("skip", "1", "--reason", "lost", *by),
+    ):
+        assert call("queue", *words, *runs).code == 0
+
+
+class Walk:
+    """A window that looks at each page it comes to, and keeps what is wrong with it."""
+
+    def __init__(self, screen, pictures, way: str) -> None:
+        self.screen, self.page, self.pictures, self.way = screen, screen.page, pictures, way
+        self.wrong: list[str] = []
+        self.page.add_init_script(path=axe_script())
+
+    def look(self, name: str) -> None:
+        """Take a picture, and keep what cannot be read or used."""
+        self.page.wait_for_timeout(300)
+        self.page.screenshot(path=self.pictures / f"whole-{name}-{self.way}.png")
+        self.wrong += [f"{name}: {each}" for each in self.page.evaluate(UNREADABLE)]
+        wanted = {"resultTypes": ["violations"], "runOnly": LEVELS}
+        found = self.page.evaluate("wanted => axe.run(document, wanted)", wanted)
+        self.wrong += [
+            f"{name}: {each['id']}: {each['nodes'][0]['html'][:120]}"
+            for each in found["violations"]
+        ]
+
+    def choose(self, procedure: str, station: str = STATION) -> None:
+        """Choose without words of the screen."""
+        self.page.locator(".item", has_text=procedure).first.click()
+        self.page.locator(".item", has_text=station).first.click()
+        self.page.locator(".actions .button").click()
+        self.page.wait_for_selector(".preflight")
+
+    def check(self) -> None:
+        """Do the preflight."""
+        self.page.locator(".preflight > .button").click()
+        self.page.locator(".light .sign").first.wait_for()
+        expect(self.page.locator(".preflight > .button")).to_be_enabled()
+
+
+@pytest.fixture
+def walk(new_screen, studied_lab, pictures):
+    """Open a window of a size, a language and a theme at a panel of its own."""
+    running = []
+
+    def opened(size, locale, theme) -> Walk:
+        fill_queue(studied_lab)
+        panel = running_panel(studied_lab)
+        running.append(panel)
+        width, height = SIZES[size]
+        screen = new_screen(
+            panel.__enter__(), viewport={"width": width, "height": height}, locale=locale,
+            color_scheme=theme,
+        )  # fmt: skip
+        return Walk(screen, pictures, f"{size}-{locale}-{theme}")
+
+    yield opened
+    for each in running:
+        each.__exit__(None, None, None)
+
+
+@pytest.mark.parametrize("way", first(1, WAYS))
+def test_before_during_and_after_a_run(walk, way):  # noqa: PLR0915  (a walk)
+    at = walk(*way.split())
+    page = at.page
+    page.goto(at.screen.panel.url)
+    expect(page.locator(".rig")).to_have_count(3)
+    at.look("rigs")
+    at.screen.open()
+    page.wait_for_selector(".item")
+    at.look("choose")
+    at.choose(LOADED, OVERDUE)
+    page.wait_for_url("**overdue.yaml**")
+    page.locator("#input-operator").fill(NAME)
+    at.check()
+    at.look("red")
+    page.locator(".light.fail input").first.check()
+    at.look("let-pass")
+    at.screen.open()
+    at.choose(ASKS)
+    at.look("setup")
+    for name, text in (("specimen", "B-17"), ("type", "GE20"), ("lot", "L-7"), ("operator", NAME)):
+        page.locator(f"#input-{name}").fill(text)
+    at.check()
+    page.locator("#realtime").uncheck()
+    at.look("ready")
+    page.locator(".start-card .primary").click()
+    page.locator(".prompt").wait_for()
+    at.look("question")
+    page.locator(".prompt button").first.click()
+    page.locator("#prompt-input").fill("41")
+    page.keyboard.press("Enter")
+    expect(page.locator("#prompt-input-note")).to_contain_text("41 °C")
+    at.look("question-refused")
+    page.locator("#prompt-input").fill("22,5" if "de-DE" in way else "22.5")
+    page.keyboard.press("Enter")
+    page.locator(".run-foot .banner.warn").wait_for()
+    at.look("tripped")
+    buttons = page.locator(".run-buttons .button:visible")
+    buttons.nth(2).click()
+    page.locator(".dialog .primary").click()  # without a reason
+    expect(page.locator("#dialog-text-note")).not_to_be_empty()
+    at.look("dialog")
+    page.keyboard.press("Escape")
+    page.goto(at.screen.panel.url)
+    page.locator(".rig.alarm, .rig.paused").wait_for()
+    at.look("rigs-busy")
+    at.screen.open("#/manual")
+    page.locator(".manual-open").wait_for()
+    at.look("manual-in-use")
+    at.screen.open("#/run")
+    page.locator(".run-buttons").wait_for()
+    page.keyboard.press("F9")
+    at.screen.wait_for_result()
+    at.look("stopped")
+    page.goto(f"{at.screen.panel.url}?rig={BENCH}#/")
+    at.choose(LOADED)
+    at.check()
+    page.locator("#realtime").check()
+    page.locator(".start-card .primary").click()
+    page.locator(".prompt-picture").wait_for()
+    at.look("picture")
+    page.locator(".prompt button").first.click()
+    at.screen.panel.wait_for("running")
+    at.look("settling")
+    at.screen.wait_for_compensation()
+    at.look("recording")
+    page.keyboard.press("F8")
+    page.locator(".run-foot .banner.warn").wait_for()
+    at.look("paused")
+    buttons.nth(3).click()
+    at.look("channels")
+    buttons.nth(3).click()
+    buttons.nth(4).click()
+    for over in ("", "tester.angle"):
+        page.locator(".plot-add select").first.select_option("tester.torque")
+        page.locator(".plot-add select").last.select_option(over)
+        page.locator(".plot-add .button").click()
+    at.look("plots")
+    page.keyboard.press("F9")
+    at.screen.wait_for_result()
+    assert at.wrong == []
+
+
+@pytest.mark.parametrize("way", first(1, WAYS))
+def test_what_is_stored(walk, way):  # noqa: PLR0915  (a walk)
+    at = walk(*way.split())
+    page = at.page
+    at.screen.open("#/history")
+    expect(page.locator(".runs tbody tr")).to_have_count(RUNS + 2)
+    at.look("history")
+    page.locator("#history-search").fill("zzz")
+    page.locator(".nothing").wait_for()
+    at.look("history-nothing")
+    folder = at.screen.panel.runs
+    names = sorted(each.name for each in folder.iterdir() if "QUICK-ST_SN" in each.name)
+    at.screen.open(f"#/runs/{names[0]}")
+    page.locator(".result-head .verdict.pass").wait_for()
+    at.look("result")
+    page.locator("summary h2").last.click()
+    submit = page.locator("form.inputs button[type=submit]")
+    submit.click()
+    expect(page.locator("#certificate-customer")).to_be_focused()
+    at.look("certificate-empty")
+    for name, text in {**ORDER, "by": NAME, "received": "2026-01-01"}.items():
+        page.locator(f"#certificate-{name}").fill(text)
+    submit.click()
+    page.locator(".issued").wait_for()
+    submit.click()
+    expect(page.locator("#certificate-copy")).to_be_focused()
+    at.look("certificate-refused")
+    page.locator(".issued .button").first.click()
+    page.locator(".issued .good-text, .issued .bad-text").first.wait_for()
+    page.locator(".issued details summary").click()
+    at.look("verified")
+    page.locator(".issued .button").nth(1).click()
+    page.locator(".dialog").wait_for()
+    at.look("amend")
+    page.keyboard.press("Escape")
+    at.screen.open(f"#/compare/{names[0]}/{names[-1]}")
+    page.locator(".compare .banner").wait_for()
+    at.look("compare")
+    at.screen.open(f"#/overlay/{'/'.join(names[:3])}")
+    expect(page.locator(".overlay-columns .card").last.locator(".plot canvas")).to_be_visible()
+    at.look("overlay")
+    at.screen.open("#/trends")
+    page.locator("#trend-baseline").wait_for()
+    expect(page.locator("#trend-quantity option").first).to_be_attached()
+    page.locator("#trend-baseline").fill("x")
+    page.keyboard.press("Tab")
+    expect(page.locator("#trend-baseline-note")).to_contain_text("x")
+    at.look("trends-refused")
+    page.locator("#trend-baseline").fill("4")
+    page.keyboard.press("Tab")
+    page.locator(".trend-card canvas").first.wait_for()
+    at.look("trends")
+    at.screen.open("#/runs/none")
+    page.locator(".result-body .banner").wait_for()
+    at.look("gone")
+    assert at.wrong == []
+
+
+@pytest.mark.parametrize("way", first(1, WAYS))
+def test_queue_hand_and_procedures(walk, way):
+    at = walk(*way.split())
+    page = at.page
+    at.screen.open("#/queue")
+    expect(page.locator(".queue-table tbody tr")).to_have_count(4)
+    page.locator("#queue-procedure").select_option("procedures/quick_torque.yaml")
+    page.locator("#input-operator").fill(NAME)
+    at.look("queue")
+    page.locator("#queue-scan").fill("B-101")
+    page.keyboard.press("Enter")
+    expect(page.locator("#queue-scan-note")).to_contain_text("B-101")
+    at.look("queue-refused")
+    page.locator(".queue-add details > summary").click()
+    page.locator("#queue-list").fill("specimen;lot\nSN-4;L-8\nSN-5")
+    page.locator(".queue-add details .primary").click()
+    expect(page.locator("#queue-list-note li")).to_have_count(1)
+    at.look("queue-list-refused")
+    at.screen.open("#/manual")
+    page.locator(".manual-open").wait_for()
+    at.look("manual")
+    at.check()
+    page.locator(".manual-open .primary").click()
+    page.locator(".drive").first.wait_for()
+    for place, text in ((0, "99"), (1, "abc")):
+        page.locator(".drive input").nth(place).fill(text)
+        page.locator(".drive input").nth(place).press("Enter")
+    page.locator("#cycles").fill("2")
+    page.locator(".manual-record .primary").click()
+    expect(page.locator(".manual .field.bad")).to_have_count(3)
+    at.look("manual-refused")
+    page.locator(".manual .head .button").first.click()
+    page.locator(".channels tbody tr").first.wait_for()
+    at.look("manual-channels")
+    page.locator(".manual .head .button").last.click()
+    at.screen.panel.wait_for("finished")
+    at.look("manual-ended")
+    at.screen.open("#/procedures")
+    page.locator(".runs tbody tr").first.wait_for()
+    at.look("procedures")
+    page.locator(".runs tbody tr", has_text="quick_torque").first.click()
+    page.locator(".problems-box .good-text").wait_for()
+    at.look("procedure")
+    page.locator(".cm-content").click()
+    page.keyboard.press("Control+Home")
+    page.keyboard.type("nonsense: 3\n")
+    page.locator(".problems-box li").first.wait_for()
+    at.look("procedure-wrong")
+    at.screen.open("#/procedures/starting_torque_1000n")
+    page.locator(".problems-box .good-text").wait_for()
+    at.look("procedure-shipped")
+    assert at.wrong == []
+
+
+@pytest.mark.parametrize("locale", ["de-DE", "en-GB"])
+def test_the_bar_is_whole_in_every_width(new_screen, studied_lab, locale):
+    with running_panel(studied_lab) as panel:
+        screen = new_screen(panel, locale=locale)
+        page = screen.page
+        page.set_viewport_size({"width": 1280, "height": 720})
+        screen.open()
+        page.locator(".control .button").first.click()
+        screen.say_name(NAME)
+        page.locator(".control .quiet:visible").wait_for()
+        for width in (820, 1024, 1150, 1280, 1366, 1440, 1500, 1600, 1920):
+            page.set_viewport_size({"width": width, "height": 900})
+            page.wait_for_timeout(100)
+            found = page.evaluate(UNREADABLE)
+            assert (width, [each for each in found if "cut off" not in each]) == (width, [])
+            name = "getComputedStyle(document.querySelector('.holder')).overflow && "
+            size = "document.querySelector('.holder')"
+            whole = f"{name} {size}.scrollWidth <= {size}.clientWidth + 1"
+            assert page.evaluate(whole), f"who has control is cut off at {width}"
