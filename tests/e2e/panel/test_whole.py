@@ -25,7 +25,7 @@ from helpers_thorough import first
 SIZES = {"desk": (1280, 720), "tablet": (820, 1180)}
 WAYS = ["desk de-DE light", "tablet en-GB dark", "tablet de-DE light", "desk en-GB dark"]
 LEVELS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
-RUNS = 6
+RUNS = 10
 ORDER = {
     "customer": "C",
     "customer_contact": "Street 1",
@@ -147,6 +147,7 @@ def test_before_during_and_after_a_run(walk, way):  # noqa: PLR0915  (a walk)
     at.check()
     at.look("red")
     page.locator(".light.fail input").first.check()
+    expect(page.locator("#override-by")).to_have_value(NAME)  # it was typed above already
     at.look("let-pass")
     at.screen.open()
     at.choose(ASKS)
@@ -187,6 +188,8 @@ def test_before_during_and_after_a_run(walk, way):  # noqa: PLR0915  (a walk)
     at.look("stopped")
     page.goto(f"{at.screen.panel.url}?rig={BENCH}#/")
     at.choose(LOADED)
+    for name, text in (("specimen", "B-18"), ("type", "GE20"), ("lot", "L-7")):
+        page.locator(f"#input-{name}").fill(text)
     at.check()
     page.locator("#realtime").check()
     page.locator(".start-card .primary").click()
@@ -262,7 +265,7 @@ def test_what_is_stored(walk, way):  # noqa: PLR0915  (a walk)
     page.keyboard.press("Tab")
     expect(page.locator("#trend-baseline-note")).to_contain_text("x")
     at.look("trends-refused")
-    page.locator("#trend-baseline").fill("4")
+    page.locator("#trend-baseline").fill("10")
     page.keyboard.press("Tab")
     page.locator(".trend-card canvas").first.wait_for()
     at.look("trends")

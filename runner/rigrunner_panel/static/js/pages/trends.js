@@ -46,7 +46,7 @@ export function trendsPage() {
     try {
       const query = { quantity: quantity.value, by: by.value, chart: chart.value, baseline: baseline.value() };
       const found = await working(told, t("trends.charting"), () => get("trend", query));
-      if (mine !== asked) return;
+      if (mine !== asked) return; // something else was asked meanwhile
       clear();
       fill(charts, found.charts.map((each) => group(each, found)));
       fill(told, found.warnings.map((text) => h("p", { class: "banner warn" }, said(text))), left(found));

@@ -57,6 +57,7 @@ export function preflightCard({ procedure, station }) {
     fill(items, ordered.map(light));
     setText(note, !found ? t("preflight.not_yet") : !found.done ? t("preflight.checking") : found.may_start ? t("preflight.green") : t("preflight.red"));
     show(override, passed.size > 0);
+    if (!by.value) by.value = personName(); // who it is was asked for the control meanwhile
     card.onchange();
   }
 
