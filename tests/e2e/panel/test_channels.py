@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import shutil
+
 import pytest
 from playwright.sync_api import expect
 
-from e2e.panel.helpers_screen import ENDLESS, wait_until
+from e2e.panel.helpers_screen import ASKS, ENDLESS, running_panel, wait_until
 from helpers_thorough import first
 
 LAG = """async () => {
@@ -106,3 +108,53 @@ def test_the_operator_chooses_plots_which_are_kept_for_the_procedure(new_screen,
     expect(plots).to_have_count(1)
     page.get_by_role("button", name="STOP").click()
     panel.wait_for("finished")
+
+
+PAST = """async () => {
+    const { store } = await import("/js/store.js");
+    const { pastOf } = await import("/js/past.js");
+    const names = store.state.channels.map(({ name }) => name);
+    return names.filter((name) => pastOf(name).length < 2);
+}"""
+
+
+def each_is_live(page, phase: str) -> None:
+    """Every channel has a row, an age and a strip; none is old while nothing is recorded."""
+    rows = page.locator(".channels tbody tr")
+    expect(rows.first).to_be_visible()
+    expect(page.locator(".channels tbody tr.old")).to_have_count(0)
+    count = page.evaluate("import('/js/store.js').then(({ store }) => store.state.channels.length)")
+    assert count >= 8
+    expect(rows).to_have_count(count)
+    expect(page.locator(".channels canvas.strip:visible")).to_have_count(count)
+    page.wait_for_function(f"({PAST})().then((without) => without.length === 0)")
+    assert page.evaluate("import('/js/store.js').then(({ store }) => store.state.phase)") == phase
+
+
+def test_each_channel_is_live_while_it_waits_settles_or_pauses(new_screen, lab, tmp_path):
+    folder = shutil.copytree(lab, tmp_path / "lab")
+    path = folder / "procedures/quick_asks.yaml"
+    text = path.read_text(encoding="utf-8")
+    assert "- settle: {cycles: 1}" in text
+    path.write_text(text.replace("- settle: {cycles: 1}", "- settle: {cycles: 120}"), "utf-8")
+    with running_panel(folder) as panel:
+        screen = new_screen(panel)
+        page = screen.page
+        screen.open()
+        screen.choose(ASKS)
+        screen.fill_in()
+        screen.check_rig()
+        page.get_by_role("button", name="Start", exact=True).click()
+        page.locator(".prompt").wait_for()
+        page.evaluate("document.querySelectorAll('.run-buttons .button')[4].click()")
+        each_is_live(page, "asking")
+        page.locator(".prompt").get_by_role("button", name="Yes").click()
+        panel.wait_for("running")
+        expect(page.locator(".step.running")).to_contain_text("Settle for 120 cycles")
+        each_is_live(page, "running")
+        page.locator("#prompt-input").fill("22.5")
+        page.keyboard.press("Enter")
+        panel.wait_for("paused")
+        each_is_live(page, "paused")
+        page.get_by_role("button", name="STOP").click()
+        screen.wait_for_result()

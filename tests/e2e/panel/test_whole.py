@@ -25,7 +25,7 @@ from helpers_thorough import first
 SIZES = {"desk": (1280, 720), "tablet": (820, 1180)}
 WAYS = ["desk de-DE light", "tablet en-GB dark", "tablet de-DE light", "desk en-GB dark"]
 LEVELS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
-RUNS = 10
+RUNS = 4
 ORDER = {
     "customer": "C",
     "customer_contact": "Street 1",
@@ -267,7 +267,8 @@ def test_what_is_stored(walk, way):  # noqa: PLR0915  (a walk)
     at.look("trends-refused")
     page.locator("#trend-baseline").fill("10")
     page.keyboard.press("Tab")
-    page.locator(".trend-card canvas").first.wait_for()
+    page.locator(".trends .bad-text").wait_for()  # too few of them for a chart
+    expect(page.locator("#trend-baseline-note")).to_have_text("")
     at.look("trends")
     at.screen.open("#/runs/none")
     page.locator(".result-body .banner").wait_for()
@@ -306,10 +307,7 @@ def test_queue_hand_and_procedures(walk, way):
     page.locator(".manual-record .primary").click()
     expect(page.locator(".manual .field.bad")).to_have_count(3)
     at.look("manual-refused")
-    page.locator(".manual .head .button").first.click()
-    page.locator(".channels tbody tr").first.wait_for()
-    at.look("manual-channels")
-    page.locator(".manual .head .button").last.click()
+    page.locator(".manual .head .button").click()
     at.screen.panel.wait_for("finished")
     at.look("manual-ended")
     at.screen.open("#/procedures")

@@ -345,6 +345,13 @@ def translated(tmp_path_factory):
             "no chart can be made. all runs: there are 8 values, and the baseline is the first 20",
             "keine Karte möglich. all runs: es gibt 8 Werte, die Grundlage sind die ersten 20",
         ),
+        (
+            "no no-load recording within 2.0% of 10.5 Hz (live); the no-load run has 10 Hz, 20 Hz",
+            (
+                "keine Leerlaufaufnahme innerhalb 2.0 % von 10.5 Hz (live); die Leerlaufprüfung hat"
+                " 10 Hz, 20 Hz"
+            ),
+        ),
         ("'rigrunner archive search' shows runs", "Verlauf zeigt die Prüfungen"),
         (
             "--received 2030-01-01 is after the test, which began on 2026-01-02 (UTC)",

@@ -5,7 +5,6 @@ import { button, fill, h, setText, show } from "../dom.js";
 import { draft } from "../draft.js";
 import { fixed, plain, typedNumber, withUncertainty } from "../format.js";
 import { alarmStrip } from "../parts/alarms.js";
-import { channelList } from "../parts/channels.js";
 import { isBusy } from "../parts/bar.js";
 import { endedBanners } from "../parts/ended.js";
 import { field } from "../parts/field.js";
@@ -33,27 +32,18 @@ export function manualPage() {
   const recording = h("p", { class: "soft", role: "status" });
   const cycles = field(t("manual.cycles"), h("input", { type: "text", inputmode: "numeric", id: "cycles", autocomplete: "off", value: String(CYCLES) }), { kind: "narrow" });
   const record = button(t("manual.record"), () => recordPoint(), { kind: "primary big" });
-  const channels = channelList();
-  const plots = h("div", { class: "manual-plots" }, swing.element, frequency.element);
-  const watch = button(t("channels.title"), () => seeChannels(channels.element.hidden), { kind: "big", "aria-pressed": "false" });
   const close = button(t("manual.close"), () => steer("manual/close"), { kind: "big" });
   const points = h("ul", { class: "manual-points" });
   const bench = h("div", { class: "manual-bench" },
     numbers.element,
-    plots, channels.element,
+    h("div", { class: "manual-plots" }, swing.element, frequency.element),
     h("div", { class: "manual-side" },
       h("section", { class: "card" }, h("h2", {}, t("manual.drives")), drives),
       h("section", { class: "card manual-record" }, h("h2", {}, t("manual.points")),
         h("div", { class: "row" }, cycles.element, record), recording, points)),
     alarms.element);
-  const element = h("div", { class: "page manual" }, h("div", { class: "head" }, h("h1", {}, t("manual.title")), h("div", { class: "row" }, watch, close)), opener.element, bench);
+  const element = h("div", { class: "page manual" }, h("div", { class: "head" }, h("h1", {}, t("manual.title")), close), opener.element, bench);
   let built = "";
-
-  function seeChannels(on) {
-    show(channels.element, on);
-    show(plots, !on);
-    watch.setAttribute("aria-pressed", String(on));
-  }
 
   function recordPoint() {
     const count = Number(cycles.value());
@@ -69,7 +59,7 @@ export function manualPage() {
     const open = state.phase === "manual" && state.manual;
     show(bench, Boolean(open) || (state.job?.kind === "manual" && state.phase !== "idle" && state.phase !== "finished"));
     show(opener.element, !open && state.job?.kind !== "manual" || state.phase === "finished" || state.phase === "idle");
-    for (const each of [watch, close]) show(each, Boolean(open));
+    show(close, Boolean(open));
     opener.update();
     numbers.update();
     alarms.update();
@@ -103,7 +93,8 @@ export function manualPage() {
     element,
     leave() {
       forget();
-      for (const each of [swing, frequency, channels]) each.leave();
+      swing.leave();
+      frequency.leave();
     },
   };
 }

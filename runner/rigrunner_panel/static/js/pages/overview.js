@@ -73,7 +73,7 @@ function rigCard({ station }) {
     show(alarm, rig.alarms.length > 0);
     setText(alarm, rig.alarms.map(said).join(" · "));
     const why = rig.problem || rig.waits_for || (busy ? "" : rig.reason);
-    show(waits, Boolean(why));
+    show(waits, Boolean(why) && !rig.alarms.includes(why)); // an alarm says it already
     setText(waits, said(why));
     const next = rig.next ? t("rigs.next", { name: rig.next, count: rig.waiting }) : rig.waiting ? t("queue.waiting", { count: rig.waiting }) : t("rigs.queue_empty");
     setText(foot, [next, rig.automatic_by ? t("rigs.automatic") : "", rig.control ? t("control.other", { name: rig.control }) : t("control.none")].filter(Boolean).join(" · "));

@@ -4,7 +4,7 @@ import { fill, h, setText } from "../dom.js";
 import { clock, fixed, plain, UNKNOWN, withUncertainty } from "../format.js";
 import { isOld } from "./channels.js";
 import { store } from "../store.js";
-import { t } from "../texts.js";
+import { said, t } from "../texts.js";
 
 function readout(name, kind = "") {
   const value = h("span", { class: "readout-value" }, UNKNOWN);
@@ -94,7 +94,8 @@ export function readouts() {
       setText(rig.value, unit(point?.rig_nm, 3, "N·m"));
       setText(rig.small, state.live?.method ?? "");
       setText(torque.value, point && Number.isFinite(point.torque_nm) ? withUncertainty(point.torque_nm, point.U_nm, "N·m") : UNKNOWN);
-      setText(torque.small, point && Number.isFinite(point.torque_nm) ? t("read.at", { value: `${plain(point.set_frequency_hz)} Hz` }) : state.live?.problem ?? "");
+      setText(torque.small, point && Number.isFinite(point.torque_nm) ? t("read.at", { value: `${plain(point.set_frequency_hz)} Hz` }) : said(state.live?.problem ?? ""));
+      torque.small.title = torque.small.textContent; // two lines of it are seen
     },
   };
 }
