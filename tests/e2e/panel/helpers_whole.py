@@ -31,7 +31,12 @@ UNREADABLE = """() => {
     const texted = '.nav-link, .rig-name, .holder';
     const parts = document.querySelectorAll(`.bar :is(${texted}, .chip, .button, select, .stop)`);
     const bar = [...parts].filter(seen);
-    const boxes = bar.map((e) => (e.matches(texted) ? box(e) : e.getBoundingClientRect()));
+    const boxes = bar.map((e) => {
+        const [inner, outer] = [box(e), e.getBoundingClientRect()];
+        if (!e.matches(texted)) return outer;
+        const { top, bottom } = inner;
+        return { top, bottom, left: inner.left, right: Math.min(inner.right, outer.right) };
+    });
     boxes.forEach((one, i) => boxes.slice(i + 1).forEach((other, j) => {
         const across = Math.min(one.right, other.right) - Math.max(one.left, other.left);
         const down = Math.min(one.bottom, other.bottom) - Math.max(one.top, other.top);
