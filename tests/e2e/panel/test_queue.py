@@ -86,9 +86,7 @@ def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(  # noqa: PLR0915  (
         page = open_queue(panel).page
         page.locator("#queue-scan").focus()
         page.keyboard.type("SN-1")
-        page.keyboard.press("Enter")
-        page.locator("#dialog-text").fill(NAME)
-        page.keyboard.press("Enter")
+        page.keyboard.press("Enter")  # the name stands in the form: it is not asked again
         row(page, "SN-1").wait_for()
         scan(page, "SN-2", "SN-3")
         page.locator("#queue-scan").fill("SN-2")
@@ -168,9 +166,7 @@ def test_a_second_start_is_queued_and_hostile_specimens_are_text(open_queue, own
         page = screen.page
         page.locator("#queue-scan").focus()
         page.keyboard.type(hostile)
-        page.keyboard.press("Enter")
-        page.locator("#dialog-text").fill(NAME)
-        page.keyboard.press("Enter")
+        page.keyboard.press("Enter")  # the name stands in the form: it is not asked again
         row(page, "<img").wait_for()
         assert page.evaluate("window.hacked") is None
         page.get_by_role("button", name="Start <img").click()
