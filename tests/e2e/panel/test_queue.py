@@ -79,9 +79,7 @@ def test_scans_that_do_not_wait_for_each_other_are_all_added_in_order(open_queue
 
 
 @pytest.mark.thorough
-def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(  # noqa: PLR0915  (a walk through it)
-    open_queue, own_lab
-):
+def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(open_queue, own_lab):
     with running_panel(own_lab) as panel:
         page = open_queue(panel).page
         page.locator("#queue-scan").focus()
