@@ -26,7 +26,7 @@ LIST = (
 CHECK = (LIST[0], FLOORS | {"clock", "interlock", "procedure", "registry", "steps", "yamlfile"})
 CHECK_ON_STATION = (
     CHECK[0] | {"numpy"},  # the devices are made, to ask them what they can do
-    CHECK[1] | {"analysis", "plan", "rig", "signal", "station"},
+    CHECK[1] | {"plan", "rig", "signal", "station"},
 )
 COMMANDS = {
     ("--help",): HELP,
