@@ -144,7 +144,7 @@ def kept(screen):
         return made, found, float(group["conditions/tester_late"][()])
 
 
-def measure(what, seconds):
+def measured(what, seconds):
     """Serve, watch, and print what it took."""
     recording = ["fast.yaml", "other.yaml"] if what == "two" else ["fast.yaml"]
     watched = recording if what == "two" else ["many.yaml"]
@@ -202,4 +202,4 @@ def measure(what, seconds):
 
 if __name__ == "__main__":
     words = sys.argv[1:] or ["values"]
-    measure(words[0], int((words[1:] or ["40"])[0]))
+    measured(words[0], int((words[1:] or ["40"])[0]))

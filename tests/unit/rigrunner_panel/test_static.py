@@ -82,9 +82,16 @@ def scripts(tmp_path_factory):
     return folder
 
 
-def node(folder, *words):
+def node(folder, *words, program=""):
+    """Run Node; a program comes by its input, since an argument of Linux ends at 128 kB."""
     return subprocess.run(
-        ["node", *words], cwd=folder, capture_output=True, text=True, check=False, timeout=60
+        ["node", *words],
+        cwd=folder,
+        input=program,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
     )
 
 
@@ -98,7 +105,7 @@ def evaluated(scripts, module, expression):
     program = (
         f"import * as m from './js/{module}.js';process.stdout.write(JSON.stringify({expression}));"
     )
-    done = node(scripts, "--input-type=module", "-e", program)
+    done = node(scripts, "--input-type=module", "-", program=program)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 
