@@ -1,1 +1,1 @@
-"""From a stored run and its result to the content of a certificate; the laboratory's own part."""
+"""The content of certificates, from a stored run and its result, and the letterhead."""

@@ -1,4 +1,4 @@
-"""A document that replaces another: what was measured stays, what people stated may change.
+"""Amendments: a document that replaces another with the same measurements.
 
 ISO/IEC 17025:2017, 7.8.8: a further document with its own number, which names the original; every
 change of information is identified, with the reason.
@@ -29,7 +29,7 @@ PLACES = {
     "sampling": ("item", "sampling"),
     "operator": ("performance", "operator"),
 }
-"""Where in a certificate each field of an order stands."""
+"""The place of each field of an order in a certificate."""
 
 
 def amended(
@@ -39,10 +39,10 @@ def amended(
     issue: Issue,
     decided: Conformity | None = None,
 ) -> Certificate:
-    """Return the further document; `issue.amends` names the original, its changes are added here.
+    """Return the amended document; `issue.amends` names the original, the changes are added.
 
-    `decided` is what a later decision states in the place of the original's. Raises UsageError for
-    a value that is the same as before, or not allowed.
+    `decided` is the statement of a later decision. Raises UsageError for an unchanged or invalid
+    value.
     """
     assert issue.amends is not None  # noqa: S101  (the caller amends)
     changes = (*_changes(original, given), *_decided_otherwise(original, decided))
@@ -77,7 +77,7 @@ def amended(
 
 
 def amendment_of(original: Certificate, sha256: str, reason: str, by: str) -> Amendment:
-    """Return what the further document says of the original."""
+    """Return the amendment statement."""
     return Amendment(
         number=original.number,
         issued_utc=original.issued_utc,

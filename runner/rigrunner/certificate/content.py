@@ -1,4 +1,4 @@
-"""Puts a certificate together from a stored run, its result, and what people know."""
+"""The content of a certificate, from a stored run, its result, and what people state."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ if TYPE_CHECKING:
     from rigrunner.runfile import StoredRun
 
 REVISION = 4
-"""Of what is taken from a run and its result: one more where the same run gives another content.
+"""Revision of the extraction from a run and its result; increased by each change of the content.
 
-A new revision of a method has its own number, and is none of this one.
+Revisions of methods have their own numbers.
 """
 APPROVED, DRAFT = "approved", "draft"
 _APPROVAL = tuple(Approval.model_fields)
@@ -58,21 +58,21 @@ _APPROVAL = tuple(Approval.model_fields)
 
 @dataclass(frozen=True, kw_only=True)
 class Source:
-    """A stored run with its result: all of a certificate that was measured."""
+    """A stored run with its result: everything measured on a certificate."""
 
     stored: StoredRun
     result: Result
     file_sha256: str
-    """Of the bytes of `run.h5`."""
+    """Of `run.h5`."""
     simulated: bool
-    """Whether a simulator made the data."""
+    """Whether the data are simulated."""
     decided_again: tuple[DecisionRecord, ...] = ()
-    """Decisions after the run's own, oldest first; `result` has that of the last."""
+    """Later decisions, oldest first; `result` has the latest."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Issue:
-    """Who issues a certificate, when, under which number."""
+    """Issuer, date and number of a certificate."""
 
     number: str
     issued_utc: str
@@ -82,13 +82,13 @@ class Issue:
     amends: Amendment | None = None
     further_copy: FurtherCopy | None = None
     layouts: Mapping[str, int] = field(default_factory=dict)
-    """The revision of the layout of each printed form, by its name."""
+    """Revision of the layout of each printed form, by name."""
 
 
 def make_certificate(
     source: Source, order: Order, letterhead: Letterhead, issue: Issue
 ) -> Certificate:
-    """Return the certificate; raise DataError where the run allows none (see `certifiable`)."""
+    """Return the certificate; raise DataError if the run allows none (see `certifiable`)."""
     certifiable(source)
     run, result = source.stored, source.result
     brought = certified_of(result)
@@ -132,7 +132,7 @@ def make_certificate(
 
 
 def certifiable(source: Source) -> None:
-    """Raise DataError with the reason if a run can have no certificate at all."""
+    """Raise DataError with the reason if a run cannot have a certificate."""
     info = source.stored.info
     for each in _runs(source):
         if each.header.salvaged:
@@ -186,14 +186,14 @@ def restrictions_of(source: Source, *, requested: bool) -> Iterator[Restriction]
 
 
 def _entered_as(source: Source) -> set[str]:
-    """Return what the registers of both runs say of calibrations, such as 'simulated'."""
+    """Return calibration states in the registers of both runs, such as 'simulated'."""
     found = source.result
     entries = instruments_of(found.run, *found.run.partners.values())
     return {each.calibration for each in entries}
 
 
 def _runs(source: Source) -> tuple[StoredRun, ...]:
-    """Return the run and, where there are any, its partner runs."""
+    """Return the run and its partner runs."""
     return (source.stored, *source.stored.partners.values())
 
 

@@ -1,4 +1,4 @@
-"""Everything in which a run was not as its procedure says, from the record and from people."""
+"""Deviations of a run from its procedure, from the record and from people."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 OVERRIDE = "override"
 AMBIENT = {"temperature", "humidity"}
-"""What is read of the surroundings."""
+"""Ambient quantities."""
 
 
 def deviations_of(
@@ -37,7 +37,7 @@ def deviations_of(
     instruments: Sequence[InstrumentEntry],
     conditions: Sequence[Condition],
 ) -> Iterator[Deviation]:
-    """Yield all deviations, those of partner runs included, and what a person states."""
+    """Yield all deviations, including those of partner runs and those stated by people."""
     run_id = stored.header.run_id
     for each in (stored, *stored.partners.values()):
         yield from _of_run(each)

@@ -38,57 +38,57 @@ MEDIA_TYPES = {
 
 
 class LaboratoryEntry(Settings):
-    """Who issues the certificate."""
+    """The laboratory that issues the certificate."""
 
     name: Text
-    """As it is registered."""
+    """Registered name."""
     address: Annotated[ListOf[Text], Field(min_length=1)]
-    """Line by line."""
+    """Address by line."""
     place: Text
-    """Where tests are done: 'at the address above', or another place."""
+    """Place of the tests: 'at the address above', or another one."""
     contact: PlainText = ""
     """Telephone, e-mail, web page."""
     accreditation: PlainText = ""
-    """What stands on the certificate of an accreditation; left out, there is none."""
+    """Statement of an accreditation; left out, there is none."""
 
 
 class LogoEntry(Settings):
     """The laboratory's logo."""
 
     file: Text
-    """A file in the letterhead folder: .svg, .png or .jpg."""
+    """File in the letterhead folder: .svg, .png or .jpg."""
     text: Text
-    """What a reader is told who cannot see it."""
+    """Alternative text."""
 
 
 class LetterheadFile(Settings):
     """The content of `letterhead.yaml`."""
 
     rigrunner: Literal["letterhead/1"]
-    """What this file is, and its version of the language."""
+    """Type and version of this file."""
     laboratory: LaboratoryEntry
     language: Annotated[str, Field(pattern=r"^[a-z]{2,3}(-[A-Z]{2})?$")] = "en"
-    """Of the certificates: en and de are shipped; others need a file of texts here."""
+    """Language of certificates: en and de are shipped; others need a file of texts here."""
     prefix: Annotated[str, Field(pattern=r"^[A-Za-z0-9]{1,16}$")]
-    """What certificate numbers begin with; two folders must not share one."""
+    """Prefix of certificate numbers; two folders must not share one."""
     logo: LogoEntry | None = None
     statements: ListOf[Text] = ()
-    """What stands on each certificate besides what the standard requires."""
+    """Statements on each certificate, in addition to those required by the standard."""
 
 
 class TextsFile(Settings):
     """The content of `texts/<language>.yaml`."""
 
     rigrunner: Literal["texts/1"]
-    """What this file is, and its version of the language."""
+    """Type and version of this file."""
     texts: dict[str, str]
-    """By key; the keys are those of the shipped languages."""
+    """Texts by key; the keys are those of the shipped languages."""
 
 
 def read_letterhead(folder: Path, language: str = "") -> Letterhead:
-    """Return the letterhead in a folder, in its own language or the given one.
+    """Return the letterhead in a folder, in its language or the given one.
 
-    Raises UsageError if there is no such folder and InvalidFileError with what is wrong in it.
+    Raises UsageError if the folder does not exist and InvalidFileError with its problems.
     """
     path = folder / FILE
     if not path.is_file():

@@ -30,18 +30,18 @@ if TYPE_CHECKING:
 
 FOLDER = "numbers"
 SPECIMEN = "SPECIMEN"
-"""The prefix of documents that are no certificates: their sequence is their own."""
+"""Prefix of documents that are not certificates, with their own sequence."""
 
 
 @dataclass(frozen=True)
 class Numbers:
-    """The sequence of one prefix in a letterhead's folder."""
+    """The sequence of one prefix in the folder of a letterhead."""
 
     letterhead: Path
     prefix: str
 
     def reserve(self, year: int, known: Mapping[str, str]) -> str:
-        """Take the next number of a year for good, and return it; `known` is kept with it.
+        """Take the next number of a year permanently, and return it; `known` is stored with it.
 
         Raises DataError if the folder cannot be written.
         """
@@ -57,20 +57,20 @@ class Numbers:
         raise AssertionError
 
     def issued(self, number: str, known: Mapping[str, object]) -> None:
-        """Put on record what was written under a number."""
+        """Record what was written under a number."""
         self._write(f"{number}.issued.json", {"number": number, **known})
 
     def void(self, number: str, reason: str) -> None:
-        """Put on record why nothing was written under a number."""
+        """Record why nothing was written under a number."""
         self._write(f"{number}.void.json", {"number": number, "reason": reason})
 
     @property
     def kept(self) -> bool:
-        """Whether this folder holds numbers at all; a copy of the letterhead need not."""
+        """Whether this folder holds numbers; a copy of the letterhead need not."""
         return self._folder.is_dir()
 
     def interrupted(self) -> list[str]:
-        """Return the numbers of which it is not known what became of them."""
+        """Return the numbers without a record of their outcome."""
         names = {path.name for path in self._folder.glob(f"{self.prefix}-*.json")}
         numbers = sorted(name.removesuffix(".json") for name in names if name.count(".") == 1)
         return [
@@ -78,30 +78,30 @@ class Numbers:
         ]
 
     def digests_of(self, number: str) -> set[str]:
-        """Return the SHA-256 of the files that were issued under a number; none for no such."""
+        """Return the SHA-256 of the files issued under a number; empty for none."""
         digests = self._content(f"{number}.issued.json").get("sha256", {})
         values = digests.values() if isinstance(digests, dict) else ()
         return {each for each in values if isinstance(each, str)}
 
     def replaced_by(self, number: str) -> str:
-        """Return the number that was issued in the place of another; empty for none."""
+        """Return the number that replaces another; empty for none."""
         found = (other for other, known in self._issued() if known.get("amends") == number)
         return next(found, "")
 
     def in_force_for(self, run_id: str) -> str:
-        """Return the number in force of what was issued on a run; empty for none."""
+        """Return the number in force for a run; empty for none."""
         issued = [(number, known) for number, known in self._issued() if known.get("run") == run_id]
         replaced = {known.get("amends") for _, known in issued}
         return next((number for number, _ in issued if number not in replaced), "")
 
     def _issued(self) -> Iterator[tuple[str, Mapping[str, object]]]:
-        """Yield every number that was issued, in order, with what is kept with it."""
+        """Yield every issued number in order, with its record."""
         for path in sorted(self._folder.glob(f"{self.prefix}-*.issued.json")):
             number = path.name.removesuffix(".issued.json")
             yield number, self._content(f"{number}.json")
 
     def _content(self, name: str) -> Mapping[str, object]:
-        """Return what a file holds; nothing of one that is not there or was interrupted."""
+        """Return the content of a file; empty for a missing or incomplete one."""
         try:
             found = json.loads((self._folder / name).read_text(encoding="utf-8"))
         except (OSError, ValueError, RecursionError):
@@ -113,7 +113,7 @@ class Numbers:
         return self.letterhead / FOLDER
 
     def _write(self, name: str, content: Mapping[str, object]) -> None:
-        """Write a new file, durably; raise FileExistsError if there is one."""
+        """Write a new file durably; raise FileExistsError if it exists."""
         with _explained(self._folder):
             self._folder.mkdir(exist_ok=True)
         with _explained(self._folder / name, FileExistsError):

@@ -1,7 +1,7 @@
-"""What only people know of a test: the customer, the item as it came, who authorises.
+"""The order: what only people know of a test, such as customer, item and authorisation.
 
-It comes from options of the command, else from a file `order/1`, else from the run's inputs of the
-same name. What ISO/IEC 17025:2017, 7.8.2.1 requires is asked for, never left blank.
+It comes from options of the command, else from a file `order/1`, else from inputs of the run with
+the same name. What ISO/IEC 17025:2017, 7.8.2.1 requires must be given.
 """
 
 from __future__ import annotations
@@ -25,55 +25,55 @@ class OpinionEntry(Settings):
     """An opinion or interpretation."""
 
     text: Text
-    """With its basis."""
+    """The opinion with its basis."""
     by: Text
     """Who is authorised to give it."""
 
 
 class ExternalEntry(Settings):
-    """A result that another provider supplied."""
+    """A result of an external provider."""
 
     text: Text
     """The result with its uncertainty."""
     provider: Text
-    """Who supplied it."""
+    """The provider."""
 
 
 class Order(Settings):
-    """What is known of an order; every field may be left out until a certificate is issued."""
+    """An order; fields may be left out until a certificate is issued."""
 
     rigrunner: Literal["order/1"] = "order/1"
-    """What this file is, and its version of the language."""
+    """Type and version of this file."""
     customer: PlainText = ""
     """Name of the customer."""
     customer_contact: PlainText = ""
-    """Address, or how else to reach the customer."""
+    """Address or other contact of the customer."""
     customer_reference: PlainText = ""
-    """The customer's own number of the order."""
+    """Order number of the customer."""
     item: PlainText = ""
-    """What was tested, in words."""
+    """Description of the item."""
     item_id: PlainText = ""
-    """By what the item is told from others: left out, the run's input `specimen`."""
+    """Identification of the item; by default the input `specimen` of the run."""
     item_condition: PlainText = ""
-    """The state in which it was received."""
+    """Condition of the item when received."""
     received: IsoDate | None = None
-    """When it was received."""
+    """Date of receipt."""
     sampling: PlainText = ""
-    """Plan and method of sampling, where the laboratory did it."""
+    """Plan and method of sampling, if done by the laboratory."""
     conditions: PlainText = ""
-    """What is to be said of the conditions besides what was recorded."""
+    """Statement on the conditions, in addition to the recorded ones."""
     operator: PlainText = ""
-    """Who measured: left out, the run's input `operator`."""
+    """Name of the operator; by default the input `operator` of the run."""
     deviations: ListOf[Text] = ()
-    """Deviations from the method that no record shows."""
+    """Deviations from the method that are not recorded."""
     opinions: ListOf[OpinionEntry] = ()
-    """Opinions and interpretations; they are marked as such."""
+    """Opinions and interpretations, marked as such."""
     external: ListOf[ExternalEntry] = ()
-    """Results of external providers; they are marked as such."""
+    """Results of external providers, marked as such."""
 
 
 FROM_INPUT = {"item_id": "specimen", "operator": "operator"}
-"""Fields that a run's input answers under another name, or the same."""
+"""Inputs of a run that answer fields, by field."""
 NEEDED = {
     "customer": "the customer's name",
     "customer_contact": "the customer's address or other contact",
@@ -83,18 +83,18 @@ NEEDED = {
     "received": "the date of receipt",
     "operator": "who measured",
 }
-"""What a certificate must say (ISO/IEC 17025:2017, 7.8.2.1 e, g, h; operator: 7.5.1)."""
+"""What a certificate must state (ISO/IEC 17025:2017, 7.8.2.1 e, g, h; operator: 7.5.1)."""
 
 
 def read_order(path: Path) -> Order:
-    """Return the order in a file; raise InvalidFileError with all that is wrong in it."""
+    """Return the order in a file; raise InvalidFileError with all problems."""
     return validate(Order, read(path))
 
 
 def complete(order: Order, given: Mapping[str, object], inputs: Mapping[str, str]) -> Order:
-    """Return the order with the options that were given, and with what the run's inputs know.
+    """Return the order completed from options and inputs of the run.
 
-    Raises UsageError that names everything that is missing, and how to give it.
+    Raises UsageError with everything that is missing, and how to give it.
     """
     known = {
         name: value

@@ -1,4 +1,4 @@
-"""What was found, with its uncertainty, and what was decided on it."""
+"""Results with their uncertainty, and the decisions on them."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ if TYPE_CHECKING:
 
 
 MOST_VALUES = 500
-"""So many measured values are listed; the run has all."""
+"""Number of measured values that are listed; the run has all."""
 
 
 def measured_of(result: Result) -> MeasuredLimits | None:
-    """Return the measured values that have limits, with the decision on each; None for none.
+    """Return the measured values with limits and their decisions; None for none.
 
-    Readings that are no numbers count in the verdict, and are not listed.
+    Readings that are not numbers count for the verdict, and are not listed.
     """
     found = result.limits
     if found.verdict is None:
@@ -79,7 +79,7 @@ def _measured_value(found: JudgedValue) -> MeasuredValue:
 
 
 def certified_of(result: Result) -> tuple[CertifiedDetails, ...]:
-    """Return what the analyses bring; raise DataError where there is nothing to certify."""
+    """Return the parts that analyses add; raise DataError if there is nothing to certify."""
     brought = (each.certified(result.run) for each in result.details)
     found = tuple(each for each in brought if each is not None)
     has_results = any(each.results for each in found)
@@ -90,15 +90,16 @@ def certified_of(result: Result) -> tuple[CertifiedDetails, ...]:
 
 
 def results_of(result: Result) -> Results | None:
-    """Return the results that an analysis states with their set-points; None where none does.
+    """Return the results that an analysis states with their set-points; None for none.
 
-    Then named results, or measured values with limits, were tested. Raises DataError.
+    Otherwise the certificate states named results, or measured values with limits. Raises
+    DataError.
     """
     return next((each.results for each in certified_of(result) if each.results), None)
 
 
 def named_of(result: Result) -> tuple[NamedResult, ...]:
-    """Return the named results; raise DataError for one whose uncertainty is not known."""
+    """Return the named results; raise DataError for one with unknown uncertainty."""
     return tuple(
         NamedResult(
             name=each.name,
@@ -113,7 +114,7 @@ def named_of(result: Result) -> tuple[NamedResult, ...]:
 
 
 def models_of(result: Result) -> Iterator[MeasurementModel]:
-    """Yield the measurement models of the named results that were computed by equations."""
+    """Yield the measurement models of the named results calculated by equations."""
     deciding = None if result.decision is None else result.decision.deciding.result
     for name in dict.fromkeys(each.name for each in result.other_results):
         equations = tuple(
@@ -154,7 +155,7 @@ def _coordinates(found: Mapping[str, CoordinateValue]) -> dict[str, CoordinatePa
 def conformity_of(
     decision: Decision | None, decided_again: tuple[DecisionRecord, ...]
 ) -> Conformity | None:
-    """Return the statement of conformity; None where nothing was to be decided."""
+    """Return the statement of conformity; None without limits."""
     if decision is None:
         return None
     name, _, words = decision.rule.partition(": ")

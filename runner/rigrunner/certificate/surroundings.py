@@ -1,4 +1,4 @@
-"""Instruments and conditions of a run, as a certificate shows them."""
+"""Instruments and conditions of a run, for a certificate."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ _SHOWN: Mapping[str, tuple[str, float, float, int]] = {
     "humidity": ("%", 100.0, 0.0, 0),
     "load": ("N", 1.0, 0.0, 0),
 }
-"""The quantities that are conditions: the unit in which they are printed, factor and summand from
-SI, decimals. What else a station can read while recording is part of the measurement."""
+"""Quantities that are conditions: printed unit, factor and summand from SI, decimals. Other
+quantities read during recordings are part of the measurement."""
 
 
 def conditions_of(run: RunData) -> Iterator[Condition]:
@@ -61,7 +61,7 @@ def _condition(channel: str, quantity: str, lowest: float, highest: float) -> Co
 
 
 def instruments_of(*runs: RunData | None) -> Iterator[InstrumentEntry]:
-    """Yield the registers of the stations of these runs, the same entry once."""
+    """Yield the registers of the stations of these runs, each entry once."""
     seen: list[InstrumentEntry] = []
     for run in runs:
         if run is None:
@@ -109,10 +109,10 @@ def _accuracy(each: Instrument) -> dict[str, str]:
 
 
 def _limit(each: Instrument, name: str, stated: ErrorLimit) -> tuple[str, str]:
-    """Return one limit under the name that a certificate prints it by, as it is written.
+    """Return one limit under its printed name, as written.
 
-    The first limits of torque are in N·m and %, as they have been since version 0.1.0: what a
-    certificate of then says is compared with what is made here.
+    The first limits of torque are in N·m and %, as in version 0.1.0, whose certificates are
+    compared with this output.
     """
     if each.quantity == TORQUE and name in _IN_SI:
         share, absolute = stated.in_parts(1.0)

@@ -1,4 +1,4 @@
-"""On which calibrations the results rest, and what went beyond their ranges."""
+"""Calibrations behind the results, and readings beyond their ranges."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 
 def traceability_of(result: Result, instruments: Sequence[InstrumentEntry]) -> Traceability:
-    """Return whether all calibrations that the results rest on are on record, and which they are.
+    """Return whether all calibrations behind the results are recorded, and which they are.
 
-    Those that the analyses name; where none names one, all.
+    Those named by the analyses; all if none names any.
     """
     wanted = _named(result) or {each.channel for each in instruments}
     entering = [each for each in instruments if each.channel in wanted]
@@ -36,7 +36,7 @@ def traceability_of(result: Result, instruments: Sequence[InstrumentEntry]) -> T
 
 
 def not_calibrated(result: Result) -> Iterator[Deviation]:
-    """Yield each channel that went beyond its calibrated range, or is known too little of."""
+    """Yield each channel that exceeded its calibrated range, or lacks data."""
     for each in certified_of(result):
         yield from each.deviations
     if result.other_results and not _named(result):
@@ -48,7 +48,7 @@ def _named(result: Result) -> frozenset[str]:
 
 
 def _beyond_measured(run: RunData) -> Iterator[Deviation]:
-    """Yield those of all that was recorded or measured with an instrument."""
+    """Yield those of all recorded or measured values of an instrument."""
     for instrument in run.instruments.values():
         name = instrument.channel
         values = [row.values[name] for row in run.measurements if name in row.values]

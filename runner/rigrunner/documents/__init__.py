@@ -1,1 +1,1 @@
-"""Documents on a run: certificates issued and verified, and packed runs."""
+"""Documents on runs: certificates issued and verified, and packed runs."""

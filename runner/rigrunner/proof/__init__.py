@@ -1,1 +1,1 @@
-"""What shows that documents and numbers follow from one another: comparing, sealing, signing."""
+"""Comparing, sealing and signing documents and numbers."""

@@ -38,23 +38,23 @@ _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 
 @dataclass(frozen=True, order=True)
 class Mismatch:
-    """One place at which two documents differ, as a path such as 'points/001_5Hz/load/value'."""
+    """A difference of two documents, with a path such as 'points/001_5Hz/load/value'."""
 
     where: str
     what: str
 
     def __str__(self) -> str:
-        """Return place and difference as one line."""
+        """Return path and difference as one line."""
         return f"{self.where}: {self.what}"
 
 
 def mismatches(
     recorded: object, derived: object, where: str = "", width: float = 0.0
 ) -> Iterator[Mismatch]:
-    """Yield where what was derived again differs from what was recorded.
+    """Yield differences of a derived document from the recorded one.
 
-    Members that only the derived document has are those of a newer program, and no difference.
-    `width` is the resolution that the surroundings give to a number.
+    Members that only the derived document has come from a newer program, and are ignored. `width`
+    is the resolution of a number given by its context.
     """
     if isinstance(recorded, dict) and isinstance(derived, dict):
         yield from _of_mappings(recorded, derived, where)
@@ -98,9 +98,9 @@ def _are(members: Sequence[Any], keys: set[str]) -> bool:
 def _of_checks(
     recorded: Sequence[Mapping[str, Any]], derived: Sequence[Mapping[str, Any]], where: str
 ) -> Iterator[Mismatch]:
-    """Compare checks by their names: a newer program makes more of them, in another order.
+    """Compare checks by name, since newer programs make more, in another order.
 
-    One that was not made then is no difference unless it fails: it may have been taken out.
+    A check that was not recorded is a difference only if it fails: it may have been removed.
     """
     then, now = ({each["name"]: each for each in checks} for checks in (recorded, derived))
     for name, check in then.items():
@@ -130,7 +130,7 @@ def _same(recorded: object, derived: object, width: float) -> bool:
 
 
 def _same_text(recorded: str, derived: str) -> bool:
-    """Return whether two texts differ in the last digit of numbers alone, by one unit."""
+    """Return whether two texts differ only in the last digit of numbers, by one unit."""
     if _NUMBER.split(recorded) != _NUMBER.split(derived):
         return False
     pairs = zip(_NUMBER.findall(recorded), _NUMBER.findall(derived), strict=True)
@@ -155,7 +155,7 @@ def _largest(members: Sequence[Any]) -> float:
 
 
 def _numbers(member: object) -> list[float]:
-    """Return the numbers of an array's row, or the one number that it is."""
+    """Return the numbers of a row of an array, or the only number."""
     row = member if isinstance(member, list) else [member]
     return [each for each in row if _is_number(each)]
 

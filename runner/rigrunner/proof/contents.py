@@ -1,4 +1,4 @@
-"""The content that a certificate's file carries: the JSON itself, or the one inside a page."""
+"""The content in the file of a certificate: the JSON itself, or the JSON in a page."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 _SCRIPT = re.compile(
     rb'<script\b[^<>]*\btype="application/json"[^<>]*>([^<]*)</script>', re.IGNORECASE
 )
-"""Its text has no '<', so that nothing in it ends it; and none is looked for without an end."""
+"""Its text has no '<', so nothing in it can end it; the search is bounded."""
 _ATTACHMENT = re.compile(rb"/EmbeddedFile\b.{0,2000}?stream\r?\n", re.DOTALL)
 _LONGEST = 50_000_000
 _MOST = 100
-"""Attachments that are tried; a certificate has one."""
+"""Number of attachments that are tried; a certificate has one."""
 
 
 def content_in(content: bytes, suffix: str, name: str) -> Certificate:
@@ -49,7 +49,7 @@ def _in_html(content: bytes) -> Iterator[bytes]:
 
 
 def _in_pdf(content: bytes) -> Iterator[bytes]:
-    """Yield the attachments that are JSON; a PDF keeps them deflated or as they are."""
+    """Yield the JSON attachments, which a PDF stores compressed or not."""
     for found in islice(_ATTACHMENT.finditer(content), _MOST):
         data = content[found.end() :]
         try:

@@ -30,12 +30,12 @@ if TYPE_CHECKING:
 
 PRIVATE_MODE = 0o600
 OTHERS = 0o077
-"""What a private key's mode gives to nobody: all rights of its group and of others."""
+"""Permissions that a private key must not have: all of its group and of others."""
 _PUBLIC_BLOCK = re.compile(rb"-----BEGIN PUBLIC KEY-----[^-]*-----END PUBLIC KEY-----\s*")
 
 
 def new_key(path: Path, passphrase: str = "") -> Path:
-    """Make a key: `path` is the private one, for its owner's eyes alone; return the public one's.
+    """Make a key: `path` is the private one, readable by its owner only; return the public one's.
 
     Raises UsageError if one of the files exists or cannot be written.
     """
@@ -55,15 +55,14 @@ def new_key(path: Path, passphrase: str = "") -> Path:
 
 
 def public_path(private: Path) -> Path:
-    """Return where the public key of a private key's file is kept."""
+    """Return the path of the public key of a private key."""
     return private.with_name(f"{private.name}.pub")
 
 
 def read_private_key(path: Path, passphrase: str = "") -> Ed25519PrivateKey:
-    """Return the key of a file; raise UsageError for what is no such file or passphrase.
+    """Return the key in a file; raise UsageError for another file or a wrong passphrase.
 
-    A file that others than its owner may read or change is refused too. Not on Windows, where no
-    mode tells who may.
+    A file that other users can read or change is refused; not on Windows, whose mode does not tell.
     """
     with _readable(path), path.open("rb") as file:
         mode = stat.S_IMODE(os.fstat(file.fileno()).st_mode)
@@ -87,7 +86,7 @@ def read_private_key(path: Path, passphrase: str = "") -> Ed25519PrivateKey:
 
 
 def read_public_keys(path: Path) -> list[Ed25519PublicKey]:
-    """Return the public keys of a PEM file, which may hold several; raise UsageError."""
+    """Return the public keys in a PEM file; raise UsageError."""
     with _readable(path):
         content = path.read_bytes()
     found = [public_key_from(block, str(path)) for block in _PUBLIC_BLOCK.findall(content)]
@@ -97,7 +96,7 @@ def read_public_keys(path: Path) -> list[Ed25519PublicKey]:
 
 
 def public_key_from(content: bytes, name: str) -> Ed25519PublicKey:
-    """Return the public key in a PEM text; raise DataError naming where it stood."""
+    """Return the public key in a PEM text; raise DataError with its place."""
     try:
         key = pem.load_pem_public_key(content)
     except (ValueError, UnsupportedAlgorithm) as error:

@@ -1,7 +1,7 @@
-"""Texts of older programs in the words of today, so that documents of both can be compared.
+"""Rewrites texts of older programs as they are written today, for comparisons.
 
-What is said and every number in it stay, but for the value itself, which stands beside the reason
-in each document and is compared there.
+Meaning and numbers stay, except the value itself, which is beside the reason in each document and
+compared there.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _UNPROVEN = ": conformity is not demonstrated"
 
 
 def today(text: str) -> str:
-    """Return the reason of a verdict as it is written since version 0.2; other texts as is."""
+    """Return the reason of a verdict as written since version 0.2; other texts unchanged."""
     old = _REASON.fullmatch(text)
     if old is None:
         return text

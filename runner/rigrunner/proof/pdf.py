@@ -1,8 +1,8 @@
-"""Two PDF files compared by what they draw, and the text of one.
+"""Compares two PDF files by what they draw, and extracts the text of one.
 
-Two programs may number and compress the same objects in different ways. So files are compared from
-the catalogue down, object by object: page content, fonts, pictures, structure, links. What is left
-out decides no pixel: the names of the programs that wrote it, and how objects are stored.
+Programs may number and compress objects in different ways. Files are therefore compared from the
+catalogue down, object by object: page content, fonts, pictures, structure, links. Ignored are only
+the names of the writing programs, and how objects are stored.
 """
 
 from __future__ import annotations
@@ -33,22 +33,22 @@ logging.getLogger("pypdf").addHandler(logging.NullHandler())  # what it says of 
 
 _STORAGE = {"/Length", "/Filter", "/DecodeParms"}
 _WRITERS = {"Producer", "ModifyDate", "MetadataDate", "xmptk"}
-"""Entries of the metadata that name the program which wrote the file, and when."""
+"""Metadata with the writing program and the time."""
 _SYNTAX = {"id", "about", "begin"}
 _TEXT = re.compile(r"<(?:\w++:)?(\w++)[^<>]*+>([^<>]++)</")
 _ATTRIBUTE = re.compile(r'\s(?!xmlns\b)(?:\w++:)?(\w++)="([^"<>]*+)"')
 _OBJECT = re.compile(rb"(?<![0-9])(\d+)[\0\t\n\f\r ]+\d+[\0\t\n\f\r ]+obj\b")
 _DEEPEST = 500
-"""Objects within one another; a page tree, or a list of bookmarks, has far fewer."""
+"""Greatest depth of objects; a page tree or bookmarks are far less deep."""
 
 
 def first_difference(
     shown: bytes, made: bytes, same_data: Callable[[bytes, bytes], bool] = operator.eq
 ) -> str:
-    """Return where two PDF files would not draw the same; empty where they do.
+    """Return where two PDF files would draw differently; empty if nowhere.
 
-    `same_data` says whether two attached files have one meaning. Raises DataError where one of the
-    PDF files cannot be read.
+    `same_data` returns whether two attached files have the same meaning. Raises DataError if a PDF
+    file cannot be read.
     """
     with readable():
         ours, theirs = reader(shown), reader(made)
@@ -57,16 +57,16 @@ def first_difference(
 
 
 def text_of(content: bytes) -> str:
-    """Return the text of all pages; raise DataError where they cannot be read."""
+    """Return the text of all pages; raise DataError if they cannot be read."""
     with readable():
         return "\n".join(page.extract_text() for page in reader(content).pages)
 
 
 def reader(content: bytes) -> PdfReader:
-    """Return a reader of a file that every program reads alike; raise DataError for another.
+    """Return a reader of a file that all programs read alike; raise DataError for another.
 
-    A program may follow the file's tables, or look for the objects itself. Both must find the same,
-    or a forged file could show one thing to us and another to a person.
+    A program can use the tables of the file, or search the objects itself. Both must agree, since a
+    forged file could show one thing to us and another to a person.
     """
     found = PdfReader(io.BytesIO(content), strict=True)
     tables = {number: at for entries in found.xref.values() for number, at in entries.items()}
@@ -79,7 +79,7 @@ def reader(content: bytes) -> PdfReader:
 
 @contextmanager
 def readable() -> Iterator[None]:
-    """Turn whatever a damaged or forged file makes its reader raise into a DataError."""
+    """Convert any exception of the reader of a damaged or forged file to a DataError."""
     try:
         yield
     except DataError:
@@ -91,9 +91,9 @@ def readable() -> Iterator[None]:
 
 
 def metadata_texts(stream: StreamObject) -> list[tuple[str, str]]:
-    """Return names and texts of XMP metadata, but for who wrote the file and when.
+    """Return names and texts of XMP metadata, without writer and time.
 
-    A property stands in an element of its own, or as an attribute: both say the same.
+    A property is an element, or an attribute with the same meaning.
     """
     text = stream.get_data().decode("utf-8", "replace")
     written = (each for each in _TEXT.findall(text) if each[1].strip())
@@ -102,7 +102,7 @@ def metadata_texts(stream: StreamObject) -> list[tuple[str, str]]:
 
 
 class _Comparison:
-    """Walks through two files at once; each pair of objects is compared once."""
+    """Compares two files; each pair of objects once."""
 
     def __init__(self, same_data: Callable[[bytes, bytes], bool]) -> None:
         self._same_data = same_data

@@ -35,26 +35,26 @@ _OF_FORM = {"/Fields", "/SigFlags", "/DA", "/DR"}
 _OF_INFO = {"/Producer", "/ModDate"}
 _ACTIONS = {"/A", "/AA"}
 _HIDDEN = 2
-"""The bit of an annotation's flags that keeps it from the screen and from paper."""
+"""Flag bit of an annotation that hides it on screen and paper."""
 _SEALS = {"/Sig", "/DocTimeStamp"}
 _DIGESTS = ("sha256", "sha384", "sha512", "sha3_256", "sha3_384", "sha3_512")
-"""Of seals that are accepted today (ETSI TS 119 312)."""
+"""Digests accepted for seals today (ETSI TS 119 312)."""
 
 
 @dataclass
 class Additions:
-    """What a PDF has besides what was issued."""
+    """Additions of a PDF since it was issued."""
 
     changed: list[str] = field(default_factory=list)
-    """What no seal adds or changes: the document is another one."""
+    """Additions or changes that no seal makes: the document is another one."""
     drawn: list[str] = field(default_factory=list)
-    """Seals that are drawn on a page: they may cover what stands there."""
+    """Seals that are drawn on a page: they can hide its content."""
     seals: list[str] = field(default_factory=list)
-    """The names of the signature fields that are signed."""
+    """Names of the signed signature fields."""
 
 
 def additions_to(issued: bytes, whole: bytes) -> Additions:
-    """Return what was appended to an issued PDF; raise DataError where it cannot be read."""
+    """Return the additions to an issued PDF; raise DataError if it cannot be read."""
     with readable():
         return _Appended(reader(issued), reader(whole), issued, whole).found()
 
@@ -84,7 +84,7 @@ class _Appended:
         return self.result
 
     def _allowed(self) -> dict[int, Any]:
-        """Return how each object is checked that a seal may redefine, by its number."""
+        """Return the check for each object that a seal may redefine, by number."""
         trailer = self.before.trailer
         catalogue = trailer.raw_get("/Root").idnum
         found = {catalogue: self._of_catalogue}
@@ -169,7 +169,7 @@ class _Appended:
                 self.result.seals.append(str(one.get("/T", "")))
 
     def _is_signed(self, one: DictionaryObject) -> bool:
-        """Say whether a field holds a signature over all that was issued."""
+        """Return whether a field has a signature over everything issued."""
         value = one.get("/V")
         value = value.get_object() if value is not None else None
         if not isinstance(value, DictionaryObject) or value.get("/Type", "/Sig") not in _SEALS:
@@ -191,9 +191,9 @@ class _Appended:
 
 
 def _names_digest_of(signed: bytes, gap: bytes) -> bool:
-    """Say whether the signature in a gap names a digest of the signed bytes (RFC 5652, 11.2).
+    """Return whether the signature in a gap names a digest of the signed bytes (RFC 5652, 11.2).
 
-    So it was made for these bytes. Whether it is valid is not looked at.
+    So it was made for these bytes. Its validity is not checked.
     """
     try:
         message = bytes.fromhex(gap[1:-1].decode("ascii"))
@@ -207,7 +207,7 @@ def _raw(of: DictionaryObject, key: str) -> PdfObject | None:
 
 
 def _same(one: object, other: object) -> bool:
-    """Say whether two objects are the same; what they refer to has a number of its own."""
+    """Return whether two objects are equal; references have numbers of their own."""
     if isinstance(one, IndirectObject) or isinstance(other, IndirectObject):
         return (
             isinstance(one, IndirectObject)

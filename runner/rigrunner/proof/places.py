@@ -1,4 +1,4 @@
-"""Which part of a document, in words, a range of its bytes belongs to."""
+"""The part of a document, as text, that a range of bytes belongs to."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _HTML_HEADING = re.compile(
     rb"<h[1-4][^<>]*>(.{0,500}?)</h[1-4]>|<(style|head|script|svg)\b", re.DOTALL
 )
 _HTML_TAG = re.compile(rb"<[^<>]*>")
-"""None of them looks on and on for an end that a stranger left out."""
+"""The patterns are bounded, since a forged document may lack an end."""
 _PDF_OBJECT = re.compile(rb"(?:^|[\r\n])(\d+) 0 obj\b")
 _PDF_PAGE = re.compile(rb"/Type\s*/Page\b")
 _PDF_CONTENTS = re.compile(rb"/Contents\s+(\d+) 0 R")
@@ -22,7 +22,7 @@ _MOST = 4
 
 
 def place_in(content: bytes, suffix: str, start: int, end: int) -> str:
-    """Return where in a JSON, HTML or PDF document the bytes are: bytes, lines and sections."""
+    """Return the place of bytes in a JSON, HTML or PDF document: bytes, lines and sections."""
     line = content.count(b"\n", 0, start) + 1
     last = content.count(b"\n", 0, max(start, end - 1)) + 1
     lines = f", line {line}" if last == line else f", lines {line} to {last}"
@@ -59,7 +59,7 @@ def _html_headings(content: bytes) -> Iterator[tuple[int, str]]:
 
 
 def _pdf_objects(content: bytes) -> Iterable[tuple[int, str]]:
-    """Yield the objects of a PDF, those that are the content of a page with its number."""
+    """Yield the objects of a PDF, contents of pages with the page number."""
     starts = list(_PDF_OBJECT.finditer(content))
     pages: dict[bytes, int] = {}
     for one, after in pairwise([found.start() for found in starts] + [len(content)]):

@@ -1,8 +1,8 @@
-"""A document's seal: the SHA-256 of its bytes, on its own last line, with digests of its blocks.
+"""The seal of a document: SHA-256 of its bytes in its last line, with digests of its blocks.
 
-HTML takes it as a comment, PDF as a comment after `%%EOF`, JSON as the last member of its object.
-The seal shows that a document is whole, and where it is not. It does not show who wrote it: for
-that documents are signed (`rigrunner.proof.signature`).
+HTML has it as a comment, PDF as a comment after `%%EOF`, JSON as the last member of its object. The
+seal shows whether a document is unchanged, and where it is not. It does not show the author: for
+that, documents are signed (`rigrunner.proof.signature`).
 """
 
 from __future__ import annotations
@@ -15,23 +15,24 @@ from itertools import islice
 from rigrunner.api.errors import DataError
 
 MOST_BLOCKS = 40
-"""A PDF's end mark must be near the end of the file, so the line cannot be longer."""
+"""The end mark of a PDF must be near the end of the file, which limits the line."""
 _SMALLEST_BLOCK = 512
 _MOST_SEALS = 10
-"""Lines like a seal that are tried; a document has one."""
+"""Number of possible seals that are tried; a document has one."""
 _SHORT = 8
-"""Hexadecimal digits of a block's digest: it tells where, the whole digest tells whether."""
+"""Hexadecimal digits of the digest of a block, which locates changes; the whole digest proves them.
+"""
 _SEAL = rb"sha256 ([0-9a-f]{64}) blocks ([1-9]\d{0,9}) ([0-9a-f]*)"
 
 
 @dataclass(frozen=True)
 class _Form:
-    """How a kind of document takes its seal: what stands around it, in place of `opened`."""
+    """How a kind of document includes its seal: what surrounds it, in place of `opened`."""
 
     before: bytes
     after: bytes
     opened: bytes = b""
-    """What a document without a seal ends with, where the seal is put inside of it."""
+    """End of a document without a seal, if the seal is put inside."""
 
     def line(self, seal: bytes) -> bytes:
         """Return the end of a sealed document."""
@@ -43,19 +44,19 @@ FORMS = {
     ".html": _Form(b"<!-- seal: ", b" -->\n"),
     ".pdf": _Form(b"% seal: ", b"\n"),
 }
-"""The kinds of documents that take a seal, by suffix."""
+"""Kinds of documents with a seal, by suffix."""
 
 
 @dataclass(frozen=True)
 class BrokenPart:
-    """A range of bytes that is not as it was sealed; `end` is not in it."""
+    """A changed range of bytes; `end` is exclusive."""
 
     start: int
     end: int
 
 
 def seal(content: bytes, suffix: str) -> bytes:
-    """Return a document with its seal; raise DataError for a kind that takes none."""
+    """Return a document with its seal; raise DataError for a kind without seals."""
     form = _form(suffix)
     if not content.endswith(form.opened):
         raise DataError(f"this {suffix} document does not end as one that can be sealed")
@@ -64,16 +65,16 @@ def seal(content: bytes, suffix: str) -> bytes:
 
 
 def unsealed(content: bytes, suffix: str) -> bytes:
-    """Return a document as it was before it was sealed; one without a seal as it is."""
+    """Return a document without its seal; one without a seal unchanged."""
     form = _form(suffix)
     found = _find(content, form)
     return content if found is None else content[: found.start()] + form.opened
 
 
 def check_seal(content: bytes, suffix: str) -> list[BrokenPart]:
-    """Return the parts of a document that are not as they were sealed, in order.
+    """Return the changed parts of a sealed document, in order.
 
-    Raises DataError where there is no seal, or where the seal itself is damaged.
+    Raises DataError for a missing or damaged seal.
     """
     found = _find(content, _form(suffix))
     if found is None:
@@ -92,10 +93,10 @@ def check_seal(content: bytes, suffix: str) -> list[BrokenPart]:
 
 
 def issued_part(content: bytes, suffix: str) -> bytes:
-    """Return a document as it was issued, without what was appended to it later.
+    """Return a document as issued, without later additions.
 
-    A PDF can be signed by standard means (PAdES), which appends to it: its seal then stands in the
-    middle. Every other document, and one without a seal, is returned as it is.
+    A PDF can be signed by standard means (PAdES), which append to it: its seal is then in the
+    middle. Any other document, and one without a seal, is returned unchanged.
     """
     form = _form(suffix)
     if suffix != ".pdf" or _find(content, form) is not None:
@@ -137,7 +138,7 @@ def _blocks(body: bytes, size: int) -> str:
 
 
 def _find(content: bytes, form: _Form) -> re.Match[bytes] | None:
-    """Find the seal: it begins within the last bytes, and ends the document."""
+    """Find the seal: it starts within the last bytes, and ends the document."""
     found = _pattern(form).finditer(content, max(0, len(content) - _LONGEST))
     return next((each for each in found if each.end() == len(content)), None)
 

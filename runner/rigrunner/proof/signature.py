@@ -1,7 +1,7 @@
-"""Signatures with a laboratory's own Ed25519 key (RFC 8032), in a file of their own.
+"""Signatures with the Ed25519 key of a laboratory (RFC 8032), in a separate file.
 
-What is signed is the JSON text (keys sorted, no spaces) of all members but `signature`: the digests
-of the certificate's files, the signer's name, the time and the public key.
+The signed text is JSON (keys sorted, no spaces) of all members but `signature`: the digests of the
+files of the certificate, the name of the signer, the time and the public key.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ _LONGEST = 1_000_000
 
 @dataclass(frozen=True, kw_only=True)
 class Signature:
-    """Who signed which files, when; `signature` is base64 over all the rest."""
+    """Who signed which files, when; `signature` is base64 over the rest."""
 
     format: str
     signer: str
     signed_utc: str
-    """As the signer's clock had it."""
+    """By the clock of the signer."""
     public_key: str
     """PEM (SubjectPublicKeyInfo)."""
     files: Mapping[str, str]
@@ -44,7 +44,7 @@ class Signature:
 def sign_files(
     files: Mapping[str, bytes], key: Ed25519PrivateKey, signer: str, signed_utc: str
 ) -> Signature:
-    """Return the signature over the contents of some files."""
+    """Return the signature over the contents of files."""
     from rigrunner.proof.keys import public_pem  # noqa: PLC0415  (needs the extra 'sign')
 
     digests = {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
@@ -60,12 +60,12 @@ def sign_files(
 
 
 def signature_json(signature: Signature) -> str:
-    """Return the content of a signature's file."""
+    """Return the content of a signature file."""
     return json.dumps(asdict(signature), indent=1, ensure_ascii=False) + "\n"
 
 
 def parse_signature(content: bytes, name: str) -> Signature:
-    """Return what a signature's file holds; raise DataError where it is none."""
+    """Return the signature in a file; raise DataError if it is none."""
     try:
         document: dict[str, Any] = json.loads(content) if len(content) <= _LONGEST else {}
         found = Signature(**document)
@@ -80,7 +80,7 @@ def parse_signature(content: bytes, name: str) -> Signature:
 
 
 def check_signature(signature: Signature) -> Ed25519PublicKey:
-    """Return the key with which it was signed; raise DataError if it was not."""
+    """Return the key of the signature; raise DataError if it does not match."""
     from cryptography.exceptions import InvalidSignature  # noqa: PLC0415  (of the extra 'sign')
 
     from rigrunner.proof.keys import public_key_from  # noqa: PLC0415  (needs the extra 'sign')

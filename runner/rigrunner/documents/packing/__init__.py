@@ -1,1 +1,1 @@
-"""A sealed run as one file, to be sent or put away: a ZIP with a manifest and digests."""
+"""A sealed run as one file for transport: a ZIP with a manifest and digests."""

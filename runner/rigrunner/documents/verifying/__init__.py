@@ -1,1 +1,1 @@
-"""Whether a run, and the documents made of it, are what they say they are."""
+"""Verification of runs and of documents on them."""

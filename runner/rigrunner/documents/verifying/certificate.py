@@ -1,4 +1,4 @@
-"""Whether a certificate is whole, and follows from the run that it names."""
+"""Checks that a certificate is intact, and follows from its run."""
 
 from __future__ import annotations
 
@@ -49,22 +49,22 @@ _COMPARED_APART = ("evidence/run/file_sha256", "evidence/run/manifest_sha256")
 
 @dataclass(frozen=True, kw_only=True)
 class Means:
-    """With what a certificate is verified, besides itself."""
+    """What a certificate is verified with."""
 
     run: Path | None
-    """The run; None: it is looked for beside the certificate and among the runs."""
+    """The run; None: searched beside the certificate and among the runs."""
     runs: Path
     registry: Registry
     trusted: Sequence[Path] = ()
     """Files of public keys; with any, an unknown signer is a difference."""
     letterhead: Path | None = None
-    """The laboratory's folder, to make the pages again as they were issued."""
+    """The folder of the laboratory, to make the pages again as issued."""
 
 
 def verify_certificate(path: Path, means: Means) -> Verification:
     """Check every form of a document, its signature, its run, and each number against the run.
 
-    Raises UsageError where there is no such file, and DataError where it is not a certificate.
+    Raises UsageError if the file does not exist, and DataError if it is not a certificate.
     """
     found = Verification()
     forms = list(read_forms(found, path))
@@ -78,7 +78,7 @@ def verify_certificate(path: Path, means: Means) -> Verification:
 
 
 def _refuse_others(path: Path, forms: Sequence[Form]) -> None:
-    """Raise DataError for a file that was never a certificate, whatever was changed in it."""
+    """Raise DataError for a file that was never a certificate."""
     content = next((each.content for each in forms if each.path == path), b"")
     if not any(mark in content for mark in _MARKS):
         raise DataError(
@@ -124,9 +124,9 @@ def _check_run(found: Verification, certificate: Certificate, path: Path, means:
 
 
 def _take_over(found: Verification, of_run: Verification) -> None:
-    """Take over what was found of the run; by which revision *its* result was computed is told.
+    """Add the findings on the run, except the revision of *its* result.
 
-    The numbers of the certificate have revisions of their own.
+    Numbers of the certificate have their own revisions.
     """
     found.held.extend(of_run.held)
     found.differences.extend(of_run.differences)
@@ -144,7 +144,7 @@ def _check_numbers(
     digest: str,
     registry: Registry,
 ) -> None:
-    """Make the certificate again from its run, by the revisions that made it, or not at all."""
+    """Make the certificate again from its run, by the recorded revisions only."""
     stored, run = checked.stored, checked.path
     again = decided_again(certificate)
     try:
@@ -186,7 +186,7 @@ def _check_numbers(
 
 
 def _results_differ(certificate: Certificate, result: Result) -> Iterator[object]:
-    """Yield where results and verdict are others: they are the same in every revision."""
+    """Yield differences of results and verdict, which all revisions share."""
     made = (results_of(result), named_of(result), conformity_of(result.decision, ()))
     recorded, derived = (
         {
@@ -232,7 +232,7 @@ def _manifest_differs(stored: StoredRun, evidence: RunEvidence) -> Iterator[str]
 
 
 def _derived_differs(certificate: Certificate, source: Source) -> Iterator[object]:
-    """Yield where the certificate is not what its run and its own entries make of it again."""
+    """Yield differences of the certificate from what its run and its entries give."""
     derived = _made_again(certificate, source)
     recorded, made = certificate.model_dump(mode="json"), derived.model_dump(mode="json")
     for each in mismatches(recorded, made):
@@ -266,7 +266,7 @@ def _made_again(certificate: Certificate, source: Source) -> Certificate:
 
 
 def _order_of(certificate: Certificate) -> Order:
-    """Return what people told, as the certificate has it: no run knows that."""
+    """Return the entries of people on the certificate, which no run knows."""
     item, customer = certificate.item, certificate.customer
     stated = (each.text for each in certificate.deviations if each.kind == "stated")
     return Order(

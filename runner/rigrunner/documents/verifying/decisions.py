@@ -1,4 +1,4 @@
-"""Whether the decision on a certificate is the one in force, as it is on record beside the run."""
+"""Checks that the decision on a certificate is in force, as recorded beside the run."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
 
 def decided_again(certificate: Certificate) -> tuple[DecisionRecord, ...]:
-    """Return the decisions after the run's own that a certificate states, oldest first."""
+    """Return the later decisions that a certificate states, oldest first."""
     return () if certificate.conformity is None else certificate.conformity.decided_again
 
 
 def check_decisions(
     found: Verification, certificate: Certificate, stored: StoredRun, run: Path
 ) -> None:
-    """Compare the decisions that a certificate states with those on record beside its run."""
+    """Compare the decisions on a certificate with those recorded beside its run."""
     what = "decisions on record beside the run"
     records = decided_again(certificate)
     try:

@@ -1,4 +1,4 @@
-"""Whether the files of a document are one: each whole, with one content, and pages that show it."""
+"""Checks that the files of a document agree: each intact, same content, pages that show it."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """The forms of a document with the content of each that could be read."""
+    """The forms of a document with their readable contents."""
 
     path: Path
-    """Of the form that was named."""
+    """Path of the named form."""
     forms: Sequence[Form]
     contents: Mapping[str, Certificate]
-    """By file name."""
+    """Contents by file name."""
 
     @property
     def first(self) -> str:
-        """The file whose content the others are compared with: the named one if it is readable."""
+        """The file with which others are compared: the named one if readable."""
         return self.path.name if self.path.name in self.contents else next(iter(self.contents))
 
     @property
@@ -45,7 +45,7 @@ class Document:
 
 
 def read_forms(found: Verification, path: Path) -> Iterator[Form]:
-    """Yield the files of the document at a path; one that cannot be read is a difference."""
+    """Yield the files of the document at a path; an unreadable one is a difference."""
     for each in paths_of(path):
         try:
             yield Form(each, each.read_bytes())
@@ -54,7 +54,7 @@ def read_forms(found: Verification, path: Path) -> Iterator[Form]:
 
 
 def read_contents(found: Verification, forms: Sequence[Form]) -> dict[str, Certificate]:
-    """Check the seals of all forms, and return the content of each that can be read."""
+    """Check the seals of all forms, and return the readable contents."""
     contents = {each.name: _content(found, each) for each in forms}
     return {name: content for name, content in contents.items() if content is not None}
 
@@ -82,9 +82,9 @@ def check_document(
     *,
     signed: bool,
 ) -> None:
-    """Check that all forms are one document, that its pages show its content, and its number.
+    """Check that all forms agree, that pages show their content, and the number.
 
-    `signed` says whether a trusted key signed all of them.
+    `signed`: a trusted key signed all of them.
     """
     certificate = document.certificate
     _check_same_content(found, document)
@@ -108,7 +108,7 @@ def _check_same_content(found: Verification, document: Document) -> None:
 
 
 def _check_appended(found: Verification, form: Form) -> None:
-    """Check what was appended to a PDF after it was issued: a seal by standard means, or more."""
+    """Check what was appended to a PDF after it was issued: a standard seal, or more."""
     if form.content == form.issued:
         return
     what = f"what was appended to {form.name} after it was issued"

@@ -1,4 +1,4 @@
-"""The files that are one document: JSON, HTML and PDF beside each other, and its signature."""
+"""The files of one document: JSON, HTML and PDF in one folder, and their signature."""
 
 from __future__ import annotations
 
@@ -30,30 +30,30 @@ class Form:
 
     @property
     def suffix(self) -> str:
-        """Of the file's name, with its dot."""
+        """Suffix of the file name, with the dot."""
         return self.path.suffix
 
     @cached_property
     def issued(self) -> bytes:
-        """The bytes as they were issued: of a PDF without what was appended to it later."""
+        """The bytes as issued: of a PDF without later additions."""
         return issued_part(self.content, self.suffix)
 
     @property
     def page(self) -> bytes:
-        """What was issued, without its seal: what a format makes."""
+        """The issued bytes without the seal."""
         return unsealed(self.issued, self.suffix)
 
     @property
     def digests(self) -> frozenset[str]:
-        """The SHA-256 of the file, and of what was issued."""
+        """SHA-256 of the file, and of the issued bytes."""
         contents = (self.content, self.issued)
         return frozenset(hashlib.sha256(each).hexdigest() for each in contents)
 
 
 def paths_of(certificate: Path) -> list[Path]:
-    """Return the files that are one document with the named one.
+    """Return the files of the document with the named one.
 
-    Raises UsageError where the named one is not there, or is none of them.
+    Raises UsageError if the named one does not exist, or is no document.
     """
     if certificate.suffix not in FORMS or certificate.name.endswith(SIGNATURE_SUFFIX):
         raise UsageError(
@@ -65,5 +65,5 @@ def paths_of(certificate: Path) -> list[Path]:
 
 
 def signature_file_of(certificate: Path) -> Path:
-    """Return where the signature of a certificate is."""
+    """Return the path of the signature of a certificate."""
     return certificate.with_suffix(SIGNATURE_SUFFIX)

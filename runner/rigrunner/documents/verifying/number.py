@@ -1,4 +1,4 @@
-"""Whether a document is the one that its number stands for, and whether that is in force."""
+"""Checks that a document belongs to its number, and that it is in force."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
 _LIKE_A_NUMBER = re.compile(r"(?<![A-Za-z0-9])(?:SPECIMEN-)?[A-Za-z0-9]{1,16}-\d{4}-\d{4,}(?!\d)")
 _LARGEST = 5_000_000
-"""Bytes of a certificate's JSON that is looked at for what it replaces."""
+"""Largest JSON of a certificate that is searched for what it replaces, in bytes."""
 
 
 def check_name(found: Verification, path: Path, number: str) -> None:
-    """Compare the file's name with the number of the document in it.
+    """Compare the file name with the number of the document.
 
     The name of another document is a difference: a replacement could pass for the original. Any
-    other name is told.
+    other name is information.
     """
     named = _LIKE_A_NUMBER.findall(path.stem)
     if named and number not in named:
@@ -41,9 +41,9 @@ def check_name(found: Verification, path: Path, number: str) -> None:
 def check_number(
     found: Verification, forms: Sequence[Form], certificate: Certificate, letterhead: Path | None
 ) -> None:
-    """Compare a document with the record of numbers, and say whether it was replaced.
+    """Compare a document with the record of numbers, and report whether it was replaced.
 
-    Without the laboratory's folder the documents that lie beside it are looked at.
+    Without the folder of the laboratory, documents in the same folder are searched.
     """
     number, numbers = certificate.number, None
     if letterhead is not None:
@@ -71,7 +71,7 @@ def _differs(numbers: Numbers, number: str, forms: Iterable[Form]) -> Iterator[s
 
 
 def _replaced_beside(forms: Sequence[Form], number: str) -> str:
-    """Return the number of a document in the same folder that replaces this very one."""
+    """Return the number of a document in the same folder that replaces this one."""
     digests = frozenset().union(*(form.digests for form in forms if form.suffix == ".json"))
     own = {form.path for form in forms}
     for path in sorted(forms[0].path.parent.glob("*.json")):

@@ -1,7 +1,7 @@
-"""Whether a page shows what its content says: it is made again, and the two are compared.
+"""Checks that a page shows its content: it is made again and compared.
 
-A page that cannot be made again here is not proven, whatever it says of itself: it needs a
-signature over its bytes. What can be seen without making it is checked all the same.
+A page that cannot be made again here is not proven: it needs a signature over its bytes. What is
+visible in it is checked nevertheless.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ if TYPE_CHECKING:
 
 KIND = "certificate_format"
 _FIGURE = re.compile(rb'(?<=<img src=")data:image/svg\+xml;base64,[^"]*')
-"""Of the drawing alone: the words that tell it to who cannot see it stay, and are compared."""
+"""Drawings are ignored; their alternative text is compared."""
 _LOGO = re.compile(rb'^<img class="logo" src="data:[^"<>]*" alt="[^"<>]*">$', re.MULTILINE)
 _STYLE = re.compile(rb"(?<=<style>)[^<]*(?=</style>)")
 _OWN_WORDS = ("templates/", "texts/")
-"""Files of a letterhead that change what a page says."""
+"""Files of a letterhead that change the words of a page."""
 _HIDDEN = re.compile(r"<(?:script|style|title)\b[^<>]*>[^<]*", re.IGNORECASE)
 _TAG = re.compile(r"<[^<>]*>")
 _DECIMAL = re.compile(r"\d+\.\d+")
@@ -53,24 +53,24 @@ class NotMadeAgainError(RigrunnerError):
 
 @dataclass(frozen=True, kw_only=True)
 class PageMaker:
-    """Makes the pages of one document again, as they were issued."""
+    """Makes the pages of one document again, as issued."""
 
     certificate: Certificate
     registry: Registry
     letterhead: Letterhead | None
-    """As it was at the time of issue; None where that is not known."""
+    """As at the time of issue; None if unknown."""
     why: str = ""
-    """Why it is not known."""
+    """Why it is unknown."""
 
     def page(self, suffix: str) -> bytes:
-        """Return a page without its seal; raise NotMadeAgainError where that is not possible."""
+        """Return a page without its seal; raise NotMadeAgainError if that is impossible."""
         name = self._installed(suffix)
         if self.letterhead is None:
             raise NotMadeAgainError(self.why)
         return self._made(name, self.letterhead)
 
     def plain_page(self, suffix: str) -> bytes:
-        """Return a page as it is without the laboratory's logo and style; raise as `page` does."""
+        """Return a page without the logo and style of the laboratory; raise as `page` does."""
         name, appearance = self._installed(suffix), self.certificate.appearance
         if any(each.startswith(_OWN_WORDS) for each in appearance.files):
             raise NotMadeAgainError("the laboratory has texts or templates of its own")
@@ -78,7 +78,7 @@ class PageMaker:
         return self._made(name, plain)
 
     def _installed(self, suffix: str) -> str:
-        """Return the format that makes such pages, by the layout of the issue."""
+        """Return the installed format of such pages, with the layout of the issue."""
         record = self._record(suffix)
         layout = self.certificate.appearance.layouts.get(record.name, FIRST)
         if layout != record.revision:
@@ -107,10 +107,10 @@ class PageMaker:
 def page_maker(
     found: Verification, certificate: Certificate, registry: Registry, folder: Path | None
 ) -> PageMaker:
-    """Return what makes the pages of a document again, with the laboratory's folder or without.
+    """Return the maker of the pages of a document, with or without the laboratory's folder.
 
-    A folder that is the one of the issue, and names another laboratory, is a difference. Raises
-    UsageError where there is no letterhead in it.
+    The folder of the issue with another laboratory is a difference. Raises UsageError for a folder
+    without letterhead.
     """
     letterhead, why = None, ""
     try:
@@ -152,10 +152,10 @@ def _letterhead(certificate: Certificate, folder: Path | None) -> Letterhead:
 
 
 def check_page(found: Verification, form: Form, maker: PageMaker, *, signed: bool) -> None:
-    """Make one page again and compare it; `signed` says whether a trusted key signed its bytes.
+    """Make one page again and compare it; `signed`: a trusted key signed its bytes.
 
-    What differs in words or structure is a difference. A page that cannot be made again, or that is
-    drawn otherwise, is proven by the signature alone.
+    Different words or structure are a difference. A page that cannot be made again, or has other
+    drawings, is proven only by the signature.
     """
     what = f"{form.name} made again from its content"
     differs: list[str] = []
@@ -178,14 +178,14 @@ def check_page(found: Verification, form: Form, maker: PageMaker, *, signed: boo
 
 
 def _compare_html(shown: bytes, made: bytes) -> tuple[list[str], str]:
-    """Return what differs in words and structure, and what is drawn otherwise."""
+    """Return differences in words and structure, and differences in drawings."""
     other = _FIGURE.findall(shown) != _FIGURE.findall(made)
     why = "its figure is not the one that is drawn here" if other else ""
     return list(_different_lines(shown, made)), why
 
 
 def _compare_pdf(shown: bytes, made: bytes) -> tuple[list[str], str]:
-    """Return what differs in numbers, and what is drawn otherwise: page, font or picture."""
+    """Return differences in numbers, and differences in drawings: page, font or picture."""
     if shown == made:
         return [], ""
     try:
@@ -203,9 +203,9 @@ def _compare_pdf(shown: bytes, made: bytes) -> tuple[list[str], str]:
 
 
 def _contradictions(form: Form, maker: PageMaker) -> Iterator[str]:
-    """Yield what a page that cannot be made again shows, and its content does not give.
+    """Yield what a page that cannot be made again shows and its content does not give.
 
-    Without the laboratory's logo and style its words are known; of its own texts and templates
+    Without logo and style of the laboratory its words are known; with its own texts and templates
     only that they show the results.
     """
     try:
@@ -223,7 +223,7 @@ def _contradictions(form: Form, maker: PageMaker) -> Iterator[str]:
 
 
 def _different_numbers(shown: bytes, made: bytes) -> Iterator[str]:
-    """Yield the decimal numbers that stand on one PDF alone; none where they cannot be read."""
+    """Yield the decimal numbers on only one PDF; none if they cannot be read."""
     try:
         from rigrunner.proof.pdf import text_of  # noqa: PLC0415  (an extra)
 
@@ -238,12 +238,12 @@ def _different_numbers(shown: bytes, made: bytes) -> Iterator[str]:
 
 
 def _same_certificate(one: bytes, other: bytes) -> bool:
-    """Say whether two attachments hold one content; a newer program writes more members."""
+    """Return whether two attachments have the same content; newer programs write more members."""
     return parse_certificate(one, "attachment") == parse_certificate(other, "attachment")
 
 
 def _missing(form: Form, certificate: Certificate) -> Iterator[str]:
-    """Yield which results of its content a page does not show that cannot be made again."""
+    """Yield results missing on a page that cannot be made again."""
     try:
         text = _plain(_text(form))
     except MissingPackageError:
@@ -278,7 +278,7 @@ def _text_of_html(page: bytes) -> str:
 
 
 def _plain(text: str) -> str:
-    """Return a text with the signs of numbers as they stand in the content."""
+    """Return a text with the signs of numbers as in the content."""
     return re.sub(r"(?<=\d),(?=\d)", ".", text.replace("\N{MINUS SIGN}", "-"))
 
 
@@ -296,9 +296,9 @@ def _different_lines(shown: bytes, made: bytes) -> Iterator[str]:
 
 
 def _lines(page: bytes) -> list[bytes]:
-    """Return the lines of a page without the drawing of its figure, and without its data.
+    """Return the lines of a page without drawings and data.
 
-    What was read from the data is what the other page was made from.
+    The other page was made from the data.
     """
     shown = without_content(_FIGURE.sub(b"", page))
     return [line for line in shown.splitlines() if line.strip()]

@@ -1,4 +1,4 @@
-"""Whether the methods that are installed are those by which a document was computed."""
+"""Checks that the installed methods are those that a document was calculated with."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 
 CERTIFICATE = "certificate"
-"""The name under which a certificate carries the revision of its own content."""
+"""Name of the revision of the content of a certificate."""
 _PROVIDERS = "plugin providers"
 
 
 def methods_used(procedure: Procedure, acceptance: Acceptance | None = None) -> list[str]:
-    """Return the methods by which a run of a procedure is computed, by their names."""
+    """Return the methods that calculate a run of a procedure, by name."""
     return [
         *methods_of(
             procedure.torque_analysis, acceptance or procedure.acceptance, procedure.named_analyses
@@ -36,9 +36,9 @@ def other_revisions(
     software: Mapping[str, str],
     registry: Registry,
 ) -> Iterator[str]:
-    """Yield which methods are installed in another revision than recorded, or not at all.
+    """Yield methods that are installed in another revision than recorded, or not at all.
 
-    `software` are the versions at that time: those that compute the recorded numbers again.
+    `software` are the recorded versions, which reproduce the recorded numbers.
     """
     chosen = (name for name in recorded if name.startswith("fit "))
     for method in dict.fromkeys((*methods, *chosen)):
@@ -64,9 +64,9 @@ def _installed(method: str, registry: Registry) -> int | None:
 
 
 def made_with(software: Mapping[str, str], kind: str, name: str, registry: Registry) -> str:
-    """Return name and version of what had a method at that time, as 'version 0.1.0'.
+    """Return name and version of the provider of a method at that time, such as 'version 0.1.0'.
 
-    It is looked for in the versions on record by the name of whoever provides the method today.
+    It is found in the recorded versions by the name of the present provider.
     """
     own = f"version {software.get('Rigrunner', 'unknown')}"
     try:

@@ -1,4 +1,4 @@
-"""Whether a run file, and what was made of it, is what it says it is."""
+"""Checks that a run file, and what was made from it, are genuine."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ RESULT_FILE = "result.json"
 
 @dataclass(frozen=True, eq=False)
 class CheckedRun:
-    """A run that could be read, with the result that was derived from it again, if any."""
+    """A readable run, with its result derived again, if possible."""
 
     path: Path
     stored: StoredRun
@@ -39,7 +39,7 @@ class CheckedRun:
 def verify_run(path: Path, registry: Registry) -> Verification:
     """Check a run by its manifest, and derive its result again from the raw samples.
 
-    Raises DataError where there is no run at that path.
+    Raises DataError if there is no run at that path.
     """
     found = Verification()
     check_run(found, path, registry)
@@ -47,7 +47,7 @@ def verify_run(path: Path, registry: Registry) -> Verification:
 
 
 def check_run(found: Verification, path: Path, registry: Registry) -> CheckedRun | None:
-    """Do the checks of one run; return it, or None where it cannot be read. Raises as above."""
+    """Check one run; return it, or None if it cannot be read. Raises as above."""
     sealed = sealed_file_of(path)
     if sealed is None:
         found.information.append("the run is not sealed: it has no manifest yet")
@@ -95,9 +95,9 @@ def _check_manifest(found: Verification, sealed: Path) -> None:
 def _check_result(
     found: Verification, stored: StoredRun, path: Path, registry: Registry
 ) -> Result | None:
-    """Derive the result again and compare it; return it, or None where that cannot be done.
+    """Derive the result again and compare it; return it, or None if impossible.
 
-    It is derived by the methods that derived it, or not at all: another revision finds others.
+    Only the methods that derived it are used, since another revision may give other numbers.
     """
     recorded = stored.result_document
     if recorded is None:
@@ -143,12 +143,12 @@ def _differs_from_file(recorded: Mapping[str, object], path: Path) -> Iterator[o
 
 
 def _plain(content: object) -> object:
-    """Return a document as it is when it was written and read."""
+    """Return a document as after writing and reading."""
     return json.loads(json.dumps(content))
 
 
 def versions(then: Mapping[str, str], now: Mapping[str, str], what: str) -> Iterator[str]:
-    """Yield which versions are not those with which something was done, in words."""
+    """Yield versions that differ from the recorded ones, as text."""
     for name, version in now.items():
         if name in then and then[name] != version:
             yield f"{name}: {then[name]} when it {what}, {version} now"

@@ -1,4 +1,4 @@
-"""Who signed a document, when, and whether that key is one of those we trust."""
+"""Checks who signed a document, when, and whether the key is trusted."""
 
 from __future__ import annotations
 
@@ -21,9 +21,10 @@ UNSIGNED = "unsigned: nothing shows who issued it"
 def check_signature_of(
     found: Verification, path: Path, forms: Sequence[Form], trusted: Sequence[Path]
 ) -> bool:
-    """Check the signature's file at `path`; return whether a trusted key signed every form.
+    """Check the signature file at `path`; return whether a trusted key signed every form.
 
-    With trusted keys, a document that none of them signed is a difference; without, it is told.
+    With trusted keys, a document that none of them signed is a difference; without, it is
+    information.
     """
     if not path.is_file():
         (found.differences if trusted else found.information).append(UNSIGNED)

@@ -1,4 +1,4 @@
-"""What a verification found: what held, what differs and where, and what it could not check."""
+"""The findings of a verification: what is OK, what differs and where, what was not checked."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ if TYPE_CHECKING:
 
 @dataclass
 class Verification:
-    """A list of checks that grows as they are done."""
+    """A growing list of findings."""
 
     held: list[str] = field(default_factory=list)
     differences: list[str] = field(default_factory=list)
     replaced: list[str] = field(default_factory=list)
-    """Which document replaced this one."""
+    """The document that replaces this one."""
     unproven: list[str] = field(default_factory=list)
     """Pages that could not be made again and that no trusted key signed, and why."""
     not_recomputed: list[str] = field(default_factory=list)
     """Numbers by another revision of a method than the installed one."""
     unchecked: list[str] = field(default_factory=list)
-    """What could not be checked for want of a file."""
+    """What was not checked because a file is missing."""
     information: list[str] = field(default_factory=list)
-    """What decides nothing, but should be known: who signed, other versions."""
+    """Information that decides nothing, such as who signed, and other versions."""
 
     @property
     def matches(self) -> bool:
@@ -35,12 +35,12 @@ class Verification:
 
     @property
     def exit_code(self) -> ExitCode:
-        """How a command that did this ends: by the gravest thing that was found."""
+        """Exit code of the command, for the most serious finding."""
         return next((code for code, _ in self._verdicts()), ExitCode.PASS)
 
     @property
     def conclusion(self) -> str:
-        """The verdict in one line, the gravest thing first."""
+        """The conclusion in one line, the most serious finding first."""
         return "; ".join(text for _, text in self._verdicts()) or "MATCH"
 
     def _verdicts(self) -> Iterator[tuple[ExitCode, str]]:
@@ -58,7 +58,7 @@ class Verification:
             yield ExitCode.UNDECIDED, f"OPEN: {words if count else f'nothing differs, but {words}'}"
 
     def take(self, what: str, found: Iterable[object]) -> bool:
-        """Keep the differences of one check, or that it held; return whether it did."""
+        """Add the differences of one check, or that it is OK; return whether it is."""
         new = [f"{what}: {each}" for each in found]
         self.differences.extend(new)
         if not new:
@@ -66,7 +66,7 @@ class Verification:
         return not new
 
     def attempt(self, what: str, check: Callable[[], Iterable[object]]) -> bool:
-        """Do one check; what keeps it from being done is a difference too."""
+        """Do one check; an error that prevents it is a difference too."""
         try:
             found = list(check())
         except RigrunnerError as error:
