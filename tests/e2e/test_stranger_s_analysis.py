@@ -40,7 +40,7 @@ class Warming:
         errors = run.reading_errors(self.of, values.max())
         lines = tuple(Component(e.name, 2**0.5 * e.u, e.dof, e.distribution, True) for e in errors)
         return shown(values, combine(lines), len(values), lines)
-    def begin(self, recording): pass
+    def begin(self, recording, run): pass
     def take(self, block):
         values = np.append(self.ends, block.channels[self.of])
         self.ends, self.count = [values.min(), values.max()], self.count + block.samples

@@ -35,6 +35,12 @@ def lab(made_once, tmp_path_factory):
     return shutil.copytree(made / "lab", tmp_path_factory.mktemp("panel") / "lab")
 
 
+@pytest.fixture(autouse=True)
+def own_markers(tmp_path, monkeypatch):
+    """Locks and markers of rigs in a folder of the test: others leave rigs energised on purpose."""
+    monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
+
+
 @pytest.fixture(scope="session")
 def new_chromium():
     """Starts a real Chromium, with more flags; there is one driver for all of a process."""

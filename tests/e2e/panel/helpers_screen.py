@@ -248,7 +248,8 @@ class Screen:
         """Do the preflight, for the first time; a name that was typed above is not asked again."""
         check = self.page.locator(".preflight > .button")
         check.click()
-        if not self.page.get_by_label("Your name").count():
+        name = self.page.get_by_label("Your name")
+        if not name.count() or not name.input_value():
             self.say_name()
         expect(check).to_have_text("Check again")
         if ready:

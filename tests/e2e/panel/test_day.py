@@ -78,13 +78,13 @@ def answer(page, text):
     page.keyboard.press("Enter")
 
 
-def scan(page, specimens):
+def scan(page, specimens, *, named):
     """As a scanner does: each word with Enter, into the field that keeps the focus."""
     page.locator("#queue-scan").focus()
     for each in specimens:
         page.keyboard.type(each)
         page.keyboard.press("Enter")
-        if each == specimens[0]:
+        if each == specimens[0] and not named:
             answer(page, NAME)  # who has control
         row(page, each).wait_for()
         expect(page.locator("#queue-scan")).to_have_value("")
@@ -112,7 +112,7 @@ def test_a_day_with_two_rigs_and_twelve_specimens(new_screen, two_rigs):  # noqa
     with running_panel(two_rigs) as panel:
         other = new_screen(panel)
         theirs = to_queue(other, OTHER, ALONE)
-        scan(theirs, OF_OTHER)
+        scan(theirs, OF_OTHER, named=False)
 
         screen = new_screen(panel)
         screen.page.goto(panel.url)
@@ -123,7 +123,7 @@ def test_a_day_with_two_rigs_and_twelve_specimens(new_screen, two_rigs):  # noqa
         page.get_by_label("Bearing type").fill("GE20")
         page.get_by_label("Lot").fill("L-7")
         page.get_by_label("Your name").fill(NAME)
-        scan(page, OF_ONE)
+        scan(page, OF_ONE, named=True)
 
         # the scanner beeps twice, and a specimen of the other rig is scanned here
         for procedure, specimen, told in (

@@ -61,11 +61,7 @@ def test_scans_that_do_not_wait_for_each_other_are_all_added_in_order(open_queue
     """A scanner sends the next specimen while the panel still adds the last one."""
     with running_panel(own_lab) as panel:
         page = open_queue(panel).page
-        page.locator("#queue-scan").focus()
-        page.keyboard.type("SN-1\n")
-        page.locator("#dialog-text").fill(NAME)
-        page.keyboard.press("Enter")
-        row(page, "SN-1").wait_for()
+        scan(page, "SN-1")
         page.context.new_cdp_session(page).send("Network.emulateNetworkConditions", SLOW)
         scan(page, "SN-2", "SN-1", "SN-3")
         expect(page.locator(".queue-table tbody tr strong")).to_have_text(["SN-1", "SN-2", "SN-3"])
@@ -121,9 +117,6 @@ def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(open_queue, own_lab)
         assert panel.phase() == "idle", "nothing starts by itself"
         row(page, "SN-3").get_by_role("button", name="Repeat").click()
         page.locator("#dialog-text").fill("the panel was killed")
-        page.keyboard.press("Enter")
-        page.get_by_text("Who has control?").wait_for()
-        page.locator("#dialog-text").fill(NAME)
         page.keyboard.press("Enter")
         expect(row(page, "SN-3")).to_have_count(2)
         listed = json.loads(call("queue", "list", "--json", "--runs", own_lab / "runs").out)

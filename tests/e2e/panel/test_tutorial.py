@@ -39,7 +39,7 @@ def do(page, verb, what, text):
 def test_the_tutorial_leads_to_a_certificate(new_screen, tmp_path):
     steps = STEP.findall(TUTORIAL.read_text(encoding="utf-8"))
     numbered = re.findall(r"^\d+\. ", TUTORIAL.read_text(encoding="utf-8"), re.MULTILINE)
-    assert len(steps) == len(numbered) == 24
+    assert len(steps) == len(numbered) == 23
     assert call("init", tmp_path).code == 0
     done = call(
         "run", "no_load_inertia_sweep", "--station", "simulated", "--unattended",

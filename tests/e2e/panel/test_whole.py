@@ -247,6 +247,7 @@ def test_what_is_stored(walk, way):  # noqa: PLR0915  (a walk)
     page.locator(".issued .button").first.click()
     page.locator(".issued .good-text, .issued .bad-text").first.wait_for()
     page.locator(".issued details summary").click()
+    page.evaluate("scrollTo(0, document.body.scrollHeight)")  # no button half below the bar
     at.look("verified")
     page.locator(".issued .button").nth(1).click()
     page.locator(".dialog").wait_for()
