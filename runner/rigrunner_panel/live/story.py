@@ -84,7 +84,6 @@ class Story:
     def __init__(
         self, board: Board, job: JobView, links: Links, left: tuple[AlarmView, ...] = ()
     ) -> None:
-        self.job = job
         self.curves = Curves()
         self.recording = ""
         self.is_over = False
@@ -106,6 +105,12 @@ class Story:
         if job.kind == "preflight":
             self._preflight(())
         self._tell_phase()
+
+    @property
+    def job(self) -> JobView:
+        """The job, as the board has it."""
+        job: JobView = self._board.get("job")
+        return job
 
     def asked(self, what: str) -> None:
         """Take note of what a person asked for."""
@@ -138,8 +143,6 @@ class Story:
         """Put sections that the process made, and what follows from them."""
         for name, view in sections.items():
             match name:
-                case "job":
-                    self.job = view
                 case "plan":
                     self._track = Track(view)
                 case "prompt" if view is not None and view.picture:
@@ -235,8 +238,7 @@ class Story:
             case RunStarted():
                 self._has_begun, self._started_s = True, event.monotonic_s
                 known = {"run": event.run_id, "started_utc": event.utc}
-                self.job = self.job.model_copy(update=known)
-                self._board.put(job=self.job)
+                self._board.put(job=self.job.model_copy(update=known))
             case RunEnded():
                 self._has_ended = True
                 self._board.put(prompt=None, pause=None)
