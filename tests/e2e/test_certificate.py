@@ -539,6 +539,9 @@ def test_the_command_issues_amends_and_refuses_a_second_amendment(quick, tmp_pat
     first = called.out.splitlines()[0]
     before = {path: path.read_bytes() for path in (tmp_path / "out").iterdir()}
     amend = ("amend", first, "--reason", "misspelt", "--by", "B", *where, "--customer", "Muster")
+    late = call(*amend, "--received", "2030-01-01")
+    assert late.code == 2
+    assert "--received 2030-01-01 is after the test, which began on 20" in late.err
     called = call(*amend)
     assert called.code == 0, called.err
     assert {path: path.read_bytes() for path in before} == before

@@ -17,7 +17,7 @@ from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.certificate.numbers import Numbers, prefix_of
 from rigrunner.certificate.results import conformity_of
 from rigrunner.clock import utc_text
-from rigrunner.documents.certifying.certify import read_source
+from rigrunner.documents.certifying.certify import read_source, refuse_late_receipt
 from rigrunner.documents.certifying.office import Issued, Office
 from rigrunner.run.provenance import layouts, software
 
@@ -65,11 +65,12 @@ def amend(
     """
     if not request.reason.strip():
         raise UsageError("an amendment needs its --reason", field="reason")
-    if "received" in request.given:
-        _refuse_no_date(request.given["received"])
     file = path.with_suffix(".json")
     content = _bytes_of(file)
     original = parse_certificate(content, str(file))
+    if "received" in request.given:
+        received = _date(request.given["received"])
+        refuse_late_receipt(received, original.performance.started_utc)
     sha256 = hashlib.sha256(content).hexdigest()
     _refuse_not_issued(original, sha256, request.letterhead)
     letterhead = read_letterhead(
@@ -145,9 +146,9 @@ def _refuse_not_issued(original: Certificate, sha256: str, folder: Path) -> None
         )
 
 
-def _refuse_no_date(text: str) -> None:
+def _date(text: str) -> date:
     try:
-        date.fromisoformat(text)
+        return date.fromisoformat(text)
     except ValueError as error:
         message = f"--received: '{text}' is not a date; write it as 2026-01-31"
         raise UsageError(message, field="received") from error

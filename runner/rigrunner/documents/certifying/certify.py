@@ -91,7 +91,8 @@ def certify(
     _refuse_restricted(source, restrictions, request)
     known = {**source.stored.header.inputs, **source.result.run.people}
     order = complete(request.order, request.given, known)
-    _refuse_late_receipt(source, order)
+    if order.received is not None:
+        refuse_late_receipt(order.received, source.stored.header.started_utc)
     further = _further_copy(source, letterhead, request, is_specimen=bool(restrictions))
     if not restrictions:  # a simulator's time runs ahead of the clock
         _refuse_early_issue(source, now)
@@ -216,11 +217,11 @@ def _refuse_beyond_calibration(source: Source) -> None:
         )
 
 
-def _refuse_late_receipt(source: Source, order: Order) -> None:
-    """Refuse receipt after the test; its date is local, and may be a day ahead of UTC."""
-    started = date.fromisoformat(source.stored.header.started_utc[:10])
-    if order.received is not None and order.received > started + timedelta(days=1):
+def refuse_late_receipt(received: date, started_utc: str) -> None:
+    """Raise UsageError for receipt after the test; its date is local, and may be ahead of UTC."""
+    started = date.fromisoformat(started_utc[:10])
+    if received > started + timedelta(days=1):
         raise UsageError(
-            f"--received {order.received} is after the test, which began on {started} (UTC)",
+            f"--received {received} is after the test, which began on {started} (UTC)",
             field="received",
         )
