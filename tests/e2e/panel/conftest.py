@@ -29,10 +29,15 @@ expect.set_options(timeout=1000 * WITHIN_S)
 
 
 @pytest.fixture(scope="session")
-def lab(made_once, tmp_path_factory):
-    """A lab with quick procedures, for each worker a copy."""
-    made = made_once("panel_lab", lambda folder: quick_lab(folder / "lab"))
-    return shutil.copytree(made / "lab", tmp_path_factory.mktemp("panel") / "lab")
+def made_lab(made_once):
+    """A lab with quick procedures, which is only copied."""
+    return made_once("panel_lab", lambda folder: quick_lab(folder / "lab")) / "lab"
+
+
+@pytest.fixture
+def lab(made_lab, tmp_path):
+    """A lab of the test's own: its runs and its queue are those of nobody else."""
+    return shutil.copytree(made_lab, tmp_path / "quick_lab")
 
 
 @pytest.fixture(autouse=True)

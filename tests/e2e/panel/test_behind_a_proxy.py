@@ -162,8 +162,9 @@ def _wait_for(port, process):
 
 
 @pytest.fixture(scope="module")
-def proxy(lab, tmp_path_factory):
-    with proxied(lab, tmp_path_factory.mktemp("proxy")) as running:
+def proxy(made_lab, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("proxy")
+    with proxied(shutil.copytree(made_lab, folder / "lab"), folder) as running:
         yield running
 
 

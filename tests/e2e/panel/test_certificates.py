@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-
 from playwright.sync_api import expect
 
 from e2e.panel.helpers_screen import running_panel
@@ -18,10 +16,9 @@ ORDER = {
 def test_a_certificate_goes_through_its_whole_life(  # noqa: PLR0915  (a walk through it)
     new_screen, lab, tmp_path
 ):
-    folder, key = tmp_path / "lab", tmp_path / "key.pem"
-    shutil.copytree(lab, folder)
+    key = tmp_path / "key.pem"
     assert call("sign", "--new-key", key).code == 0
-    with running_panel(folder, options=("--signing-key", str(key))) as panel:
+    with running_panel(lab, options=("--signing-key", str(key))) as panel:
         screen = new_screen(panel)
         run = next(each.name for each in panel.runs.iterdir() if "QUICK-ST" in each.name)
         screen.open(f"#/runs/{run}")

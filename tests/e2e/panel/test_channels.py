@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-
 import pytest
 from playwright.sync_api import expect
 
@@ -131,13 +129,12 @@ def each_is_live(page, phase: str) -> None:
     assert page.evaluate("import('/js/store.js').then(({ store }) => store.state.phase)") == phase
 
 
-def test_each_channel_is_live_while_it_waits_settles_or_pauses(new_screen, lab, tmp_path):
-    folder = shutil.copytree(lab, tmp_path / "lab")
-    path = folder / "procedures/quick_asks.yaml"
+def test_each_channel_is_live_while_it_waits_settles_or_pauses(new_screen, lab):
+    path = lab / "procedures/quick_asks.yaml"
     text = path.read_text(encoding="utf-8")
     assert "- settle: {cycles: 1}" in text
     path.write_text(text.replace("- settle: {cycles: 1}", "- settle: {cycles: 120}"), "utf-8")
-    with running_panel(folder) as panel:
+    with running_panel(lab) as panel:
         screen = new_screen(panel)
         page = screen.page
         screen.open()

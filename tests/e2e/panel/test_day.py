@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import signal
 from collections import Counter
 
@@ -52,16 +51,14 @@ GRAVE = {"serious", "critical"}
 
 
 @pytest.fixture
-def two_rigs(lab, tmp_path):
+def two_rigs(lab):
     """A lab with two benches that are in order."""
-    folder = tmp_path / "lab"
-    shutil.copytree(lab, folder)
-    (folder / "overdue.yaml").unlink()
-    text = (folder / BENCH).read_text(encoding="utf-8")
+    (lab / "overdue.yaml").unlink()
+    text = (lab / BENCH).read_text(encoding="utf-8")
     other = text.replace("id: bench-1", "id: bench-2").replace(STATION, OTHER_TITLE)
-    (folder / OTHER).write_text(other, encoding="utf-8")
-    (folder / "procedures/alone.yaml").write_text(PROCEDURE, encoding="utf-8")
-    return folder
+    (lab / OTHER).write_text(other, encoding="utf-8")
+    (lab / "procedures/alone.yaml").write_text(PROCEDURE, encoding="utf-8")
+    return lab
 
 
 def card(page, title):

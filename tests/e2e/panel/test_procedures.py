@@ -3,26 +3,16 @@
 from __future__ import annotations
 
 import re
-import shutil
 
 import pytest
 from playwright.sync_api import expect
 
-from e2e.panel.helpers_screen import axe_script, running_panel
+from e2e.panel.helpers_screen import axe_script
 from e2e.panel.test_looks import DESK, assert_on_one_screen, look
 
 QUICK = "procedures/quick_torque.yaml"
 ADDRESS = "#/procedures/procedures%2Fquick_torque.yaml"
 UPRIGHT = {"width": 820, "height": 1180}
-
-
-@pytest.fixture
-def own(lab, tmp_path):
-    """A lab that a test may change."""
-    folder = tmp_path / "lab"
-    shutil.copytree(lab, folder)
-    with running_panel(folder) as running:
-        yield running
 
 
 def open_text(screen):
@@ -44,8 +34,8 @@ def type_at_the_end(page, text):
     page.keyboard.type(text, delay=20)
 
 
-def test_a_mistake_is_shown_at_its_line_and_what_may_stand_there_is_offered(new_screen, own):
-    page = open_text(new_screen(own))
+def test_a_mistake_is_shown_at_its_line_and_what_may_stand_there_is_offered(new_screen, panel):
+    page = open_text(new_screen(panel))
     type_at_the_end(page, "# a remark\nint")
     options = page.locator(".cm-tooltip-autocomplete li")
     expect(options).to_have_count(1)
@@ -70,10 +60,10 @@ def test_a_mistake_is_shown_at_its_line_and_what_may_stand_there_is_offered(new_
     expect(page.locator(".cm-help")).to_contain_text("measurand")
 
 
-def test_it_is_saved_and_approved_by_name_and_the_changes_are_told(new_screen, own):
-    screen = new_screen(own)
+def test_it_is_saved_and_approved_by_name_and_the_changes_are_told(new_screen, panel):
+    screen = new_screen(panel)
     page = open_text(screen)
-    file = own.folder / QUICK
+    file = panel.folder / QUICK
     before = file.read_text(encoding="utf-8")
     page.get_by_text("cycles: 15").first.wait_for()
     type_at_the_end(page, "description: Slower\n")
@@ -87,8 +77,8 @@ def test_it_is_saved_and_approved_by_name_and_the_changes_are_told(new_screen, o
     assert file.with_suffix(".approval.json").is_file()
 
 
-def test_two_who_edit_one_procedure_are_told_and_nothing_is_lost(new_screen, own):
-    ann, bob = new_screen(own), new_screen(own)
+def test_two_who_edit_one_procedure_are_told_and_nothing_is_lost(new_screen, panel):
+    ann, bob = new_screen(panel), new_screen(panel)
     first, second = open_text(ann), open_text(bob)
     expect(first.locator(".editor-notes")).to_contain_text("has this procedure open")
     type_at_the_end(first, "# Ann\n")
@@ -101,7 +91,7 @@ def test_two_who_edit_one_procedure_are_told_and_nothing_is_lost(new_screen, own
     second.keyboard.press("Control+s")
     bob.say_name("Bob")
     expect(warning).to_contain_text("has not been saved")
-    file = own.folder / QUICK
+    file = panel.folder / QUICK
     assert file.read_text(encoding="utf-8").endswith("# Ann\n")
     second.reload()
     second.wait_for_selector(".problems-box .good-text")
@@ -118,8 +108,8 @@ def test_two_who_edit_one_procedure_are_told_and_nothing_is_lost(new_screen, own
     expect(first.locator(".editor-notes .warn")).to_have_count(0)
 
 
-def test_a_shipped_procedure_is_changed_in_a_copy(new_screen, own):
-    screen = new_screen(own)
+def test_a_shipped_procedure_is_changed_in_a_copy(new_screen, panel):
+    screen = new_screen(panel)
     screen.open("#/procedures/gauge_rr")
     page = screen.page
     expect(page.locator(".procedure .head")).to_contain_text("Shipped")
@@ -130,14 +120,14 @@ def test_a_shipped_procedure_is_changed_in_a_copy(new_screen, own):
     screen.say_name()
     page.wait_for_url("**/procedures/procedures%2Fmine.yaml")
     expect(page.get_by_role("button", name="Approve")).to_be_visible()
-    assert (own.folder / "procedures/mine.yaml").is_file()
+    assert (panel.folder / "procedures/mine.yaml").is_file()
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("locale", ["en-GB", "de-DE"])
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_the_pages_can_be_used_by_everybody(new_screen, own, pictures, theme, locale):
-    screen = new_screen(own, locale=locale, color_scheme=theme)
+def test_the_pages_can_be_used_by_everybody(new_screen, panel, pictures, theme, locale):
+    screen = new_screen(panel, locale=locale, color_scheme=theme)
     page, grave = screen.page, []
     page.add_init_script(path=axe_script())
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 
 import pytest
 from playwright.sync_api import expect
@@ -35,14 +34,6 @@ def open_queue(new_screen):
     return opened
 
 
-@pytest.fixture
-def own_lab(lab, tmp_path):
-    """A panel whose runs are its own: the queue is among them."""
-    folder = tmp_path / "lab"
-    shutil.copytree(lab, folder)
-    return folder
-
-
 def scan(page, *specimens):
     """As a scanner does: a word and Enter, and the next one without waiting."""
     page.locator("#queue-scan").focus()
@@ -57,9 +48,9 @@ def row(page, text):
     return page.locator(".queue-table tbody tr", has_text=text)
 
 
-def test_scans_that_do_not_wait_for_each_other_are_all_added_in_order(open_queue, own_lab):
+def test_scans_that_do_not_wait_for_each_other_are_all_added_in_order(open_queue, lab):
     """A scanner sends the next specimen while the panel still adds the last one."""
-    with running_panel(own_lab) as panel:
+    with running_panel(lab) as panel:
         page = open_queue(panel).page
         scan(page, "SN-1")
         page.context.new_cdp_session(page).send("Network.emulateNetworkConditions", SLOW)
@@ -75,8 +66,8 @@ def test_scans_that_do_not_wait_for_each_other_are_all_added_in_order(open_queue
 
 
 @pytest.mark.thorough
-def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(open_queue, own_lab):
-    with running_panel(own_lab) as panel:
+def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(open_queue, lab):
+    with running_panel(lab) as panel:
         page = open_queue(panel).page
         page.locator("#queue-scan").focus()
         page.keyboard.type("SN-1")
@@ -109,7 +100,7 @@ def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(open_queue, own_lab)
         panel.wait_for("asking")
         panel.process.kill()
         panel.process.wait()
-    with running_panel(own_lab) as panel:
+    with running_panel(lab) as panel:
         page = open_queue(panel).page
         found = {each["specimen"]: each["status"] for each in panel.get("queue")["entries"]}
         assert (found["SN-1"], found["SN-2"], found["SN-4"]) == ("done", "held", "waiting")
@@ -119,7 +110,7 @@ def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(open_queue, own_lab)
         page.locator("#dialog-text").fill("the panel was killed")
         page.keyboard.press("Enter")
         expect(row(page, "SN-3")).to_have_count(2)
-        listed = json.loads(call("queue", "list", "--json", "--runs", own_lab / "runs").out)
+        listed = json.loads(call("queue", "list", "--json", "--runs", lab / "runs").out)
         again = next(each for each in listed if each["repeats"])
         assert (again["inputs"]["specimen"], again["reason"]) == ("SN-3", "the panel was killed")
 
@@ -127,10 +118,10 @@ def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(open_queue, own_lab)
 @pytest.mark.parametrize("locale", first(1, ["en-GB", "de-DE"]))
 @pytest.mark.parametrize("size", first(1, [*SIZES]))
 def test_the_page_of_the_queue_is_looked_at(  # noqa: PLR0917  (fixtures)
-    new_screen, own_lab, pictures, monkeypatch, size, locale
+    new_screen, lab, pictures, monkeypatch, size, locale
 ):
-    monkeypatch.chdir(own_lab)
-    runs = ("--runs", own_lab / "runs")
+    monkeypatch.chdir(lab)
+    runs = ("--runs", lab / "runs")
     pair = ("procedures/quick_torque.yaml", "--station", "station.yaml")
     more = ("--set", "type=GE20", "--set", "lot=L-7", "--by", "Ann Jones")
     assert call("queue", "add", *pair, "B-100", "B-101", "B-102", "B-103", *more, *runs).code == 0
@@ -138,7 +129,7 @@ def test_the_page_of_the_queue_is_looked_at(  # noqa: PLR0917  (fixtures)
     call("queue", "hold", "3", "--reason", "inner ring is dirty", "--by", "Ann Jones", *runs)
     call("queue", "skip", "1", "--reason", "lost", "--by", "Ann Jones", *runs)
     width, height = SIZES[size]
-    with running_panel(own_lab) as panel:
+    with running_panel(lab) as panel:
         screen = new_screen(panel, viewport={"width": width, "height": height}, locale=locale)
         screen.open("#/queue")
         page = screen.page
@@ -150,9 +141,9 @@ def test_the_page_of_the_queue_is_looked_at(  # noqa: PLR0917  (fixtures)
 
 
 @pytest.mark.thorough
-def test_a_second_start_is_queued_and_hostile_specimens_are_text(open_queue, own_lab):
+def test_a_second_start_is_queued_and_hostile_specimens_are_text(open_queue, lab):
     hostile = "<img src=x onerror=window.hacked=1>"
-    with running_panel(own_lab) as panel:
+    with running_panel(lab) as panel:
         screen = open_queue(panel)
         page = screen.page
         page.locator("#queue-scan").focus()

@@ -181,7 +181,6 @@ def test_a_rig_that_is_not_safe_is_told_in_red_and_apart(new_screen, lab):
         why = page.locator(".banner.warn")
         expect(why).to_contain_text("the connection broke")
         expect(why).not_to_contain_text("safe")
-    (lab / "lost.yaml").unlink()
 
 
 def test_a_browser_that_speaks_german_is_answered_in_german(new_screen):
