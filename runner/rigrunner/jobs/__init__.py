@@ -1,7 +1,7 @@
-"""One task over many items: in this process, on all cores, or on a cluster.
+"""Apply one task to many items: in this process, on all cores, or on a cluster.
 
-The outcomes come as they are ready, each item's once. What fails is an outcome as well, so that it
-ends nothing; a journal keeps what is done, so that what was interrupted goes on.
+Outcomes come as they are ready, one for each item. A failed item is an outcome too, so the others
+continue. A journal keeps finished items, so that interrupted work can be resumed.
 """
 
 from rigrunner.jobs.cluster import Cluster

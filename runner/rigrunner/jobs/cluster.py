@@ -1,4 +1,4 @@
-"""Does the items on a Dask cluster: many machines, or several processes of one."""
+"""Process the items on a Dask cluster: many machines, or several processes of one."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import StopToken
 
 PATIENCE_S = 0.5
-"""Between two looks at the stop token."""
+"""Time between two checks of the stop token."""
 
 AHEAD = 1000
-"""How many items the scheduler is given: enough for a large cluster, few enough to be held."""
+"""How many items the scheduler is given at a time: enough for a large cluster, and a small list."""
 
 
 @dataclass(frozen=True)
 class Cluster:
-    """The workers of a Dask scheduler, by its address, such as tcp://10.0.0.5:8786.
+    """The workers of a Dask scheduler at an address such as tcp://10.0.0.5:8786.
 
-    An item whose worker died is done by another one, as often as the scheduler allows. Workers run
-    what they are sent: they belong on a network that is trusted, or behind tls://.
+    If a worker dies, another one processes its item, as often as the scheduler allows. Workers run
+    the code that they are sent, so they belong on a trusted network, or behind tls://.
     """
 
     address: str
@@ -41,9 +41,9 @@ class Cluster:
     def outcomes(
         self, task: Callable[[Item], Value], items: Sequence[Item], stop: StopToken
     ) -> Iterator[Done[Item, Value]]:
-        """Yield what becomes of each item; see `Workers`.
+        """Yield the outcome of each item; see `Workers`.
 
-        Raises UsageError where no cluster is at the address, and DataError where it is lost.
+        Raises UsageError if there is no cluster at the address, and DataError if it is lost.
         """
         with _connected(self) as client:
             under_way = _UnderWay(client, task, items)
@@ -53,10 +53,10 @@ class Cluster:
 
 
 class _UnderWay:
-    """The items that the scheduler knows of.
+    """The items that the scheduler has.
 
-    It blames a death on all that the worker was to do. So an item on which too many died is tried
-    again when nothing else is under way: what is lost then is its own doing.
+    The scheduler blames the death of a worker on each item that the worker had. So an item with too
+    many deaths is tried again alone: a death then is its own fault.
     """
 
     def __init__(self, client: Client, task: Callable[[Any], Any], items: Sequence[Any]) -> None:
@@ -70,7 +70,7 @@ class _UnderWay:
         self._alone = False
 
     def is_busy(self) -> bool:
-        """Tell the scheduler of further items; say whether any is not done."""
+        """Send further items to the scheduler; return whether any is unfinished."""
         while self._waiting and len(self._places) < AHEAD:
             self._submit(self._waiting.popleft())
         if self._blamed and not self._places:
@@ -79,7 +79,7 @@ class _UnderWay:
         return bool(self._places)
 
     def answers(self) -> Iterator[tuple[int, Answer[Any]]]:
-        """Yield what has become of the next item, if any is ready soon."""
+        """Yield the outcome of the next item, if one is ready soon."""
         try:
             future = self._ready.get(timeout=PATIENCE_S)
         except Empty:
@@ -98,7 +98,7 @@ class _UnderWay:
 
 
 def _answer(future: Future[Any]) -> Answer[Any] | None:
-    """Return the answer; None if too many workers died."""
+    """Return the answer, or None if too many workers died."""
     from distributed import KilledWorker  # noqa: PLC0415  (heavy)
     from distributed.client import FutureCancelledError  # noqa: PLC0415  (heavy)
 

@@ -1,4 +1,4 @@
-"""What became of one item, and who does the items."""
+"""The outcome of an item, and the protocol of workers."""
 
 from __future__ import annotations
 
@@ -19,46 +19,46 @@ Value = TypeVar("Value")
 
 @dataclass(frozen=True)
 class Answer(Generic[Value]):
-    """What a task gave of one item: a value, or the problem that took its place."""
+    """The outcome of a task on one item: a value, or the problem in its place."""
 
     value: Value | None
     problem: str = ""
-    """Why there is no value, in words; empty where there is one."""
+    """Why there is no value; empty if there is one."""
     trace: str = ""
-    """The traceback of a problem that nobody foresaw: a bug of ours or of a plugin."""
+    """The traceback of an unexpected problem, which is a bug of this program or of a plugin."""
 
 
 @dataclass(frozen=True)
 class Done(Generic[Item, Value]):
-    """An item and what was made of it."""
+    """An item with its outcome."""
 
     place: int
-    """Among all items, counted from 0: outcomes come in any order."""
+    """Index among all items, from 0. Outcomes come in any order."""
     item: Item
     answer: Answer[Value]
 
     @property
     def problem(self) -> str:
-        """Why there is no value; empty where there is one."""
+        """Why there is no value; empty if there is one."""
         return self.answer.problem
 
 
 class Workers(Protocol):
-    """Does the items of a task, each once."""
+    """Applies a task to items, once to each."""
 
     def outcomes(
         self, task: Callable[[Item], Value], items: Sequence[Item], stop: StopToken
     ) -> Iterator[Done[Item, Value]]:
-        """Yield what becomes of each item, in the order in which they are ready.
+        """Yield the outcome of each item, in the order in which they are ready.
 
-        `task` is picklable, and its value follows from the item alone. Once the token is set no
-        more come: what is under way is dropped.
+        `task` is picklable, and its value depends on the item alone. After the token is set nothing
+        more is yielded; unfinished items are dropped.
         """
         ...
 
 
 def attempt(task: Callable[[Item], Value], item: Item) -> Answer[Value]:
-    """Return the task's value of an item; an error becomes a problem in words."""
+    """Return the task's value of an item; an error becomes a problem as text."""
     try:
         return Answer(task(item))
     except RigrunnerError as error:

@@ -1,4 +1,4 @@
-"""Does the items one after the other, in the process that asks."""
+"""Process the items one after the other, in this process."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ if TYPE_CHECKING:
 
 
 class InProcess:
-    """No further process: for a few items, and for a debugger. A task need not be picklable."""
+    """No further process: for a few items, or a debugger. The task need not be picklable."""
 
     def outcomes(
         self, task: Callable[[Item], Value], items: Sequence[Item], stop: StopToken
     ) -> Iterator[Done[Item, Value]]:
-        """Yield what becomes of each item, in their order; see `Workers`."""
+        """Yield the outcome of each item, in their order; see `Workers`."""
         for place, item in enumerate(items):
             if stop.is_set():
                 return

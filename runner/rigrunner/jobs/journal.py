@@ -1,4 +1,4 @@
-"""What is done, on disk, a line each: there what was interrupted goes on."""
+"""Finished items on disk, one line each, from which interrupted work is resumed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FORMAT = "rigrunner: done/1"
 
 
 class Journal:
-    """The items that are done: their values, which JSON can hold, by their keys."""
+    """The values of finished items by their keys. JSON must be able to hold a value."""
 
     def __init__(self, path: Path, file: BinaryIO, values: dict[str, Any]) -> None:
         self.path = path
@@ -28,11 +28,11 @@ class Journal:
         self._values = values
 
     def __len__(self) -> int:
-        """Return how many are done."""
+        """Return how many items are finished."""
         return len(self._values)
 
     def __contains__(self, key: str) -> bool:
-        """Say whether an item is done."""
+        """Return whether an item is finished."""
         return key in self._values
 
     def __getitem__(self, key: str) -> Any:
@@ -40,7 +40,7 @@ class Journal:
         return self._values[key]
 
     def add(self, key: str, value: Any) -> None:
-        """Keep what became of an item; raise DataError where it cannot be written."""
+        """Store the value of an item; raise DataError if it cannot be written."""
         with _writing(self.path):
             _append(self._file, [key, value])
         self._values[key] = value
@@ -48,11 +48,11 @@ class Journal:
 
 @contextmanager
 def journal(path: Path, of: Mapping[str, str]) -> Iterator[Journal]:
-    """Open the journal of a piece of work, which `of` describes, or begin it.
+    """Open or create the journal of a task, which `of` describes.
 
-    It is a file of JSON lines, the first of which says what it is of. A line counts once it is
-    whole: the process may be killed at any time. Raises UsageError where the file is of other work
-    or in use, and DataError where it is damaged or cannot be written.
+    The file has JSON lines, the first of which describes the task. Only complete lines count, so
+    the process may be killed at any time. Raises UsageError if the file belongs to another task or
+    is in use, and DataError if it is damaged or cannot be written.
     """
     lock = FileLock(path.with_name(f"{path.name}.lock"), timeout=0)
     with _writing(path):
@@ -73,14 +73,14 @@ def journal(path: Path, of: Mapping[str, str]) -> Iterator[Journal]:
 
 
 def discard(path: Path) -> None:
-    """Remove a journal that nobody needs any more."""
+    """Remove a journal that is no longer needed."""
     with _writing(path):
         path.unlink(missing_ok=True)
         path.with_name(f"{path.name}.lock").unlink(missing_ok=True)
 
 
 def _read(path: Path, file: BinaryIO, of: dict[str, str]) -> dict[str, Any]:
-    """Return what is done; a last line that is not whole is cut off."""
+    """Return the finished items; an incomplete last line is cut off."""
     file.seek(0)
     text = file.read()
     whole = text[: text.rfind(b"\n") + 1]
@@ -112,7 +112,7 @@ def _refuse_other_work(path: Path, then: Mapping[str, str], now: Mapping[str, st
 
 
 def _append(file: BinaryIO, line: Any) -> None:
-    """Write a line in one call; raise OSError where the disk had room for a part of it alone."""
+    """Write a line in one call; raise OSError if the disk had room for only a part of it."""
     text = json.dumps(line).encode() + b"\n"
     if file.write(text) != len(text):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

@@ -1,4 +1,4 @@
-"""Does the items in processes of this machine, one item at a time in each."""
+"""Process the items in processes of this machine, one item at a time in each."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import StopToken
 
 PATIENCE_S = 0.2
-"""Between two looks at the stop token."""
+"""Time between two checks of the stop token."""
 
 ATTEMPTS = 2
-"""At an item whose process died: it may have been in the way of something else."""
+"""Attempts at an item whose process died: something else may have killed it."""
 
 
 def usable_cores() -> int:
@@ -32,10 +32,10 @@ def usable_cores() -> int:
 
 @dataclass(frozen=True)
 class Processes:
-    """So many processes; even a single one is none of ours, so that the numbers are the same.
+    """That many worker processes; one is a process of its own too, so the numbers are the same.
 
-    Each has a pipe of its own, so that it is known which item a process was at when it died: the
-    pools of the standard library wait for ever then, or give up on every item.
+    Each has its own pipe, so that it is known which item a process had when it died. Pools of the
+    standard library then wait for ever, or give up on every item.
     """
 
     jobs: int
@@ -43,7 +43,7 @@ class Processes:
     def outcomes(
         self, task: Callable[[Item], Value], items: Sequence[Item], stop: StopToken
     ) -> Iterator[Done[Item, Value]]:
-        """Yield what becomes of each item; see `Workers`."""
+        """Yield the outcome of each item; see `Workers`."""
         crew = _Crew(task, items, deque((place, 1) for place in range(len(items))))
         try:
             while not stop.is_set() and crew.is_busy(self.jobs):
@@ -55,7 +55,7 @@ class Processes:
 
 @dataclass(eq=False)
 class _Crew:
-    """The processes, and the items that wait: their places, and which attempt it would be."""
+    """The processes, and the waiting items with their indices and attempts."""
 
     task: Callable[[Any], Any]
     items: Sequence[Any]
@@ -63,13 +63,13 @@ class _Crew:
     busy: list[Worker] = field(default_factory=list)
 
     def is_busy(self, jobs: int) -> bool:
-        """Begin as many processes as there are items for; say whether any is at work."""
+        """Start as many processes as there are items for; return whether any is busy."""
         while self.waiting and len(self.busy) < jobs:
             self._give(Worker(self.task))
         return bool(self.busy)
 
     def answers(self) -> Iterator[tuple[int, Answer[Any]]]:
-        """Yield what has become of items by now, and give their processes others."""
+        """Yield the outcomes that are ready, and give their processes new items."""
         ready = wait([each.pipe for each in self.busy], PATIENCE_S)
         for worker in [each for each in self.busy if each.pipe in ready]:
             self.busy.remove(worker)
@@ -85,7 +85,7 @@ class _Crew:
             yield place, answer
 
     def dismiss(self) -> None:
-        """End all processes at once: what they are at can be done again."""
+        """Kill all processes; their items can be processed again."""
         for worker in self.busy:
             worker.kill()
 

@@ -16,19 +16,19 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
 ENVIRONMENT = {**ONE_THREAD, "PYTHONSAFEPATH": "1"}
-"""Of the process: its interpreter looks at it once, as do its libraries.
+"""Environment variables of the process, for its interpreter and libraries.
 
-Without the second one an interpreter that is spawned imports modules of the folder that one stands
-in before those of Python: there may be anybody's.
+Without the second one, a spawned interpreter imports modules of the current folder before those of
+Python, and anybody may have put them there.
 """
 END = None
 """Sent in place of an item: there are no more."""
 
 
 class Worker:
-    """The process, the pipe to it, and the item that it is at.
+    """The process, the pipe to it, and its item.
 
-    It is spawned: a fork may copy a lock that another thread holds.
+    It is spawned, since a fork may copy a lock that another thread holds.
     """
 
     def __init__(self, task: Callable[[Any], Any]) -> None:
@@ -42,12 +42,12 @@ class Worker:
         self._send(task)
 
     def give(self, place: int, item: Any, attempt: int) -> None:
-        """Let it do the item at that place, counting the attempts at it."""
+        """Give it the item at that index, and count the attempt."""
         self.place, self.attempt = place, attempt
         self._send((item,))
 
     def answer(self) -> Answer[Any] | None:
-        """Return what it says of its item; None if it died over it."""
+        """Return its answer, or None if the process died."""
         try:
             answer: Answer[Any] = self.pipe.recv()
         except (EOFError, OSError):
@@ -55,7 +55,7 @@ class Worker:
         return answer
 
     def death(self) -> str:
-        """Return how the process that is no more came to its end, in words."""
+        """Return how the dead process ended, as text."""
         self.pipe.close()
         self._process.join()
         code = self._process.exitcode or 0
@@ -64,13 +64,13 @@ class Worker:
         return f"the process ended with {code}"
 
     def end(self) -> None:
-        """Let it end, as there is nothing more to do."""
+        """Let the process end after its last item."""
         self._send(END)
         self.pipe.close()
         self._process.join()
 
     def kill(self) -> None:
-        """End it now, whatever it is at."""
+        """Kill the process."""
         self._process.kill()
         self._process.join()
         self.pipe.close()
@@ -81,7 +81,7 @@ class Worker:
 
 
 def serve(pipe: Connection) -> None:
-    """Take a task from the pipe, then answer items, until no more come or nobody listens."""
+    """Take a task from the pipe, then answer items until there are no more or the pipe is closed."""
     # Ctrl-C goes to every process of a terminal; the one that asks decides what becomes of it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     task = _task(pipe)
@@ -91,7 +91,7 @@ def serve(pipe: Connection) -> None:
 
 
 def _task(pipe: Connection) -> Callable[[Any], Any]:
-    """Return what comes first through the pipe; where it cannot be imported, every item says so."""
+    """Return the task from the pipe; if it cannot be imported, each item reports that."""
     try:
         task: Callable[[Any], Any] = pipe.recv()
     except Exception as error:  # noqa: BLE001  (whatever a module raises when it is imported)
@@ -105,7 +105,7 @@ def _task(pipe: Connection) -> Callable[[Any], Any]:
 
 @contextmanager
 def _environment() -> Iterator[None]:
-    """Let a process begin with our environment."""
+    """Start the process with these environment variables."""
     former = {name: os.environ.get(name) for name in ENVIRONMENT}
     os.environ.update(ENVIRONMENT)
     try:

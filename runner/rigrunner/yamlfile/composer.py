@@ -1,7 +1,7 @@
-"""From parser events to a tree with places, never trusting what is coming next.
+"""Build a tree with places from the events of the YAML parser, with limits on its size.
 
-libyaml's own composer recurses in C without a limit and resolves aliases and tags; building the
-tree from its events here leaves nothing to switch off.
+libyaml's own composer recurses in C without a limit and resolves aliases and tags. Building the
+tree from its events here avoids both.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _DIGITS_THEN_TEXT = re.compile(r"[0-9]+\b.*")
 
 
 def compose(events: Iterator[yaml.Event], text: str, name: str) -> Document:
-    """Return the one document that the events describe; raise InvalidFileError."""
+    """Return the one document that the events describe. Raises InvalidFileError."""
     return _Composer(events, text, name).document()
 
 
@@ -41,7 +41,7 @@ class _Composer:
         self._problems: list[Problem] = []
 
     def document(self) -> Document:
-        """Return the document; raise InvalidFileError with all problems that were found."""
+        """Return the document. Raises InvalidFileError with all problems that were found."""
         self._next(yaml.StreamStartEvent)
         if isinstance(next(self._events), yaml.StreamEndEvent):
             self._stop(
@@ -87,9 +87,9 @@ class _Composer:
     def _refuse_escaped(
         self, event: yaml.ScalarEvent, path: Path, found: re.Match[str] | None
     ) -> None:
-        """Report a character that is written as an escape and may not stand there itself either.
+        """Report a forbidden character that is written as an escape.
 
-        Control characters stay in values: a serial line may end by one. Texts refuse them.
+        Control characters are allowed in values: a serial line may end with one. Texts refuse them.
         """
         if found:
             self._report(f"it holds the character {name_of(found[0])}", event, path, "remove it")
@@ -146,7 +146,7 @@ class _Composer:
             return None
 
     def _splits_value(self, key: yaml.ScalarEvent, value: yaml.Event) -> bool:
-        """Say whether `{max: 1,5 N}` was written, which YAML reads as max: 1 and '5 N': null."""
+        """Return whether `{max: 1,5 N}` was written, which YAML reads as max: 1 and '5 N': null."""
         return (
             isinstance(value, yaml.ScalarEvent)
             and value.implicit[0]
@@ -156,7 +156,7 @@ class _Composer:
         )
 
     def _splits_number(self, before: object, value: object, event: yaml.Event) -> bool:
-        """Say whether `[1,5 N]` was written, which YAML reads as 1 and '5 N'."""
+        """Return whether `[1,5 N]` was written, which YAML reads as 1 and '5 N'."""
         return (
             isinstance(before, int)
             and isinstance(value, str)

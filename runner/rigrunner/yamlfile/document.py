@@ -16,30 +16,33 @@ Path = tuple[str | int, ...]
 
 @dataclass(frozen=True)
 class Marks:
-    """Line and column, from 1, of a value and of its key (of a list item: of the item)."""
+    """Line and column, from 1, of a value and of its key. The key of a list item is the item."""
 
     value: tuple[int, int]
     key: tuple[int, int]
     begins: int = 0
-    """Of the value in the text of the file, counted in characters from 0."""
+    """Where the value begins in the text of the file, counted in characters from 0."""
 
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """A document's tree of dicts, lists and scalars, and where each part of it stands."""
+    """A document's tree of dicts, lists and scalars, and the place of each part."""
 
     name: str
     data: Any
     marks: Mapping[Path, Marks]
     origins: Mapping[Path, Path] = field(default_factory=dict)
-    """Where values come from that were put in from elsewhere in the document."""
+    """The origins of values that were copied from elsewhere in this document."""
     given: Mapping[Path, tuple[Document, Path]] = field(default_factory=dict)
-    """Where values come from that were put in from another document."""
+    """The origins of values that were copied from another document."""
     text: str = ""
-    """What the file has, character by character."""
+    """The text of the file, unchanged."""
 
     def where(self, path: Path, *, key: bool = False) -> Location:
-        """Return the place of the value, or of its key; the nearest parent's if it is not there."""
+        """Return the place of the value, or of its key.
+
+        If it is absent, return that of its nearest parent.
+        """
         for length in range(len(path), -1, -1):
             if path[:length] in self.given:
                 other, at = self.given[path[:length]]
@@ -50,9 +53,9 @@ class Document:
         return Location(self.name)
 
     def within(self, path: Path, column: int) -> Location:
-        """Return the place of a character, counted from 1, of the text that stands at a path.
+        """Return the place of a character, counted from 1, of the text at a path.
 
-        Of a text that comes from elsewhere it is the place of the whole.
+        For a text that comes from elsewhere it is the place of the whole text.
         """
         value, marks = self.part(path), self.marks.get(path)
         elsewhere = any(path[:n] in self.given or path[:n] in self.origins
@@ -73,7 +76,7 @@ class Document:
         return Location(self.name, line + 1, at - self.text.rfind("\n", 0, at))
 
     def origin(self, path: Path) -> Location | None:
-        """Return where the value was written that stands here by reference, or None."""
+        """Return where a value that stands here by reference was written, or None."""
         for length in range(len(path), 0, -1):
             source = self.origins.get(path[:length])
             if source is not None:
@@ -91,13 +94,13 @@ class Document:
 
 
 def has_part(node: object, step: object) -> bool:
-    """Say whether a mapping has that key, or a list that index."""
+    """Return whether a mapping has that key, or a list that index."""
     if isinstance(node, dict):
         return step in node
     return isinstance(node, list) and isinstance(step, int) and 0 <= step < len(node)
 
 
 def dotted(path: Path) -> str:
-    """Return a path as a person writes it: `main[1].sweep.over`."""
+    """Return a path in the form `main[1].sweep.over`."""
     text = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path)
     return text.removeprefix(".")

@@ -1,4 +1,4 @@
-"""Where the parts of a YAML text stand, to edit the text itself: comments and layout stay."""
+"""Find the parts of a YAML text, so that an edit keeps its comments and layout."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def pair_at(text: str, path: tuple[str, ...]) -> Pair:
 
 
 def mapping_at(text: str, path: tuple[str, ...]) -> yaml.MappingNode:
-    """Return the mapping at that path; raise ValueError where there is none."""
+    """Return the mapping at that path. Raises ValueError where there is none."""
     node = pair_at(text, path)[1] if path else yaml.compose(text, Loader=LOADER)
     if not isinstance(node, yaml.MappingNode):
         raise ValueError(f"no mapping at {path}")  # noqa: TRY004  (of a text)
@@ -24,12 +24,12 @@ def mapping_at(text: str, path: tuple[str, ...]) -> yaml.MappingNode:
 
 
 def is_flow(node: yaml.Node) -> bool:
-    """Say whether a mapping or a list is written in braces or brackets."""
+    """Return whether a mapping or a list is written in braces or brackets."""
     return isinstance(node, yaml.CollectionNode) and bool(node.flow_style)
 
 
 def lines_below(text: str, key: yaml.Node, value: yaml.Node) -> tuple[int, int]:
-    """Return where the lines of a block begin and end, with the comments in it and at its end."""
+    """Return the first and last line of a block, with the comments in it and at its end."""
     first = text.index("\n", key.end_mark.index) + 1
     last = _after_line(text, len(text[: end_of(value)].rstrip()))
     while text[last:] and _is_comment(
@@ -49,7 +49,7 @@ def _after_line(text: str, index: int) -> int:
 
 
 def end_of(node: yaml.Node) -> int:
-    """Return where the last that is written of a value ends."""
+    """Return where the last written part of a value ends."""
     if isinstance(node, yaml.ScalarNode) or is_flow(node):
         return int(node.end_mark.index)
     if isinstance(node, yaml.MappingNode):
@@ -59,22 +59,22 @@ def end_of(node: yaml.Node) -> int:
 
 
 def lines_of(text: str) -> list[str]:
-    """Return the lines of a text, each with its end."""
+    """Return the lines of a text, each with its line end."""
     return text.splitlines(keepends=True)
 
 
 def line_end_of(text: str) -> str:
-    """Return how the lines of a text end."""
+    """Return the line end that a text uses."""
     return "\r\n" if "\r\n" in text else "\n"
 
 
 def line_end(text: str) -> str:
-    """Return how that line ends."""
+    """Return the line end of that line."""
     return "\r\n" if text.endswith("\r\n") else "\n"
 
 
 def put(text: str, start: int, end: int, new: str) -> str:
-    """Return the text with another part between two places."""
+    """Return the text with the part between two places replaced."""
     return text[:start] + new + text[end:]
 
 

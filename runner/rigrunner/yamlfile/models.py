@@ -1,4 +1,4 @@
-"""Which keys a model knows at a place that a pydantic error names."""
+"""Find the keys that a model has at a place that a pydantic error names."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pydantic import BaseModel, Tag
 
 
 def known_keys(model_type: type[BaseModel], loc: tuple[int | str, ...]) -> tuple[str, ...]:
-    """Return the keys of the model that stands at `loc`; none where no model stands there."""
+    """Return the keys of the model at `loc`, or none where there is no model."""
     current: Any = model_type
     for step in loc:
         current = _inside(current, step)
@@ -41,12 +41,12 @@ def _alternatives(annotation: Any) -> list[Any]:
 
 
 def unannotated(annotation: Any) -> Any:
-    """Return an annotation without what is said about it."""
+    """Return the type in an annotation, without its metadata."""
     return get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
 
 
 def _names(annotation: Any) -> list[str]:
-    """Return how pydantic may name an alternative of a union in a location."""
+    """Return the names that pydantic may give an alternative of a union in a location."""
     tags = [part.tag for part in get_args(annotation)[1:] if isinstance(part, Tag)]
     return [*tags, getattr(unannotated(annotation), "__name__", "")]
 

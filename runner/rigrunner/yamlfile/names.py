@@ -1,4 +1,4 @@
-"""Names in procedures and stations: of roles, inputs and parameters, of channels and drives."""
+"""Types of names in procedures and stations: roles, inputs, parameters, channels and drives."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Name = Annotated[str, AfterValidator(_name), Field(json_schema_extra={"pattern":
 Identifier = Annotated[
     str, AfterValidator(_identifier), Field(json_schema_extra={"pattern": f"^{_IDENTIFIER}$"})
 ]
-"""An id that also serves in names of files and folders."""
+"""An id that is also used in the names of files and folders."""
 
 Text = Annotated[str, Field(min_length=1), AfterValidator(plain)]
-"""Words for a person."""
+"""A text for a person."""

@@ -1,4 +1,4 @@
-"""Collecting problems of a procedure on a station, each once, with its place."""
+"""Collect the problems of a procedure on a station, each once, with its place."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Problems:
-    """What is wrong, in the order in which it was found."""
+    """The problems, in the order in which they were found."""
 
     def __init__(self) -> None:
         self._found: dict[Problem, None] = {}
@@ -24,9 +24,9 @@ class Problems:
         self, document: Document, path: Path, message: str, hint: str = "", *, key: bool = False,
         column: int = 0
     ) -> None:  # fmt: skip
-        """Add a problem with the value (or key) at that path, unless it is there already.
+        """Add a problem with the value (or key) at that path, unless it was added already.
 
-        `column`: with which character of a text, from 1; 0 with all of it.
+        `column`: the character of a text, from 1, at which the problem is. 0 means the whole text.
         """
         origin = None if key else document.origin(path)
         written = f"it is written at {origin}" if origin else ""
@@ -36,7 +36,7 @@ class Problems:
         self._found[found] = None
 
     def include(self, problems: Iterable[Problem]) -> None:
-        """Add problems found elsewhere."""
+        """Add problems that were found elsewhere."""
         self._found.update(dict.fromkeys(problems))
 
     def stop_if_any(self) -> None:
@@ -46,6 +46,6 @@ class Problems:
 
 
 def suggestion(got: str, known: Iterable[str], what: str) -> str:
-    """Return what was probably meant, or what there is."""
+    """Return the most similar name, or a list of the names that exist."""
     names = list(known)
     return did_you_mean(got, names, f"{what}: {', '.join(names) or 'none'}")

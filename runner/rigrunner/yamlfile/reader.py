@@ -1,4 +1,4 @@
-"""From a file to a Document; whatever a file holds, the answer is a message within a second."""
+"""Read a file into a Document. Any file gives a document or a message within a second."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ _UTF16_BOMS = (b"\xff\xfe", b"\xfe\xff")
 _NOT_TEXT = re.compile(
     "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufffe\uffff" + f"{TURNING}]"
 )
-"""What stands in no text file, be it in a comment. U+0085 ends a line in YAML."""
+"""Characters that no text file may have, not even in a comment. U+0085 ends a line in YAML."""
 LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def read(path: Path) -> Document:
-    """Return the document in that file; raise InvalidFileError with all that is wrong in it."""
+    """Return the document in that file. Raises InvalidFileError with all that is wrong in it."""
     return parse(read_text(path), str(path))
 
 
 def read_text(path: Path) -> str:
-    """Return the file's text, without a byte order mark; raise InvalidFileError."""
+    """Return the file's text without its byte order mark. Raises InvalidFileError."""
     name = str(path)
     try:
         with path.open("rb") as file:
@@ -45,7 +45,7 @@ def read_text(path: Path) -> str:
 
 
 def parse(text: str, name: str) -> Document:
-    """Return the document in a text; `name` stands for the file in messages.
+    """Return the document in a text. `name` stands for the file in messages.
 
     Raises InvalidFileError with all that is wrong.
     """
@@ -103,7 +103,7 @@ def _syntax_hint(line: str, column: int, problem: str) -> str:
 
 
 def _beginning(error: yaml.MarkedYAMLError, name: str) -> str:
-    """Return where the quote, list or mapping began in which the error was found."""
+    """Return the start of the quote, list or mapping in which the error was found."""
     mark = error.context_mark
     if mark is None or not error.context or "token" in error.context:
         return ""

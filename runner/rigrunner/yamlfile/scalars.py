@@ -1,4 +1,4 @@
-"""What an unquoted scalar means: the core of YAML 1.2, less what a person might regret."""
+"""The values of unquoted scalars: the core schema of YAML 1.2, without its ambiguous forms."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MAX_DIGITS = 40
 
 
 class ScalarError(ValueError):
-    """A scalar that could be meant in two ways, or in none."""
+    """A scalar that has two possible meanings, or none."""
 
     def __init__(self, message: str, hint: str) -> None:
         super().__init__(message)
@@ -26,7 +26,7 @@ class ScalarError(ValueError):
 
 
 def read_plain(text: str) -> bool | float | str | None:
-    """Return what an unquoted scalar stands for; raise ScalarError where that is not certain."""
+    """Return the value of an unquoted scalar. Raises ScalarError where it is ambiguous."""
     if text in _CONSTANTS:
         return _CONSTANTS[text]
     if _NOT_FINITE.fullmatch(text):

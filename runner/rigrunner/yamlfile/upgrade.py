@@ -1,6 +1,7 @@
-"""From a text in an older form of the language to today's, by edits of the text: comments stay.
+"""Convert texts in an older form of the language to the current form.
 
-What is read is today's form alone; the texts that old runs carry are brought into it here.
+Edits are made in the text itself, so comments stay. Only the current form is read. Texts that are
+stored in old runs are converted here first.
 """
 
 from __future__ import annotations
@@ -29,23 +30,23 @@ if TYPE_CHECKING:
     from rigrunner.yamlfile.document import Document
 
 TODAY = {"procedure/1": "procedure/2"}
-"""Older forms, each with the one that takes its place."""
+"""Older forms, each with the form that replaces it."""
 _HAVE_LIMITS = {"procedure/1", "procedure/2", "acceptance/1"}
-"""The files whose `acceptance` may be in its older form, that of torque alone."""
+"""The kinds of file whose `acceptance` may have the older form, which had limits of torque only."""
 _OF_TORQUE = (None, "mean", "each_frequency")
-"""What such a limit is `of`: there each torque was the only one."""
+"""What such a limit applies to: torque was the only result."""
 TORQUE, FREQUENCY = "torque", "frequency"
 _NESTED, _ITEM = 4, 2
-"""How much further in the keys of an entry stand: of one with a name, and of one without."""
+"""The indentation of the keys of an entry: of an entry with a name, and of one without."""
 _FIRST_TRAVEL = "5 deg"
 """The window of `starts: {}` in procedure/1."""
 
 
 def upgraded(text: str, name: str) -> str:
-    """Return a text in today's form: the text itself where it has that, or is of another kind.
+    """Return a text in the current form. A text that has it already is returned unchanged.
 
-    `name` stands for the file in messages. Raises InvalidFileError for what is not YAML, and for a
-    text that is laid out so that it cannot be edited.
+    `name` stands for the file in messages. Raises InvalidFileError for a text that is not YAML, or
+    whose layout cannot be edited.
     """
     data = parse(text, name).data
     mark = data.get(MARK) if isinstance(data, dict) else None
@@ -69,7 +70,7 @@ def upgraded(text: str, name: str) -> str:
 
 
 def upgraded_acceptance(acceptance: object) -> object:
-    """Return the limits and rule that an older document carries in today's form."""
+    """Return the limits and the rule of an older document in the current form."""
     if not isinstance(acceptance, dict) or not (older := _older_in(acceptance)):
         return acceptance
     given = acceptance.get("limits") or [acceptance["limit"]]
@@ -123,7 +124,10 @@ def _list(value: object) -> list[Any]:
 
 
 def _limit(limit: dict[str, Any], named: list[Any]) -> dict[str, Any]:
-    """Return an older limit in today's form; `named` are the frequencies with one of their own."""
+    """Return an older limit in the current form.
+
+    `named` are the frequencies with a limit of their own.
+    """
     new: dict[str, Any] = {"of": TORQUE}
     if limit.get("of", "mean") == "mean":
         new["mean"] = "yes"
@@ -135,7 +139,7 @@ def _limit(limit: dict[str, Any], named: list[Any]) -> dict[str, Any]:
 
 
 def _wanted(data: dict[str, Any]) -> dict[str, Any]:
-    """Return what a text is to say today."""
+    """Return the content that a text is to have in the current form."""
     now = {**data, MARK: TODAY.get(data[MARK], data[MARK])}
     if "acceptance" in data:
         now["acceptance"] = upgraded_acceptance(data["acceptance"])
@@ -155,7 +159,7 @@ def _analyses(analysis: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def _edited(text: str, data: dict[str, Any]) -> str:
-    """Return the text with its edits; ValueError where it is laid out in another way."""
+    """Return the text with its edits. Raises ValueError where its layout cannot be edited."""
     if older := _older_limits(data):
         text = _with_limits(text, data["acceptance"], older)
     if data[MARK] not in TODAY:
@@ -181,7 +185,7 @@ def _with_analyses(text: str, analysis: dict[str, Any]) -> str:
 
 
 def _with_limits(text: str, acceptance: dict[str, Any], older: list[dict[str, Any]]) -> str:
-    """Return the text with each older limit as one of the torque, in a list."""
+    """Return the text with each older limit as a limit of the torque, in a list."""
     single = "limits" not in acceptance
     _, value = layout.pair_at(text, ("acceptance", "limit" if single else "limits"))
     nodes = [value] if single else list(value.value)
@@ -211,7 +215,7 @@ def _frequencies(limit: yaml.Node) -> list[yaml.Node]:
 
 
 def _limit_edits(text: str, limit: yaml.Node, named: list[str]) -> Iterator[tuple[int, int, str]]:
-    """Yield the edits that make an older limit one of the torque: from where, to where, the new."""
+    """Yield the edits that turn an older limit into one of the torque: start, end, new text."""
     keys = {key.value: (key, value) for key, value in limit.value}
     first = limit.value[0][0]
     quote = '"' if first.style == '"' else ""
@@ -295,7 +299,7 @@ def _as_item(text: str, path: tuple[str, ...], name: str) -> str:
 
 
 def _without_level(text: str, path: tuple[str, ...]) -> str:
-    """Return the text with the keys of the mapping at a key beside that key, which goes."""
+    """Return the text with the mapping's keys moved up one level, in place of its key."""
     key, value = layout.pair_at(text, path)
     start, end = key.start_mark.index, value.end_mark.index
     if not isinstance(value, yaml.MappingNode):

@@ -1,6 +1,7 @@
-"""The register of a station in its older form, where errors of a torque transducer stood apart.
+"""Convert the register of a station from its older form.
 
-They stood under `errors`, beside `accuracy`; they are among its parts today.
+There the errors of a torque transducer stood under `errors`, beside `accuracy`. They are parts of
+`accuracy` now.
 """
 
 from __future__ import annotations
@@ -19,12 +20,12 @@ _STEP = 2
 
 
 def is_older(data: object) -> bool:
-    """Say whether a station has an entry in the older form."""
+    """Return whether a station has an entry in the older form."""
     return any(True for _ in older_entries(data))
 
 
 def older_entries(data: object) -> Iterator[int]:
-    """Yield which entries of a station are in the older form."""
+    """Yield the entries of a station that are in the older form."""
     entries = data.get("instruments") if isinstance(data, dict) else None
     for index, entry in enumerate(entries if isinstance(entries, list) else ()):
         if isinstance(entry, dict) and isinstance(entry.get("errors"), dict):
@@ -32,7 +33,7 @@ def older_entries(data: object) -> Iterator[int]:
 
 
 def station_today(data: Any) -> Any:
-    """Return what a station says in today's form."""
+    """Return the content of a station in the current form."""
     if not is_older(data):
         return data
     older = set(older_entries(data))
@@ -48,7 +49,7 @@ def _today(entry: dict[str, Any]) -> dict[str, Any]:
 
 
 def edited_station(text: str, data: Any) -> str:
-    """Return the text of a station with its edits; ValueError where it cannot be edited."""
+    """Return the text of a station with its edits. Raises ValueError where it cannot be edited."""
     for index in reversed(list(older_entries(data))):
         _, entries = layout.pair_at(text, ("instruments",))
         entry = entries.value[index]
@@ -64,7 +65,7 @@ def edited_station(text: str, data: Any) -> str:
 def _edits(
     text: str, entry: yaml.MappingNode, keys: dict[str, layout.Pair]
 ) -> Iterator[tuple[int, int, str]]:
-    """Yield the edits that put `errors` under `accuracy`: from where, to where, the new text."""
+    """Yield the edits that move `errors` into `accuracy`: start, end, new text."""
     errors_key, errors = keys["errors"]
     if "accuracy" not in keys:
         yield errors_key.start_mark.index, errors_key.end_mark.index, "accuracy"
@@ -89,14 +90,17 @@ def _edits(
 
 
 def _pairs(text: str, value: yaml.Node) -> list[str]:
-    """Return each key with its value as they are written; a text alone is the error over all."""
+    """Return each key with its value as they are written.
+
+    A text alone is the error over the whole range.
+    """
     if not isinstance(value, yaml.MappingNode):
         return [f"overall: {layout.source(text, value)}"]
     return [text[k.start_mark.index : layout.end_of(v)] for k, v in value.value]
 
 
 def _lines(text: str, key: yaml.Node, value: yaml.Node, indent: str) -> list[str]:
-    """Return the lines of a value as those of a block so far in, with the comments among them."""
+    """Return the lines of a value, indented as a block, with the comments among them."""
     if layout.is_flow(value) or not isinstance(value, yaml.MappingNode):
         return [indent + pair for pair in _pairs(text, value)]
     first, last = layout.lines_below(text, key, value)
@@ -115,7 +119,7 @@ def _whole(text: str, key: yaml.Node, value: yaml.Node) -> tuple[int, int]:
 
 
 def _comment_beside(text: str, key: yaml.Node, value: yaml.Node) -> str:
-    """Return the comment on the line of a key, or behind a value of one line."""
+    """Return the comment on the line of a key, or after a value of one line."""
     block = isinstance(value, yaml.MappingNode) and not layout.is_flow(value)
     start = key.end_mark.index + 1 if block else layout.end_of(value)
     line = text[start : text.find("\n", start) if "\n" in text[start:] else len(text)].strip()

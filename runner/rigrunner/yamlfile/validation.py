@@ -1,4 +1,4 @@
-"""From a document to a frozen model, or every problem at once with its place."""
+"""Turn a document into a frozen model, or report every problem with its place."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Model = TypeVar("Model", bound=BaseModel)
 MAX_PROBLEMS = 50
 MARK = "rigrunner"
-"""The key that says what a file is, such as 'procedure/2'."""
+"""The key that names the kind and form of a file, such as 'procedure/2'."""
 
 
 def validate(
@@ -34,9 +34,9 @@ def validate(
 ) -> Model:
     """Return the model of the document, or of its part at that path.
 
-    A part that is absent or empty counts as an empty mapping; `context` is for its validators.
-    Raises InvalidFileError with every problem: where it stands, which field it is, what was got and
-    what is allowed.
+    An absent or empty part counts as an empty mapping. `context` is passed to the validators.
+    Raises InvalidFileError with every problem: its place, the field, what was got and what is
+    expected.
     """
     data = document.part(at)
     try:
@@ -52,7 +52,7 @@ def validate(
 
 
 def _merged(problems: Iterable[Problem]) -> Iterator[Problem]:
-    """Yield one problem where a value is none of several kinds, not one for each kind."""
+    """Yield one problem, not one for each alternative, where a value fits none of several kinds."""
     for _, group in groupby(problems, lambda each: (each.location, each.field)):
         alike = list(group)
         parted = [each.message.partition(ALLOWED) for each in alike]
@@ -64,9 +64,9 @@ def _merged(problems: Iterable[Problem]) -> Iterator[Problem]:
 
 
 def _of_another_kind(found: list[ErrorDetails]) -> list[ErrorDetails]:
-    """Return the one error that tells that a station was given as a procedure, say, if it was.
+    """Return the one error that reports a file of another kind, if there is one.
 
-    What else is wrong follows from that.
+    An example is a station given as a procedure. Its other errors follow from that one.
     """
     for details in found:
         if details["loc"] == (MARK,) and details["type"] == "literal_error":
@@ -77,7 +77,7 @@ def _of_another_kind(found: list[ErrorDetails]) -> list[ErrorDetails]:
 
 
 def _is_echo(details: ErrorDetails) -> bool:
-    """Say whether a list is called too short because items of it are wrong: told already."""
+    """Return whether a list is called too short only because items of it are wrong."""
     if details["type"] != "too_short":
         return False
     return bool(len(details["input"]) >= details["ctx"]["min_length"])
@@ -107,7 +107,7 @@ def _hint(document: Document, path: Path, finding: Finding) -> str:
 
 
 def _path_in_file(data: Any, loc: tuple[int | str, ...], *, keep_last: bool) -> Path:
-    """Return the location without what pydantic adds to it: tags of unions and '[key]'."""
+    """Return the location without the parts that pydantic adds: tags of unions and '[key]'."""
     path: list[str | int] = []
     for index, step in enumerate(loc):
         if has_part(data, step):

@@ -1,4 +1,4 @@
-"""What went wrong in a field, in a technician's words: what was got, what is allowed."""
+"""Describe an error of a field in a technician's words: what was got, what is expected."""
 
 from __future__ import annotations
 
@@ -38,22 +38,22 @@ _ALLOWED = {
 }
 _MARK_HINT = "it says what the file is, such as 'rigrunner: procedure/2'"
 ALLOWED = ", expected "
-"""What parts what was got from what may stand there."""
+"""Separates what was got from what is expected."""
 _FILE_MARK = re.compile(r"([a-z]+)/[0-9]+")
-"""What says of which kind a file is, such as station/1."""
+"""The pattern of the mark that names the kind of a file, such as station/1."""
 _LONGEST = 60
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What is wrong, and what to do."""
+    """What is wrong, and how to fix it."""
 
     message: str
     hint: str = ""
 
 
 def describe(details: ErrorDetails, keys: Sequence[str] = ()) -> Finding:
-    """Return what a pydantic error means; `keys` are those that are known where one is not."""
+    """Return the finding for a pydantic error. `keys` are the known keys where one is unknown."""
     kind, loc, got = details["type"], details["loc"], details["input"]
     context = details.get("ctx", {})
     if kind == "missing":
@@ -70,7 +70,7 @@ def describe(details: ErrorDetails, keys: Sequence[str] = ()) -> Finding:
 
 
 def show(value: object) -> str:
-    """Return a value as it is named in a message: short, and saying what kind it is."""
+    """Return a value as a message shows it: short, with its kind."""
     if value is None:
         return "nothing"
     if isinstance(value, bool):
@@ -85,12 +85,12 @@ def show(value: object) -> str:
 
 
 def clip(text: str) -> str:
-    """Return the text, shortened where it would fill the screen."""
+    """Return the text, shortened to fit a screen."""
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
 
 
 def key_hint(got: str, known: Sequence[str]) -> str:
-    """Return which key was probably meant, and which there are."""
+    """Return the most similar key, and the keys that exist."""
     near = difflib.get_close_matches(got[:_LONGEST], known, n=1)
     meant = f"did you mean '{near[0]}'? " if near else ""
     return f"{meant}known keys: {', '.join(known)}" if known else ""
@@ -111,6 +111,6 @@ def _scalar_hint(kind: str, got: object, context: Mapping[str, Any]) -> str:
 
 
 def _other_kind(got: str, allowed: list[str]) -> str:
-    """Say so where a whole file is of another kind than is asked for."""
+    """Report a file of another kind than the one that is asked for."""
     kinds = [found[1] for text in (got, *allowed) if (found := _FILE_MARK.fullmatch(text))]
     return f"this is a file of the kind '{kinds[0]}'; '{kinds[1]}' is needed" if kinds[1:] else ""

@@ -1,1 +1,1 @@
-"""A laboratory's documents: issued, amended and signed."""
+"""Issue, amend and sign the documents of a laboratory."""

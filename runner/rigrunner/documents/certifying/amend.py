@@ -1,4 +1,4 @@
-"""From an issued certificate to the document that replaces it; the original stays as it is."""
+"""Issue the document that replaces an issued certificate; the original stays as it is."""
 
 from __future__ import annotations
 
@@ -33,21 +33,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class AmendRequest:
-    """What is asked for."""
+    """The request to amend."""
 
     letterhead: Path
     """The laboratory's folder."""
     reason: str
     authorisation: Authorisation
-    """Who amends, and so authorises the further document."""
+    """Who amends, and so authorises the new document."""
     language: str = ""
-    """Left out, that of the original."""
+    """The language; by default that of the original."""
     out: Path | None = None
     """The folder to write into; None for that of the original."""
     given: Mapping[str, str] = field(default_factory=dict)
-    """What changes, by field of the order."""
+    """The changes, by field of the order."""
     run: Path | None = None
-    """The run, where the document is to state the decision that is in force on it now."""
+    """The run, if the document is to state the decision that is now in force on it."""
 
 
 def amend(
@@ -58,10 +58,10 @@ def amend(
     *,
     progress: Progress = unseen,
 ) -> Issued:
-    """Issue a document that replaces the one at a path (its JSON, or a form beside that).
+    """Issue a document that replaces the one at a path (its JSON, or a form beside it).
 
-    Raises UsageError for what is missing, was replaced before or changes nothing it could, and
-    DataError if the original is not a certificate or not what was issued.
+    Raises UsageError if something is missing, the document was replaced before or nothing changes,
+    and DataError if the original is not a certificate or not as issued.
     """
     if not request.reason.strip():
         raise UsageError("an amendment needs its --reason", field="reason")
@@ -96,7 +96,7 @@ def amend(
 
 
 def _decided(original: Certificate, run: Path, registry: Registry) -> Conformity | None:
-    """Return the statement of conformity by the decision in force; raise DataError."""
+    """Return the statement of conformity of the decision in force; raise DataError."""
     source = read_source(run, registry)
     known, header = original.evidence.run, source.stored.header
     if (header.run_id, source.stored.digest) != (known.run_id, known.digest_sha256):

@@ -1,4 +1,4 @@
-"""From a stored run to its certificate: JSON, and every printed form that can be made here."""
+"""Issue the certificate of a stored run: JSON, and every printed form that can be made here."""
 
 from __future__ import annotations
 
@@ -52,10 +52,10 @@ _WHY = {
 
 @dataclass(frozen=True, kw_only=True)
 class Request:
-    """What is asked for."""
+    """The request to certify."""
 
     letterhead: Path
-    """The laboratory's folder; the sequence of numbers is kept in it."""
+    """The laboratory's folder, which holds the sequence of numbers."""
     order: Order
     authorisation: Authorisation
     not_for_certification: bool = False
@@ -63,9 +63,9 @@ class Request:
     out: Path | None = None
     """The folder to write into; None for that of the run."""
     given: Mapping[str, object] = field(default_factory=dict)
-    """Fields of the order that go before it."""
+    """Fields of the order that take precedence over the stored ones."""
     further_copy: str = ""
-    """Why there is to be a specimen beside another one on the same run."""
+    """The reason for a further certificate on a run that has one."""
 
 
 def certify(
@@ -76,10 +76,10 @@ def certify(
     *,
     progress: Progress = unseen,
 ) -> Issued:
-    """Issue a certificate on a stored run; `progress` is told how far it is.
+    """Issue a certificate on a stored run; `progress` gets the forms made so far and their number.
 
-    Nothing takes a number before everything that can be known to be missing is there. Raises
-    UsageError for what is missing or not allowed, DataError where the run allows no certificate.
+    A number is taken only after all requirements are checked. Raises UsageError if something is
+    missing or out of range, and DataError if the run allows no certificate.
     """
     letterhead = read_letterhead(request.letterhead, request.language)
     progress("reading and analysing the run", 1, 2)
@@ -135,7 +135,7 @@ def read_source(run: Path, registry: Registry) -> Source:
 
 
 def _decided_again(source: Source) -> Iterator[str]:
-    """Yield that the decision is not the one that was agreed before the run."""
+    """Yield a note if the decision is not the one that was agreed before the run."""
     for each in source.decided_again[-1:]:
         yield (
             f"the certificate states '{each.verdict}' by {each.file}, decided again by {each.by}:"
@@ -169,9 +169,10 @@ def _refuse_early_issue(source: Source, now: datetime) -> None:
 def _further_copy(
     source: Source, letterhead: Letterhead, request: Request, *, is_specimen: bool
 ) -> FurtherCopy | None:
-    """Return what a further specimen says of the first one; refuse one that gives no reason.
+    """Return the note of a further certificate on the first one; raise if no reason is given.
 
-    Another certificate on a run is refused: a new one must name what it replaces (7.8.8.3).
+    Otherwise a second certificate on a run is refused: a new one must name what it replaces
+    (7.8.8.3).
     """
     run_id, reason = source.stored.header.run_id, request.further_copy.strip()
     prefix = f"{SPECIMEN}-{letterhead.prefix}" if is_specimen else letterhead.prefix
@@ -200,7 +201,7 @@ def _further_copy(
 
 
 def _refuse_beyond_calibration(source: Source) -> None:
-    """Refuse a certificate on values for which no calibration holds."""
+    """Refuse a certificate on values that are out of the calibrated range."""
     run_id = source.stored.header.run_id
     for found in not_calibrated(source.result):
         if found.kind != "range":
@@ -218,7 +219,7 @@ def _refuse_beyond_calibration(source: Source) -> None:
 
 
 def refuse_late_receipt(received: date, started_utc: str) -> None:
-    """Raise UsageError for receipt after the test; its date is local, and may be ahead of UTC."""
+    """Raise UsageError for receipt after the test. The date is local, and may be ahead of UTC."""
     started = date.fromisoformat(started_utc[:10])
     if received > started + timedelta(days=1):
         raise UsageError(

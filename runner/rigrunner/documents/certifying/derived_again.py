@@ -1,4 +1,4 @@
-"""Whether what is derived from a stored run today is what was derived when it was sealed."""
+"""Compare the results derived from a stored run now with those derived when it was sealed."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ if TYPE_CHECKING:
     from rigrunner.runfile import StoredRun
 
 TOLERANCE = 1e-3
-"""Of the standard uncertainty: sums differ by less between machines, and no print shows it."""
+"""Tolerance as a fraction of the standard uncertainty: sums of different machines differ by less,
+and no printed digit shows it."""
 
 _NUMBERS = ("value", "standard_uncertainty", "expanded_uncertainty_95")
 
 
 def refuse_other_numbers(stored: StoredRun, result: Result) -> None:
-    """Raise DataError where the primary method's numbers are not those of the first analysis.
+    """Raise DataError if the primary method's numbers are not those of the first analysis.
 
-    They differ if the program or a plugin changed since the run, whatever its version says. A run
-    that was sealed without a result has nothing to compare with.
+    They differ if the program or a plugin changed since the run, even within one version. For a run
+    that was sealed without a result there is nothing to compare.
     """
     if stored.result_document is None:
         return
@@ -37,7 +38,7 @@ def refuse_other_numbers(stored: StoredRun, result: Result) -> None:
 
 
 def _changed(then: Mapping[str, int], result: Result) -> str:
-    """Return which methods have another revision than when the run was sealed, in words."""
+    """Return the methods with another revision than when the run was sealed, as text."""
     other = (
         f"{method} has revision {now}, the run was computed by revision {then.get(method, FIRST)}"
         for method, now in result.revisions.items()

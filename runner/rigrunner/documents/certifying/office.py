@@ -1,4 +1,4 @@
-"""Where a document gets its number and its files: the number first, nothing ever overwritten."""
+"""Take a number for a document and write its files. Nothing is ever overwritten."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ if TYPE_CHECKING:
 KIND = "certificate_format"
 MAKING = "making the pages"
 NO_NUMBER = "0000"
-"""In the place of a number in the trial that goes before it is taken."""
+"""Stands for the number in the trial before it is taken."""
 
 
 @dataclass(frozen=True)
 class Issued:
-    """What was written."""
+    """The files that were written."""
 
     certificate: Certificate
     files: tuple[Path, ...]
     notes: tuple[str, ...] = ()
-    """What a person should know: forms that could not be made, numbers that were interrupted."""
+    """Notes for the user: forms that could not be made, numbers that were interrupted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,13 +53,13 @@ class Office:
     registry: Registry
     now: datetime
     progress: Progress = unseen
-    """Is told how many of the forms are made; each is made once on trial."""
+    """Called with the number of forms made, and of all; each form is made once on trial."""
 
     def issue(self, content: Callable[[str], Certificate], out: Path) -> Issued:
         """Write the document that `content` gives for a number, in every form, into a folder.
 
-        It is made once before a number is taken, so that what can fail fails without one. Raises
-        what the making raises, and DataError if the files cannot be written: the number is void.
+        It is made once before a number is taken, so that failures leave no number. Raises the
+        errors of `content`, and DataError if the files cannot be written; then the number is void.
         """
         makers, notes = self._makers()
         draft = content(NO_NUMBER)
@@ -96,7 +96,7 @@ class Office:
         }
 
     def _makers(self) -> tuple[dict[str, Callable[[CertificateInput], bytes]], list[str]]:
-        """Return how each printed form is made, by suffix, and why some cannot be."""
+        """Return the maker of each printed form by suffix, and why some cannot be made."""
         makers: dict[str, Callable[[CertificateInput], bytes]] = {}
         notes = []
         for name in self.registry.names(KIND):
@@ -110,7 +110,7 @@ class Office:
 
 
 def _sealed(files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """Return the files with their seals; a plugin's kind of document that takes none as it is."""
+    """Return the files with their seals. A plugin's form that takes no seal stays as it is."""
     return {
         suffix: seal(content, suffix) if suffix in FORMS else content
         for suffix, content in files.items()

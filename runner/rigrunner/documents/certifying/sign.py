@@ -1,4 +1,4 @@
-"""A laboratory signs its certificates: one signature over the bytes of every form of a document."""
+"""Sign certificates: one signature over the bytes of every form of a document."""
 
 from __future__ import annotations
 
@@ -27,21 +27,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Signer:
-    """Who signs, with which key, for which laboratory."""
+    """The signer, with key and laboratory."""
 
     key: Path
     by: str
     letterhead: Path
-    """The laboratory's folder: its record of numbers, and what its pages are made with."""
+    """The laboratory's folder: its record of numbers, and the templates of its pages."""
     passphrase: str = ""
 
 
 def sign(certificate: Path, signer: Signer, registry: Registry, now: datetime) -> Path:
-    """Sign all forms of a certificate that lie beside the named one; return the signature's file.
+    """Sign all forms of a certificate beside the given one; return the signature's file.
 
-    Every page is made again from the content and compared, and every form with the laboratory's
-    record of numbers: nothing is signed that was not issued as it is. Raises UsageError for a key
-    that cannot be used, or where the document is signed already, and DataError with what is wrong.
+    Every page is made again from the content and compared, and every form is compared with the
+    laboratory's record of numbers. So only an unchanged document is signed. Raises UsageError for a
+    key that cannot be used, or if the document is signed already, and DataError with the
+    differences.
     """
     from rigrunner.proof.keys import read_private_key  # noqa: PLC0415  (needs the extra 'sign')
 
@@ -75,7 +76,7 @@ def _is_signed(target: Path) -> UsageError:
 
 
 def _refuse_unknown(document: Document, letterhead: Path) -> None:
-    """Raise DataError where no record says whether the document was issued."""
+    """Raise DataError if no record shows that the document was issued."""
     if not Numbers(letterhead, prefix_of(document.certificate.number)).kept:
         raise DataError(
             f"{document.path} is not signed: {letterhead} keeps no numbers, so it is not known"
@@ -85,7 +86,7 @@ def _refuse_unknown(document: Document, letterhead: Path) -> None:
 
 
 def _refuse_unproven(path: Path, found: Verification) -> None:
-    """Raise DataError for a document that is not, form by form, what was issued."""
+    """Raise DataError for a document of which any form differs from the issued one."""
     problems = [*found.differences, *found.replaced, *found.unproven]
     if problems:
         more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""

@@ -1,4 +1,4 @@
-"""Whether a run file is whole: before it is packed, and before it is taken in."""
+"""Check that a run file is intact, before it is packed and before it is unpacked."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def require_sound(file: Path) -> RunInfo:
-    """Return what a run file says of itself; raise DataError where it does not hold."""
+    """Return the contents of a run file; raise DataError if it is damaged."""
     refuse_crashing(file)
     differences = file_differences(file)
     if differences:

@@ -1,7 +1,7 @@
-"""What a packed run holds: the list that comes first in its file, and the names that may be in it.
+"""The list of contents of a packed run, and the file names that it may have.
 
-Members are stored, not compressed (`run.h5` is compressed already), so that the same run always
-gives the same bytes, and what is taken out is never more than what the file holds.
+Members are stored, not compressed (`run.h5` is compressed already). So the same run always gives
+the same bytes, and the members are never larger than the file.
 """
 
 from __future__ import annotations
@@ -22,25 +22,25 @@ if TYPE_CHECKING:
 
 LISTING = "rigrunner-packed-run.json"
 LONGEST_LISTING = 1 << 24
-"""In bytes."""
+"""Longest list, in bytes."""
 _BLOCK = 1 << 20
 _NAME = re.compile(r"[^\x00-\x1f\\:*?\"<>|/]{1,200}")
-"""A part of a path as every system takes it."""
+"""A part of a path that every operating system accepts."""
 _DEVICES = re.compile(r"(con|prn|aux|nul|con(in|out)\$|(com|lpt)[\d¹²³])(\..*)?", re.IGNORECASE)
-"""Names that are devices on Windows."""
+"""Names of devices on Windows."""
 
 
 class PackedFile(Settings):
     """A file of the run folder."""
 
     name: str
-    """Its path in the run folder, with '/'."""
+    """Path in the run folder, with '/'."""
     bytes: int
     sha256: str
 
 
 class Contents(Settings):
-    """The list of a packed run."""
+    """The list of contents of a packed run."""
 
     format: Literal["rigrunner: packed run/1"] = "rigrunner: packed run/1"
     folder: str
@@ -48,13 +48,13 @@ class Contents(Settings):
     run: str
     """The run's id."""
     digest_sha256: str
-    """Of its recordings and measurements, as the run file states it."""
+    """Digest of its recordings and measurements, as in the run file."""
     manifest_sha256: str
-    """Of the manifest of the run file; '' where it has none."""
+    """Digest of the manifest of the run file; '' if it has none."""
     files: tuple[PackedFile, ...]
 
     def text(self) -> str:
-        """Return it as it stands in the packed file."""
+        """Return the text of the list in the packed file."""
         return json.dumps(self.model_dump(mode="json"), ensure_ascii=False, indent=1) + "\n"
 
     @property
@@ -64,7 +64,7 @@ class Contents(Settings):
 
 
 def parse_contents(text: bytes) -> Contents:
-    """Return the list that a packed file begins with; raise DataError."""
+    """Return the list at the beginning of a packed file; raise DataError."""
     try:
         found = Contents.model_validate_json(text)
     except ValidationError as error:
@@ -81,10 +81,10 @@ def parse_contents(text: bytes) -> Contents:
 
 
 def is_safe(name: str) -> bool:
-    """Say whether a path stays in its folder, on every system, and is plainly to be seen there.
+    """Return whether a path stays in its folder on every system, and is not hidden.
 
     Hidden files and folders can be more than data: a `.git` or `.vscode` has commands that programs
-    run which only look at the folder that it is in.
+    run when they only open its folder.
     """
     parts = name.split("/")
     return PurePosixPath(name).as_posix() == name and all(
@@ -98,18 +98,18 @@ def is_safe(name: str) -> bool:
 
 
 def is_hidden(name: str) -> bool:
-    """Say whether a file, or a folder on the way to it, is not shown by a listing."""
+    """Return whether a file, or a folder in its path, is hidden."""
     return any(part.startswith(".") for part in name.split("/"))
 
 
 def blocks(file: BinaryIO) -> Iterator[bytes]:
-    """Yield a file piece by piece."""
+    """Yield the blocks of a file."""
     while block := file.read(_BLOCK):
         yield block
 
 
 def sha256_of(file: BinaryIO) -> tuple[str, int]:
-    """Return the digest of what is left of a file, and how many bytes that were."""
+    """Return the digest of the rest of a file, and its size in bytes."""
     digest, size = hashlib.sha256(), 0
     for block in blocks(file):
         digest.update(block)

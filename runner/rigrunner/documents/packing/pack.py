@@ -1,4 +1,4 @@
-"""From a run folder to one file."""
+"""Write a run folder to one file."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _NO_DATE = (1980, 1, 1, 0, 0, 0)
-"""The first that a ZIP knows: the same run gives the same bytes."""
+"""The earliest date of a ZIP: the same run gives the same bytes."""
 _LEFT_OUT = ("run.lock",)
 
 
 def pack(folder: Path, target: Path) -> Contents:
-    """Write a sealed run to one new file, and return what is in it.
+    """Write a sealed run to one new file, and return its list of contents.
 
-    Raises UsageError where the file is there already, and DataError for a run that is not sealed,
-    is not as it was sealed, or has a file whose name not every system takes.
+    Raises UsageError if the file exists, and DataError for a run that is not sealed, was changed
+    since, or has a file name that not every system accepts.
     """
     if target.exists():
         raise UsageError(f"{target} exists", hint="a packed run is never overwritten")

@@ -1,4 +1,4 @@
-"""From one file back to a run folder; the file may be a stranger's."""
+"""Unpack a run folder from one file, which may come from a stranger."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ _ENCRYPTED = 0x1
 
 
 def unpack(packed: Path, runs: Path) -> Path:
-    """Take a packed run into a folder of runs, and return its run folder.
+    """Unpack a packed run into a folder of runs, and return its run folder.
 
-    It appears whole or not at all. Raises UsageError where a run of that name is there already, and
-    DataError for a file that is not a packed run, or of which anything does not match its digests.
+    It appears complete or not at all. Raises UsageError if a run of that name exists, and DataError
+    for a file that is not a packed run, or if anything differs from its digests.
     """
     with _opened(packed) as file:
         contents = _contents(packed, file)
@@ -71,7 +71,7 @@ def _contents(packed: Path, file: ZipFile) -> Contents:
 
 
 def _refuse_odd(packed: Path, entries: list[ZipInfo]) -> None:
-    """Raise DataError where more could come out than is in the file."""
+    """Raise DataError if more could come out than the file holds."""
     for each in entries:
         if each.compress_type != ZIP_STORED or each.flag_bits & _ENCRYPTED:
             raise DataError(
