@@ -81,7 +81,7 @@ class Worker:
 
 
 def serve(pipe: Connection) -> None:
-    """Take a task from the pipe, then answer items until there are no more or the pipe is closed."""
+    """Take a task from the pipe, then answer items until the last one, or until the pipe closes."""
     # Ctrl-C goes to every process of a terminal; the one that asks decides what becomes of it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     task = _task(pipe)
