@@ -3,7 +3,13 @@
 For notebooks and scripts see `rigrunner_fleet`, for plugins `rigrunner.api`.
 """
 
+import sys
+
+from rigrunner.moved import MovedModules
+
 try:
     from rigrunner._version import __version__  # a wheel has it: .ci/built_version.py
 except ModuleNotFoundError:
     __version__ = "0.1.0+source"  # sources may be at any commit, so no tag tells theirs
+
+sys.meta_path.append(MovedModules())

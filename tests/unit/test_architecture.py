@@ -68,7 +68,8 @@ def test_plugins_and_reports_may_import_api_and_signal_alone():
         for row in made["floors"]()
         for name in row
     }
-    assert kept_out == floors - {"rigrunner.api", "rigrunner.signal", "rigrunner.plots"}
+    used = {"rigrunner.api", "rigrunner.signal", "rigrunner.plots"}
+    assert kept_out == floors - used - {"rigrunner.moved"}  # which the first two stand on
 
 
 def test_the_arrows_reach_all_that_is_imported_and_no_more():

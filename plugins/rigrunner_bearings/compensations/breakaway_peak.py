@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 from rigrunner.api import Compensation, DataError, Effect
 from rigrunner.api.analysis import StartPoint
 from rigrunner.signal.inputs import limited, model_of
-from rigrunner.signal.propagation import compensated_point
-from rigrunner.signal.sensor import gain, reading_effects
 from rigrunner.signal.transducer import transducer_effects
 from rigrunner_bearings.compensations.limits import load
+from rigrunner_bearings.signal.compensated import compensated_point
 from rigrunner_bearings.signal.peaks import mean_peak, scatter_effect
+from rigrunner_bearings.signal.sensor import gain, reading_effects
 
 if TYPE_CHECKING:
     from rigrunner.api import CompensatedPoint, Sweep

@@ -17,13 +17,13 @@ from rigrunner.api import Distribution, Effect, Input
 from rigrunner.api.uncertainty import Line
 from rigrunner.signal.inputs import bounded_effect, limited, model_of, scattered
 from rigrunner.signal.repeatability import jackknife_error
-from rigrunner.signal.sensor import curve_slope, gain, one_figure, stated
 from rigrunner.signal.transducer import transducer_effects
 from rigrunner_bearings.compensations.bearing import starting_torque
 from rigrunner_bearings.compensations.comparison import LINE as BETWEEN
 from rigrunner_bearings.compensations.filters import corner_hz
 from rigrunner_bearings.compensations.identification import Identified, vector, with_vector
 from rigrunner_bearings.compensations.limits import load
+from rigrunner_bearings.signal.sensor import curve_slope, gain, one_figure, stated
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -17,14 +17,14 @@ from rigrunner.api import Compensation, Effect
 from rigrunner.api.analysis import Trace
 from rigrunner.signal.averaging import mean_and_without_each
 from rigrunner.signal.inputs import model_of, scattered
-from rigrunner.signal.propagation import compensated_point
 from rigrunner.signal.repeatability import influences, jackknife_error
-from rigrunner.signal.sensor import curve_slope, gain, one_figure, stated
 from rigrunner.signal.transducer import transducer_effects
 from rigrunner_bearings.compensations import checks
 from rigrunner_bearings.compensations.limits import load, support_drift, support_growth
 from rigrunner_bearings.compensations.matching import pairs
 from rigrunner_bearings.compensations.swing import make_swing, measured_ratio, running_torque
+from rigrunner_bearings.signal.compensated import compensated_point
+from rigrunner_bearings.signal.sensor import curve_slope, gain, one_figure, stated
 from rigrunner_bearings.signal.swings import kept_cycles, with_swings
 
 if TYPE_CHECKING:

@@ -19,7 +19,6 @@ import numpy as np
 from rigrunner.api import Compensation, DataError, Estimate
 from rigrunner.api.analysis import Trace
 from rigrunner.api.checks import skipped
-from rigrunner.signal.propagation import compensated_point
 from rigrunner.signal.repeatability import influences
 from rigrunner_bearings.compensations import checks
 from rigrunner_bearings.compensations.bearing import mean_swing
@@ -41,6 +40,7 @@ from rigrunner_bearings.compensations.swing import (
     spring_torque,
 )
 from rigrunner_bearings.compensations.under_load import effect, line_under_load
+from rigrunner_bearings.signal.compensated import compensated_point
 from rigrunner_bearings.signal.swings import kept_cycles, with_swings
 
 if TYPE_CHECKING:

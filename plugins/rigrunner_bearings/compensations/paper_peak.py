@@ -16,8 +16,6 @@ import numpy as np
 from rigrunner.api import Compensation, DataError, Distribution, Effect, Input, Spreading
 from rigrunner.api.uncertainty import Line
 from rigrunner.signal.inputs import model_of
-from rigrunner.signal.propagation import compensated_point
-from rigrunner.signal.sensor import difference_effects, gain
 from rigrunner.signal.transducer import transducer_effects
 from rigrunner_bearings.compensations import checks
 from rigrunner_bearings.compensations.limits import load
@@ -27,7 +25,9 @@ from rigrunner_bearings.compensations.peak_budget import (
     notes_on,
     scattered_peaks,
 )
+from rigrunner_bearings.signal.compensated import compensated_point
 from rigrunner_bearings.signal.peaks import mean_peak, peak_points, scatter_effect
+from rigrunner_bearings.signal.sensor import difference_effects, gain
 
 if TYPE_CHECKING:
     from rigrunner.api import CompensatedPoint, Curve, Instrument, PeakPoint, Sweep

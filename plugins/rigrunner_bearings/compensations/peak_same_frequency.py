@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api import Compensation, Estimate
 from rigrunner.signal.inputs import model_of
-from rigrunner.signal.propagation import compensated_point
-from rigrunner.signal.sensor import difference_effects, gain
 from rigrunner.signal.transducer import transducer_effects
 from rigrunner_bearings.compensations import checks
 from rigrunner_bearings.compensations.limits import load
@@ -23,7 +21,9 @@ from rigrunner_bearings.compensations.peak_budget import (
     notes_on,
     scattered_peaks,
 )
+from rigrunner_bearings.signal.compensated import compensated_point
 from rigrunner_bearings.signal.peaks import mean_peak, scatter_effect
+from rigrunner_bearings.signal.sensor import difference_effects, gain
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

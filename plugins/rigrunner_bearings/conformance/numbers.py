@@ -70,7 +70,7 @@ def points_are_whole(subject: CompensationSubject) -> None:
 
 
 @check(
-    fix="make the point with `rigrunner.signal.propagation.compensated_point`",
+    fix="make the point with `rigrunner_bearings.signal.compensated.compensated_point`",
     needs=("points_are_whole",),
 )
 def uncertainty_is_made_of_its_parts(subject: CompensationSubject) -> None:
@@ -96,7 +96,7 @@ def _budget(point: CompensatedPoint) -> None:
 
 
 @check(
-    fix="bring the register's accuracy in: `rigrunner.signal.sensor.gain`, `reading_effects`",
+    fix="bring the register's accuracy in, by `rigrunner_bearings.signal.sensor`",
     needs=("points_are_whole",),
 )
 def sensor_is_in_the_budget(subject: CompensationSubject) -> None:

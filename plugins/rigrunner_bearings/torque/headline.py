@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 from rigrunner.signal.inputs import model_of
 from rigrunner.signal.propagation import propagate
-from rigrunner.signal.sensor import gain, reading_effects
 from rigrunner.signal.transducer import transducer_effects
 from rigrunner_bearings.signal.mean_model import mean_model, mean_of_models
 from rigrunner_bearings.signal.peaks import mean_peak, scatter_effect
+from rigrunner_bearings.signal.sensor import gain, reading_effects
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -10,7 +10,7 @@ import numpy as np
 
 from rigrunner.api import SwingPoint
 from rigrunner.signal.monte_carlo.distributions import named
-from rigrunner.signal.sensor import stated
+from rigrunner_bearings.signal.sensor import stated
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

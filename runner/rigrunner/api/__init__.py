@@ -11,6 +11,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
+from rigrunner.moved import moved
+
 _NAMES = {
     "hooks": (
         "hookimpl AnalysisRecord CertificateFormatRecord DecisionRuleRecord DeviceRecord "
@@ -68,7 +70,7 @@ __all__: list[str] = sorted(_MODULE_OF)  # noqa: PLE0605  (type checkers read th
 def __getattr__(name: str) -> Any:
     """Load the module of a name; raise AttributeError for any other name."""
     if name not in _MODULE_OF:
-        return import_module(f"{__name__}.moved").moved(__name__, name)
+        return moved(__name__, name)
     found = getattr(import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
     globals()[name] = found
     return found

@@ -15,9 +15,9 @@ import pluggy
 
 from rigrunner.api.analysis.requirements import Requirements
 from rigrunner.api.errors import PluginError
-from rigrunner.api.moved import moved
 from rigrunner.api.settings import Settings
 from rigrunner.api.steps import StepSettings
+from rigrunner.moved import moved
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping

@@ -15,15 +15,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigrunner.api.analysis import CompensatedPoint, Component
+from rigrunner.api.analysis import Component
 from rigrunner.api.data import Estimate
 from rigrunner.api.uncertainty import Differentiable, Distribution, Line
+from rigrunner.moved import moved
 from rigrunner.signal.coverage import excess_kurtosis
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from rigrunner.api.analysis import Trace
     from rigrunner.api.data import Array
     from rigrunner.api.uncertainty import Input, MeasurementModel
 
@@ -63,28 +63,8 @@ def propagate(model: MeasurementModel) -> Propagated:
     return Propagated(Estimate(model.value, u, dof, kurtosis=kurtosis), tuple(components))
 
 
-def compensated_point(
-    model: MeasurementModel,
-    *,
-    set_frequency_hz: float,
-    frequency_hz: float,
-    raw_nm: float,
-    trace: Trace | None = None,
-    cycles_used: int | None = None,
-) -> CompensatedPoint:
-    """Return the point of which that is the model: its torque and budget follow from it."""
-    found = propagate(model)
-    return CompensatedPoint(
-        set_frequency_hz=set_frequency_hz,
-        frequency_hz=frequency_hz,
-        raw_nm=raw_nm,
-        rig_nm=raw_nm - found.estimate.value,
-        torque=found.estimate,
-        components=found.components,
-        trace=trace,
-        model=model,
-        cycles_used=cycles_used,
-    )
+def __getattr__(name: str) -> Any:
+    return moved(__name__, name)
 
 
 def sensitivities(model: MeasurementModel) -> Array:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from datetime import date
-from math import inf, sqrt
+from math import inf
 
 import numpy as np
 import pytest
 from pydantic import ValidationError
 
 from rigrunner.api.instruments import Instrument
-from rigrunner.signal.sensor import reading_effects
 
 ENTRY = Instrument
 TORQUE = {"channel": "tester.torque", "serial": "T-1", "full_scale": "20 N·m"}
@@ -39,21 +38,6 @@ def test_an_entry_is_a_torque_transducer_unless_it_says_otherwise():
     assert (torque.name, cell.name) == ("T-1", "LC-3")
     assert cell.calibrated_range == (100.0, 5000.0)
     assert cell.due == date(2027, 1, 31)
-
-
-@pytest.mark.parametrize("text", ["0.5 % FS", "0.5%FS", " .5 % FS "])
-def test_an_accuracy_in_one_figure_is_rectangular_over_full_scale(text):
-    instrument = Instrument.model_validate(TORQUE | {"accuracy": text})
-    told = {
-        each.input.name: each.input
-        for each in reading_effects(instrument, zeroed=True)
-        if each.sensitivity * each.input.u
-    }
-
-    assert set(told) == {"sensor accuracy"}
-    accuracy = told["sensor accuracy"]
-    assert accuracy.u == pytest.approx(0.1 / sqrt(3), rel=1e-12)
-    assert (accuracy.dof, accuracy.distribution) == (inf, "rectangular")
 
 
 def test_points_give_the_limit_of_error_where_no_accuracy_is_stated():

@@ -16,7 +16,7 @@ from rigrunner.api.hooks import CompensationRecord, NoSettings, hookimpl
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.api.uncertainty import Distribution, Effect, Input
 from rigrunner.signal.inputs import limited, model_of
-from rigrunner_bearings.signal.peaks import mean_peak, scatter_effect
+from rigrunner.signal.peaks import mean_peak, scatter_effect
 from rigrunner.signal.propagation import compensated_point
 from rigrunner.signal.sensor import difference_effects, gain
 

@@ -10,11 +10,11 @@ from dataclasses import replace
 from math import sqrt
 from typing import TYPE_CHECKING
 
+from rigrunner.api import Distribution, Effect, Input
 from rigrunner.api.accuracy import OVER_U
-from rigrunner.api.uncertainty import Distribution, Effect, Input
 
 if TYPE_CHECKING:
-    from rigrunner.api.instruments import Instrument
+    from rigrunner.api import Instrument
 
 
 NONLINEAR_SLOPE = 4.0

@@ -1,0 +1,36 @@
+"""The point of a compensation, from its measurement model."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api import CompensatedPoint
+from rigrunner.signal.propagation import propagate
+
+if TYPE_CHECKING:
+    from rigrunner.api import MeasurementModel
+    from rigrunner.api.analysis import Trace
+
+
+def compensated_point(
+    model: MeasurementModel,
+    *,
+    set_frequency_hz: float,
+    frequency_hz: float,
+    raw_nm: float,
+    trace: Trace | None = None,
+    cycles_used: int | None = None,
+) -> CompensatedPoint:
+    """Return the point of which that is the model: its torque and budget follow from it."""
+    found = propagate(model)
+    return CompensatedPoint(
+        set_frequency_hz=set_frequency_hz,
+        frequency_hz=frequency_hz,
+        raw_nm=raw_nm,
+        rig_nm=raw_nm - found.estimate.value,
+        torque=found.estimate,
+        components=found.components,
+        trace=trace,
+        model=model,
+        cycles_used=cycles_used,
+    )

@@ -1,3 +1,0 @@
-"""Deprecated: the plugin is `rigrunner_testing.pytest_plugin`."""
-
-pytest_plugins = ["rigrunner_testing.pytest_plugin"]
