@@ -1,1 +1,1 @@
-"""Tools of a laboratory: files made, checked, imported and compared; a rig operated manually."""
+"""Tools of a laboratory: make, check, import and compare files, and operate a rig manually."""

@@ -1,4 +1,4 @@
-"""A lab folder: everything of one rig that is a laboratory's own, ready to run."""
+"""Make a lab folder: all files of a laboratory for one rig, ready to run."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from rigrunner.tools.schemas.files import Language
 
 TEMPLATE = Path(__file__).parent / "lab_template"
-"""What every lab has."""
+"""Files of every lab."""
 STATION, PLUGINS = "station.yaml", "plugins"
 _UNDER_ANOTHER_NAME = {"gitignore": ".gitignore", "gitattributes": ".gitattributes"}
-"""Files that would have an effect where the template lies."""
+"""Files that would have an effect in the folder of the templates, by their name there."""
 _SCHEMAS: dict[str, Language] = {
     "procedures/procedure.schema.json": "procedure",
     "station.schema.json": "station",
@@ -33,11 +33,11 @@ _SCHEMAS: dict[str, Language] = {
 
 
 def make_lab(folder: Path, registry: Registry, name: str = "") -> list[str]:
-    """Write a lab folder and return the procedures in it, in the order to run them.
+    """Write a lab folder and return its procedures, in the order to run them.
 
-    `name` is that of a plugin of the kind 'lab'; it can be left out where there is one alone.
-    Nothing that is there is changed: raises UsageError if a file of that name exists, before any
-    is written, and if one cannot be written.
+    `name` is that of a plugin of the kind 'lab'; it is optional if there is only one. No existing
+    file is changed: raises UsageError if a file of that name exists, before any is written, and if
+    one cannot be written.
     """
     texts = _texts(registry, name or _only(registry))
     write_new_files(folder, texts)
@@ -55,7 +55,7 @@ def _only(registry: Registry) -> str:
 
 
 def _texts(registry: Registry, lab: str) -> Mapping[str, str]:
-    """Return what the folder holds: texts by name."""
+    """Return the files of the folder: texts by name."""
     record, files = registry.find("lab", lab).record, registry.make("lab", lab, {})
     assert isinstance(record, LabRecord)  # noqa: S101  (the kind says so)
     copied = {f"procedures/{name}.yaml": find_procedure(name) for name in record.procedures}

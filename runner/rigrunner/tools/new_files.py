@@ -1,4 +1,4 @@
-"""Writes a set of new files, all or none, and never over what is there."""
+"""Write a set of new files, all or none, and never over an existing one."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def write_new_files(folder: Path, texts: Mapping[str, str]) -> None:
-    """Write texts by name into a folder, which is made where it is not there.
+    """Write texts by name into a folder, which is created if needed.
 
     Raises UsageError if a file of such a name exists, before any is written, and if one cannot be
     written.

@@ -1,4 +1,4 @@
-"""Makes a plugin of a lab's own that works at once: a package, or one file of its folder."""
+"""Make a plugin that works at once: an installable package, or one file in a lab's folder."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ KINDS = {
     "step": "step",
     "unit": "unit",
 }
-"""Rigrunner's own kinds that can be made, by the word for them, with the registry's name."""
+"""Rigrunner's own kinds that can be made, by their word, with the registry's name."""
 _NUMPY = {"fit", "outlier_rule", "importer", "analysis"}
 _PYDANTIC = {"outlier_rule", "decision_rule"}
 _LONGEST = 30
@@ -49,10 +49,10 @@ class NewPlugin:
     """A plugin to make."""
 
     word: str
-    """That of its kind: a key of KINDS, or the name of a kind that a package brings."""
+    """The word of its kind: a key of KINDS, or the name of a kind that a package brings."""
     name: str
     brought: KindRecord | None = None
-    """The kind that a package brings."""
+    """The kind, if a package brings it."""
 
     @property
     def kind(self) -> str:
@@ -61,12 +61,12 @@ class NewPlugin:
 
     @property
     def project(self) -> str:
-        """The name under which it is installed."""
+        """The name of the installed distribution."""
         return f"rigrunner-{self.name.replace('_', '-')}"
 
     @property
     def package(self) -> str:
-        """The name under which it is imported."""
+        """The name of the imported package."""
         return f"rigrunner_{self.name}"
 
     def texts(self) -> dict[str, str]:
@@ -114,7 +114,7 @@ class NewPlugin:
 
     @property
     def class_name(self) -> str:
-        """What its class is called."""
+        """The name of its class."""
         return "".join(part.capitalize() for part in self.name.split("_"))
 
     def _environment(self) -> Environment:
@@ -139,7 +139,7 @@ class NewPlugin:
 
 
 def new_plugin(word: str, name: str, registry: Registry) -> NewPlugin:
-    """Return a plugin to make, of a kind by its word; raise UsageError for another word."""
+    """Return a plugin to make, by the word of its kind; raise UsageError for an unknown word."""
     brought = {each.name.replace("_", "-"): each for each in registry.kinds if each.template}
     if word not in (KINDS | brought):
         raise UsageError(
@@ -150,7 +150,7 @@ def new_plugin(word: str, name: str, registry: Registry) -> NewPlugin:
 
 
 def make_package(plugin: NewPlugin, folder: Path, registry: Registry) -> list[str]:
-    """Write an installable package and return its files; raise UsageError, nothing written."""
+    """Write an installable package and return its files; raise UsageError with nothing written."""
     _check(plugin, registry)
     if find_spec(plugin.package) is not None:
         raise UsageError(

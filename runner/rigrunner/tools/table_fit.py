@@ -1,4 +1,4 @@
-"""A fit of what stands in a table: any columns of a CSV file, by any plugin that fits."""
+"""Fit any columns of a CSV file, by any fit plugin."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def fit_of_table(
     """Return the curve of column `y` over the columns `x`, by a fit as a procedure writes it.
 
     `u` is the column of the standard uncertainties of y. Units are the table's own, so points have
-    none. Raises InvalidFileError with the place for what is wrong in the table or in the fit, and
-    DataError where the points do not allow it.
+    none. Raises InvalidFileError with the place for errors in the table or in the fit, and
+    DataError if the points do not allow it.
     """
     reference = validate(FitRef, parse(fit, "--fit"))
     rows = _Rows.read(table)
@@ -55,7 +55,7 @@ class _Rows:
     file: str
     names: Sequence[str]
     rows: Sequence[tuple[int, Sequence[str]]]
-    """Each with its line."""
+    """The rows, each with its line."""
 
     @classmethod
     def read(cls, path: Path) -> _Rows:
@@ -76,7 +76,7 @@ class _Rows:
         return cls(str(path), names, rows)
 
     def column(self, name: str) -> Array:
-        """Return the numbers of a column (n,)."""
+        """Return the numbers of a column, shape (n,)."""
         if self.names.count(name) != 1:
             if name in self.names:
                 raise _refused(self.file, 1, f"there are several columns '{name}'")

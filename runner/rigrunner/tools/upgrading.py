@@ -1,4 +1,4 @@
-"""Writes files in today's form of the language, and keeps them as they were."""
+"""Write files in the current form of the language, and keep the older ones."""
 
 from __future__ import annotations
 
@@ -16,18 +16,19 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 KEPT = ".old"
-"""What the name of a file as it was ends in."""
+"""The suffix of the kept file."""
 
 
 @dataclass(frozen=True)
 class Upgrade:
-    """A file as it is, and as it is to be."""
+    """A file with its current and its upgraded text."""
 
     path: Path
     before: str
     after: str
     out: Path | None = None
-    """The folder to write to; None: the file itself is replaced, and kept under another name."""
+    """The folder to write to; None replaces the file itself, and keeps the older one under another
+    name."""
 
     @property
     def is_needed(self) -> bool:
@@ -41,29 +42,29 @@ class Upgrade:
 
     @property
     def kept(self) -> Path:
-        """The file that has the older text afterwards."""
+        """The file with the older text."""
         return self.path if self.out else self.path.with_name(self.path.name + KEPT)
 
     @property
     def is_procedure(self) -> bool:
-        """Whether it is a procedure, which somebody approves."""
+        """Whether it is a procedure, which needs approval."""
         return str(parse(self.after, str(self.path)).data[MARK]).startswith("procedure/")
 
     def diff(self) -> str:
-        """Return what changes, line by line, as `diff -u` prints it."""
+        """Return the changes line by line, as `diff -u` prints them."""
         before, after = (text.splitlines() for text in (self.before, self.after))
         names = str(self.path), str(self.target)
         return "\n".join(unified_diff(before, after, *names, lineterm=""))
 
 
 def upgrade_of(path: Path, out: Path | None) -> Upgrade:
-    """Return a file with its text in today's form; raise InvalidFileError."""
+    """Return a file with its text in the current form; raise InvalidFileError."""
     text = read_text(path)
     return Upgrade(path, text, upgraded(text, str(path)), out)
 
 
 def write_upgrades(upgrades: Sequence[Upgrade]) -> None:
-    """Write the files that need it; raise UsageError, before any is written, for one in the way."""
+    """Write the files that need it, or none if a file is in the way; then raise UsageError."""
     for each in upgrades:
         new = each.kept if each.out is None else each.target
         if new.exists():

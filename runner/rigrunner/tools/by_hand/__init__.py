@@ -1,1 +1,1 @@
-"""A station used without a procedure's steps: its devices asked, set and read, points recorded."""
+"""Use a station without a procedure: query its devices, set drives, read and record points."""

@@ -1,4 +1,4 @@
-"""What the devices of a station say: who they are, whether calibrated, safe, and how quick."""
+"""Report on the devices of a station: identity, calibration, safety and speed."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ State = Literal["ok", "warn", "fail"]
 
 @dataclass(frozen=True)
 class Who:
-    """Who answered, in a role or in a part of it."""
+    """The answer to the identity query of a role, or of a part of it."""
 
     maker: str
     model: str
@@ -36,7 +36,7 @@ class Who:
 
 @dataclass(frozen=True)
 class Calibrated:
-    """What the register has of a channel's instrument."""
+    """The calibration of a channel's instrument, from the register."""
 
     channel: str
     instrument: str
@@ -46,7 +46,7 @@ class Calibrated:
 
 @dataclass(frozen=True)
 class Stands:
-    """Where a drive was found, in SI units."""
+    """Where a drive is, in SI units."""
 
     drive: str
     unit: str
@@ -57,27 +57,27 @@ class Stands:
 
 @dataclass(frozen=True, kw_only=True)
 class DeviceReport:
-    """What one device said."""
+    """The report on one device."""
 
     role: str
     plugin: str
     connected: bool = False
     who: Mapping[str, Who] = field(default_factory=dict)
-    """By role, and by 'role/part' for each part of a device that is made of several."""
+    """By role, and by 'role/part' for each part of a composite device."""
     calibrated: tuple[Calibrated, ...] = ()
     drives: tuple[Stands, ...] = ()
-    """As they were found, before the device was made safe."""
+    """The drives as they were before the device was made safe."""
     values: Mapping[str, float] = field(default_factory=dict)
-    """Of each channel that can be read, in SI units."""
+    """Value of each readable channel, in SI units."""
     units: Mapping[str, str] = field(default_factory=dict)
     read_s: float | None = None
-    """How long it took to read all of them once."""
+    """How long it took to read all of them once, in s."""
     problems: tuple[str, ...] = ()
     hint: str = ""
 
     @property
     def state(self) -> State:
-        """`fail` where it does not do what it should, `warn` where a person is to look."""
+        """`fail` if the device does not work as declared, `warn` if a person has to look."""
         if self.problems:
             return "fail"
         unsafe = any(not each.safe for each in self.drives)
@@ -85,7 +85,7 @@ class DeviceReport:
         return "warn" if unsafe or overdue else "ok"
 
     def failed(self, error: Exception) -> DeviceReport:
-        """Return the report with one more thing that the device did not do."""
+        """Return the report with a further failure."""
         if isinstance(error, RigrunnerError):
             return replace(
                 self, problems=(*self.problems, error.message), hint=self.hint or error.hint
@@ -95,9 +95,9 @@ class DeviceReport:
 
 
 def look_at(ready: ReadyStation) -> Iterator[DeviceReport]:
-    """Yield what each device says, connected on its own, made safe and closed.
+    """Yield the report of each device, connected alone, made safe and closed.
 
-    What a device does not do is in its report, and keeps no other one from its turn.
+    Failures are in the report of their device, and do not keep others from being checked.
     """
     for role in ready.devices:
         yield _look_at(ready, role)

@@ -1,4 +1,4 @@
-"""One device set and read by hand, within the limits and interlocks of its station."""
+"""Set and read one device manually, within the limits and interlocks of its station."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ _ROUNDING_S = 1e-9
 
 
 class Jog:
-    """A connected device, and what may be done with it.
+    """A connected device, and the actions on it.
 
     A UsageError is raised before anything is sent. After any other error the rig is made safe.
     """
@@ -67,23 +67,23 @@ class Jog:
             info.name: rules.narrowed(Member(role, info.name), info) for info in device.drives
         }
         self.zeros: dict[str, float] = {}
-        """What is taken from a channel's values, in SI units."""
+        """Subtracted from a channel's values, in SI units."""
         self.unsafe = ""
-        """What was not safe when the rig was last made safe, in words."""
+        """What was not safe when the rig was last made safe, as text."""
         self._device = device
         self._rig = rig
         self._session = session
 
     def person(self) -> AbstractContextManager[None]:
-        """Say for a while that a person is asked, and may take any time."""
+        """Suspend the time limits while a person is asked."""
         return self._rig.person()
 
     def look(self) -> None:
-        """Read all interlocks, and raise what must not be gone on with."""
+        """Read all interlocks, and raise on one that is tripped."""
         self._guarded("look", lambda: self._session.check(anew=True))
 
     def set(self, drive: str, text: str) -> float:
-        """Give a drive a set-point such as '5 Hz', and return its read-back in SI."""
+        """Set a drive to a set-point such as '5 Hz', and return its read-back in SI units."""
         info = _found("drive", drive, self.drives)
         value = _quantity(text, info)
         if not info.minimum <= value <= info.maximum:
@@ -98,7 +98,7 @@ class Jog:
         return actual
 
     def read(self, names: Sequence[str] = ()) -> dict[str, float]:
-        """Return the value of each channel, of all if none is named, less its zero; in SI."""
+        """Return the value of each channel, by default of all, minus its zero; in SI units."""
         for name in names:
             _found("channel", name, self.channels)
         values = self._values(tuple(names) or tuple(self._readable()))
@@ -106,7 +106,7 @@ class Jog:
         return values
 
     def watch(self, name: str, seconds: float) -> Iterator[float]:
-        """Yield a channel's value, less its zero, again and again for so long."""
+        """Yield a channel's value, minus its zero, again and again for that time."""
         _found("channel", name, self.channels)
         clock = self._session.rig.clock
         until_s = clock.monotonic_s() + seconds - _ROUNDING_S
@@ -117,7 +117,7 @@ class Jog:
             clock.sleep(_WATCH_EVERY_S)
 
     def zero(self, name: str) -> float:
-        """Take a channel's present value, its mean where it streams, for its zero; return it."""
+        """Take the present value of a channel (its mean if it streams) as its zero; return it."""
         _found("channel", name, self.channels)
         self.zeros.pop(name, None)
         self.zeros[name] = self._values((name,), mean=True)[name]
@@ -125,14 +125,14 @@ class Jog:
         return self.zeros[name]
 
     def stands(self) -> dict[str, float]:
-        """Return where each drive is read back to stand, in SI."""
+        """Return the read-back of each drive, in SI units."""
         return {
             name: self._guarded("read back", partial(self._rig.read_back, self.role, name))
             for name in self.drives
         }
 
     def safe(self) -> tuple[SafetyReport, ...]:
-        """Make the rig safe, and put on record how."""
+        """Make the rig safe, and log how."""
         reports = self._make_safe()
         for each in reports:
             read_back = {Member(each.role, name): value for name, value in each.read_back.items()}
@@ -141,7 +141,7 @@ class Jog:
         return reports
 
     def _values(self, names: Sequence[str], *, mean: bool = False) -> dict[str, float]:
-        """Return values less their zeros; a mean of some time, or of what can only be streamed."""
+        """Return values minus their zeros; means, if asked or if channels can only be streamed."""
         rate_hz = self._rate_hz(names) if mean or not isinstance(self._device, Readable) else None
         duration_s = _ZERO_S if mean else _MEAN_S if rate_hz else 0.0
         members = [Member(self.role, name) for name in names]
@@ -152,7 +152,7 @@ class Jog:
         return {name: found[Member(self.role, name)] - self.zeros.get(name, 0.0) for name in names}
 
     def _rate_hz(self, names: Sequence[str]) -> float | None:
-        """Return the rate of the channels' stream; None where they have none."""
+        """Return the rate of the channels' stream, or None without one."""
         device = self._device
         if isinstance(device, Streaming) and all(self.channels[name].streams for name in names):
             return device.sample_rate_hz
@@ -164,7 +164,7 @@ class Jog:
         return [name for name, info in self.channels.items() if info.streams]
 
     def _guarded(self, what: str, work: Callable[[], _T]) -> _T:
-        """Do something with the rig; whatever goes wrong, make it safe before that is told."""
+        """Execute an action on the rig; on any error, make the rig safe before it is raised."""
         try:
             return work()
         except PauseWantedError as held:
@@ -203,11 +203,11 @@ def jogging(
     *,
     person: Person = NOBODY,
 ) -> Iterator[Jog]:
-    """Connect a device, and all that its interlocks and combinations look at, and give it.
+    """Connect a device, and those that its interlocks and combinations need, and yield it.
 
-    However the block ends, the rig is made safe and closed. All that is done is in the log, whose
-    failure ends it. Raises UsageError for a role that is not there, DataError where the log cannot
-    be written, and a DeviceError if the rig cannot be connected, or is not safe in the end.
+    However the block ends, the rig is made safe and closed. Every action is logged; if the log
+    fails, the block ends. Raises UsageError for an unknown role, DataError if the log cannot be
+    written, and a DeviceError if the rig cannot be connected, or is not safe at the end.
     """
     _found("device in the role", role, ready.devices)
     what, needed = f"jog {role}", _needed(ready, role)
@@ -255,7 +255,7 @@ def jogging(
 
 @contextmanager
 def _connected(rig: Rig) -> Iterator[None]:
-    """Connect the rig and make it safe in the end, unless a person wants it left as it was."""
+    """Connect the rig and make it safe at the end, unless a person asked to leave it as it is."""
     rig.connect()
     try:
         yield
@@ -269,10 +269,10 @@ def _connected(rig: Rig) -> Iterator[None]:
 
 
 def _end_safe(jog: Jog, error: BaseException) -> None:
-    """Make safe after an error, which is told first; what is not safe is told beside it.
+    """Make the rig safe after an error, which is reported first, with what is not safe.
 
-    A stop or a log that fails becomes a DeviceError then, so that nobody takes the end for a safe
-    one.
+    A stop or a failure of the log becomes a DeviceError if the rig is not safe, so that the end is
+    not taken for a safe one.
     """
     with suppress(RigrunnerError):  # a log that fails has been told
         jog.safe()
@@ -311,7 +311,7 @@ def _writing(log: Path) -> Iterator[None]:
 
 
 def _needed(ready: ReadyStation, role: str) -> set[str]:
-    """Return the role, and those that its limits and any interlock look at."""
+    """Return the role, and those that its limits and all interlocks read."""
     looked_at = {each.member.role for each in ready.interlocks}
     beside = [
         {drive.role for drive in each.drives} for each in ready.station.model.safety.combinations

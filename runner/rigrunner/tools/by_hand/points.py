@@ -1,4 +1,4 @@
-"""Points that are recorded by hand: a run of its own kind, analysed as the procedure's would be."""
+"""Record points manually: a run of its own kind, analysed as the procedure's would be."""
 
 from __future__ import annotations
 
@@ -49,10 +49,10 @@ def record_by_hand(
     overrides: Sequence[Override] = (),
     person: Person = NOBODY,
 ) -> FinishedRun:
-    """Connect the rig, do the steps as they come, seal the folder and write the report.
+    """Connect the rig, execute the steps as they come, seal the folder and write the report.
 
-    The run file holds a procedure without steps and without limits that says so, and is never one
-    for certification. Raises as `rigrunner.run.record.execute`.
+    The run file has a procedure without steps and limits, marked as manual, and is never one for
+    certification. Raises as `rigrunner.run.record.execute`.
     """
     require_overridden(planned, overrides)
     free = by_hand(planned)
@@ -85,7 +85,7 @@ def record_by_hand(
 
 
 def by_hand(planned: Planned) -> Planned:
-    """Return what is planned without its steps, as a procedure of its own."""
+    """Return the plan without its steps, as a procedure of its own."""
     procedure = _procedure(planned.procedure)
     note = "points recorded by hand follow no procedure"
     state = ApprovalState("draft", sha256=procedure.digest_with_called, note=note)
@@ -94,7 +94,7 @@ def by_hand(planned: Planned) -> Planned:
 
 
 def _procedure(loaded: LoadedProcedure) -> LoadedProcedure:
-    """Return the procedure's measurand and analysis, with a note in the place of its steps."""
+    """Return the procedure's measurand and analysis, with a note in place of its steps."""
     model, data = loaded.model, loaded.document.data
     content = {
         "rigrunner": "procedure/2",

@@ -1,4 +1,4 @@
-"""Before a start asks anything: a rig that was left energised is reported, and made safe."""
+"""Before a start asks anything: report a rig that was left energised, and make it safe."""
 
 from __future__ import annotations
 
@@ -16,12 +16,11 @@ if TYPE_CHECKING:
 
 
 def settle_left(station: Path, person: Person, *, always: bool = False) -> None:
-    """Deal with a rig that was left energised before a person is asked anything else.
+    """Handle a rig that was left energised before a person is asked anything else.
 
-    The person is told what the marker says and what the drives read; then the rig is made safe, or
-    the start ends with AbortedError. Raises DeviceError where the rig cannot be connected, or not
-    be confirmed safe. Where there is no marker nothing is connected,
-    unless it is wanted `always`.
+    The person sees the marker and the read-backs of the drives. Then the rig is made safe, or the
+    start ends with AbortedError. Raises DeviceError if the rig cannot be connected, or is not
+    confirmed safe. Without a marker nothing is connected, unless `always` is set.
     """
     ready = ready_station(station, realtime=True)
     if not always and read_marker(ready.station.model.id) is None:

@@ -1,4 +1,4 @@
-"""A station without a procedure: checked, and ready to be used by hand."""
+"""Check a station without a procedure, and prepare its manual use."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class ReadyStation:
-    """A station whose devices are made; nothing of the rig is touched yet."""
+    """A station with its devices created. No instrument was accessed yet."""
 
     station: LoadedStation
     registry: Registry
@@ -47,9 +47,9 @@ class ReadyStation:
     clock: Clock
     tape: Tape | None = None
     marks: RigMarks | None = None
-    """The marker of the energised rig; None until it is held, and for simulators."""
+    """The marker of the energised rig; None until the rig is held, and for simulators."""
     messages: DeviceMessages = field(default_factory=DeviceMessages)
-    """What the drivers of the devices tell beside their answers."""
+    """Messages of the device drivers beside their answers."""
 
     def rig(self, roles: Collection[str], pulse: Pulse | None = None) -> Rig:
         """Return the devices of these roles as a rig, with the station's rules and order."""
@@ -63,16 +63,16 @@ class ReadyStation:
         return rig
 
     def guarded(self, what: str, roles: Collection[str]) -> AbstractContextManager[Guardian | None]:
-        """Let a guardian watch over these roles of the rig, which is held."""
+        """Start a guardian for these roles of the rig, which is held."""
         patience = patience_of(self.station)
         known = (self.station, self.registry, self.marks, patience)
         return guarding(*known, what, messages=self.messages, roles=roles)
 
     @contextmanager
     def held(self, what: str) -> Iterator[ReadyStation]:
-        """Hold the rig for this process, and the tape if there is one; give what is to be used.
+        """Hold the rig for this process, and the tape if there is one; yield the devices.
 
-        Raises DeviceError where another process has the rig.
+        Raises DeviceError if another process has the rig.
         """
         if self.tape is None:
             with self._lock(what) as marks:
@@ -94,7 +94,7 @@ class ReadyStation:
 def ready_station(
     path: Path, *, realtime: bool = False, tape: Tape | None = None, time_limits: bool = True
 ) -> ReadyStation:
-    """Load a station and make its devices; raise InvalidFileError with all that is wrong."""
+    """Load a station and create its devices; raise InvalidFileError with all problems."""
     loaded, registry = load_with_plugins(path, load_registry())
     station, messages = replace(loaded, time_limits=time_limits), DeviceMessages()
     check_station_plugins(station, registry)

@@ -1,1 +1,1 @@
-"""What changed between two procedures, and between two runs."""
+"""Compare two procedures, or two runs."""

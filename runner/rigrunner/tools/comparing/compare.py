@@ -1,4 +1,4 @@
-"""Compares what two words name: two procedures, or two stored runs."""
+"""Compare what two arguments name: two procedures, or two stored runs."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What was compared, and what is different."""
+    """What was compared, and the differences."""
 
     before: str
-    """What the first one is, in words."""
+    """Names the first one."""
     after: str
     changes: tuple[Change, ...]
     verdict: str
-    """What is to be said where nothing is different that matters."""
+    """The conclusion where nothing that matters is different."""
 
     @property
     def same(self) -> bool:
-        """Whether nothing is different that matters."""
+        """Whether nothing that matters is different."""
         return not any(each.matters for each in self.changes)
 
 
 def compare(before: str, after: str, runs: Path) -> Comparison:
     """Compare two procedures, or two runs in the folder of runs.
 
-    Raises UsageError for words that name neither, or one of each; InvalidFileError and DataError
-    for what cannot be read.
+    Raises UsageError if an argument names neither, or they name one of each; InvalidFileError and
+    DataError for files that cannot be read.
     """
     first, second = _procedure(before), _procedure(after)
     if first and second:
@@ -67,17 +67,17 @@ def compare_runs(before: Path, after: Path) -> Comparison:
 
 
 def compare_procedures(before: LoadedProcedure, after: LoadedProcedure) -> Comparison:
-    """Compare two procedures that are loaded."""
+    """Compare two loaded procedures."""
     return _of_texts(_described(before), _texts(before), _described(after), _texts(after))
 
 
 def compare_with_run(run: RunHeader, after: LoadedProcedure) -> Comparison:
-    """Compare the procedure of a stored run, as it was kept with it, with one of now."""
+    """Compare the stored procedure of a run with a current one."""
     return _of_texts(_named(run), texts_of(run), _described(after), _texts(after))
 
 
 def _procedure(word: str) -> Path | None:
-    """Return the procedure file that a word names, if it does."""
+    """Return the procedure file that an argument names, or None."""
     try:
         path = find_procedure(word)
     except UsageError:

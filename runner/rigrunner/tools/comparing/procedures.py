@@ -1,4 +1,4 @@
-"""What changed between two procedures: what is asked, done, computed and accepted."""
+"""Differences of two procedures: inputs, steps, analyses and limits."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ SECTIONS = (
     *("setup", "main", "teardown", "analysis", "acceptance"),
 )
 _WITH_DEFAULTS = ("measurand", "analysis", "acceptance")
-"""Sections of which a key that is written with its default is no change."""
+"""Sections in which a key that is written with its default is no difference."""
 SET_POINTS = "set-points"
 
 
 @dataclass(frozen=True)
 class ProcedureTexts:
-    """A procedure with all that it calls, as it is kept with a run."""
+    """A procedure with all that it calls, as stored with a run."""
 
     name: str
     text: str
@@ -33,7 +33,7 @@ class ProcedureTexts:
 
 
 def procedure_changes(before: ProcedureTexts, after: ProcedureTexts) -> Iterator[Change]:
-    """Yield what is different between two procedures; comments and layout do not count."""
+    """Yield the differences of two procedures. Comments and layout do not count."""
     yield from _of_texts(before.name, before.text, after.name, after.text)
     for file in dict.fromkeys([*before.called, *after.called]):
         first, second = before.called.get(file), after.called.get(file)
@@ -71,7 +71,7 @@ def _of_parameters(
 
 
 def _equal_sections(name: str, text: str, other_name: str, other: str) -> set[str]:
-    """Return the sections that say the same once defaults are filled in."""
+    """Return the sections that are equal with defaults filled in."""
     try:
         first = parse_procedure(text, name, stored=True)
         second = parse_procedure(other, other_name, stored=True)

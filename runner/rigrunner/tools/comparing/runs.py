@@ -1,4 +1,4 @@
-"""What changed between two stored runs: what was done, with what, by whom, and what was found."""
+"""Differences of two stored runs: results, actions, equipment and people."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _STATION = ("id", "rig", "devices", "plugins", "instruments")
 
 
 def run_changes(before: StoredRun, after: StoredRun) -> Iterator[Change]:
-    """Yield what is different between two runs; when each was made is none.
+    """Yield the differences of two runs, except their dates.
 
     The results come first, then what matters. Results that differ by no more than their combined
-    uncertainty are told, but do not matter.
+    uncertainty are listed, but do not matter.
     """
     found = list(_changes(before, after))
     order = dict.fromkeys(each.section for each in found)
@@ -51,7 +51,7 @@ def _changes(before: StoredRun, after: StoredRun) -> Iterator[Change]:
 
 
 def texts_of(header: RunHeader) -> ProcedureTexts:
-    """Return the procedure of a run as it was kept."""
+    """Return the procedure of a run as it was stored."""
     return ProcedureTexts(header.procedure_id, header.procedure_text, header.called_texts)
 
 
@@ -75,7 +75,7 @@ def _of_recordings(before: StoredRun, after: StoredRun) -> Iterator[Change]:
 
 
 def _of_partners(name: str, before: StoredRun | None, after: StoredRun | None) -> Iterator[Change]:
-    """Tell of another partner run, which matters by what it does to the results alone."""
+    """Report another partner run. It matters only by its effect on the results."""
     first, second = (each and each.header.run_id for each in (before, after))
     for each in changes(partner_words(name), first, second):
         yield replace(each, matters=before is None or after is None)

@@ -1,4 +1,4 @@
-"""What changed between two trees of a YAML file, in words; '1 kN' and '1000 N' are the same."""
+"""Differences of two trees of a YAML file, as text; '1 kN' and '1000 N' are equal."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ _BETWEEN = " > "
 
 @dataclass(frozen=True)
 class Change:
-    """One thing that is different, in a sentence."""
+    """One difference, as a sentence."""
 
     section: str
     text: str
     matters: bool = True
-    """False: worth knowing, but no difference in what is done or found."""
+    """False for a note: a difference that changes neither actions nor results."""
 
 
 def changes(section: str, before: Any, after: Any, path: tuple[str, ...] = ()) -> Iterator[Change]:
-    """Yield what is different between two trees of mappings, lists and scalars.
+    """Yield the differences of two trees of mappings, lists and scalars.
 
-    None stands for what is not there.
+    None stands for an absent value.
     """
     if same(before, after):
         return
@@ -47,7 +47,7 @@ def changes(section: str, before: Any, after: Any, path: tuple[str, ...] = ()) -
 
 
 def same(before: Any, after: Any) -> bool:
-    """Return whether two trees say the same: quantities count by their SI value."""
+    """Return whether two trees are equal: quantities are compared by their SI value."""
     return bool(_normal(before) == _normal(after))
 
 
@@ -68,7 +68,7 @@ def _of_lists(
 def _of_order(
     section: str, before: list[str], after: list[str], path: tuple[str, ...]
 ) -> Iterator[Change]:
-    """Tell of another order: the first fit, for one, is the one that others build on."""
+    """Report another order: the first fit, for example, is the one that others build on."""
     first, second = [n for n in before if n in after], [n for n in after if n in before]
     if first != second:
         subject = _BETWEEN.join(path) or section
@@ -78,7 +78,7 @@ def _of_order(
 def _of_values(
     section: str, before: list[Any], after: list[Any], path: tuple[str, ...]
 ) -> Iterator[Change]:
-    """Tell of plain values, such as set-points, which came and which went."""
+    """Report which plain values, such as set-points, were added and removed."""
     had, have = Counter(map(_normal, before)), Counter(map(_normal, after))
     gone = [shown(item) for item in before if _normal(item) in had - have]
     new = [shown(item) for item in after if _normal(item) in have - had]
@@ -91,7 +91,7 @@ def _of_values(
 def _of_sequences(
     section: str, before: list[Any], after: list[Any], path: tuple[str, ...]
 ) -> Iterator[Change]:
-    """Tell which entries of a list came, went or were changed, by their number from 1."""
+    """Report the entries of a list that were added, removed or changed, numbered from 1."""
     first, second = ([json.dumps(_normal(item)) for item in items] for items in (before, after))
     for kind, a, b, c, d in SequenceMatcher(None, first, second, autojunk=False).get_opcodes():
         if kind == "equal":
@@ -109,7 +109,7 @@ def _of_sequences(
 
 
 def _entry(path: tuple[str, ...]) -> str:
-    """Return what one entry of the list at a path is called."""
+    """Return the name of an entry of the list at a path."""
     return path[-1] if path and path[-1] not in _STEPS else "step"
 
 
@@ -120,7 +120,7 @@ def _alike(before: Any, after: Any) -> bool:
 
 
 def _named(items: Sequence[Any]) -> dict[str, Any]:
-    """Return entries by their names, instruments or plugins with settings; none without names."""
+    """Return entries by their names (instruments, plugins with settings); none without names."""
     named = dict(filter(None, map(_name_and_content, items)))
     return named if len(named) == len(items) else {}
 
@@ -151,7 +151,7 @@ def _verb(before: Any, after: Any) -> str:
 
 
 def shown(value: Any) -> str:
-    """Return a value as it may stand in YAML, on one line, shortened where it is long."""
+    """Return a value in YAML, on one line, shortened if it is long."""
     if isinstance(value, str):
         text = value if _quantity(value) else f"'{value}'"
     elif isinstance(value, dict):
@@ -177,7 +177,7 @@ def _quantity(value: Any) -> Quantity | None:
 
 
 def _normal(value: Any) -> Any:
-    """Return a value that is equal for all ways to write the same."""
+    """Return one form for all ways to write the same value."""
     if isinstance(value, dict):
         return tuple(sorted((str(key), _normal(item)) for key, item in value.items()))
     if isinstance(value, list):

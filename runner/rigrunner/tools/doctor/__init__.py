@@ -1,4 +1,4 @@
-"""Whether this machine is fit to measure: what was found, and how to fix what is not right."""
+"""Check whether this machine is fit to measure; report findings and how to fix them."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ CHECKS = (
 
 
 def examine(surroundings: Surroundings) -> list[Finding]:
-    """Return all findings, in the order in which one would fix them; raises nothing."""
+    """Return all findings, in the order in which to fix them; raises nothing."""
     return [finding for check in CHECKS for finding in _findings(check, surroundings)]
 
 

@@ -1,4 +1,4 @@
-"""What reaches instruments: VISA libraries, NI-DAQmx, serial ports and the right to use them."""
+"""Access to instruments: VISA libraries, NI-DAQmx, serial ports and the rights to use them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _VISA, _DAQMX, _SERIAL = "VISA", "NI-DAQmx", "serial ports"
 
 
 def visa(_: Surroundings) -> Iterator[Finding]:
-    """Say which kinds of addresses pyvisa-py can speak to, and look for a vendor's library."""
+    """Check which kinds of addresses pyvisa-py supports, and look for a vendor's library."""
     try:
         spoken = import_module("pyvisa_py.highlevel").PyVisaLibrary.get_debug_info()
         library = import_module("pyvisa.ctwrapper").IVIVisaLibrary
@@ -45,7 +45,7 @@ def visa(_: Surroundings) -> Iterator[Finding]:
 
 
 def daqmx(_: Surroundings) -> Iterator[Finding]:
-    """Ask the driver of National Instruments for its version and its devices."""
+    """Query the driver of National Instruments for its version and its devices."""
     try:
         system_class = import_module("nidaqmx.system").System
         problem = import_module("nidaqmx.errors").Error

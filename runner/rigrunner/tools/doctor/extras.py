@@ -1,4 +1,4 @@
-"""The extras: what of them is installed, and what the rest would be good for."""
+"""The extras: which are installed, and the purpose of the others."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _BOUND = re.compile(r"(>=|<)\s*([\d.]+)")
 
 
 def each_extra(_: Surroundings) -> Iterator[Finding]:
-    """Compare what is installed with what each extra asks for in the package's own metadata."""
+    """Compare the installed packages with what each extra requires in the package's metadata."""
     asked: dict[str, dict[str, str]] = {}
     for line in requires("rigrunner") or ():
         found = _LINE.match(line)
@@ -90,7 +90,7 @@ def _wrong(package: str, found: dict[str, str], bounds: str) -> str:
 
 
 def _broken(extra: str) -> tuple[str, str] | None:
-    """Return what is wrong with a package that is there, and how to fix it."""
+    """Return what is wrong with an installed package, and how to fix it."""
     if extra != "pdf":
         return None
     try:

@@ -1,4 +1,4 @@
-"""What the doctor finds, and what it looks at."""
+"""A finding of the doctor, and what it checks."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ State = Literal["ok", "warn", "fail"]
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was looked at."""
+    """The finding of one check."""
 
     name: str
     state: State
@@ -26,10 +26,10 @@ class Finding:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What is looked at, beside the installation itself."""
+    """What is checked, beside the installation itself."""
 
     runs: Path
     registry: Registry
     now: datetime
     station: Path | None = None
-    """Which is looked at too."""
+    """The station to check too."""

@@ -21,7 +21,7 @@ OLDEST_PYTHON = (3, 11)
 
 
 def python(_: Surroundings) -> Iterator[Finding]:
-    """Compare Python with the oldest one that will do."""
+    """Compare Python with the oldest supported version."""
     oldest = ".".join(map(str, OLDEST_PYTHON))
     fit = sys.version_info[:2] >= OLDEST_PYTHON
     found = f"{platform.python_implementation()} {platform.python_version()} at {sys.executable}"
@@ -30,7 +30,7 @@ def python(_: Surroundings) -> Iterator[Finding]:
 
 
 def packages(_: Surroundings) -> Iterator[Finding]:
-    """Compare what is installed with the lower bounds in the package's own metadata."""
+    """Compare what is installed with the lower bounds in the package's metadata."""
     needed = [line for line in requires("rigrunner") or () if "extra ==" not in line]
     found = []
     for line in needed:
@@ -53,7 +53,7 @@ def numbers(text: str) -> tuple[int, ...]:
 
 
 def plugins(of: Surroundings) -> Iterator[Finding]:
-    """Count the plugins by provider; tell which are disabled, and names claimed twice."""
+    """Count the plugins by provider; report disabled ones, and names used twice."""
     count = Counter(str(plugin.provider) for plugin in of.registry.plugins)
     listing = ", ".join(f"{number} of {provider}" for provider, number in sorted(count.items()))
     state: State = "ok" if count else "fail"

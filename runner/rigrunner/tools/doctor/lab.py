@@ -1,4 +1,4 @@
-"""A lab's own station: whether its plugins are here, and take its settings."""
+"""A lab's own station: whether its plugins are installed, and accept its settings."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _NAME = "station"
 
 
 def station(of: Surroundings) -> Iterator[Finding]:
-    """Make the devices of the station, which touches no instrument."""
+    """Create the devices of the station. No instrument is accessed."""
     if of.station is None:
         yield Finding(_NAME, "ok", "not looked at: --station names one")
         return

@@ -17,20 +17,20 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 RELEASED = datetime(2026, 11, 1, tzinfo=UTC)
-"""A clock that is before this program was written is wrong."""
+"""A clock before this date, that of the release, is wrong."""
 AHEAD = timedelta(hours=1)
-"""By which a run may be dated ahead: simulated time is faster than the clock."""
+"""How far a run may be dated ahead: simulated time is faster than the clock."""
 FULL_BYTES = 200_000_000
-"""A long run with three channels takes about as much."""
+"""The size of a long run with three channels."""
 SCARCE_BYTES = 50 * FULL_BYTES
-"""A day's runs of a busy rig."""
+"""The size of a day's runs of a busy rig."""
 FONT = "DejaVu Sans"
-"""Of the report's plots; it comes with matplotlib."""
+"""The font of the report's plots, which comes with matplotlib."""
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome", "msedge", "firefox")
 
 
 def clock(of: Surroundings) -> Iterator[Finding]:
-    """Look whether the clock is right, as far as a machine can tell by itself."""
+    """Check the clock, as far as a machine can by itself."""
     text = f"{of.now:%Y-%m-%d %H:%M:%S} UTC"
     fix = "set the clock; let it be kept by NTP"
     newest = _newest_run(of.runs)
@@ -49,7 +49,7 @@ def _newest_run(runs: Path) -> datetime | None:
 
 
 def runs_folder(of: Surroundings) -> Iterator[Finding]:
-    """Try to write where the runs are."""
+    """Try to write to the folder of runs."""
     there = of.runs.is_dir()
     folder = of.runs if there else _nearest_folder(of.runs)
     try:
@@ -64,7 +64,7 @@ def runs_folder(of: Surroundings) -> Iterator[Finding]:
 
 
 def disk(of: Surroundings) -> Iterator[Finding]:
-    """Look how much room there is for runs."""
+    """Check the free space for runs."""
     free = shutil.disk_usage(_nearest_folder(of.runs)).free
     state: State = "ok" if free >= SCARCE_BYTES else "warn" if free >= FULL_BYTES else "fail"
     fix = "" if state == "ok" else "move old runs elsewhere, or name another disk with --runs"
@@ -77,7 +77,7 @@ def _nearest_folder(path: Path) -> Path:
 
 
 def hdf5(_: Surroundings) -> Iterator[Finding]:
-    """Write and read an array in memory, compressed as runs are."""
+    """Write and read an array in memory, compressed like run files."""
     import h5py  # noqa: PLC0415  (heavy)
 
     with h5py.File("doctor.h5", "w", driver="core", backing_store=False) as file:
@@ -90,7 +90,7 @@ def hdf5(_: Surroundings) -> Iterator[Finding]:
 
 
 def fonts(_: Surroundings) -> Iterator[Finding]:
-    """Look for the font of the reports' plots."""
+    """Look for the font of the report's plots."""
     from matplotlib import font_manager  # noqa: PLC0415  (heavy)
 
     try:
@@ -103,7 +103,7 @@ def fonts(_: Surroundings) -> Iterator[Finding]:
 
 
 def text(_: Surroundings) -> Iterator[Finding]:
-    """Look whether the terminal can show what is printed."""
+    """Check whether the terminal can show the printed characters."""
     encoding = sys.stdout.encoding or "utf-8"
     try:
         "N·m µ ± °".encode(encoding)

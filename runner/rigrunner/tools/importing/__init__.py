@@ -1,1 +1,1 @@
-"""From recordings that another program made to a run that the same analysis takes."""
+"""Import recordings of another program as a run for the same analysis."""

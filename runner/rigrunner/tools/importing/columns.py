@@ -1,4 +1,4 @@
-"""One recording of another program, in SI units."""
+"""Read one recording of another program, in SI units."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Wanted:
-    """A column of a recording, and where the mapping asks for it."""
+    """A column of a recording, and where the mapping names it."""
 
     spec: ColumnSpec | TimeSpec
     at: DocumentPath
@@ -39,12 +39,12 @@ class Wanted:
 
 @dataclass(frozen=True, eq=False)
 class Read:
-    """What a file gives of a recording: columns of shape (n,), in SI units."""
+    """The content of a file for one recording: columns of shape (n,), in SI units."""
 
     rate_hz: float
     columns: Mapping[str, Array]
     started: datetime | None
-    """When its first sample was taken, if the file says so; local time has no zone."""
+    """When its first sample was taken, if the file has it; local time has no zone."""
 
 
 def read_part(
@@ -56,8 +56,8 @@ def read_part(
 ) -> Read:
     """Read the wanted columns of a recording, which stands in the mapping at `at`.
 
-    Raises InvalidFileError where the mapping and the file contradict each other, and DataError
-    where the file is not a recording without gaps.
+    Raises InvalidFileError if the mapping and the file contradict each other, and DataError if the
+    file is not a recording without gaps.
     """
     sampling = mapping.model.sampling
     asked = dict(wanted)
@@ -96,7 +96,7 @@ def _columns(
 
 
 def _checked(mapping: LoadedMapping, name: str, column: object) -> Column:
-    """Return a column as an importer must give it; raise PluginError."""
+    """Return a column of the shape and type that importers must give; raise PluginError."""
     if not isinstance(column, Column):
         raise _not_given(mapping, f"{column!r} for '{name}', expected a Column")
     try:
@@ -160,7 +160,7 @@ def _agrees(stated: str, spec: ColumnSpec | TimeSpec) -> bool:
 def _window(
     mapping: LoadedMapping, part: Part, at: DocumentPath, rate_hz: float, samples: int
 ) -> tuple[int, int]:
-    """Return the first sample that belongs to the recording, and the one after the last."""
+    """Return the first sample of the recording, and the one after its last."""
     length_s = samples / rate_hz
     for key, seconds in (("from", part.from_), ("to", part.to)):
         if seconds is not None and seconds > length_s * (1 + _TOLERANCE):

@@ -1,4 +1,4 @@
-"""The file that says what stands where in the recordings of another program."""
+"""The file that maps recordings of another program to the channels of a station."""
 
 from __future__ import annotations
 
@@ -78,53 +78,53 @@ ColumnName = Annotated[int, Field(ge=1)] | Text
 
 
 class ImporterRef(PluginRef):
-    """How the files are written: an importer by its name, or as `name: {setting: value}`."""
+    """The format of the files: an importer by its name, or as `name: {setting: value}`."""
 
     kind = IMPORTER
 
 
 class ColumnSpec(Settings):
-    """Where the numbers of a channel are, and in which unit they stand there."""
+    """The column with the values of a channel, and their unit."""
 
     column: ColumnName
     """Its name in the file (of a table also its number, from 1)."""
     unit: UnitSymbol
-    """Of the numbers in the file."""
+    """The unit of the numbers in the file."""
     file_says: Text | None = None
-    """The unit that the file states, where that is known to be wrong."""
+    """The unit that the file states, if it is known to be wrong."""
 
 
 class TimeSpec(Settings):
-    """Where the times of the samples are."""
+    """The column with the times of the samples."""
 
     column: ColumnName
     """Its name in the file, or its number from 1."""
     unit: Annotated[str, AfterValidator(_time_unit)]
-    """Of the times in the file."""
+    """The unit of the times in the file."""
     file_says: Text | None = None
-    """The unit that the file states, where that is known to be wrong."""
+    """The unit that the file states, if it is known to be wrong."""
 
 
 class Sampling(Settings):
-    """How often was sampled; what the files state themselves need not be repeated."""
+    """The sampling rate. What the files state need not be repeated."""
 
     rate: Annotated[Frequency | None, Field(gt=0)] = None
     """Samples per second and channel."""
     time: TimeSpec | None = None
-    """The times of the samples; each must follow the one before at the same interval."""
+    """The times of the samples; all intervals must be equal."""
 
 
 class Part(Settings):
-    """A recording: a file, or what of it belongs to the recording."""
+    """A recording: a file, or a part of it."""
 
     file: Text
     """Its path, relative to the mapping's folder."""
     group: str = ""
     """The part of the file: a group, a structure, or the number of a segment."""
     from_: Annotated[Duration | None, Field(alias="from", ge=0)] = None
-    """What lies before is left out; counted from the first sample."""
+    """Start of the recording, counted from the first sample."""
     to: Annotated[Duration | None, Field(gt=0)] = None
-    """What lies after is left out; counted from the first sample."""
+    """End of the recording, counted from the first sample."""
 
     def overlaps(self, other: Part) -> bool:
         """Return whether both have samples in common."""
@@ -143,75 +143,75 @@ Condition = Annotated[
     Annotated[AnyQuantity, Tag("quantity")] | Annotated[ColumnSpec, Tag("column")],
     Discriminator(_kind),
 ]
-"""A value, or the column of which the mean is taken."""
+"""A value, or the column whose mean is used."""
 ZeroSpec = Annotated[
     Annotated[AnyQuantity, Tag("quantity")] | Annotated[Part, Tag("column")],
     Discriminator(_kind),
 ]
-"""The reading at rest, or a recording at rest of which the mean is taken."""
+"""The reading at rest, or a recording at rest whose mean is used."""
 ZeroSpecs = Annotated[
     Annotated[AnyQuantity, Tag("quantity")]
     | Annotated[Part, Tag("column")]
     | Annotated[ListOf[ZeroSpec], Field(min_length=1), Tag("list")],
     Discriminator(_kind),
 ]
-"""One, or of a channel that is zeroed several times one for each, in their order."""
+"""One, or for a channel that is zeroed several times one for each, in their order."""
 
 
 class RecordingEntry(Part):
     """A recording and the set-points at which it was made."""
 
     set_points: dict[Member, AnyQuantity] = Field(default_factory=dict)
-    """What was set, by role.drive, beside what was set for all recordings."""
+    """Set-points, by role.drive, in addition to those for all recordings."""
     conditions: dict[Member, Condition] = Field(default_factory=dict)
-    """What else was measured meanwhile, by role.channel."""
+    """What else was measured during the recording, by role.channel."""
 
 
 class MeasurementEntry(Settings):
-    """Single values that were read, a row of a table."""
+    """Single values that were read: a row of a table."""
 
     name: Text
-    """Of the table: the name of the step that measures."""
+    """The name of the table, which is that of the step that measures."""
     values: Annotated[dict[Member, AnyQuantity], Field(min_length=1)]
-    """What was read, by role.channel."""
+    """The values, by role.channel."""
 
 
 class ImportMapping(Settings):
     """Recordings of another program as a run of a procedure on a station."""
 
     rigrunner: Literal["import/1"]
-    """What this file is, and its version of the language."""
+    """The kind of file, and the version of its language."""
     procedure: Text
-    """The procedure that was followed: a file beside this one, or the name of a shipped one."""
+    """The procedure that was used: a file beside this one, or the name of a shipped one."""
     station: Text
-    """The rig that it was followed on: a file beside this one, or the name of a shipped one."""
+    """The rig that was used: a file beside this one, or the name of a shipped one."""
     format: ImporterRef
     program: Text
     """The program that made the recordings, with its version."""
     by: Text
-    """Who answers for what this file states."""
+    """Who is responsible for the content of this file."""
     started: Moment
     """When the run began."""
     ended: Moment | None = None
-    """When it ended; left out, with the last recording."""
+    """When it ended; by default, with the last recording."""
     inputs: dict[Name, Text] = Field(default_factory=dict)
-    """Answers to what the procedure asks."""
+    """Answers to the inputs of the procedure."""
     sampling: Sampling = Field(default_factory=Sampling)
     channels: Annotated[dict[Member, ColumnSpec], Field(min_length=1)]
-    """Where the samples of each channel are, by role.channel."""
+    """The columns of each channel, by role.channel."""
     zeros: dict[Member, ZeroSpecs] = Field(default_factory=dict)
-    """What each channel read at rest, where the procedure zeroes it; a list for several times."""
+    """The reading of each channel at rest, if the procedure zeroes it; a list for several times."""
     set_points: dict[Member, AnyQuantity] = Field(default_factory=dict)
-    """What was set for all recordings, by role.drive."""
+    """Set-points of all recordings, by role.drive."""
     conditions: dict[Member, Condition] = Field(default_factory=dict)
     """What else was measured during all recordings, by role.channel."""
     measurements: ListOf[MeasurementEntry] = ()
-    """What the steps that measure found, in the order of the procedure."""
+    """Results of the steps that measure, in the order of the procedure."""
     recordings: Annotated[ListOf[RecordingEntry], Field(min_length=1)]
-    """Each recording that the procedure asks for, in the order in which they were made."""
+    """Each recording of the procedure, in the order in which they were made."""
 
     def zeros_of(self, member: Member) -> tuple[Quantity | Part, ...]:
-        """Return what a channel read at rest, each time that the procedure zeroes it."""
+        """Return the readings of a channel at rest, one for each zero of the procedure."""
         given = self.zeros[member]
         return given if isinstance(given, tuple) else (given,)
 
@@ -224,7 +224,7 @@ class ImportMapping(Settings):
 
 @dataclass(frozen=True, eq=False)
 class LoadedMapping:
-    """A mapping, where each part of it stands, and the text that it was read from."""
+    """A mapping, the place of each part, and its text."""
 
     model: ImportMapping
     document: Document
@@ -246,7 +246,7 @@ class LoadedMapping:
 
 
 def load_mapping(path: Path) -> LoadedMapping:
-    """Return the mapping in that file; raise InvalidFileError with all that is wrong in it."""
+    """Return the mapping in that file; raise InvalidFileError with all problems."""
     text = read_text(path)
     document = parse(text, str(path))
     return LoadedMapping(validate(ImportMapping, document), document, text)

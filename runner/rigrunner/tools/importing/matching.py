@@ -1,4 +1,4 @@
-"""Whether a mapping gives what the procedure records, and which recording is which."""
+"""Match the recordings of a mapping to the steps of a procedure."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ if TYPE_CHECKING:
     from rigrunner.yamlfile.document import Path
 
 CLOSE = 1e-6
-"""Relative difference up to which two set-points are the same."""
+"""Relative difference up to which two set-points are equal."""
 
 
 @dataclass(frozen=True)
 class Matched:
-    """What of a mapping belongs to each step of a plan."""
+    """The parts of a mapping that belong to each step of a plan."""
 
     recordings: Mapping[int, int]
-    """For the index of each step that records, the index of its recording in the mapping."""
+    """The index of the recording in the mapping, by the index of the step that records."""
     inputs: Mapping[str, str]
     """The accepted answers."""
 
 
 def match(mapping: LoadedMapping, planned: Planned) -> Matched:
-    """Return which recording is which; raise InvalidFileError with all that does not fit."""
+    """Return the matched recordings; raise InvalidFileError with all that does not match."""
     return _Matcher(mapping, planned).matched()
 
 
@@ -201,7 +201,7 @@ class _Matcher:
             yield ("recordings", index, "conditions"), entry.conditions
 
     def _same_samples(self) -> None:
-        """Complain of samples that are taken for two recordings: a line that was copied."""
+        """Report samples that are used for two recordings, as when a line was copied."""
         entries = self._mapping.recordings
         for index, entry in enumerate(entries):
             other = next((i for i in range(index) if entry.overlaps(entries[i])), None)

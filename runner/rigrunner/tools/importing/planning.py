@@ -1,4 +1,4 @@
-"""A mapping, its procedure and its station, checked in every way that needs no sample."""
+"""Check a mapping, its procedure and its station, without reading samples."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class PlannedImport:
-    """An import that was checked in every way that needs no sample."""
+    """An import after all checks that need no sample."""
 
     mapping: LoadedMapping
     planned: Planned
     matched: Matched
     importer: Importer
     reader: str
-    """The importer's name and where it comes from."""
+    """The importer's name and its provider."""
 
 
 def plan_import(
@@ -44,9 +44,9 @@ def plan_import(
 ) -> PlannedImport:
     """Check a mapping, its procedure and its station against each other, as on the day of the run.
 
-    `station` stands in place of the mapping's own. Raises InvalidFileError with all problems, and
-    UsageError where the mapping names a station that brings plugins of its own: a folder of files
-    that came from elsewhere must not choose what code is run.
+    `station` replaces the mapping's own. Raises InvalidFileError with all problems, and UsageError
+    if the mapping names a station with its own plugins: a folder of files from elsewhere must not
+    choose which code is run.
     """
     model = mapping.model
     procedure = _found(mapping, "procedure", model.procedure)
@@ -77,7 +77,7 @@ def _found(mapping: LoadedMapping, key: str, name: str) -> Path:
 
 
 def _approval_then(state: ApprovalState, started: datetime) -> ApprovalState:
-    """Return the approval as it was on the day of the run: a later one is none for it."""
+    """Return the approval on the day of the run. A later one does not count for it."""
     if state.is_draft or state.utc[:10] <= started.astimezone(UTC).date().isoformat():
         return state
     note = f"it was approved by {state.by} on {state.utc[:10]}, after the recordings were made"

@@ -1,4 +1,4 @@
-"""An import that was checked, to a sealed run and its report."""
+"""Turn a checked import into a sealed run and its report."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def import_run(
 ) -> FinishedRun:
     """Read the recordings into a run folder, seal it and write the report.
 
-    Where a recording cannot be read nothing is left behind: raises InvalidFileError or DataError.
+    If a recording cannot be read, nothing is left: raises InvalidFileError or DataError.
     """
     planned, mapping = checked.planned, checked.mapping
     inputs = checked.matched.inputs
@@ -121,7 +121,7 @@ def _header(checked: PlannedImport, run_id: str, digests: Mapping[str, str]) -> 
 
 
 def _devices(checked: PlannedImport) -> dict[str, str]:
-    """Return who recorded in each role: what a simulated station recorded stays simulated."""
+    """Return the device of each role. Recordings of a simulated station stay simulated."""
     planned, program = checked.planned, checked.mapping.model.program
     return {
         f"device {role}": f"recorded by {program}"

@@ -1,4 +1,4 @@
-"""How often was sampled: as stated, as the file states, or as the times of the samples say."""
+"""Find the sampling rate from the mapping, the file, or the times of the samples."""
 
 from __future__ import annotations
 
@@ -17,24 +17,25 @@ if TYPE_CHECKING:
     from rigrunner.api.importing import Column
 
 WELL_KNOWN = 1e-4
-"""Relative uncertainty up to which a file's own interval gives the rate without being confirmed."""
+"""Relative uncertainty up to which a file's own interval needs no confirmation."""
 _SAME = 1e-6
 _OFF = 0.25
-"""How far, in intervals, a time may be from its place in an even series: digits are rounded."""
+"""Largest distance, in intervals, of a time from its place in an even series: digits are rounded.
+"""
 _GAP = 0.5
 _AT_ONCE = 0.01
-"""How far, in intervals, two channels may begin from each other."""
+"""Largest difference, in intervals, between the starts of two channels."""
 _RESOLUTION_S = 2e-6
-"""Of the times in files: Python's own is a microsecond."""
+"""Resolution of the times in files; Python's own is a microsecond."""
 
 
 def rate_of(
     columns: Mapping[str, Column], times_s: Array | None, stated_hz: float | None, where: str
 ) -> float:
-    """Return the samples per second of a recording in the file `where`, from all that is known.
+    """Return the samples per second of a recording in the file `where`, from all sources.
 
-    `times_s` are the times of the samples, `stated_hz` what the mapping says. Raises DataError
-    where nothing is known well enough, and where what is known disagrees.
+    `times_s` are the times of the samples, `stated_hz` is from the mapping. Raises DataError if no
+    source is accurate enough, and if two disagree.
     """
     place = Location(where)
     rate_hz = stated_hz
@@ -48,10 +49,10 @@ def rate_of(
 
 
 def start_of(columns: Mapping[str, Column], rate_hz: float, where: str) -> datetime | None:
-    """Return when the first samples were taken, as the file `where` says; None if it does not.
+    """Return when the first samples were taken, from the file `where`, or None.
 
-    Raises DataError where some columns begin at other times than others: a torque that is late
-    against its angle gives another result, and nobody would see why.
+    Raises DataError if columns begin at different times: a torque that is late against its angle
+    gives another result, which nobody would notice.
     """
     timed = {name: each for name, each in columns.items() if each.started} or dict(columns)
     (first, origin), *others = timed.items()
@@ -73,7 +74,7 @@ def start_of(columns: Mapping[str, Column], rate_hz: float, where: str) -> datet
 
 
 def _refuse_gaps(name: str, column: Column, begun: datetime, rate_hz: float, where: str) -> None:
-    """Raise DataError where a go does not begin when the one before it ended."""
+    """Raise DataError if a segment does not begin where the one before it ended."""
     for sample, taken in column.goes:
         late_s = (taken - begun).total_seconds() - sample / rate_hz
         if abs(late_s) > max(_GAP / rate_hz, _RESOLUTION_S):
@@ -86,7 +87,7 @@ def _refuse_gaps(name: str, column: Column, begun: datetime, rate_hz: float, whe
 
 
 def _checked_times(times_s: Array, stated_hz: float | None, place: Location) -> float:
-    """Return the rate of times, shape (n,), that follow each other evenly."""
+    """Return the rate of times, shape (n,), which have equal intervals."""
     intervals = len(times_s) - 1
     span_s = float(times_s[-1] - times_s[0]) if intervals > 0 else 0.0
     if span_s <= 0:
@@ -116,7 +117,7 @@ def _checked_times(times_s: Array, stated_hz: float | None, place: Location) -> 
 
 
 def _usual(steps_s: Array, span_s: float) -> float:
-    """Return the interval that most samples have."""
+    """Return the median interval."""
     return float(np.median(steps_s)) or span_s / len(steps_s)
 
 

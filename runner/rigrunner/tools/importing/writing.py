@@ -1,4 +1,4 @@
-"""The events of an imported run: what is known of it, and that nothing else was seen."""
+"""Write the events of an imported run, and that no device was accessed."""
 
 from __future__ import annotations
 
@@ -60,9 +60,9 @@ def write_run(
     overrides: Sequence[Override],
     progress: Progress,
 ) -> None:
-    """Read all recordings, one after the other, and hand their events to the sinks.
+    """Read all recordings, one after the other, and send their events to the sinks.
 
-    Raises InvalidFileError and DataError, as `read_part`, and where a value is beyond its limits.
+    Raises InvalidFileError and DataError, as `read_part`, and if a value is out of its limits.
     """
     _Import(checked, sinks, progress).write(run_id, overrides)
 
@@ -145,7 +145,7 @@ class _Import:
         self._step(index, step, (self._latest, self._latest), found)
 
     def _stated(self) -> dict[str, float]:
-        """Return the next values that are stated."""
+        """Return the next stated values."""
         return {member: each.si for member, each in next(self._measurements).values.items()}
 
     def _scan(self, index: int, step: PlannedStep, action: Scan) -> None:
@@ -218,7 +218,7 @@ class _Import:
             )
 
     def _start_of(self, part: Part, at: DocumentPath, read: Read) -> datetime:
-        """Return when a recording began: as the file says, or else after the one before."""
+        """Return when a recording began: from the file, or else after the one before."""
         if read.started is None:
             return self._latest
         local = self._mapping.started.tzinfo
@@ -272,7 +272,7 @@ class _Import:
             self._emit_at(started)(Samples, recording=name, block=block)
 
     def _emit_at(self, at: datetime) -> Emit:
-        """Return what hands out events of that time."""
+        """Return a function that sends events of that time."""
         monotonic_s, utc = self._monotonic_s(at), utc_text(at)
 
         def emit(kind: type[Event], /, **fields: Any) -> None:
@@ -290,7 +290,7 @@ class _Import:
 def _conditions(
     conditions: Mapping[Member, Quantity | ColumnSpec], read: Read
 ) -> tuple[dict[str, float], dict[str, str]]:
-    """Return values and units in SI: a value as stated, or the mean of its column."""
+    """Return values and units in SI: a stated value, or the mean of its column."""
     values: dict[str, float] = {}
     units: dict[str, str] = {}
     for name, each in conditions.items():

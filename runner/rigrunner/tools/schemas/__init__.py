@@ -1,1 +1,1 @@
-"""What people write, as JSON Schema for their editors and in words."""
+"""JSON Schema, for editors, and descriptions of the files that people write."""

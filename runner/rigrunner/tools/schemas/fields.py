@@ -1,4 +1,4 @@
-"""What each field of a settings model is, in words: its kind, units, bounds, default and help."""
+"""Describe each field of a settings model: kind, units, bounds, default and help."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _ENTRIES: dict[Any, tuple[int, str, str]] = {
     dict: (1, ".NAME", "mapping of names to"),
     abc.Mapping: (1, ".NAME", "mapping of names to"),
 }
-"""Of lists and mappings: where the type of an entry stands, how it is named, and in words."""
+"""Of lists and mappings: the position of an entry's type, the form of its name, and a word."""
 _JSON_KINDS = {"string": "text", "number": "number", "boolean": "yes or no"}
 _BOUNDS = (
     (Gt, "gt", "more than"),
@@ -50,27 +50,30 @@ _BOUNDS = (
 
 @dataclass(frozen=True)
 class Field:
-    """One key that a model knows."""
+    """One key of a model."""
 
     key: str
     kind: str
-    """What may stand there: 'length', 'whole number', 'slip | speed', ..."""
+    """The kind of value: 'length', 'whole number', 'slip
+
+    speed', ...
+    """
     units: tuple[str, ...]
-    """Of a quantity: the units that it may have."""
+    """The units that a quantity may have."""
     bounds: str
-    """Such as 'more than 0 %, at most 5 %'."""
+    """Bounds, such as 'more than 0 %, at most 5 %'."""
     default: Any
-    """As it may stand in YAML; None where there is none to write."""
+    """The default as written in YAML; None where there is none to write."""
     required: bool
     help: str
     model: type[BaseModel] | None
-    """The model that stands there, or of which there is a list or a mapping; else None."""
+    """The model of the value, or of the entries of a list or a mapping; else None."""
     entry: str
-    """How an entry of that list or mapping is named: '[]' or '.NAME'."""
+    """The form of an entry's name in that list or mapping: '[]' or '.NAME'."""
 
 
 def fields_of(model: type[BaseModel]) -> Iterator[Field]:
-    """Yield what each field of the model is, in the order in which they stand."""
+    """Yield the fields of the model, in order."""
     said = _docstrings(model)
     for name, info in model.model_fields.items():
         yield _field(info.alias or name, info, info.description or said.get(name, ""))
@@ -79,7 +82,8 @@ def fields_of(model: type[BaseModel]) -> Iterator[Field]:
 def all_fields(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Field]]:
     """Yield the fields of the model and of the models in it, with their names.
 
-    Such as `sensors.rate`, `channels.NAME.unit` in a mapping of models, `points[].x` in a list.
+    Examples are `sensors.rate`, `channels.NAME.unit` in a mapping of models, `points[].x` in a
+    list.
     """
     for field in fields_of(model):
         if field.model is None or field.help:
@@ -112,7 +116,7 @@ def _annotated(info: FieldInfo) -> Any:
 
 
 def _marks(annotation: Any) -> Iterator[Any]:
-    """Yield what stands beside a type in Annotated, at any depth of it."""
+    """Yield the metadata of a type in Annotated, at any depth."""
     if get_origin(annotation) is Annotated:
         for mark in get_args(annotation)[1:]:
             yield from mark.metadata if isinstance(mark, FieldInfo) else (mark,)
@@ -123,7 +127,7 @@ def _marks(annotation: Any) -> Iterator[Any]:
 
 
 def _quantity(annotation: Any) -> QuantitySchema | None:
-    """Return what an annotation says of its quantity, where there is one."""
+    """Return the quantity in an annotation, or None."""
     return next((mark for mark in _marks(annotation) if isinstance(mark, QuantitySchema)), None)
 
 
@@ -169,7 +173,7 @@ def _scalar_kind(annotation: Any, name: str) -> str:
 
 
 def _kind_of_schema(schema: Mapping[str, Any]) -> str:
-    """Return what a JSON schema of a scalar takes, in words; '' of any other."""
+    """Return what a JSON schema of a scalar accepts, as text; '' for any other schema."""
     if True in schema.get("enum", ()):
         return "yes | no"
     kinds: list[str] = []
@@ -196,7 +200,7 @@ def _bounds(annotation: Any, dimension: str | None) -> str:
 
 
 def _yaml_value(value: Any, dimension: str | None) -> Any:
-    """Return a value as it may stand in YAML: a quantity with its unit, a list, a plain value."""
+    """Return a value as written in YAML: a quantity with its unit, a list, a plain value."""
     if isinstance(value, BaseModel) or value in (None, "", (), {}, PydanticUndefined):
         return None
     if isinstance(value, tuple):
@@ -211,7 +215,7 @@ def _bound(value: Any, dimension: str | None) -> Any:
 
 
 def _docstrings(model: type[BaseModel]) -> dict[str, str]:
-    """Return the texts under the fields of a model and its bases, where their source is there."""
+    """Return the docstrings under the fields of a model and its bases, if their source is there."""
     said: dict[str, str] = {}
     for base in reversed(model.__mro__):
         if issubclass(base, BaseModel) and base is not BaseModel:

@@ -1,7 +1,7 @@
-"""JSON Schema of what people write, for editors: what is complained of while one writes.
+"""JSON Schema of the files that people write, so that editors check and complete them.
 
-It is made from the models that read the files and the settings of the plugins that are there, so it
-knows each step, key and parameter.
+It is made from the models that read the files and from the settings of the installed plugins, so it
+has each step, key and parameter.
 """
 
 from __future__ import annotations
@@ -51,12 +51,12 @@ _MODELS: dict[str, type[Settings]] = {
 }
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 PLUGIN = "x-plugin"
-"""The key in the JSON Schema of a text that names a plugin; its value is the kind of plugin."""
+"""Marks, in the JSON Schema, a text that names a plugin; its value is the kind of plugin."""
 RIG = "x-rig"
-"""The key in the JSON Schema of what a station says of its rig: the plugins declare its keys."""
+"""Marks, in the JSON Schema, the rig data of a station: the plugins declare its keys."""
 LABEL_TYPE = TypeAdapter(Name).core_schema
 LABELLED = "x-labelled"
-"""The key in the JSON Schema of such a text that may also be a name given with `as`."""
+"""Marks, in the JSON Schema, such a text that may also be a name given with `as`."""
 
 
 def certificate_schema() -> Schema:
@@ -65,7 +65,7 @@ def certificate_schema() -> Schema:
 
 
 def language_schema(language: Language, registry: Registry) -> Schema:
-    """Return the JSON Schema of a language, with the plugins of the registry where it names any."""
+    """Return the JSON Schema of a language, with the plugins of the registry."""
     schema = _LanguageSchema(registry).generate(_MODELS[language].__pydantic_core_schema__)
     schema = with_shared_quantities(with_defaults_in_words(with_shared_choices(schema)))
     if language == "procedure":
@@ -74,7 +74,7 @@ def language_schema(language: Language, registry: Registry) -> Schema:
 
 
 class _LanguageSchema(SettingsSchema):
-    """Knows the plugins wherever a model names one."""
+    """Adds the plugins wherever a model names one."""
 
     def __init__(self, registry: Registry) -> None:
         super().__init__()
@@ -82,7 +82,7 @@ class _LanguageSchema(SettingsSchema):
         self._knows_steps = False
 
     def model_schema(self, schema: ModelSchema) -> Schema:
-        """Return the schema of a model, with the plugins that may stand in it."""
+        """Return the schema of a model, with the plugins that it may name."""
         model = schema["cls"]
         found = super().model_schema(schema)
         if issubclass(model, PluginRef | FitChoice):
@@ -149,7 +149,7 @@ class _LanguageSchema(SettingsSchema):
         return {"description": description, "anyOf": [named, told]}
 
     def _bound(self, record: PluginRecord) -> Schema:
-        """Return what the settings are where this plugin is named."""
+        """Return the schema of the settings where this plugin is named."""
         named = {"properties": {"plugin": {"const": record.name}}, "required": ["plugin"]}
         then: Schema = {"properties": {"settings": self._settings(record)}}
         if _needs_settings(record):
@@ -161,9 +161,9 @@ class _LanguageSchema(SettingsSchema):
 
 
 def _one_key(name: str, description: str, choices: dict[str, Schema]) -> Schema:
-    """Return an object of which one key is given, defined once under a name.
+    """Return an object with exactly one key, defined once under a name.
 
-    An editor then offers the keys, and names the one that it does not know.
+    An editor then offers the keys, and names an unknown one.
     """
     return {
         SHARED: name,
@@ -181,7 +181,7 @@ def _needs_settings(record: PluginRecord) -> bool:
 
 
 def _name_plugins(spec: Schema, records: list[PluginRecord]) -> None:
-    """Say which plugins a text may name; where uses have labels, it may be any of these as well."""
+    """List the plugins that a text may name; where uses have labels, it may be a label as well."""
     if spec.pop(LABELLED, False):
         label = {"type": spec.pop("type"), "pattern": spec.pop("pattern")}
         spec["anyOf"] = [_enumeration(records), label]

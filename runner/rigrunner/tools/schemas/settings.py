@@ -1,4 +1,4 @@
-"""The JSON Schema of settings as a person writes them: quantities as text, and help in words."""
+"""JSON Schema of settings as a person writes them: quantities as text, with help."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ Schema = dict[str, Any]
 
 
 class SettingsSchema(GenerateJsonSchema):
-    """pydantic's schema of a model, with defaults that may stand in YAML and without titles."""
+    """pydantic's schema of a model, with defaults in YAML and without titles."""
 
     def field_title_should_be_set(self, schema: Any) -> bool:  # noqa: ARG002  (pydantic's signature)
-        """Leave titles out: the key says it."""
+        """Leave out titles: they repeat the key."""
         return False
 
     def nullable_schema(self, schema: NullableSchema) -> Schema:
-        """Leave null out: what is not wanted is not written."""
+        """Leave out null: an unused key is not written."""
         return self.generate_inner(schema["schema"])
 
     def function_plain_schema(self, schema: PlainValidatorFunctionSchema) -> Schema:  # noqa: ARG002  (pydantic's signature)
-        """Take what a function alone reads for a mapping: it is a step."""
+        """Take a value that a function alone reads for a mapping: it is a step."""
         return {"type": "object"}
 
     def dict_schema(self, schema: DictSchema) -> Schema:
-        """Refuse a key that does not have the form of those that are allowed."""
+        """Refuse a key that does not match the pattern of the keys."""
         found = super().dict_schema(schema)
         return found | {"additionalProperties": False} if "patternProperties" in found else found
 
     def model_schema(self, schema: ModelSchema) -> Schema:
-        """Return the schema of a model, with what each key is in words."""
+        """Return the schema of a model, with the description of each key."""
         found = super().model_schema(schema)
         found.pop("title", None)
         described = {field.key: field for field in fields_of(schema["cls"])}
@@ -66,7 +66,7 @@ def _describe(spec: Schema, field: Field) -> None:
 
 
 def _quantity(field: Field) -> str:
-    """Say of which kind a quantity is, in which units and bounds; of others the schema says it."""
+    """Describe the kind, units and bounds of a quantity; others have them in the schema."""
     if not field.units:
         return ""
     bounds = f", {field.bounds}" if field.bounds else ""

@@ -1,4 +1,4 @@
-"""Shapes of JSON Schema that editors complete better, and complain of better, than pydantic's.
+"""Change a JSON Schema so that editors complete and check better than with pydantic's.
 
 Each function takes a whole schema with its definitions and returns a new one.
 """
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
 Schema = dict[str, Any]
 
 SHARED = "x-shared"
-"""The key in the JSON Schema of a choice that is defined once; its value is the name of it."""
+"""Marks, in the JSON Schema, a choice that is defined once; its value is its name."""
 DIMENSION = "x-dimension"
-"""The key in the JSON Schema of a quantity that names its dimension, or None for any."""
+"""Marks, in the JSON Schema, a quantity; its value is its dimension, or None for any."""
 _DEFINITIONS = "$defs"
 _POINTER = "#/$defs/"
 _REFERENCE = r"^\$[A-Za-z][A-Za-z0-9_]*$"
 
 
 def with_shared_choices(schema: Schema) -> Schema:
-    """Define each choice by one key once; wherever else it stands, only `SHARED` does."""
+    """Define each choice by one key once, and refer to it by `SHARED` elsewhere."""
     shared: dict[str, Schema] = {}
 
     def change(node: Schema) -> Schema:
@@ -40,7 +40,7 @@ def with_shared_choices(schema: Schema) -> Schema:
 
 
 def with_defaults_in_words(schema: Schema) -> Schema:
-    """Say each default in the description: an editor would write it down where it is not needed."""
+    """Move each default into the description: an editor would insert it where it is not needed."""
 
     def change(node: Schema) -> Schema:
         if "default" not in node:
@@ -71,7 +71,7 @@ def with_shared_quantities(schema: Schema) -> Schema:
 
 
 def with_references(schema: Schema, literal: Collection[str]) -> Schema:
-    """Allow '$name' for every value but those under the top-level keys that are `literal`."""
+    """Allow '$name' for every value, except under the top-level keys in `literal`."""
     kept = {key: schema["properties"][key] for key in literal}
     changed: Schema = _changed(schema, _or_reference)
     changed["properties"] |= kept
@@ -105,7 +105,7 @@ _WORDS = {
 
 
 def without_unused(schema: Schema) -> Schema:
-    """Leave out the definitions that nothing refers to any more."""
+    """Remove the definitions that nothing refers to."""
     definitions = schema[_DEFINITIONS]
     used: dict[str, Schema] = {}
     waiting = list(_targets({**schema, _DEFINITIONS: {}}))
