@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
 import sys
 import time
 import tracemalloc
@@ -147,6 +149,23 @@ def peer(
     value = Spread.of(values)
     ratio = value.per(floor.median) if floor else None
     return Figure(what, value, unit, "peer", ratio)
+
+
+def fresh(*words: object) -> str:
+    """Run Python in a fresh process, from compiled code; return what it prints.
+
+    Where Python is told to write none (PYTHONDONTWRITEBYTECODE), every start compiles our sources
+    anew. The first start after a change compiles them: it is not to be measured.
+    """
+    environment = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
+    done = subprocess.run(
+        [sys.executable, *map(str, words)],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=environment,
+    )
+    return done.stdout
 
 
 def calls(call: Callable[[], object]) -> int:

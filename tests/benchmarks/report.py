@@ -13,13 +13,9 @@ of its own accord unless its environment forbids it.
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 import tempfile
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from benchmarks.frame import (
     Figure,
@@ -28,6 +24,7 @@ from benchmarks.frame import (
     Work,
     at_most,
     calls,
+    fresh,
     paired,
     repeated,
 )
@@ -36,11 +33,6 @@ from rigrunner.api.figures import Axis, Picture
 from rigrunner.plots import draw
 from rigrunner_reports.render import html
 from unit.rigrunner_reports.helpers_report import long_result, report_input
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    Python = Callable[..., None]
 
 TESTS = Path(__file__).resolve().parent.parent
 COLD = f"""
@@ -67,14 +59,9 @@ MEGA = 1e6
 
 
 def measure(scale: Scale) -> list[Figure]:
-    with tempfile.TemporaryDirectory() as compiled:
-        return _measured(scale, partial(python, compiled))
-
-
-def _measured(scale: Scale, python: Python) -> list[Figure]:
     times = scale.of(15, 1)
-    python("-c", COLD)  # compiles
-    cold = paired(partial(python, "-c", COLD), partial(python, "-c", FLOOR), times)
+    fresh("-c", COLD)  # compiles
+    cold = paired(partial(fresh, "-c", COLD), partial(fresh, "-c", FLOOR), times)
     given = report_input()
     page = html(given)
     warm = repeated(lambda: html(given), times)
@@ -83,16 +70,10 @@ def _measured(scale: Scale, python: Python) -> list[Figure]:
         Figure("imports, one table, one empty figure", cold.floor, "s", "floor"),
         Figure("report, cold", cold.ours, "s", ratio=cold.ratio, target=COLD_S, note=limit),
         Figure("report, warm", warm, "s", target=WARM_S, note=limit),
-        *([] if scale.short else [command(times, python)]),
+        *([] if scale.short else [command(times)]),
         size("size, demonstration", page),
         size("size, long run", html(report_input(hours(scale.of(30_000, 500))))),
     ]
-
-
-def python(compiled: str, *words: str) -> None:
-    environment = os.environ | {"PYTHONPYCACHEPREFIX": compiled}
-    environment.pop("PYTHONDONTWRITEBYTECODE", None)
-    subprocess.run([sys.executable, *words], check=True, capture_output=True, env=environment)
 
 
 def hours(swings: int) -> object:
@@ -104,13 +85,13 @@ def size(what: str, page: bytes) -> Figure:
     return Figure(what, Spread.of([len(page) / MEGA]), "MB", target=SIZE_MB, note=note)
 
 
-def command(times: int, python: Python) -> Figure:
+def command(times: int) -> Figure:
     with tempfile.TemporaryDirectory() as folder:
-        python("-m", "rigrunner", "demo", "--dir", folder)
+        fresh("-m", "rigrunner", "demo", "--dir", folder)
         run = str(max(Path(folder).iterdir()))  # the later one, with the load
         words = ("-m", "rigrunner", "report", run, "--out", f"{folder}/again.html")
-        python(*words)
-        spread = repeated(partial(python, *words), times)
+        fresh(*words)
+        spread = repeated(partial(fresh, *words), times)
     note = "the analysis, done again (two fifths), then imports and plots (a quarter each)"
     return Figure("rigrunner report, cold", spread, "s", target=COLD_S, note=note)
 

@@ -8,13 +8,9 @@ script is that pip installs, and from compiled code: where Python is told to wri
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
-import tempfile
 from functools import partial
 
-from benchmarks.frame import Figure, Scale, Work, at_most, paired, peer
+from benchmarks.frame import Figure, Scale, Work, at_most, fresh, paired, peer
 
 BARE = """
 import click
@@ -60,45 +56,27 @@ print(f"[{len(sys.modules)}, {calls}]")
 def measure(scale: Scale) -> list[Figure]:
     times = scale.of(40, 1)
     figures: list[Figure] = []
-    with tempfile.TemporaryDirectory() as folder:
-        floor = partial(start, folder, BARE, "--help")
-        for words, (target, limit) in COMMANDS.items():
-            pair = paired(partial(start, folder, OURS, *words.split()), floor, times)
-            if not figures:
-                bare = pair.floor
-                figures.append(Figure("click --help", bare.per(MS), "ms", "floor"))
-            ours = pair.ours.per(MS)
-            figures.append(
-                Figure(f"rigrunner {words}", ours, "ms", "ours", pair.ratio, target, limit)
-            )
+    floor = partial(fresh, "-c", BARE, "--help")
+    for words, (target, limit) in COMMANDS.items():
+        pair = paired(partial(fresh, "-c", OURS, *words.split()), floor, times)
+        if not figures:
+            bare = pair.floor
+            figures.append(Figure("click --help", bare.per(MS), "ms", "floor"))
+        ours = pair.ours.per(MS)
+        figures.append(Figure(f"rigrunner {words}", ours, "ms", "ours", pair.ratio, target, limit))
     for module in ("pytest", "robot"):
         words = ("start_up", module, scale.of(20, 3))
         figures.append(peer(scale, f"{module} --help", *words, unit="ms", floor=bare.per(MS)))
     return figures
 
 
-def start(folder: str, code: str, *words: str) -> str:
-    """Run a program from compiled code, which is kept in that folder; return what it prints."""
-    environment = os.environ | {"PYTHONPYCACHEPREFIX": folder}
-    environment.pop("PYTHONDONTWRITEBYTECODE", None)
-    done = subprocess.run(
-        [sys.executable, "-c", code, *words],
-        capture_output=True,
-        text=True,
-        check=True,
-        env=environment,
-    )
-    return done.stdout
-
-
 def work() -> list[Work]:
-    with tempfile.TemporaryDirectory() as folder:
-        for words in (["--help"], ["check", "starting_torque_1000n"]):
-            start(folder, COUNT, *words)  # compiles, and remembers what is installed
-        of_help, of_check = (
-            json.loads(start(folder, COUNT, *words).splitlines()[-1])
-            for words in (["--help"], ["check", "starting_torque_1000n"])
-        )
+    for words in (["--help"], ["check", "starting_torque_1000n"]):
+        fresh("-c", COUNT, *words)  # compiles, and remembers what is installed
+    of_help, of_check = (
+        json.loads(fresh("-c", COUNT, *words).splitlines()[-1])
+        for words in (["--help"], ["check", "starting_torque_1000n"])
+    )
     return [
         Work("modules of --help", of_help[0], 220),
         # it looks through all installed packages for commands

@@ -14,11 +14,8 @@ and without compiled code of Python.
 from __future__ import annotations
 
 import json
-import os
 import re
 import shutil
-import subprocess
-import sys
 import tempfile
 from functools import partial
 from importlib.metadata import PackageNotFoundError, distribution
@@ -28,7 +25,7 @@ from typing import TYPE_CHECKING
 
 from packaging.requirements import Requirement
 
-from benchmarks.frame import Figure, Scale, Spread, Work, at_most, paired
+from benchmarks.frame import Figure, Scale, Spread, Work, at_most, fresh, paired
 
 if TYPE_CHECKING:
     from benchmarks.frame import Target
@@ -53,19 +50,18 @@ def measure(scale: Scale) -> list[Figure]:
     times = scale.of(9, 1)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        start = partial(python, folder / "compiled")
-        ours = partial(start, "-m", "rigrunner")
-        imports, page = partial(start, "-c", IMPORTS), partial(start, "-c", ONE_PAGE)
+        ours = partial(fresh, "-m", "rigrunner")
+        imports, page = partial(fresh, "-c", IMPORTS), partial(fresh, "-c", ONE_PAGE)
         ours("demo", "--dir", folder / "demo")
         ours("init", folder / "lab")
         run = max((folder / "demo").iterdir())  # the later one, with the load
-        fresh = (folder / f"turn-{turn}" for turn in count())
+        folders = (folder / f"turn-{turn}" for turn in count())
 
         def demo() -> None:
-            ours("demo", "--dir", next(fresh))
+            ours("demo", "--dir", next(folders))
 
         def certify() -> None:
-            out = next(fresh)  # where nothing is issued yet, on this run neither
+            out = next(folders)  # where nothing is issued yet, on this run neither
             shutil.copytree(folder / "lab/letterhead", out / "letterhead")
             ours("certify", run, *ORDER, "--letterhead", out / "letterhead", "--out", out)
 
@@ -96,20 +92,6 @@ def certificate(pair: object) -> list[Figure]:
 
 def figure(what: str, pair: object, target: Target, note: str) -> Figure:
     return Figure(what, pair.ours, "s", ratio=pair.ratio, target=target, note=note)
-
-
-def python(compiled: Path, *words: object) -> str:
-    """Run a program from compiled code, which is kept in that folder; return what it prints."""
-    environment = os.environ | {"PYTHONPYCACHEPREFIX": str(compiled)}
-    environment.pop("PYTHONDONTWRITEBYTECODE", None)
-    done = subprocess.run(
-        [sys.executable, *map(str, words)],
-        capture_output=True,
-        text=True,
-        check=True,
-        env=environment,
-    )
-    return done.stdout
 
 
 def size() -> Figure:
@@ -151,10 +133,9 @@ def work() -> list[Work]:
     """Count what a run imports that has nothing to analyse."""
     with tempfile.TemporaryDirectory() as name:
         lab = Path(name) / "lab"
-        start = partial(python, Path(name) / "compiled")
-        start("-m", "rigrunner", "init", lab)
+        fresh("-m", "rigrunner", "init", lab)
         words = ("run", lab / "procedures/room_temperature.yaml", "--station", lab / "station.yaml")
-        printed = start("-c", COUNT, *words, "--unattended", "--runs", lab / "runs")
+        printed = fresh("-c", COUNT, *words, "--unattended", "--runs", lab / "runs")
     (modules,) = json.loads(printed.splitlines()[-1])
     return [
         Work("modules of a run without an analysis", modules, 930),
