@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from playwright.sync_api import expect
 
 from e2e.panel.helpers_screen import running_panel
@@ -13,6 +14,7 @@ ORDER = {
 }  # fmt: skip
 
 
+@pytest.mark.thorough
 def test_a_certificate_goes_through_its_whole_life(  # noqa: PLR0915  (a walk through it)
     new_screen, lab, tmp_path
 ):

@@ -76,6 +76,7 @@ POINTS = """async ([y, x]) => {
 }"""
 
 
+@pytest.mark.thorough
 def test_the_operator_chooses_plots_which_are_kept_for_the_procedure(new_screen, panel, pictures):
     screen = new_screen()
     page = screen.page
@@ -129,6 +130,7 @@ def each_is_live(page, phase: str) -> None:
     assert page.evaluate("import('/js/store.js').then(({ store }) => store.state.phase)") == phase
 
 
+@pytest.mark.thorough
 def test_each_channel_is_live_while_it_waits_settles_or_pauses(new_screen, lab):
     path = lab / "procedures/quick_asks.yaml"
     text = path.read_text(encoding="utf-8")

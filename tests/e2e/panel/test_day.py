@@ -105,6 +105,7 @@ def rig_processes(panel):
     return [pid for pid, command in found if "panel.jobs.main" in command]
 
 
+@pytest.mark.thorough
 def test_a_day_with_two_rigs_and_twelve_specimens(new_screen, two_rigs):  # noqa: PLR0915  (a day)
     with running_panel(two_rigs) as panel:
         other = new_screen(panel)

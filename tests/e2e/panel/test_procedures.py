@@ -77,6 +77,7 @@ def test_it_is_saved_and_approved_by_name_and_the_changes_are_told(new_screen, p
     assert file.with_suffix(".approval.json").is_file()
 
 
+@pytest.mark.thorough
 def test_two_who_edit_one_procedure_are_told_and_nothing_is_lost(new_screen, panel):
     ann, bob = new_screen(panel), new_screen(panel)
     first, second = open_text(ann), open_text(bob)
