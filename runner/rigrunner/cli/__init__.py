@@ -1,1 +1,1 @@
-"""The command line: the only floor, beside the panel, that renders errors."""
+"""The command line. It and the panel are the only layers that show errors to people."""

@@ -1,4 +1,4 @@
-"""A person at the terminal who is asked."""
+"""Ask a person at the terminal."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class TerminalAnswers:
         self._progress = progress
 
     def confirm(self, step: str, question: Confirm) -> bool:  # noqa: ARG002  (the engine's signature)
-        """Ask until the answer is yes or no; nothing is taken for granted."""
+        """Ask until the answer is yes or no; there is no default."""
         _show(question.picture)
         while True:
             answer = self._answer(f"{question.text} [yes/no] ").lower()
@@ -36,9 +36,9 @@ class TerminalAnswers:
             message("Please answer yes or no.")
 
     def ask(self, step: str, question: Ask) -> str:  # noqa: ARG002  (the engine's signature)
-        """Ask until there is an answer that can be taken.
+        """Ask until the answer is accepted.
 
-        The unattended one is not this person's to give.
+        The unattended answer is not accepted from a person.
         """
         _show(question.picture)
         allowed = f" [{question.expected.words}]" if question.expected.words else ""

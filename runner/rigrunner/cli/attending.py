@@ -1,4 +1,4 @@
-"""Executes a planned run with a person at the terminal, or unattended."""
+"""Execute a planned run with a person at the terminal, or unattended."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What commands over many items share: by whom they are done, and how far they are."""
+"""Shared by commands over many items: options of workers, and progress."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     Progress = Callable[[int, int], None]
 
 LINES = 20
-"""Of progress, where there is no terminal to draw a bar on."""
+"""Lines of progress, if there is no terminal for a bar."""
 
 
 def worker_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options that say who does the items."""
+    """Add the options that select the workers."""
     jobs = click.option(
         "--jobs",
         type=click.IntRange(min=1),
@@ -40,7 +40,7 @@ def worker_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def workers_for(jobs: int | None, dask: str | None) -> Workers:
-    """Return who does the items; raise UsageError where two are asked."""
+    """Return the workers; raise UsageError if two kinds are given."""
     from rigrunner.jobs import Cluster, Processes, usable_cores  # noqa: PLC0415  (not for help)
 
     if dask is None:
@@ -55,7 +55,7 @@ def workers_for(jobs: int | None, dask: str | None) -> Workers:
 
 @contextmanager
 def shown_count(noun: str) -> Iterator[Progress]:
-    """Give what shows how many are done, and the time left: a bar on a terminal, or lines."""
+    """Yield a function that shows how many are done, and the time left: as a bar, or as lines."""
     if not sys.stderr.isatty():
         yield CountedLines(noun)
         return
@@ -71,7 +71,7 @@ def shown_count(noun: str) -> Iterator[Progress]:
 
 
 class CountedLines:
-    """A line now and then, with how long the rest will take at the pace so far."""
+    """Prints a line now and then, with the time left at the present rate."""
 
     def __init__(self, noun: str, now: Callable[[], float] = time.monotonic) -> None:
         self._noun = noun
@@ -80,7 +80,7 @@ class CountedLines:
         self._began_s = 0.0
 
     def __call__(self, done: int, of: int) -> None:
-        """Take how many of how many are done; the first call, how many were done before."""
+        """Take how many are done of how many; the first call says how many were done before."""
         if self._before is None:
             self._before, self._began_s = done, self._now()
             if done:

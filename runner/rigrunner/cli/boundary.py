@@ -1,4 +1,4 @@
-"""The one error boundary: every way in which a command can end, as a text and an exit code."""
+"""The one place where errors of commands become a text and an exit code."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def run_command(command: click.Command, arguments: Sequence[str] | None = None) -> int:
-    """Call the command, render whatever it raises on stderr, and return the exit code."""
+    """Call the command, show its error on stderr, and return the exit code."""
     try:
         return _call(command, arguments)
     finally:
@@ -61,9 +61,9 @@ def _invoke(command: click.Command, arguments: list[str]) -> int:
 
 
 def _refuse_unprintable(arguments: list[str]) -> None:
-    """Raise UsageError for a word that would put on record, or show, what cannot be seen.
+    """Raise UsageError for an argument with characters that cannot be displayed.
 
-    A name of a file that is not UTF-8 may be given, as half of a surrogate pair.
+    A file name that is not UTF-8 has one half of a surrogate pair.
     """
     for each in arguments:
         seen = each.encode("utf-8", "replace").decode()
@@ -114,7 +114,7 @@ def _show_usage_error(error: click.ClickException) -> None:
 
 
 def show_bug(error: BaseException) -> None:
-    """Print what nobody foresaw, with its traceback, on stderr."""
+    """Print an unexpected error with its traceback, on stderr."""
     message("".join(traceback.format_exception(error)).rstrip())
     from rigrunner.registry import culprit  # noqa: PLC0415  (of use for a bug alone)
 

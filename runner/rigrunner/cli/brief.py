@@ -1,4 +1,4 @@
-"""How often a command searches for garbage: most of what it makes it keeps until its end."""
+"""Tune the garbage collector for commands, which keep most objects until their end."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ if TYPE_CHECKING:
 
 
 SELDOM = 200_000
-"""Objects more than before, at which a command of seconds searches: some 50 MB at most."""
+"""Number of new objects after which a command of seconds collects: some 50 MB at most."""
 
 
 @contextmanager
 def brief_command() -> Iterator[None]:
-    """Leave out the search for garbage in a command that is over in an instant.
+    """Switch off the garbage collector in a command of less than a second.
 
-    Classes and models make the collector search again and again, for a sixth of the time of
-    `check`, and find nothing. They are frozen, or the end of the command would search them all.
+    It would run again and again while classes and models are created, for a sixth of the time of
+    `check`, and find nothing. The objects are frozen, or the end of the command would search them
+    all.
     """
     was_enabled = gc.isenabled()
     gc.disable()
@@ -33,10 +34,10 @@ def brief_command() -> Iterator[None]:
 
 @contextmanager
 def short_command() -> Iterator[None]:
-    """Search for garbage seldom in a command of seconds, and not at its end.
+    """Collect garbage rarely in a command of seconds, and not at its end.
 
-    The searches are a tenth of the time of `report`. They are not left out: the analysis of a long
-    run, or one with a validation, does make some.
+    The collections are a tenth of the time of `report`. They are not switched off: the analysis of
+    a long run, or one with a validation, does leave garbage.
     """
     before = gc.get_threshold()
     gc.set_threshold(SELDOM, *before[1:])

@@ -1,7 +1,7 @@
-"""Commands that other packages bring: by entry points of the group `rigrunner.commands`.
+"""Commands of other packages, by entry points of the group `rigrunner.commands`.
 
-An entry point names a package with a module for each command. Its `COMMANDS` has their lines of
-help by group, as `rigrunner.cli.main` has them, so that help and completion import none of them.
+An entry point names a package with a module for each command. Its `COMMANDS` has their help lines
+by group, like `rigrunner.cli.main`, so that help and completion import none of them.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ GROUP = "rigrunner.commands"
 
 @dataclass(frozen=True)
 class Commands:
-    """Commands whose modules stand in one package."""
+    """Commands whose modules are in one package."""
 
     package: str
     groups: Mapping[str, Mapping[str, str]]
-    """The line of help of each command by its name, by the title of its group."""
+    """The help line of each command by its name, by the title of its group."""
 
     @property
     def names(self) -> set[str]:
-        """The names of all of them."""
+        """All their names."""
         return {name for group in self.groups.values() for name in group}
 
 
 def brought() -> Iterator[Commands]:
-    """Yield what each installed package brings; one that cannot be imported is reported."""
+    """Yield the commands of each installed package; one that cannot be imported is reported."""
     for name, entry in sorted(entries(GROUP).items()):
         try:
             groups = entry.load().COMMANDS
@@ -43,7 +43,7 @@ def brought() -> Iterator[Commands]:
 
 
 def entries(group: str) -> dict[str, EntryPoint]:
-    """Return the entry points of a group by name; only files that name it are parsed."""
+    """Return the entry points of a group by name. Only files that name the group are parsed."""
     return {
         entry.name: entry
         for distribution in distributions()

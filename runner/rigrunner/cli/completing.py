@@ -1,4 +1,4 @@
-"""What a shell completes: the words that may stand at the cursor."""
+"""Complete the words at the cursor of a shell."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 
 PROGRAM = "rigrunner"
 VARIABLE = "_RIGRUNNER_COMPLETE"
-"""By this variable of the environment the shell asks for words, as click has it."""
+"""The environment variable by which the shell asks for words, as in click."""
 _PATH = "file"
-"""The type of item by which click leaves it to the shell to complete a path."""
+"""The type of item by which click lets the shell complete a path."""
 
 
 def complete(command: click.Command, instruction: str) -> int:
-    """Print the words for the shell that asks, and return 0; 1 if nothing can be said.
+    """Print the words for the shell, and return 0, or 1 if there are none.
 
-    Nothing else is printed, whatever happens: the shell would show it in the middle of a line.
+    Nothing else is ever printed: the shell would show it within the line.
     """
     try:
         return shell_complete(command, {}, PROGRAM, VARIABLE, instruction)
@@ -33,31 +33,31 @@ def complete(command: click.Command, instruction: str) -> int:
 
 
 def procedures(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """Return the shipped procedures and the files here that begin so."""
+    """Return the matching shipped procedures and files."""
     return _names_or_files(procedure_names(), incomplete)
 
 
 def stations(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """Return the shipped stations and the files here that begin so."""
+    """Return the matching shipped stations and files."""
     return _names_or_files(station_names(), incomplete)
 
 
 def stored_runs(
     context: click.Context, _: click.Parameter, incomplete: str
 ) -> list[CompletionItem]:
-    """Return the runs in the folder of runs that begin so, the newest first."""
+    """Return the matching runs in the folder of runs, the newest first."""
     runs = Path(context.params.get("runs") or "runs")
     names = [name for name in reversed(run_names(runs)) if name.startswith(incomplete)]
     return [CompletionItem(name) for name in names] or [CompletionItem(incomplete, type=_PATH)]
 
 
 def plugin_names(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """Return the installed plugins that begin so."""
+    """Return the matching installed plugins."""
     return list(_plugins(incomplete))
 
 
 def decision_rules(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """Return the installed decision rules that begin so."""
+    """Return the matching installed decision rules."""
     return list(_plugins(incomplete, "decision_rule"))
 
 

@@ -1,15 +1,15 @@
-"""Durations in the words of a person."""
+"""Durations as text."""
 
 from __future__ import annotations
 
 
 def steps_text(steps: int, seconds: float) -> str:
-    """Return how long a run is: '45 steps, 1 min 47 s'."""
+    """Return the length of a run: '45 steps, 1 min 47 s'."""
     return f"{steps} step{'' if steps == 1 else 's'}, {clock_text(seconds)}"
 
 
 def clock_text(seconds: float) -> str:
-    """Return a duration as a person says it: '45 s', '3 min 05 s', '2 h 10 min'."""
+    """Return a duration as text: '45 s', '3 min 05 s', '2 h 10 min'."""
     minutes, left_s = divmod(round(seconds), 60)
     hours, left_min = divmod(minutes, 60)
     if hours:

@@ -1,4 +1,4 @@
-"""What is known of a stored run, for programs."""
+"""Facts on a stored run, as JSON for programs."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ if TYPE_CHECKING:
 
 
 LOST = "lost "
-"""What the names of lost objects begin with in what a salvaged run says of itself."""
+"""Prefix of the names of lost objects in the provenance of a salvaged run."""
 
 
 def salvaged_lines(salvaged: Mapping[str, str]) -> list[str]:
-    """Return from which file a run was salvaged, and what is lost, one object a line."""
+    """Return the file from which a run was salvaged, and what is lost, one object a line."""
     if not salvaged:
         return []
     lost = {name: text for name, text in salvaged.items() if name.startswith(LOST)}

@@ -1,4 +1,4 @@
-"""How a finished run is told to a person: its numbers, its error, and where it is."""
+"""Report a finished run: its results, its error, and its location."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def tell_finished(finished: FinishedRun, *, as_json: bool = False) -> None:
-    """Print the result and where everything is on stdout, and an error on stderr."""
+    """Print the result and the location on stdout, and an error on stderr."""
     content = None if finished.result is None else document(finished.result)
     if as_json and content is not None:
         result_json(content)
@@ -57,7 +57,7 @@ def _tell_error(finished: FinishedRun) -> None:
 
 
 def _called(folder: Path) -> str:
-    """Return a run as a command finds it: by its name where it is among the runs of this folder."""
+    """Return the argument by which a command finds a run: its name, in this folder of runs."""
     return folder.name if folder.parent == Path("runs") else str(folder)
 
 
@@ -71,6 +71,6 @@ def _ending(finished: FinishedRun) -> str:
 
 
 def places(finished: FinishedRun) -> str:
-    """Return where the run's folder is, and its report if it has one."""
+    """Return the paths of the run's folder, and of its report if it has one."""
     report = [("report", str(finished.report))] if finished.report else []
     return pairs([("run folder", str(finished.folder)), *report])

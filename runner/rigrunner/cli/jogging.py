@@ -1,4 +1,4 @@
-"""The prompt of `rigrunner jog`: a command a line, until quit, the end of the input, or Ctrl-C."""
+"""The prompt of `rigrunner jog`: one command a line, until quit, end of input, or Ctrl-C."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ class _Quit(Exception):  # noqa: N818  (no failure)
 
 
 def converse(jog: Jog, stop: SignalStop) -> None:
-    """Read commands and do them. An error of the rig has made it safe.
+    """Read commands and execute them. After an error of the rig, the rig was made safe.
 
-    An abort ends this, and a log that cannot be written.
+    An abort ends this, and so does a log that cannot be written.
     """
     _show_help(jog)
     while True:
@@ -58,14 +58,14 @@ def converse(jog: Jog, stop: SignalStop) -> None:
 
 
 def _left(jog: Jog) -> str:
-    """Say how an error has left the rig."""
+    """Report how the rig was left after an error."""
     if jog.unsafe:
         return unsafe_rig(jog.unsafe)
     return "The rig was made safe."
 
 
 def show_values(jog: Jog, values: Mapping[str, float]) -> None:
-    """Print values with their units, and from which the zero was taken."""
+    """Print values with their units, and which are relative to a zero."""
     for name, value in values.items():
         zeroed = "  (less its zero)" if name in jog.zeros else ""
         result(f"{name} {value:.6g} {jog.channels[name].unit}{zeroed}")
@@ -153,7 +153,7 @@ def _show_help(jog: Jog) -> None:
 
 
 def _answer(question: str, jog: Jog, stop: SignalStop) -> str | None:
-    """Return a line; None at the end of the input. Interlocks are watched meanwhile."""
+    """Return a line, or None at the end of the input. Interlocks are monitored meanwhile."""
     prompt(question)
     with stop.while_asking(), jog.person():
         while not line_may_be_read(LOOK_EVERY_S):

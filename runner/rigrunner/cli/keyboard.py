@@ -1,4 +1,4 @@
-"""Whether a line may be read from the keyboard: who waits for one can look at the rig meanwhile."""
+"""Wait for a line from the keyboard, so that the caller can monitor the rig meanwhile."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ _LOOK_EVERY_S = 0.05
 
 
 def line_may_be_read(within_s: float) -> bool:
-    """Wait a moment for an answer; say at once that it may be read where there is no terminal.
+    """Wait a moment for an answer; return True at once without a terminal.
 
-    On Windows, whose `select` knows no console, a key that was pressed stands for the line.
+    On Windows, whose `select` cannot wait for a console, a pressed key counts as a line.
     """
     if not sys.stdin.isatty():
         return True

@@ -1,4 +1,4 @@
-"""A rig that was left energised, told to who is at the terminal."""
+"""Report a rig that was left energised to the person at the terminal."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ _YES, _NO = ("y", "yes"), ("n", "no")
 
 
 class TerminalPerson:
-    """Reads warnings on stderr and, where `attended`, says whether the rig may be made safe."""
+    """Reads warnings on stderr and, if `attended`, decides whether the rig may be made safe."""
 
     def __init__(self, *, attended: bool) -> None:
         self._attended = attended
 
     @property
     def by(self) -> str:
-        """Who let the rig be made safe."""
+        """Who decided that the rig may be made safe."""
         return "operator" if self._attended else "nobody was asked"
 
     def warn(self, text: str) -> None:
-        """Say it on stderr."""
+        """Print it on stderr."""
         message(f"{warning_label()} {text}")
 
     def agrees(self, question: str) -> bool:
@@ -51,13 +51,13 @@ class TerminalPerson:
 
 
 def tell_left(station: str) -> None:
-    """Say how the rig of a station was left, where it was left energised or is."""
+    """Report how the rig of a station was left, if it was left energised."""
     marker = read_marker(station)
     _tell([marker] if marker is not None else [])
 
 
 def tell_all_left() -> None:
-    """Say which rigs of this machine were left energised, or are."""
+    """Report the rigs of this machine that were left energised."""
     _tell(read_markers())
 
 

@@ -1,4 +1,4 @@
-"""The command `rigrunner`: its commands by name, none imported before it is called."""
+"""The command `rigrunner`: its commands by name, each imported when it is called."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 ENVIRONMENT = {**ONE_THREAD, "PYDANTIC_DISABLE_PLUGINS": "__all__"}
-"""What the environment does not say itself. Looking for plugins of pydantic's, which nothing here
-needs, takes the time of several models, and what they find would change how files are checked."""
+"""Defaults of environment variables. Finding plugins of pydantic, of which none are needed here,
+takes the time of several models, and such plugins would change how files are checked."""
 
 COMMANDS = {
     "Run": {
@@ -67,7 +67,7 @@ COMMANDS = {
         "completion": "Print a script for shell completion.",
     },
 }
-"""The core's commands with their line of help, in groups by what somebody wants to do."""
+"""The core's commands with their help lines, in groups."""
 
 
 @click.group(
@@ -90,8 +90,8 @@ def rigrunner(context: click.Context) -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code (`rigrunner.api.errors.ExitCode`).
 
-    A shell that asks what may stand at its cursor gets an answer instead. Linear algebra gets one
-    thread, unless the environment gives it more.
+    A shell that asks for completion gets the words. Linear algebra has one thread, unless the
+    environment says otherwise.
     """
     open_standard_streams()
     for name, value in ENVIRONMENT.items():

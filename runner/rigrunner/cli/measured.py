@@ -1,4 +1,4 @@
-"""The values that `measure` steps found, as tables for a terminal."""
+"""The values of `measure` steps, as tables for a terminal."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def measured(measurements: Sequence[Measurement]) -> str:
-    """Return a table for each name: coordinates, set-points, then values, a row each time."""
+    """Return a table for each name: coordinates, set-points, then values; one row for each time."""
     names = dict.fromkeys(one.name for one in measurements)
     return "\n\n".join(_table(name, measurements) for name in names)
 

@@ -1,4 +1,4 @@
-"""Numbers as a person reads them: never more digits than the uncertainty bears."""
+"""Numbers with the digits that their uncertainty justifies."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ replay_option = click.option(
 
 
 def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options by which a run starts although a calibration stands against it."""
+    """Add the options that start a run despite a calibration that is overdue or missing."""
     wanted = click.option(
         "--override",
         "overridden",
@@ -71,7 +71,7 @@ def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def partner_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options that name partner runs; the command is given them by name, as `partners`."""
+    """Add the options that name partner runs; the command gets them by name, as `partners`."""
 
     @wraps(command)
     def named(
@@ -131,7 +131,7 @@ raw_option = click.option(
 
 
 def named_values(given: Iterable[str]) -> dict[str, str]:
-    """Return what `--set NAME=VALUE` gave; raise UsageError for what is no such pair."""
+    """Return the values of `--set NAME=VALUE`; raise UsageError for any other form."""
     values: dict[str, str] = {}
     for text in given:
         name, equals, value = text.partition("=")

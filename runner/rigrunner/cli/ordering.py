@@ -50,12 +50,12 @@ def order_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def order_values(given: Mapping[str, str | None]) -> dict[str, str]:
-    """Return the options that were given, by the name of their field."""
+    """Return the given options by the name of their field."""
     return {name: value for name, value in given.items() if value is not None}
 
 
 def authorisation(by: str, role: str) -> Authorisation:
-    """Return who authorises; raise UsageError for nobody."""
+    """Return who authorises; raise UsageError for an empty name."""
     from rigrunner.api.certificate import Authorisation  # noqa: PLC0415  (pydantic; only here)
 
     if not by.strip():
@@ -64,7 +64,7 @@ def authorisation(by: str, role: str) -> Authorisation:
 
 
 def tell_issued(issued: Issued) -> None:
-    """Print the paths of what was issued, and what a person should know of it."""
+    """Print the paths of the issued files, and the notes."""
     for note in issued.notes:
         message(note)
     for path in issued.files:

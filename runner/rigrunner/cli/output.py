@@ -1,4 +1,4 @@
-"""Where words go: results on stdout, messages on stderr; quiet when the reader has gone."""
+"""Output: results on stdout, messages on stderr; silent when nobody reads."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _RED = click.style(_ERROR, fg="red", bold=True)
 _WARNING = "WARNING:"
 _RED_WARNING = click.style(_WARNING, fg="red", bold=True)
 _STEERED = re.compile(f"({re.escape(_RED)}|{re.escape(_RED_WARNING)})")
-"""All that we ourselves steer the terminal with."""
+"""The escape sequences that the program itself writes."""
 _PLAIN = {
     "·": ".",
     "±": "+/-",
@@ -44,11 +44,11 @@ _PLAIN = {
     "\N{GREEK SMALL LETTER ALPHA}": "alpha",
     "\N{GREEK SMALL LETTER NU}": "nu",
 }
-"""What stands for signs that a legacy console lacks; a unit must stay readable."""
+"""Replacements of characters that a legacy console lacks; a unit must stay readable."""
 
 
 def result(text: str) -> None:
-    """Print a line or more of result on stdout; raise DataError where that cannot be written."""
+    """Print lines of a result on stdout; raise DataError if they cannot be written."""
     try:
         _print(text, sys.stdout)
     except OSError as error:
@@ -60,7 +60,7 @@ def result(text: str) -> None:
 
 
 def result_json(document: Mapping[str, Any] | Sequence[Any]) -> None:
-    """Print a document as JSON on stdout; a NaN would not be JSON and is a bug."""
+    """Print a document as JSON on stdout. A NaN, which JSON does not have, is a bug."""
     encodes_all = "utf" in (sys.stdout.encoding or "").lower()
     text = json.dumps(document, indent=2, ensure_ascii=not encodes_all, allow_nan=False)
     if text != printable(text):  # escaped it is the same document
@@ -69,17 +69,17 @@ def result_json(document: Mapping[str, Any] | Sequence[Any]) -> None:
 
 
 def message(text: str) -> None:
-    """Print a line or more for the person, on stderr, or to nobody where it cannot be written."""
+    """Print lines for the person on stderr; drop them if they cannot be written."""
     _tell(text)
 
 
 def unsafe_rig(problems: str) -> str:
-    """Return what is said of a rig that could not be made safe."""
+    """Return the message on a rig that could not be made safe."""
     return f"THE RIG IS NOT SAFE: {problems}. Stop it by its own switch."
 
 
 def no_time_limits() -> str:
-    """Return what is said where no call of a device is given up, red as a warning of a rig."""
+    """Return the message that calls of devices have no time limits, red like a warning of a rig."""
     return (
         f"{warning_label()} time limits are suspended for a debugger: no call of a device is given"
         " up, and a device that hangs is not made safe. Watch the rig."
@@ -87,22 +87,22 @@ def no_time_limits() -> str:
 
 
 def prompt(question: str) -> None:
-    """Print a question on stderr and leave the cursor behind it."""
+    """Print a question on stderr and leave the cursor after it."""
     _tell(question, end="")
 
 
 def error_label() -> str:
-    """Return the word that begins an error, red on a terminal unless NO_COLOR is set."""
+    """Return the label of an error, red on a terminal unless NO_COLOR is set."""
     return _RED if _colour(sys.stderr) else _ERROR
 
 
 def warning_label() -> str:
-    """Return the word that begins a warning of a rig, red where an error's is."""
+    """Return the label of a warning of a rig, red like that of an error."""
     return _RED_WARNING if _colour(sys.stderr) else _WARNING
 
 
 def reader_has_gone() -> bool:
-    """Return True if nobody reads our stdout any more, as in `rigrunner runs | head -1`."""
+    """Return whether nobody reads stdout any more, as when it is piped into `head`."""
     try:
         sys.stdout.write("\n")
         sys.stdout.flush()
@@ -112,7 +112,7 @@ def reader_has_gone() -> bool:
 
 
 def close_quietly() -> None:
-    """Write out what is left; a reader that has gone is no error."""
+    """Flush the output. A closed pipe is no error."""
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()
@@ -140,7 +140,7 @@ def _in_plain(sign: str, encoding: str) -> str:
 
 
 def _tell(text: str, end: str = "\n") -> None:
-    """Print on stderr; a full disk behind it must not end a run that goes well."""
+    """Print on stderr. A full disk behind it must not end a run that is otherwise good."""
     try:
         _print(text, sys.stderr, end)
     except OSError:

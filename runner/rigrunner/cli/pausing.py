@@ -1,4 +1,4 @@
-"""A person at the terminal who decides how a paused run goes on."""
+"""Ask the person at the terminal how to continue a paused run."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _WITH_REASON = (Choice.OVERRIDE, Choice.SKIP, Choice.NOTE)
 
 
 class TerminalPauses:
-    """Asks on stderr what is to be done, and reads the answer from stdin."""
+    """Asks on stderr what to do, and reads the answer from stdin."""
 
     def __init__(self, stop: SignalStop, progress: ProgressSink, by: str) -> None:
         self._stop = stop
@@ -43,7 +43,7 @@ class TerminalPauses:
         return self._stop.pause_wanted()
 
     def decide(self, paused: Paused, watch: Callable[[], None]) -> Decision:
-        """Ask until the answer is one of the choices, with its reason where one is needed."""
+        """Ask until the answer is one of the choices, with its reason if one is needed."""
         self._stop.paused()
         with self._progress.paused():
             _show(paused)

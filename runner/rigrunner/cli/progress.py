@@ -1,4 +1,4 @@
-"""How far a run is: a bar with the time left on a terminal, one line per step elsewhere."""
+"""Progress of a run: a bar with the time left on a terminal, one line for each step elsewhere."""
 
 from __future__ import annotations
 
@@ -36,32 +36,32 @@ if TYPE_CHECKING:
 _DRAWN_EVERY_S = 0.1
 LIVE_DIGITS = 5
 LINES = 10
-"""Of a part of the analysis, where there is no terminal to draw a bar on."""
+"""Lines of progress of a part of the analysis, if there is no terminal for a bar."""
 
 
 class ProgressSink(Protocol):
     """Shows the events of one or more runs."""
 
     def __call__(self, event: Event) -> None:
-        """Take one event."""
+        """Show one event."""
         ...
 
     def analysing(self, what: str, done: int, of: int) -> None:
-        """Take how far a part of the analysis is."""
+        """Show the progress of a part of the analysis."""
         ...
 
     def live(self, found: Findings, *, is_whole: bool) -> None:
-        """Take what the analyses show by now; `is_whole`: a recording is finished."""
+        """Show the live results of the analyses; `is_whole`: a recording is finished."""
         ...
 
     def paused(self) -> AbstractContextManager[None]:
-        """Leave the terminal to a question for as long as the context lasts."""
+        """Clear the terminal for a question, for as long as the context lasts."""
         ...
 
 
 @contextmanager
 def shown_progress() -> Iterator[ProgressSink]:
-    """Give the sink that suits stderr."""
+    """Yield the sink that suits stderr."""
     if not sys.stderr.isatty():
         yield LineProgress()
         return
@@ -71,14 +71,14 @@ def shown_progress() -> Iterator[ProgressSink]:
 
 
 class LineProgress:
-    """A line per step, for logs and pipes."""
+    """Prints a line for each step, for logs and pipes."""
 
     def __init__(self) -> None:
         self._steps = 0
         self._told: dict[tuple[str, str], int] = {}
 
     def __call__(self, event: Event) -> None:
-        """Print a line where a step begins, or where something is to be known."""
+        """Print a line where a step begins, and for alarms and notes."""
         match event:
             case RunStarted():
                 self._steps = event.steps
@@ -108,12 +108,12 @@ class LineProgress:
                 message(f"by now: {_live_text(each)}")
 
     def paused(self) -> AbstractContextManager[None]:
-        """Nothing has to give way."""
+        """Do nothing: lines leave room for a question."""
         return nullcontext()
 
 
 class BarProgress:
-    """One bar per run; time runs by the run's own clock, which may be a simulated one."""
+    """One bar for each run. Time is that of the run's clock, which may be simulated."""
 
     def __init__(self) -> None:
         self._progress = new_bar()
@@ -125,11 +125,11 @@ class BarProgress:
         self._due_s = 0.0
 
     def shown(self) -> Progress:
-        """Return the context in which the bar is on the screen."""
+        """Return the context in which the bar is shown."""
         return self._progress
 
     def analysing(self, what: str, done: int, of: int) -> None:
-        """Move the bar of that part."""
+        """Update the bar of that part."""
         if what not in self._analyses:
             self._analyses[what] = self._progress.add_task(what, total=of, step=what)
         self._progress.update(self._analyses[what], completed=done)
@@ -142,7 +142,7 @@ class BarProgress:
 
     @contextmanager
     def paused(self) -> Iterator[None]:
-        """Take the bar off the screen while a person is asked."""
+        """Hide the bar while a person is asked."""
         self._progress.stop()
         try:
             yield
@@ -150,7 +150,7 @@ class BarProgress:
             self._progress.start()
 
     def __call__(self, event: Event) -> None:
-        """Move the bar to the event's time."""
+        """Update the bar to the event's time."""
         match event:
             case RunStarted():
                 self._begin(event)
@@ -176,7 +176,7 @@ class BarProgress:
         self._advance(end_s, f"{event.outcome}")
 
     def _scanned(self, event: Scanned) -> None:
-        """Tell of a point as often as the bar is drawn: there may be thousands in a second."""
+        """Show a point as often as the bar is drawn: there may be thousands per second."""
         if (now_s := monotonic()) >= self._due_s:
             self._due_s = now_s + _DRAWN_EVERY_S
             self._advance(event.monotonic_s, f"point {event.point + 1}: {self._text}")
@@ -212,7 +212,7 @@ def _tell(event: Event) -> None:
 
 
 def new_bar() -> Progress:
-    """Return bars with what part is done, the time that is left, and words."""
+    """Return bars with the fraction done, the time left, and a text."""
     from rich.console import Console  # noqa: PLC0415  (heavy, and needed on a terminal alone)
     from rich.progress import (  # noqa: PLC0415  (heavy, and for a terminal alone)
         BarColumn,

@@ -1,4 +1,4 @@
-"""How a run that was interrupted is told to a person: what there is, and where it goes on."""
+"""Report an interrupted run: what is stored, and where it continues."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def tell_resumable(run: ResumableRun) -> None:
-    """Say on stderr what is on the disk and what comes next."""
+    """Print on stderr what is stored and what comes next."""
     message(f"{run.stored.header.run_id}: {how_it_ended(run.stored)}")
     message(on_disk(run.stored))
     if run.resume_at is None:
@@ -30,7 +30,7 @@ def tell_resumable(run: ResumableRun) -> None:
 
 
 def on_disk(stored: StoredRun) -> str:
-    """Return what there is of a run, a line for each kind of it."""
+    """Return the content of a run, a line for each kind."""
     interrupted = (
         f"interrupted: {each.name}, of which {each.samples / each.rate_hz:.1f} s are kept"
         for each in stored.incomplete

@@ -9,10 +9,10 @@ _NAMES = {0: "stdin", 1: "stdout", 2: "stderr"}
 
 
 def open_standard_streams() -> None:
-    """Let a standard stream that is closed read nothing, and write to nobody.
+    """Connect closed standard streams to the null device.
 
-    Else the next file that is opened would take its number, and be given what is meant for it:
-    words for a person in the midst of a journal.
+    Otherwise the next opened file would get the stream's number, and messages would be written into
+    it, for example into a journal.
     """
     for number, name in _NAMES.items():
         if not _is_open(number):

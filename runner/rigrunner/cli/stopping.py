@@ -1,4 +1,4 @@
-"""How signals and Ctrl-C stop or pause a run: by tokens, so that the rig is made safe first."""
+"""Stop or pause a run by signals and Ctrl-C, by tokens, so that the rig is made safe first."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
 KEYBOARD = "keyboard"
 _ABORT, _STOP_NOW = 2, 3
-"""What so many Ctrl-C mean; the first one pauses, where somebody is there to go on."""
+"""The numbers of Ctrl-C with these meanings; the first one pauses, if somebody can continue the
+run."""
 
 
 class InterruptedRunError(AbortedError):
@@ -32,10 +33,10 @@ class InterruptedRunError(AbortedError):
 
 
 class SignalStop:
-    """A stop token that signals and Ctrl-C set, and where Ctrl-C asks for a pause first.
+    """A stop token that signals and Ctrl-C set; Ctrl-C may ask for a pause first.
 
-    It listens to the run's events: outside of a run Ctrl-C ends the program as ever. Ctrl-Z ends
-    the run too; the program is suspended once the rig is safe and closed.
+    It listens to the run's events: outside a run Ctrl-C ends the program as usual. Ctrl-Z ends the
+    run too; the program is suspended once the rig is safe and closed.
     """
 
     def __init__(self, *, attended: bool = False) -> None:
@@ -46,12 +47,12 @@ class SignalStop:
         self._presses = 0
         self._consoles = Consoles()
         self.suspended_by = ""
-        """The signal that suspends the program in the end; empty for none."""
+        """The signal that suspends the program at the end; empty for none."""
         self.ended = ""
-        """How the run ended, in words."""
+        """How the run ended, as text."""
 
     def __call__(self, event: Event) -> None:
-        """Take note of whether a run is in progress."""
+        """Note whether a run is in progress."""
         if isinstance(event, RunStarted):
             self._running, self._is_let_be = True, False
         elif isinstance(event, RunEnded):
@@ -59,32 +60,32 @@ class SignalStop:
             self.ended = _how_it_ended(event)
 
     def is_set(self) -> bool:
-        """Return True once the run is to stop."""
+        """Return whether the run is to stop."""
         return self._event.is_set()
 
     def reason(self) -> AbortedError:
-        """Return what stopped the run."""
+        """Return the reason of the stop."""
         return self._reason or AbortedError("stopped on request")
 
     def pause_wanted(self) -> str:
-        """Return who asks for a pause; an empty text while nobody does."""
+        """Return who asks for a pause; an empty text if nobody does."""
         return KEYBOARD if self._presses else ""
 
     def paused(self) -> None:
-        """Take note that the run is paused: the next Ctrl-C aborts it."""
+        """Note that the run is paused: the next Ctrl-C aborts it."""
         self._presses = 1
 
     def resumed(self) -> None:
-        """Take note that the run goes on: the next Ctrl-C pauses it."""
+        """Note that the run continues: the next Ctrl-C pauses it."""
         self._presses = 0
 
     def let_be(self) -> None:
-        """Take note that the rig is being made safe: no Ctrl-C breaks that off."""
+        """Note that the rig is being made safe: Ctrl-C does not interrupt that."""
         self._is_let_be = True
 
     @contextmanager
     def while_asking(self) -> Iterator[None]:
-        """Let a signal break off the wait for a person's answer, which looks at no token."""
+        """Let a signal interrupt the wait for a person's answer, which checks no token."""
         self._asking = True
         try:
             yield
@@ -92,14 +93,14 @@ class SignalStop:
             self._asking = False
 
     def handle(self, number: int, _frame: FrameType | None) -> None:
-        """Take a signal: set the token; while a person is asked, raise AbortedError."""
+        """Handle a signal: set the token; while a person is asked, raise AbortedError."""
         self._consoles.silence_closed()
         self._stop(AbortedError(f"stopped by {signal_name(number)}", by="signal"))
 
     def suspend(self, number: int, _frame: FrameType | None) -> None:
-        """Take Ctrl-Z: end the run as SIGTERM does; `stop_on_signals` then suspends the program.
+        """Handle Ctrl-Z: end the run like SIGTERM; `stop_on_signals` then suspends the program.
 
-        A program that is suspended watches no interlock, so that the rig must be safe before.
+        A suspended program monitors no interlock, so the rig must be safe before.
         """
         name = signal_name(number)
         if self.suspended_by:
@@ -110,7 +111,7 @@ class SignalStop:
         self._stop(AbortedError(f"aborted by {name}, before it was suspended", by="signal"))
 
     def interrupt(self, _number: int, _frame: FrameType | None) -> None:
-        """Take a Ctrl-C: pause, then abort, then stop at once; after that the rig is made safe."""
+        """Handle a Ctrl-C: pause, then abort, then stop at once. Then the rig is made safe."""
         if not self._running:
             raise KeyboardInterrupt
         self._presses += 1
@@ -136,10 +137,10 @@ class SignalStop:
 
 
 class BatchStop(SignalStop):
-    """The token of what is no run: the first Ctrl-C sets it too, another one ends the program."""
+    """The token of a batch: the first Ctrl-C sets it too, the next one ends the program."""
 
     def interrupt(self, _number: int, _frame: FrameType | None) -> None:
-        """Take a Ctrl-C."""
+        """Handle a Ctrl-C."""
         if self.is_set():
             raise KeyboardInterrupt
         _say("Stopping; what is done is kept. Ctrl-C ends at once.")
@@ -148,9 +149,9 @@ class BatchStop(SignalStop):
 
 @contextmanager
 def stop_on_signals(*, attended: bool = False) -> Iterator[SignalStop]:
-    """Give the stop token of a run that signals set, and put the handlers back afterwards.
+    """Yield the stop token of a run that signals set, and restore the handlers at the end.
 
-    `attended`: somebody is there to decide how a paused run goes on.
+    `attended`: somebody can decide how a paused run continues.
     """
     with _handled(SignalStop(attended=attended)) as stop:
         yield stop
@@ -158,9 +159,9 @@ def stop_on_signals(*, attended: bool = False) -> Iterator[SignalStop]:
 
 @contextmanager
 def batch_stop_on_signals() -> Iterator[SignalStop]:
-    """Give the stop token of a batch.
+    """Yield the stop token of a batch.
 
-    Where the batch ends by an AbortedError, that becomes the one of the signal, with its code.
+    If the batch ends with an AbortedError, it becomes that of the signal, with its code.
     """
     with _handled(BatchStop()) as stop:
         try:
@@ -172,22 +173,22 @@ def batch_stop_on_signals() -> Iterator[SignalStop]:
 
 @dataclass(frozen=True)
 class Until:
-    """A stop token that is set as another one is, or at an instant of the monotonic clock."""
+    """A stop token that is set with another one, or at an instant of the monotonic clock."""
 
     stop: SignalStop
     end_s: float
 
     def is_set(self) -> bool:
-        """Return True once it is to stop."""
+        """Return whether it is set."""
         return self.stop.is_set() or time.monotonic() >= self.end_s
 
     def reason(self) -> AbortedError:
-        """Return what stopped it."""
+        """Return the reason of the stop."""
         return self.stop.reason()
 
 
 def until(stop: SignalStop, seconds: float | None) -> Until:
-    """Return a stop token that is set as that one is, or after so many seconds from now."""
+    """Return a stop token that is set with that one, or this many seconds from now."""
     return Until(stop, math.inf if seconds is None else time.monotonic() + seconds)
 
 
@@ -207,7 +208,7 @@ def _handled(stop: SignalStop) -> Iterator[SignalStop]:
 
 
 def _suspend(ended: str) -> None:
-    """Suspend this program as Ctrl-Z would have, and say what became of it when it goes on.
+    """Suspend this program like Ctrl-Z, and report the end of the run when it continues.
 
     Without a shell that could continue it the system ignores this, and the program ends.
     """
@@ -224,6 +225,6 @@ def _how_it_ended(event: RunEnded) -> str:
 
 
 def _say(text: str) -> None:
-    """Write to stderr past its buffer, which a signal may find in use; or to nobody."""
+    """Write to stderr past its buffer, which a signal may interrupt in use; errors are ignored."""
     with suppress(OSError):
         os.write(2, f"\n{text}\n".encode())

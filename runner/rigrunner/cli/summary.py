@@ -1,4 +1,4 @@
-"""What a result document says, as a few lines and a table for a terminal of 80 columns."""
+"""Show a result document as some lines and a table, for a terminal of 80 columns."""
 
 from __future__ import annotations
 
@@ -22,26 +22,26 @@ if TYPE_CHECKING:
 GROUP = "rigrunner.summaries"
 UNKNOWN = "-"
 MOST_SHOWN = 20
-"""So many values out of limits are told one by one; 'show' has the whole tables."""
+"""The number of values out of limits that are listed; 'show' has the whole tables."""
 
 
 @dataclass(frozen=True)
 class SummaryParts:
-    """What a package adds to the summary of a result document that has its keys.
+    """What a package adds to the summary of a result document with its keys.
 
     An entry point of the group `rigrunner.summaries` names one.
     """
 
     facts: Callable[[Document], Iterable[tuple[str, str]]]
-    """Gives lines with a name, which stand before the verdict."""
+    """Returns named lines, which come before the verdict."""
     blocks: Callable[[Document], Iterable[str]]
-    """Gives tables and paragraphs, which stand after the verdict."""
+    """Returns tables and paragraphs, which come after the verdict."""
     checks: Callable[[Document], Iterable[Document]]
-    """Gives checks that stand in its own keys, as `checks` of the document has them."""
+    """Returns checks in keys of its own, in the form of `checks` of the document."""
 
 
 def summary(document: Document) -> str:
-    """Return the verdict, the results, the checks that failed, and what other packages add."""
+    """Return the verdict, the results, the failed checks, and what other packages add."""
     others = tuple(brought())
     facts = (fact for each in others for fact in each.facts(document))
     parts = [
@@ -54,7 +54,7 @@ def summary(document: Document) -> str:
 
 
 def brought() -> Iterator[SummaryParts]:
-    """Yield what each installed package adds; one that cannot be imported is reported."""
+    """Yield the additions of each installed package; one that cannot be imported is reported."""
     for name, entry in sorted(entries(GROUP).items()):
         try:
             yield entry.load()
@@ -63,7 +63,7 @@ def brought() -> Iterator[SummaryParts]:
 
 
 def identity(document: Document) -> str:
-    """Return which procedure and which run the result is of."""
+    """Return the procedure and the run of the result."""
     run = document["run"]
     title, name, revision = (run["procedure"][key] for key in ("title", "id", "revision"))
     return pairs(
@@ -77,12 +77,12 @@ def identity(document: Document) -> str:
 
 
 def recorded_by(run: Document) -> str:
-    """Return the program that made the recordings of an imported run; '' of any other."""
+    """Return the program that made the recordings of an imported run; '' for any other."""
     return str((run.get("imported") or {}).get("program", ""))
 
 
 def _state(approval: Mapping[str, str]) -> str:
-    """Return the state of the procedure when the run began; of older runs nothing is known."""
+    """Return the state of the procedure when the run began; '' for older runs."""
     if approval.get("state") == "approved":
         return f"approved by {approval['by']} on {approval['utc'][:10]}"
     return "draft: not for certification"
@@ -100,7 +100,7 @@ def _verdict(document: Document) -> Iterator[tuple[str, str]]:
 
 
 def _limits(document: Document) -> Iterator[tuple[str, str]]:
-    """Say the verdict on a run whose measured values have limits, and which are out of them."""
+    """Report the verdict on a run with limits of measured values, and values out of limits."""
     limits, found = document["limits"], document["verdict"]
     if found is None:
         yield "verdict", f"none: the run ended as '{document['run']['outcome']}'"
@@ -114,7 +114,7 @@ def _limits(document: Document) -> Iterator[tuple[str, str]]:
 
 
 def _decision(decision: Document, outcome: str) -> Iterator[tuple[str, str]]:
-    """Say verdict, reason, probability and risk; by .get what files of older programs lack."""
+    """Report verdict, reason, probability and risk. `.get` is for keys that older files lack."""
     found = f"{decision['verdict'].upper()}: {decision['reason']}"
     if outcome == Outcome.COMPLETED:
         yield "verdict", found
@@ -128,7 +128,7 @@ def _decision(decision: Document, outcome: str) -> Iterator[tuple[str, str]]:
 
 
 def _stated(decision: Document) -> Iterator[tuple[str, str]]:
-    """Say how sure a decision is, and which limits it is of."""
+    """Report the risk of a decision, and its limits."""
     if decision.get("marginal"):
         yield "marginal", "a difference within the marginal band would change the verdict"
     probability = decision.get("probability_of_conformity")
@@ -146,7 +146,7 @@ def _stated(decision: Document) -> Iterator[tuple[str, str]]:
 
 
 def _of(part: Document, *, mixed: bool) -> str:
-    """Return what a limit is of: a torque by its name where others are limited as well."""
+    """Return the result that a limit applies to: a torque by its name if others have limits too."""
     return f"{part['named']}, {part['of']}" if mixed and part.get("measurand") else str(part["of"])
 
 
@@ -156,7 +156,7 @@ def _part(part: Document) -> str:
 
 
 def stated_risk(decision: Document) -> str:
-    """Return the risk that the rule implies, in words."""
+    """Return the risk that the rule implies, as text."""
     risk = (decision.get("stated_risk") or {}).get("false_accept")
     if risk is None:
         return "no value could pass"
@@ -164,7 +164,7 @@ def stated_risk(decision: Document) -> str:
 
 
 def _results(document: Document) -> str:
-    """Return what analyses found that name their results: a table of each, by its coordinates."""
+    """Return the named results of analyses: a table of each, by its coordinates."""
     results = other_results(document)
     tables = []
     for name in dict.fromkeys(each["name"] for each in results):

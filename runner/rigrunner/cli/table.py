@@ -11,9 +11,9 @@ GAP = "  "
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]], right: str = "") -> str:
-    """Return the rows under their header, each column as wide as its widest cell.
+    """Return the rows under their header, with columns as wide as their widest cell.
 
-    `right` names, letter by letter of 'l' and 'r', how each column is aligned; left is the rest.
+    `right` gives the alignment of each column by a letter 'l' or 'r'; left is the default.
     """
     lines = [list(header), *(list(row) for row in rows)]
     widths = [max(len(line[i]) for line in lines) for i in range(len(header))]
@@ -24,7 +24,7 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]], right: str = "")
 
 
 def pairs(rows: Sequence[tuple[str, str]]) -> str:
-    """Return 'name  value' lines with the values aligned, further lines of a value too."""
+    """Return lines of name and value, with the values aligned, also of several lines."""
     width = max((len(name) for name, _ in rows), default=0)
     below = "\n" + " " * (width + len(GAP))
     return "\n".join(

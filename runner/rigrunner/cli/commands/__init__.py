@@ -1,1 +1,1 @@
-"""One module per command, named like it; each is imported when its command is called."""
+"""One module for each command, with its name; it is imported when the command is called."""

@@ -1,4 +1,4 @@
-"""`rigrunner amend`: a further document in the place of a certificate."""
+"""`rigrunner amend`: replace a certificate by a new document."""
 
 from __future__ import annotations
 

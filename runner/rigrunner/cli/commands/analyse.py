@@ -1,4 +1,4 @@
-"""`rigrunner analyse`: the one analysis, on a stored run."""
+"""`rigrunner analyse`: analyse a stored run again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner approve`: a person approves a procedure as it stands, or its state is shown."""
+"""`rigrunner approve`: approve a procedure, or show its approvals."""
 
 from __future__ import annotations
 

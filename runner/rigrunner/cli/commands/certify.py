@@ -1,4 +1,4 @@
-"""`rigrunner certify`: a certificate on a stored run."""
+"""`rigrunner certify`: issue a certificate on a stored run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner check`: whether a procedure can be run, without a rig."""
+"""`rigrunner check`: check a procedure without a rig."""
 
 from __future__ import annotations
 

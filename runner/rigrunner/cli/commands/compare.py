@@ -1,4 +1,4 @@
-"""`rigrunner compare`: what changed between two procedures or two runs, in words."""
+"""`rigrunner compare`: the differences of two procedures or two runs."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _lines(found: Comparison) -> Iterator[str]:
 
 
 def _count(found: Comparison) -> str:
-    """Return how many changes matter, and that others are told as well, so that all are counted."""
+    """Return how many changes matter, and how many others there are."""
     count = sum(each.matters for each in found.changes)
     others = len(found.changes) - count
     beside = f", and {others} that {'does' if others == 1 else 'do'} not matter" if others else ""

@@ -1,4 +1,4 @@
-"""`rigrunner completion`: what a shell needs to complete commands, procedures and runs."""
+"""`rigrunner completion`: a script with which a shell completes commands, procedures and runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner decide`: a stored run, by another rule or other limits."""
+"""`rigrunner decide`: decide a stored run by another rule or other limits."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def command(
 
 
 def _check_rule(rule: str, fraction: float | None, registry: Registry) -> None:
-    """Raise UsageError for a rule that is not there, or does not take what it is given."""
+    """Raise UsageError for an unknown rule, or if it does not accept its settings."""
     try:
         registry.validated(
             "decision_rule", rule, {} if fraction is None else {"fraction": fraction}
@@ -121,7 +121,7 @@ def _from_file(path: Path, registry: Registry) -> Acceptance:
 
 
 def _other_rule(held: Acceptance | None, rule: str | None, fraction: float | None) -> Acceptance:
-    """Return the limits that hold with another rule; raise UsageError."""
+    """Return the limits in force with another rule; raise UsageError."""
     from rigrunner.procedure import Acceptance
 
     if held is None:
@@ -151,7 +151,7 @@ def _facts(written: DecisionFile) -> list[tuple[str, str]]:
 
 
 def _limits(found: Result) -> Iterator[tuple[str, str]]:
-    """Say that the run fails all the same where a measured value is out of its limits."""
+    """Report that the run fails nevertheless if a measured value is out of its limits."""
     if found.limits.missed:
         yield "the run", f"FAIL all the same. {found.limits.reason}"
 

@@ -1,4 +1,4 @@
-"""`rigrunner devices`: what is connected, identified, calibrated, safe."""
+"""`rigrunner devices`: connect the devices, and report identity, calibration and safety."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def command(
 
 
 def _unconfirmed(marks: RigMarks | None, station: str, safe_by: str | None, reason: str) -> bool:
-    """Return whether a rig that was left energised is not known to be safe, and say so."""
+    """Return whether a rig that was left energised is not confirmed safe, and report it."""
     from rigrunner.cli.output import warning_label
     from rigrunner.run.left_energised import what_to_do
 

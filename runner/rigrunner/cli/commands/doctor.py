@@ -1,4 +1,4 @@
-"""`rigrunner doctor`: whether this machine is fit to measure."""
+"""`rigrunner doctor`: check whether this machine is fit to measure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner fit`: a curve through the columns of a table."""
+"""`rigrunner fit`: fit a curve to the columns of a table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner import`: recordings that another program made, as a run like any other."""
+"""`rigrunner import`: import recordings of another program as a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner init`: a lab folder that runs at once."""
+"""`rigrunner init`: create a lab folder that runs at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner jog`: one device set and read by hand."""
+"""`rigrunner jog`: set and read one device manually."""
 
 from __future__ import annotations
 

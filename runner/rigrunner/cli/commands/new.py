@@ -1,4 +1,4 @@
-"""`rigrunner new`: a plugin of one's own that works at once."""
+"""`rigrunner new`: create a plugin that works at once."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import click
 from rigrunner.cli.output import message, result
 
 PLUGINS = "plugins"
-"""The lab's own folder, as `rigrunner init` makes it."""
+"""The folder of a lab's own plugins, as `rigrunner init` makes it."""
 
 
 @click.command(name="new")

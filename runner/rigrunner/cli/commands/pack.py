@@ -1,4 +1,4 @@
-"""`rigrunner pack`: a sealed run as one file."""
+"""`rigrunner pack`: pack a sealed run into one file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner plan`: what a run would do, without touching a rig."""
+"""`rigrunner plan`: preview a run without accessing a rig."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner plugins`: what is installed, and what each plugin can be told in YAML."""
+"""`rigrunner plugins`: list the installed plugins and their settings in YAML."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def _unknown(registry: Registry, name: str) -> UsageError:
 
 
 def _listing(registry: Registry) -> Iterator[str]:
-    """Yield the plugins of each kind and provider, in the order in which a procedure uses kinds."""
+    """Yield the plugins of each kind and provider, in the order of use in a procedure."""
     place = {kind.name: place for place, kind in enumerate(registry.kinds)}
     plural = {kind.name: _words(kind.hook.partition("_")[2]) for kind in registry.kinds}
     plugins = sorted(
@@ -82,7 +82,7 @@ def _details(plugin: Plugin) -> str:
 
 
 def _setting(name: str, field: Field) -> str:
-    """Return a setting with its default as it may stand in YAML, and what it is below."""
+    """Return a setting with its default as written in YAML, and its help."""
     units = f" in {' or '.join(field.units)}" if field.units else ""
     bounds = f", {field.bounds}" if field.bounds else ""
     words = f"{field.help.rstrip('.')} ({field.kind}{units}{bounds})"

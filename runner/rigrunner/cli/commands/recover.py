@@ -1,4 +1,4 @@
-"""`rigrunner recover`: closes an interrupted run, or salvages a damaged one."""
+"""`rigrunner recover`: close an interrupted run, or salvage a damaged one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner report`: the report of a stored run, written again."""
+"""`rigrunner report`: write the report of a stored run again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner run`: a procedure on a station, from two files to a sealed folder and its report."""
+"""`rigrunner run`: run a procedure on a station, up to the sealed folder and its report."""
 
 from __future__ import annotations
 

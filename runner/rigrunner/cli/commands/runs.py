@@ -1,4 +1,4 @@
-"""`rigrunner runs`: what is stored."""
+"""`rigrunner runs`: list the stored runs."""
 
 from __future__ import annotations
 

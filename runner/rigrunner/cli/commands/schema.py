@@ -1,4 +1,4 @@
-"""`rigrunner schema`: of procedures, stations and mappings, for editors, and of certificates."""
+"""`rigrunner schema`: JSON Schema of procedures, stations, mappings and certificates."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner show`: what a stored run holds and found."""
+"""`rigrunner show`: the content and results of a stored run."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from rigrunner.runfile import StoredRun
 
 MOST_ALARMS = 20
-"""Shown on a terminal: a step that is tried again and again may raise thousands."""
+"""Alarms shown on a terminal. A step with many attempts may raise thousands."""
 
 
 @click.command(name="show")
@@ -77,7 +77,7 @@ def command(run: str, runs: Path, *, as_json: bool) -> ExitCode:
 
 
 def _show_damaged(path: Path, error: DataError, *, as_json: bool) -> ExitCode:
-    """Show what is sound of a run that cannot be read whole; raise the error where nothing is."""
+    """Show the intact parts of a damaged run; raise the error if there are none."""
     from rigrunner.run.salvaging import damaged_run, lost_text
 
     try:
@@ -155,7 +155,7 @@ def _facts(stored: StoredRun) -> Iterator[tuple[str, str]]:
 
 
 def _alarms(stored: StoredRun) -> list[str]:
-    """Return what went wrong, and what drivers told, in the order in which it came."""
+    """Return the failures and the messages of drivers, in order."""
     return [f"{one.source}: {one.text}" for one in stored.events if isinstance(one, Alarm)]
 
 

@@ -1,4 +1,4 @@
-"""`rigrunner sign`: a laboratory's own signature under its certificates."""
+"""`rigrunner sign`: sign certificates with the laboratory's key."""
 
 from __future__ import annotations
 

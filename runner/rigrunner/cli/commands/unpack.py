@@ -1,4 +1,4 @@
-"""`rigrunner unpack`: a run from one file."""
+"""`rigrunner unpack`: unpack a run from one file."""
 
 from __future__ import annotations
 

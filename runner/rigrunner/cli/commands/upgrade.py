@@ -1,4 +1,4 @@
-"""`rigrunner upgrade`: files of an older form of the language in today's form."""
+"""`rigrunner upgrade`: convert files of an older form of the language to the current form."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def command(files: Sequence[Path], out: Path | None, *, dry_run: bool) -> None:
 
 
 def _tell_approvals(upgrades: Sequence[Upgrade]) -> None:
-    """Load the new procedures, which may call each other, and say whether they are approved."""
+    """Load the new procedures, which may call each other, and report whether they are approved."""
     from rigrunner.cli.output import result
     from rigrunner.procedure import load_procedure
     from rigrunner.run.approval import approval_state

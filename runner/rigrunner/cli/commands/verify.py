@@ -1,4 +1,4 @@
-"""`rigrunner verify`: whether a run file, and a certificate of it, are what they say."""
+"""`rigrunner verify`: check that a run file, or a certificate, is genuine."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 FORMS = (".json", ".html", ".pdf")
 RUN_FILES = (".h5", ".hdf5")
 SHOWN = 12
-"""So many differences of one check are printed."""
+"""The number of printed differences of one check."""
 
 
 @click.command(name="verify")
@@ -116,7 +116,7 @@ def _text(found: Verification) -> str:
 
 
 def _shortened(differences: Sequence[str]) -> Iterator[str]:
-    """Yield the first differences of each check, and how many more there are."""
+    """Yield the first differences of each check, and the number of the others."""
     for what, group in groupby(differences, key=lambda each: each.partition(": ")[0]):
         found = list(group)
         yield from found[:SHOWN]

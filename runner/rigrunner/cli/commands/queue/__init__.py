@@ -1,4 +1,4 @@
-"""`rigrunner queue`: the specimens that wait for their run."""
+"""`rigrunner queue`: the queue of specimens."""
 
 from __future__ import annotations
 

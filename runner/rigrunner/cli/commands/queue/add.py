@@ -1,4 +1,4 @@
-"""`rigrunner queue add`: specimens from the command line, a file or a scanner."""
+"""`rigrunner queue add`: add specimens from the command line, a file or a scanner."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner queue clear`."""
+"""`rigrunner queue clear`: remove the entries that are over."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner queue hold`."""
+"""`rigrunner queue hold`: hold an entry."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner queue list`: the entries in the order of their runs."""
+"""`rigrunner queue list`: list the entries in the order of their runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner queue move`: another order."""
+"""`rigrunner queue move`: change the order."""
 
 from __future__ import annotations
 

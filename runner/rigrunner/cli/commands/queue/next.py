@@ -1,4 +1,4 @@
-"""`rigrunner queue next`: the next specimen, as `rigrunner run` runs it."""
+"""`rigrunner queue next`: run the next specimen, like `rigrunner run`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner queue release`."""
+"""`rigrunner queue release`: release an entry."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner queue repeat`: a test that is to be made again."""
+"""`rigrunner queue repeat`: repeat the test of an entry."""
 
 from __future__ import annotations
 

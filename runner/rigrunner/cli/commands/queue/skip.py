@@ -1,4 +1,4 @@
-"""`rigrunner queue skip`."""
+"""`rigrunner queue skip`: skip an entry."""
 
 from __future__ import annotations
 

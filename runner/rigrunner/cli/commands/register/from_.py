@@ -1,4 +1,4 @@
-"""`rigrunner register from`: an entry of the register, made of a calibration that was run here."""
+"""`rigrunner register from`: make an entry of the register from a calibration run."""
 
 from __future__ import annotations
 
