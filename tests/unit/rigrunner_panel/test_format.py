@@ -55,6 +55,36 @@ def test_a_german_screen_shows_and_takes_a_decimal_comma(tmp_path):
     ]
 
 
+@WITH_NODE
+def test_a_german_list_has_decimal_commas_in_its_columns_of_numbers_alone(tmp_path):
+    program = """
+      import { typedList, useDecimalSign } from './format.mjs';
+      const measured = new Set(['room', 'load']);
+      const lists = [
+        'specimen;room;lot\\r\\nB-1;22,5 °C;L 1,2\\r\\nB-2;-0,25 °C;L 3\\r\\n',
+        '\\n Specimen \\t ROOM \\nB,3\\t"22,5 °C"',
+        'specimen;room\\nB-4;1,2,3',
+        'specimen,room\\nB-5,22.5',
+        'B-6,5\\nB-7;22,5',
+        '',
+      ];
+      const english = lists.map((each) => typedList(each, measured));
+      useDecimalSign(',');
+      console.log(JSON.stringify([lists.map((each) => typedList(each, measured)), english, lists]));
+    """
+    german, english, lists = _of(tmp_path, program)
+    assert (
+        german
+        == [
+            "specimen;room;lot\r\nB-1;22.5 °C;L 1,2\r\nB-2;-0.25 °C;L 3\r\n",
+            "\n Specimen \t ROOM \nB,3\t22.5 °C",
+            "specimen;room\nB-4;1.2,3",  # no number: the server refuses it
+            *lists[3:],
+        ]
+    )
+    assert [english[0], *english[2:]] == [lists[0], *lists[2:]]
+
+
 def _of(folder, program):
     shutil.copy(FORMAT, folder / "format.mjs")
     done = subprocess.run(

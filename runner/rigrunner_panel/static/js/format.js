@@ -18,6 +18,19 @@ export function typedNumber(text) {
   return sign === "," ? text.replace(/^(\s*[+\u2212-]?\d+),(?=\d)/, "$1.") : text;
 }
 
+// A list with the decimal points that the server reads, in its columns of `measured` names, which the first line with words
+// says; where commas divide columns there are no decimal commas.
+export function typedList(text, measured) {
+  const lines = text.split("\n");
+  const head = lines.findIndex((line) => line.trim());
+  const between = ["\t", ";"].find((each) => lines[head]?.includes(each));
+  if (!between) return text;
+  const known = new Set([...measured].map((name) => name.toLowerCase()));
+  const numbers = lines[head].split(between).map((name) => known.has(name.trim().toLowerCase()));
+  const read = (line) => line.split(between).map((cell, i) => (numbers[i] ? typedNumber(cell.replace(/^(\s*)"([^"]*)"(\s*)$/, "$1$2$3")) : cell)).join(between);
+  return lines.map((line, i) => (i > head ? read(line) : line)).join("\n");
+}
+
 export function fixed(value, decimals) {
   if (value === null || value === undefined || !Number.isFinite(value)) return UNKNOWN;
   const text = value.toFixed(decimals);

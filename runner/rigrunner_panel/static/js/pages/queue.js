@@ -4,7 +4,7 @@ import { go, goToRig, station as ofWindow } from "../address.js";
 import { get, personName, post } from "../client.js";
 import { button, fill, h, setText, show } from "../dom.js";
 import { draft, keepDraft, newDraft } from "../draft.js";
-import { typedNumber, UNKNOWN } from "../format.js";
+import { typedList, UNKNOWN } from "../format.js";
 import { isBusy } from "../parts/bar.js";
 import { askReason } from "../parts/dialogs.js";
 import { inputForm } from "../parts/inputs.js";
@@ -223,15 +223,6 @@ function addCard() {
     procedure, station, form, plain, others, simulated,
     h("details", {}, h("summary", {}, t("queue.list_title")), listField,
       h("div", { class: "row" }, h("label", { class: "button", for: "queue-file" }, t("queue.file")), h("span", { class: "visually-hidden-input" }, file), button(t("queue.add_list"), addList, { kind: "primary" }))));
-}
-
-// A list with the decimal points that the server reads, in its columns of numbers; where commas divide columns there are none.
-function typedList(text, measured) {
-  const [head, ...lines] = text.split("\n");
-  const between = ["\t", ";"].find((each) => head.includes(each));
-  const numbers = head.split(between).map((name) => measured.has(name.trim()));
-  if (!between || !numbers.some(Boolean)) return text;
-  return [head, ...lines.map((line) => line.split(between).map((cell, i) => (numbers[i] ? typedNumber(cell) : cell)).join(between))].join("\n");
 }
 
 function picker(kind, chosen, changed) {
