@@ -236,6 +236,28 @@ def test_the_panel_raises_an_alarm_when_the_process_of_a_run_dies(lab):
         screen.close()
 
 
+def test_a_person_says_at_the_panel_that_a_rig_is_safe_which_cannot_be_reached(lab):
+    kill_at_40_volts(lab)
+    standing = lab.state.read_text()
+    lab.state.unlink()
+    with served(lab.folder, lab.runs) as server:
+        screen = Screen(server, "d" * 16)
+        pair = ready(screen, "procedure.yaml")
+        (asked,) = [e for e in screen.state["preflight"]["items"] if e["asks_safe"]]
+        assert (asked["state"], asked["text"]) == ("fail", "not read back as safe since then: psu")
+        assert screen.state["alarms"][0]["active"]
+        screen.post("preflight", 202, **pair, safe="unplugged, and replaced")
+        screen.until(lambda s: s["preflight"]["done"] and not s["alarms"][0]["active"])
+        items = screen.state["preflight"]["items"]
+        assert [e for e in items if e["asks_safe"]] == []
+        assert "says that it is safe: unplugged, and replaced" in read_marker("supply").safe_by
+        screen.close()
+    lab.state.write_text(json.dumps(json.loads(standing) | {"voltage": 0.0, "speed": 0.0}))
+    assert call(*words(lab, "--unattended")).code == ExitCode.PASS
+    found = found_of(lab, run_names(lab.runs)[-1])
+    assert "says that it is safe: unplugged, and replaced" in found.subject
+
+
 def test_a_panel_that_is_started_after_a_kill_shows_the_rig(lab):
     kill_at_40_volts(lab)
     with served(lab.folder, lab.runs) as server:

@@ -142,6 +142,11 @@ def _texts(drives: Collection[Standing]) -> str:
     return "; ".join(each.text for each in drives)
 
 
+def settle_by(marks: RigMarks, by: str, reason: str) -> None:
+    """Record that a person says that a rig is safe whose devices cannot all be read back."""
+    marks.settle(f"{by.strip()} says that it is safe: {reason.strip()}")
+
+
 def what_to_do(station_file: str) -> str:
     """Return the advice for a rig that cannot be confirmed safe."""
     return (

@@ -10,7 +10,7 @@ from rigrunner.api.devices import Readable
 from rigrunner.api.errors import RigrunnerError
 from rigrunner.api.member import Member, role_of
 from rigrunner.rig import Patience, Rig, unsafe_text
-from rigrunner.run.left_energised import standing_of, what_to_do
+from rigrunner.run.left_energised import settle_by, standing_of, what_to_do
 from rigrunner.steps.zero import Zero
 from rigrunner_panel.view.sections import PreflightItem
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from rigrunner.plan.actions import Interlock
     from rigrunner.rig_state import RigMarks
     from rigrunner.run.prepare import Planned
+    from rigrunner_panel.process.messages import Job
 
 _LOOK_S = 0.5
 """How long a zero is looked at, at most: the run itself takes its time."""
@@ -48,8 +49,6 @@ def rig_items(planned: Planned, marks: RigMarks | None = None) -> Iterator[Prefl
         if marks is not None:
             for role in sorted(marks.roles & rigs.keys(), key=partial(_turn, safety.order)):
                 yield from _stands(role, rigs[role])
-            if marks.unconfirmed:
-                yield _unconfirmed(marks, planned.station.document.name)
         yield from _interlocks(planned, rigs)
         yield from _zeros(planned, rigs)
 
@@ -69,10 +68,17 @@ def _left(text: str) -> PreflightItem:
     return PreflightItem(kind="device", name="rig", state="warn", text=text, fix=fix)
 
 
-def _unconfirmed(marks: RigMarks, station_file: str) -> PreflightItem:
+def unconfirmed(marks: RigMarks, station_file: str, job: Job) -> PreflightItem:
+    """Say which devices were not read back as safe, and take the word of a person for it."""
+    known = {"kind": "device", "name": "rig"}
     text = f"not read back as safe since then: {', '.join(sorted(marks.unconfirmed))}"
-    fix = what_to_do(station_file)
-    return PreflightItem(kind="device", name="rig", state="fail", text=text, fix=fix)
+    if job.reason:
+        settle_by(marks, job.by, job.reason)
+        said = f"{job.by} says that it is safe: {job.reason}"
+        return PreflightItem(**known, state="warn", text=text, fix=said)
+    return PreflightItem(
+        **known, state="fail", text=text, fix=what_to_do(station_file), asks_safe=True
+    )
 
 
 def _turn(order: Sequence[Member | str], role: str) -> int:

@@ -37,6 +37,7 @@ class Job(Struct, frozen=True, kw_only=True):
     """What the preflight found that is overridden."""
     by: str = ""
     reason: str = ""
+    """Why it is overridden; of a preflight, why a rig that was left energised is safe."""
     entry: int | None = None
     """The entry of the queue that the run is."""
 

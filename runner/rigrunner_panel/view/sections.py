@@ -76,6 +76,8 @@ class PreflightItem(Section):
     text: str
     fix: str = ""
     override: str = ""
+    asks_safe: bool = False
+    """Whether a person may say that the rig is safe: it was left energised, and cannot be read."""
 
 
 class Preflight(Section):

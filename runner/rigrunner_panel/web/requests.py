@@ -104,6 +104,8 @@ class StartPreflight(Pair):
 
     partners: Annotated[dict[Name, Name], Field(max_length=20)] = {}
     """Partner runs by name, in place of those that are found by themselves."""
+    safe: Words = ""
+    """What a person saw or did who says that a rig is safe that was left energised."""
 
 
 class Overridden(Body):

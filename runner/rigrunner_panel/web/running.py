@@ -82,6 +82,8 @@ def begin_preflight(rig: Rig, body: StartPreflight, by: str) -> None:
         station=station,
         runs=rig.panel.settings.runs,
         partners=named_runs(rig, body.partners),
+        by=by,
+        reason=body.safe.strip(),
     )
     rig.desk.start(job, rig.panel)
     rig.looked_at = Overridable(

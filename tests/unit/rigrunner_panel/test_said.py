@@ -16,6 +16,7 @@ import yaml
 
 import rigrunner
 from helpers_lacking import lacking
+from rigrunner.api.errors import InvalidFileError
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.procedure.answers import AnswerError, Expected
 from rigrunner.run.locate import find_procedure, find_station
@@ -461,6 +462,47 @@ def checks():
         yield from (each.name, each.good, each.advice)
 
 
+def names_of_devices():
+    """What channels and drives of the shipped devices are called."""
+    for name in ("no_load_inertia_sweep", "loaded_breakaway"):
+        station = find_station("simulated" if name.startswith("no") else "simulated_loaded_bench")
+        for device in planned_run(find_procedure(name), station).devices.values():
+            yield from (each.long_name for each in device.channels)
+            yield from (each.long_name for each in getattr(device, "drives", ()))
+
+
+SPOILED = {
+    "id: SSPB-STT-1000": "id: a b",
+    "title: ": "titel: ",
+    'revision: "A"': "revision: 1.0",
+    "setup:\n": "setup: 3\n",
+    "main:\n": "main:\n  - settel: {cycles: 3}\n  - settle: {cycles: 3}\n    wait: {time: 1 s}\n",
+    "- settle: {cycles: 100}": "- settle: {cycle: 100}\n  - wait: {time: 5}\n  - wait: {time: 5 N}",
+    "$load": "$lode",
+    "uses: {tester: swing_tester}": "uses: {teste: swing_tester}",
+    "main:": "main: &a",
+    "measurand:": "measurands:",
+    "rigrunner: procedure/2": "rigrunner: station/1",
+    "load: 1000 N": "load: 7000 N",
+    "\n  - confirm:": "\n\t- confirm:",
+    "swing_torque:": "swing_torqe:",
+}
+"""What a person may get wrong in a text, and in what way."""
+
+
+def problems_of_a_text():
+    """What the editor says of a text that is wrong."""
+    path, station = find_procedure("starting_torque_1000n"), find_station("simulated")
+    text = path.read_text(encoding="utf-8")
+    for right, wrong in SPOILED.items():
+        assert right in text
+        try:
+            planned_run(path, station, text=text.replace(right, wrong, 1))
+        except InvalidFileError as error:
+            for each in error.problems:
+                yield from (each.message, each.hint)
+
+
 def names_in_procedures():
     """What shipped procedures ask for, and what they measure."""
     for path in sorted(Path(find_procedure("gauge_rr")).parent.glob("*.yaml")):
@@ -470,7 +512,18 @@ def names_in_procedures():
         yield from re.findall(r"result: {.*?text: (.*?)[,}]", path.read_text("utf-8"))
 
 
-@pytest.mark.parametrize("source", [answers, plans, put_together, checks, names_in_procedures])
+@pytest.mark.parametrize(
+    "source",
+    [
+        answers,
+        plans,
+        put_together,
+        checks,
+        names_in_procedures,
+        problems_of_a_text,
+        names_of_devices,
+    ],
+)
 def test_what_is_really_said_is_said_in_german(translated, source):
     texts = [each for each in source() if each]
     assert len(texts) > 10

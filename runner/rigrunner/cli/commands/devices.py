@@ -86,13 +86,13 @@ def command(
 def _unconfirmed(marks: RigMarks | None, station: str, safe_by: str | None, reason: str) -> bool:
     """Return whether a rig that was left energised is not confirmed safe, and report it."""
     from rigrunner.cli.output import warning_label
-    from rigrunner.run.left_energised import what_to_do
+    from rigrunner.run.left_energised import settle_by, what_to_do
 
     if marks is None or not marks.unconfirmed:
         return False
     roles = ", ".join(sorted(marks.unconfirmed))
     if safe_by is not None:
-        marks.settle(f"{safe_by.strip()} says that it is safe: {reason.strip()}")
+        settle_by(marks, safe_by, reason)
         message(f"On record with the next run: {safe_by.strip()} says that {roles} is safe.")
         return False
     message(f"{warning_label()} not read back as safe since the rig was left energised: {roles}")

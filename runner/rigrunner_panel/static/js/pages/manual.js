@@ -139,7 +139,7 @@ function driveRow(drive) {
   const id = `drive-${drive.name}`;
   const input = h("input", { type: "text", id, inputmode: "decimal", autocomplete: "off", value: plain(drive.set ?? 0).replace("−", "-") });
   const limits = t("manual.limits", { low: plain(drive.minimum), high: plain(drive.maximum), unit: drive.unit });
-  const asked = field(`${drive.long_name} (${drive.unit})`, input, { hint: limits });
+  const asked = field(`${said(drive.long_name)} (${drive.unit})`, input, { hint: limits });
 
   async function send(text) {
     let refused = "";

@@ -31,7 +31,7 @@ export function trendsPage() {
         await post("archive/update");
         return get("archive/quantities");
       });
-      fill(quantity, items.map((name) => h("option", { value: name }, said(name))));
+      fill(quantity, items.map((name) => h("option", { value: name }, name.split("/").map(said).join("/"))));
       if (items.length) load();
       else fill(told, h("p", { class: "nothing" }, t("trends.nothing")));
     } catch (error) {

@@ -5,7 +5,7 @@ import { fill, h, setText } from "../dom.js";
 import { clock, plain, UNKNOWN } from "../format.js";
 import { pastOf, WINDOW_MS } from "../past.js";
 import { listen, store } from "../store.js";
-import { t } from "../texts.js";
+import { said, t } from "../texts.js";
 import { colour } from "../theme.js";
 
 const LEAST_OLD_MS = 1000;
@@ -52,7 +52,7 @@ export function channelList() {
         canvas.hidden = !box.checked;
       } });
       canvas.hidden = Boolean(hidden[channel.name]);
-      const row = h("tr", {}, h("th", { scope: "row" }, channel.long_name || channel.name, h("span", { class: "soft block" }, channel.name)),
+      const row = h("tr", {}, h("th", { scope: "row" }, said(channel.long_name) || channel.name, h("span", { class: "soft block" }, channel.name)),
         h("td", { class: "number" }, value, ` ${channel.unit === "1" ? "" : channel.unit}`), h("td", { class: "number" }, limitText(channel)), h("td", { class: "age" }, age),
         h("td", {}, h("div", { class: "strip-cell" }, h("label", { class: "tick" }, box), canvas)));
       return { name: channel.name, row, value, age, canvas };

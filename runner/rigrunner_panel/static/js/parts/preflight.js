@@ -2,6 +2,7 @@
 
 import { personName } from "../client.js";
 import { isBusy } from "./bar.js";
+import { askReason } from "./dialogs.js";
 import { button, fill, h, setText, show } from "../dom.js";
 import { steer } from "../steer.js";
 import { store } from "../store.js";
@@ -61,6 +62,12 @@ export function preflightCard({ procedure, station }) {
     card.onchange();
   }
 
+  // A rig that was left energised and cannot be read back: a person looks at it, and says so by name.
+  async function sayItIsSafe() {
+    const safe = await askReason(t("preflight.safe.title"), { confirm: t("preflight.safe.confirm") });
+    if (safe) await steer("preflight", { procedure, station, safe });
+  }
+
   function light(item) {
     const pass = item.state === "fail" && item.override ? h("label", { class: "check" }, h("input", { type: "checkbox", checked: passed.has(item.override), onchange: (event) => {
       if (event.target.checked) passed.add(item.override);
@@ -68,9 +75,10 @@ export function preflightCard({ procedure, station }) {
       show(override, passed.size > 0);
       card.onchange();
     } }), h("span", {}, t("preflight.let_pass"))) : null;
+    const safe = item.asks_safe ? button(t("preflight.safe"), sayItIsSafe) : null;
     return h("li", { class: `light ${item.state}` },
       h("span", { class: "sign", role: "img", "aria-label": t(`preflight.${item.state}`) }, SIGNS[item.state]),
-      h("div", { class: "light-text" }, h("strong", {}, title(item)), h("span", {}, said(item.text)), item.fix ? h("span", { class: "fix" }, said(item.fix)) : null, pass));
+      h("div", { class: "light-text" }, h("strong", {}, title(item)), h("span", {}, said(item.text)), item.fix ? h("span", { class: "fix" }, said(item.fix)) : null, pass, safe));
   }
 
   return card;
