@@ -1,4 +1,4 @@
-"""Units that plugins add, as a run keeps them: it is read and shown without these plugins."""
+"""Units of plugins, as stored with a run: it can be read and shown without these plugins."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
 _UNIT = "unit "
-"""What the name of a unit begins with in the provenance of a run."""
+"""Prefix of the names of units in the provenance of a run."""
 
 
 def unit_texts(added: Iterable[UnitDefinition]) -> dict[str, str]:
@@ -21,7 +21,7 @@ def unit_texts(added: Iterable[UnitDefinition]) -> dict[str, str]:
 
 
 def define_units_of(provenance: Mapping[str, str], run_id: str) -> None:
-    """Make the units known that a run was made with; raise DataError where a text is damaged."""
+    """Define the units that a run was made with; raise DataError if their text is damaged."""
     try:
         define(_definitions(provenance, run_id), f"the run {run_id}")
     except QuantityError as error:

@@ -1,4 +1,4 @@
-"""Which of several good attempts at one step counts: the last one; the others are kept beside."""
+"""Select the attempt at a step that counts: the last good one. The others are kept beside it."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     _Step = tuple[str, int]
 
 ZEROED = "zeroed"
-"""The table of the values with limits that zeros found."""
+"""The table of the zero readings that have limits."""
 
 
 def superseded(events: Iterable[Event]) -> frozenset[str]:
-    """Return the names of the recordings whose point was repeated with success."""
+    """Return the names of the recordings whose point was repeated successfully."""
     replaced, latest = set[str](), dict[tuple[str, int], str]()
     for event in events:
         if isinstance(event, StepEnded) and event.ok and event.recording:
@@ -39,15 +39,16 @@ class Measured(NamedTuple):
     """The rows of a run, in order."""
 
     rows: tuple[Measurement, ...]
-    """Of each step its last attempt that was completed: these count."""
+    """The last completed attempt of each step. These rows count."""
     superseded: tuple[Measurement, ...]
-    """Of the attempts before: kept beside."""
+    """The attempts before, which are kept."""
 
 
 def measured(events: Sequence[Event]) -> Measured:
-    """Return what was measured, of each step by its last attempt that was completed.
+    """Return the measured rows, of each step by its last completed attempt.
 
-    Of a scan of which none was completed the points of the last one count: each of them was done.
+    Of a scan without a completed attempt the points of the last one count: each of them was
+    completed.
     """
     began = main_began(events)
     attempts: list[_Attempt] = []
@@ -85,7 +86,7 @@ class _Attempt:
 
 
 def _count(attempt: _Attempt, counting: dict[_Step, _Attempt]) -> None:
-    """Let an attempt count, in its order, unless one before it was completed and it is not."""
+    """Let an attempt count, in its order, unless only an earlier one was completed."""
     before = counting.get(attempt.step)
     if attempt.completed or before is None or not before.completed:
         counting.pop(attempt.step, None)
@@ -95,10 +96,10 @@ def _count(attempt: _Attempt, counting: dict[_Step, _Attempt]) -> None:
 def _row_of_step(
     event: StepEnded, started: StepStarted | None, began: datetime | None
 ) -> Measurement | None:
-    """Return the row that a step makes; None for one that makes none.
+    """Return the row of a step, or None for a step without one.
 
-    A zero or a recording makes one of its values that have limits; a recording of its statistics
-    too.
+    A zero or a recording gives a row of its values with limits, and a recording one of its
+    statistics.
     """
     if event.measurement:
         row = _row(event, started, began)
@@ -126,7 +127,7 @@ def _unit(name: str, known: Mapping[str, str]) -> str:
 def _row(
     event: StepEnded | Scanned, started: StepStarted | None, began: datetime | None
 ) -> Measurement:
-    """Return a row; its start knows the limits, and of a scan the units."""
+    """Return a row. Its start event has the limits, and for a scan the units."""
     known = event.units if isinstance(event, StepEnded) else started.units if started else {}
     members = (*event.setpoints, *event.values)
     units = {member: known[member] for member in members if member in known}
@@ -136,7 +137,7 @@ def _row(
 
 
 def _placed(row: Measurement, started: StepStarted | None, began: datetime | None) -> Measurement:
-    """Return a row with its coordinates and when it was made."""
+    """Return a row with its coordinates and its time."""
     found = started.coordinates if started is not None else {}
     known = started.units if started is not None else {}
     units = {name: known[name] for name in found if name in known}
@@ -155,7 +156,7 @@ def _placed(row: Measurement, started: StepStarted | None, began: datetime | Non
 
 
 def _shown_in(name: str, told: Mapping[str, str]) -> str:
-    """Return the unit in which people see a value; a spread on another scale than K stays in it."""
+    """Return the display unit of a value. A spread of a temperature is shown in K."""
     channel = channel_of(name)
     shown, statistic = told.get(channel, ""), name.removeprefix(channel)
     follows = statistic in {"", ".mean", ".minimum", ".maximum"}
@@ -163,7 +164,7 @@ def _shown_in(name: str, told: Mapping[str, str]) -> str:
 
 
 def _with_readings(row: Measurement, event: StepEnded, started: StepStarted | None) -> Measurement:
-    """Return a row with what was read that is not a number."""
+    """Return a row with the readings that are not numbers."""
     units = {name: event.units[name] for name in event.readings if name in event.units}
     expected = started.expected if started is not None else ()
     known = {**row.units, **units}

@@ -1,4 +1,4 @@
-"""Headers, events and sample blocks as bytes, and back."""
+"""Encode headers, events and blocks of samples as bytes, and decode them."""
 
 from __future__ import annotations
 
@@ -41,16 +41,16 @@ KINDS: Mapping[str, type[events.Event]] = {
         events.RunEnded,
     )
 }
-"""The events that are kept on record, by name."""
+"""The stored kinds of events, by name."""
 _KEPT: Any = Union[tuple(KINDS.values())]  # noqa: UP007  (of a tuple)
 _from_json: Callable[[str | bytes], events.Event] = msgspec.json.Decoder(_KEPT).decode
 _from_packed: Callable[[bytes], events.Event] = msgspec.msgpack.Decoder(_KEPT).decode
-"""Quick; what they refuse is read again: a kind not known, or JSON with not-a-number."""
+"""Fast decoders. What they refuse is decoded again: an unknown kind, or JSON with not-a-number."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class _BlockHead:
-    """What stands before the samples of a block."""
+    """The head before the samples of a block."""
 
     recording: str
     rate_hz: Annotated[float, msgspec.Meta(gt=0)]
@@ -61,12 +61,12 @@ class _BlockHead:
 
 
 def header_bytes(header: RunHeader) -> bytes:
-    """Return a header as JSON with the format's version."""
+    """Return a header as JSON with the version of the format."""
     return _json({"format": FORMAT, **asdict(header)})
 
 
 def header_from(data: bytes, source: str) -> tuple[RunHeader, int]:
-    """Return the header and the format's version; raise DataError if a newer version wrote it."""
+    """Return the header and the version of its format; raise DataError for a newer version."""
     document = _object(data)
     version = document.pop("format", None)
     if not isinstance(version, int):
@@ -76,7 +76,7 @@ def header_from(data: bytes, source: str) -> tuple[RunHeader, int]:
 
 
 def check_format(version: int, source: str) -> None:
-    """Raise DataError if `source` was written in a format that is newer than this program."""
+    """Raise DataError if `source` was written in a format newer than this program."""
     if version > FORMAT:
         raise DataError(
             f"{source} was written by a newer version of Rigrunner"
@@ -86,7 +86,7 @@ def check_format(version: int, source: str) -> None:
 
 
 def _plain(value: Any) -> str | dict[str, Any]:
-    """Return what msgspec does not know: a Member as a text, a mapping that is no dict as one."""
+    """Return a value that msgspec cannot encode: a Member as text, another mapping as a dict."""
     return str(value) if isinstance(value, str) else dict(value)
 
 
@@ -94,9 +94,9 @@ _pack = msgspec.msgpack.Encoder(enc_hook=_plain).encode
 
 
 def event_record(event: events.Event) -> tuple[Kind, bytes]:
-    """Return an event as a record of the journal: as MessagePack, or JSON where that cannot be.
+    """Return an event as a journal record: as MessagePack, or as JSON if that is impossible.
 
-    The truth of a simulator is left out: it is kept apart.
+    The truth of a simulator is left out: it is stored separately.
     """
     if getattr(event, "truth", None):
         event = msgspec.structs.replace(event, truth={})
@@ -114,7 +114,7 @@ def event_text(event: events.Event) -> str:
 
 
 def event_from(text: str | bytes) -> events.Event | None:
-    """Return the event that is JSON; None for a kind that this version does not know."""
+    """Return the event in a JSON text; None for a kind that this version does not know."""
     try:
         return _from_json(text)
     except (msgspec.DecodeError, UnicodeError, RecursionError):
@@ -122,7 +122,7 @@ def event_from(text: str | bytes) -> events.Event | None:
 
 
 def event_unpacked(data: bytes) -> events.Event | None:
-    """Return the event that is MessagePack; None for a kind that this version does not know."""
+    """Return the event in a MessagePack record; None for a kind that this version does not know."""
     with suppress(msgspec.DecodeError, UnicodeError, RecursionError):
         return _from_packed(data)
     try:
@@ -137,7 +137,7 @@ def _event(document: dict[str, Any]) -> events.Event | None:
 
 
 def truth_bytes(recording: str, truth: Mapping[str, float]) -> bytes:
-    """Return what a simulator knows of one recording."""
+    """Return the truth of a simulator for one recording."""
     return _json({"recording": recording, "truth": dict(truth)})
 
 
@@ -184,7 +184,7 @@ def _json(document: Mapping[str, Any]) -> bytes:
 
 
 def _object(data: str | bytes) -> dict[str, Any]:
-    """Return a JSON object; raise DataError: a checksum says that it was written, not by whom."""
+    """Return a JSON object; raise DataError. A checksum does not show who wrote it."""
     try:
         document = json.loads(data)
     except (ValueError, RecursionError) as error:
@@ -193,9 +193,9 @@ def _object(data: str | bytes) -> dict[str, Any]:
 
 
 def _checked(kind: type[_T], value: object) -> _T:
-    """Return the value as the annotations have it, without fields of a newer version.
+    """Return the value with the annotated types, without fields of a newer version.
 
-    Raise DataError.
+    Raises DataError.
     """
     try:
         return msgspec.convert(value, kind)

@@ -1,4 +1,4 @@
-"""Coordinates in a run file: of a recording as a group, of the rows of a table as columns."""
+"""Coordinates in a run file: a group for a recording, columns for the rows of a table."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ _GROUP = "coordinates"
 def write_coordinates(
     parent: h5py.Group, coordinates: Mapping[str, Coordinate], units: Mapping[str, str]
 ) -> None:
-    """Write a member for each, with the attributes `name`, `value` and, where it has one, `units`.
+    """Write a member for each, with the attributes `name`, `value` and, if it has one, `units`.
 
-    A counter is an int64, a number a float64, true or false a boolean, a text a text.
+    A counter is an int64, a number a float64, a truth value a boolean, a text a text.
     """
     group = new_group(parent, _GROUP, "NXcollection")
     for name, value in coordinates.items():
@@ -37,7 +37,7 @@ def write_coordinates(
 
 
 def read_coordinates(parent: h5py.Group) -> tuple[dict[str, Coordinate], dict[str, str]]:
-    """Read coordinates and their units; none of a run of an earlier version."""
+    """Read coordinates and their units. Runs of earlier versions have none."""
     if _GROUP not in parent:
         return {}, {}
     members = {str(each.attrs["name"]): each.attrs for each in parent[_GROUP].values()}
@@ -47,7 +47,7 @@ def read_coordinates(parent: h5py.Group) -> tuple[dict[str, Coordinate], dict[st
 
 
 def write_written(parent: h5py.Group, written_in: Mapping[str, str]) -> None:
-    """Let each set-point and coordinate of a recording have the number and unit as written."""
+    """Write the number and unit of each set-point and coordinate as in the procedure."""
     for member in _kept(parent):
         if symbol := written_in.get(str(member.attrs["name"])):
             value = member.attrs["value"] if "value" in member.attrs else member[()]
@@ -56,9 +56,9 @@ def write_written(parent: h5py.Group, written_in: Mapping[str, str]) -> None:
 
 
 def write_written_columns(table: h5py.Group, rows: Sequence[Measurement]) -> None:
-    """Let each column have its unit as written beside SI, and its numbers in that as `written`.
+    """Write the unit of each column as in the procedure, and its numbers in that unit as `written`.
 
-    None where the rows of a column write it in several units: the events have them.
+    None if the rows of a column have several units: the events have them.
     """
     for member in _kept(table):
         name = str(member.attrs["name"])
@@ -74,7 +74,7 @@ def write_written_columns(table: h5py.Group, rows: Sequence[Measurement]) -> Non
 
 
 def read_written(parent: h5py.Group) -> dict[str, str]:
-    """Read the units in which set-points and coordinates are written, by name."""
+    """Read the units of set-points and coordinates in the procedure, by name."""
     return {
         str(member.attrs["name"]): str(member.attrs["written_in"])
         for member in _kept(parent)
@@ -91,7 +91,7 @@ def _kept(parent: h5py.Group) -> Iterator[h5py.Group | h5py.Dataset]:
 def write_coordinate_columns(table: h5py.Group, rows: Sequence[Measurement]) -> None:
     """Write a column for each coordinate of the rows of a table, if they have any.
 
-    A counter or number that a row lacks is not-a-number; true and false are the texts yes and no.
+    A counter or number that a row lacks is not-a-number; truth values are the texts yes and no.
     """
     names = dict.fromkeys(name for one in rows for name in one.coordinates)
     if not names:

@@ -1,4 +1,4 @@
-"""The identity of what was measured."""
+"""The digest that identifies the measured data."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 
 class RecordingDigest:
-    """SHA-256 over all that was recorded, block by block.
+    """SHA-256 over one recording, block by block.
 
-    That is name, rate, set-points, coordinates, units and samples of one recording.
+    It covers name, rate, set-points, coordinates, units and samples.
 
-    It is the digest of a JSON text (keys sorted, no spaces) that holds the digest of each channel's
+    It is the digest of a JSON text (keys sorted, no spaces) with the digest of each channel's
     samples as little-endian float64, so that it can be checked without this program.
     """
 
@@ -43,13 +43,13 @@ class RecordingDigest:
         self._channels: dict[str, hashlib._Hash] = {}
 
     def update(self, channels: Mapping[str, Array]) -> None:
-        """Take further samples of every channel."""
+        """Add further samples of every channel."""
         for channel, values in channels.items():
             found = self._channels.setdefault(channel, hashlib.sha256())
             found.update(np.ascontiguousarray(values, "<f8").data)
 
     def hexdigest(self) -> str:
-        """Return the digest of all that was taken."""
+        """Return the digest of all samples so far."""
         channels = {channel: found.hexdigest() for channel, found in self._channels.items()}
         text = json.dumps(
             {**self._known, "channels": channels}, sort_keys=True, separators=(",", ":")

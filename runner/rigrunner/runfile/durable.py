@@ -1,4 +1,4 @@
-"""Files that survive a power cut: synced before they get their name, and their folder after."""
+"""Files that survive a power failure: synced before they get their name, their folder after."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 READ_ONLY = 0o444
 _PATIENCE_S = (0.05, 0.1, 0.2, 0.4, 0.8)
-"""How long is waited, time after time, for a file that another program holds."""
+"""How long to wait, each time, for a file that another program has open."""
 _REMEDIES = {
     errno.ENOSPC: "free some space on the disk",
     errno.EDQUOT: "free some space: your share of the disk is used up",
@@ -30,7 +30,7 @@ _REMEDIES = {
     errno.ENODEV: "the disk is gone: was it taken away?",
     errno.EBUSY: "another program holds the file: close it there",
 }
-"""What is to be done about a file that cannot be written, by the system's number of the error."""
+"""How to fix a file that cannot be written, by the error number of the system."""
 
 
 def temporary(path: Path) -> Path:
@@ -39,7 +39,7 @@ def temporary(path: Path) -> Path:
 
 
 def publish(path: Path, *, read_only: bool) -> None:
-    """Sync the temporary file of `path`, and rename it, durably."""
+    """Sync the temporary file of `path` and rename it, durably."""
     sync_file(temporary(path))
     if read_only:
         temporary(path).chmod(READ_ONLY)
@@ -48,7 +48,7 @@ def publish(path: Path, *, read_only: bool) -> None:
 
 
 def _rename(source: Path, target: Path) -> None:
-    """Rename a file; on Windows another program, such as a virus scanner, may hold it a moment."""
+    """Rename a file. On Windows a program such as a virus scanner may block it for a moment."""
     for pause_s in _PATIENCE_S if os.name == "nt" else ():
         try:
             source.replace(target)
@@ -60,7 +60,7 @@ def _rename(source: Path, target: Path) -> None:
 
 
 def sync_file(path: Path) -> None:
-    """Wait until a file's content is on the disk."""
+    """Wait until the content of a file is on the disk."""
     descriptor = os.open(path, os.O_RDWR)
     try:
         os.fsync(descriptor)
@@ -69,7 +69,7 @@ def sync_file(path: Path) -> None:
 
 
 def sync_folder(path: Path) -> None:
-    """Wait until a folder's names are on the disk (Windows does so by itself)."""
+    """Wait until the names in a folder are on the disk (Windows does this by itself)."""
     if os.name == "nt":
         return
     descriptor = os.open(path, os.O_RDONLY)
@@ -81,7 +81,7 @@ def sync_folder(path: Path) -> None:
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Turn an OSError into a DataError that names the file and says what to do."""
+    """Turn an OSError into a DataError that names the file and how to fix it."""
     try:
         yield
     except OSError as error:
@@ -89,9 +89,9 @@ def writing(path: Path) -> Iterator[None]:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file whole, in place of one that is there, or leave all as it was; raise DataError.
+    """Replace a file by a complete new one, or leave everything unchanged; raise DataError.
 
-    What is not a regular file, such as a pipe, is written to as it is.
+    A target that is no regular file, such as a pipe, is written directly.
     """
     with writing(path):
         if path.exists() and not path.is_file():
@@ -108,7 +108,7 @@ def write_whole(path: Path, content: bytes) -> None:
 
 
 def cannot_write(path: Path, error: OSError) -> DataError:
-    """Return the error that names the file and says what to do."""
+    """Return the error that names the file and how to fix it."""
     return DataError(f"cannot write {path}: {error.strerror or error}", hint=_hint(error))
 
 

@@ -1,4 +1,4 @@
-"""When something was done, in time and cycles since the run began `main`: told from the events."""
+"""Time and cycles that had elapsed since the run began `main`, from the events."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _MAIN = "main"
 
 
 def main_began(events: Iterable[Event]) -> datetime | None:
-    """Return when the first step of `main` began; None where none did.
+    """Return when the first step of `main` began, or None.
 
-    By the date and time: it goes on while a run is interrupted, and over a restart.
+    By date and time, which continue while a run is interrupted, and over a restart.
     """
     for event in events:
         if isinstance(event, StepStarted) and event.step.startswith(_MAIN):
@@ -29,7 +29,7 @@ def main_began(events: Iterable[Event]) -> datetime | None:
 
 
 def seconds_since(began: datetime | None, utc: str) -> float | None:
-    """Return how many seconds later than `began` it was; None where that is before, or unknown."""
+    """Return the seconds since `began`; None if the time is earlier, or unknown."""
     moment = _moment(utc)
     if began is None or moment is None or moment < began:
         return None
@@ -37,7 +37,7 @@ def seconds_since(began: datetime | None, utc: str) -> float | None:
 
 
 def cycles_of(started: StepStarted | None, names: Iterable[str]) -> int | None:
-    """Return after how many cycles a step began: of the role of these channels, or the only one."""
+    """Return the number of cycles before a step: of the role of these channels, or the only one."""
     counts = started.cycles if started is not None else {}
     roles = {name.partition(".")[0] for name in names} & counts.keys()
     if len(roles) != 1:
@@ -46,7 +46,7 @@ def cycles_of(started: StepStarted | None, names: Iterable[str]) -> int | None:
 
 
 def cycles_by_recording(events: Iterable[Event]) -> dict[str, int]:
-    """Return after how many cycles each recording began, of those where something moved."""
+    """Return the number of cycles before each recording, for those with cyclic motion."""
     found = {
         event.recording: cycles_of(event, event.units)
         for event in events
@@ -56,7 +56,7 @@ def cycles_by_recording(events: Iterable[Event]) -> dict[str, int]:
 
 
 def with_elapsed(recordings: Iterable[Recording], events: Sequence[Event]) -> tuple[Recording, ...]:
-    """Return recordings with the time and the cycles that had elapsed when each was begun."""
+    """Return recordings with the time and the cycles that had elapsed when each began."""
     began, cycles = main_began(events), cycles_by_recording(events)
     return tuple(
         replace(

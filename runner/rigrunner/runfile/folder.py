@@ -1,4 +1,4 @@
-"""Where the files of a run are, and how its folder is named."""
+"""The folder of a run: its name, and the paths of its files."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _LONGEST_PART = 48
 def create_run_folder(
     runs: Path, started: datetime, procedure_id: str, specimen: str = "", mark: str = ""
 ) -> Path:
-    """Make and return `<UTC>_<procedure>_<specimen>` in `runs`; its name is the run's id.
+    """Create and return `<UTC>_<procedure>_<specimen>` in `runs`; its name is the run's id.
 
-    A `mark` comes last. Where the name is taken, '-2', '-3', ... is added. Raises DataError if it
-    cannot be made.
+    A `mark` is appended. If the name exists, '-2', '-3', ... is added. Raises DataError if it
+    cannot be created.
     """
     parts = (started.astimezone(UTC).strftime("%Y%m%dT%H%M%SZ"), procedure_id, specimen, mark)
     name = "_".join(safe for part in parts if (safe := safe_name(part)))
@@ -36,7 +36,7 @@ def create_run_folder(
 
 
 def safe_name(text: str) -> str:
-    """Return a text as every file system takes it: letters, digits, dash, dot in the middle."""
+    """Return a text that every file system accepts: letters, digits, dash, dot in the middle."""
     plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
     return re.sub(r"[^A-Za-z0-9.]+", "-", plain)[:_LONGEST_PART].strip("-.")
 
@@ -60,22 +60,22 @@ class RunFolder:
 
     @property
     def sealed_file(self) -> Path:
-        """The whole run, once it is over."""
+        """The whole run, after its end."""
         return self.path / "run.h5"
 
     @property
     def is_run(self) -> bool:
-        """Whether a run is there, sealed or not."""
+        """Whether there is a run, sealed or not."""
         return self.sealed_file.exists() or self.events.exists()
 
     @property
     def lock(self) -> Path:
-        """The file that is locked while a process writes to the run."""
+        """The lock file of the process that writes to the run."""
         return self.path / "run.lock"
 
     @property
     def journal(self) -> Path:
-        """The folder of what is being written while the run lasts."""
+        """The folder of the journals, while the run lasts."""
         return self.path / "journal"
 
     @property
@@ -85,7 +85,7 @@ class RunFolder:
 
     @property
     def parts(self) -> Path:
-        """The folder of finished recordings, each a file of its own."""
+        """The folder of finished recordings, one file each."""
         return self.path / "recordings"
 
     def samples(self, number: int) -> Path:

@@ -1,4 +1,4 @@
-"""Finished recordings become files of their own in the background: no step waits for it."""
+"""Turn finished recordings into files in the background: no step waits for it."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ if TYPE_CHECKING:
 
 
 class Folding:
-    """Does one fold after the other in a thread of its own; a process that ends waits for it.
+    """Folds one recording after the other in a thread; the process waits for it at its end.
 
-    HDF5 compresses without the interpreter's lock, so that the thread that records goes on. What
-    waits is a name each; the samples stay on the disk, in journals that are whole and synced.
+    HDF5 compresses without the interpreter's lock, so the recording thread continues. Only names
+    are queued; the samples stay on the disk, in complete and synced journals.
     """
 
     def __init__(self) -> None:
         self._worker = ThreadPoolExecutor(1, "fold")
         self.going: deque[Future[None]] = deque()
-        """What was started and was not looked at since."""
+        """Folds that were started and not yet checked."""
 
     def start(self, fold: Callable[[], None]) -> None:
-        """Fold once those before it are done."""
+        """Start a fold, which begins after those before it."""
         self.going.append(self._worker.submit(fold))
 
     def check(self) -> None:
-        """Raise what a fold has raised; its recording is still whole, in its journal."""
+        """Raise the error of a failed fold. Its recording is still complete, in its journal."""
         while self.going and self.going[0].done():
             self.going.popleft().result()
 
     def wait(self) -> None:
-        """Wait until all are done; what failed is folded anew at sealing. Idempotent."""
+        """Wait until all are done. Failed ones are repeated at sealing. Idempotent."""
         self._worker.shutdown()

@@ -1,4 +1,4 @@
-"""Keeps Ctrl-C out of what must not be interrupted halfway."""
+"""Delay Ctrl-C during operations that must not be interrupted."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Let a Ctrl-C wait until this is over; then it is as if it came just then.
+    """Delay a Ctrl-C until the end of the block, where it is raised.
 
-    HDF5 calls back into Python to write. It goes on after an exception there, with the bytes at
-    another place or not at all: the file would be published, and wrong.
+    HDF5 calls back into Python to write. After an exception there it continues, with the bytes at
+    another place or missing: a wrong file would be published.
     """
     if threading.current_thread() is not threading.main_thread():
         yield  # signals are taken by the main thread alone

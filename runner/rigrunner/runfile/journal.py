@@ -1,6 +1,7 @@
 """An append-only file of records, each with its length and checksum.
 
-What was appended before the writer died is read back; a torn or damaged record ends the reading.
+Records that were appended before the writer died are read back; reading stops at a torn or damaged
+record.
 """
 
 from __future__ import annotations
@@ -26,11 +27,11 @@ _HEAD = struct.Struct("<IBI")
 """Length of the payload, kind, CRC-32 over both and the payload."""
 _SYNC_EVERY_S = 1.0
 _SMALL = 4096
-"""Bytes of parts that are copied rather than written after their head."""
+"""Parts up to this many bytes are copied after their head; larger ones are written separately."""
 
 
 class Kind(IntEnum):
-    """What a record holds."""
+    """The content of a record."""
 
     HEADER = 1
     EVENT = 2
@@ -38,7 +39,7 @@ class Kind(IntEnum):
     TRUTH = 3
     BLOCK = 4
     ROW = 5
-    """A point of a scan, of which numbers alone were kept; read, and no longer written."""
+    """A point of a scan as numbers alone; read, but no longer written."""
     PACKED = 6
     """An event as MessagePack."""
 
@@ -53,16 +54,16 @@ class Record:
 
 
 class JournalWriter:
-    """Appends records. A record that was not written whole is taken back; raises OSError."""
+    """Appends records. An incomplete record is removed again; raises OSError."""
 
     def __init__(self, path: Path, records_end: int | None = None) -> None:
-        """Begin a new journal, or go on with one whose last intact record ends at `records_end`.
+        """Create a journal, or continue one whose last intact record ends at `records_end`.
 
-        What follows that record is cut off: nothing could be read behind it.
+        Anything after that record is cut off: records behind it could not be read.
         """
         self.path = path
         self.sync_due_s = monotonic() + _SYNC_EVERY_S
-        """When its latest records are to be synced."""
+        """When the latest records are to be synced."""
         self._file = path.open("xb" if records_end is None else "r+b", buffering=0)
         self._end = len(MAGIC) if records_end is None else records_end
         if records_end is None:
@@ -87,12 +88,12 @@ class JournalWriter:
         self._end += _HEAD.size + length
 
     def sync(self) -> None:
-        """Wait until all is on the disk."""
+        """Wait until everything is on the disk."""
         os.fsync(self._file.fileno())
         self.sync_due_s = monotonic() + _SYNC_EVERY_S
 
     def sync_sometimes(self) -> None:
-        """Sync if that was not done for a second."""
+        """Sync, if the last sync was a second ago or more."""
         if monotonic() > self.sync_due_s:
             self.sync()
 
@@ -112,10 +113,10 @@ class JournalWriter:
 
 
 def read_records(path: Path, after: int | None = None) -> Iterator[Record]:
-    """Yield the intact records from the beginning to the first that is torn or damaged.
+    """Yield the intact records up to the first torn or damaged one.
 
-    Or from the end of a record on, which is `after`. Raises DataError if the file is no journal;
-    one that is too short to say so has no records.
+    They start at the beginning, or at `after`, the end of a record. Raises DataError if the file is
+    no journal; a file too short for the mark has no records.
     """
     with path.open("rb") as file:
         magic = file.read(len(MAGIC))
@@ -132,9 +133,9 @@ def read_records(path: Path, after: int | None = None) -> Iterator[Record]:
 
 
 def skip_records(path: Path, after: int | None, most: int) -> int | None:
-    """Return where a record ends with at most `most` bytes behind it; `after` if that has so few.
+    """Return the end of a record with at most `most` bytes after it; `after` if there are so few.
 
-    Records are passed over by their length, and not checked.
+    Records are skipped by their length, without a check.
     """
     size, end = path.stat().st_size, after or len(MAGIC)
     if size - end <= most:
@@ -151,7 +152,7 @@ def skip_records(path: Path, after: int | None, most: int) -> int | None:
 
 
 def unread_bytes(path: Path, records_end: int | None) -> int:
-    """Return how many bytes follow the last intact record, which ends at `records_end`."""
+    """Return the number of bytes after the last intact record, which ends at `records_end`."""
     return path.stat().st_size - (len(MAGIC) if records_end is None else records_end)
 
 

@@ -1,4 +1,4 @@
-"""Who writes into a run's folder: a lock of the operating system, which no dead process holds."""
+"""The lock of a run's folder: of the operating system, so a dead process does not keep it."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 PATIENCE_S = 1.0
-"""How long is waited: somebody who only looks whether the run goes on holds it for a moment."""
+"""How long to wait: a process that only checks whether the run is active holds it for a moment."""
 
 
 @contextmanager
 def run_lock(folder: Path) -> Iterator[None]:
-    """Hold a run's folder while it is written to; raise DataError where a process has it."""
+    """Hold a run's folder while it is written; raise DataError if a process has it."""
     files = RunFolder(folder)
     lock = FileLock(files.lock, timeout=PATIENCE_S)
     with writing(files.lock):
@@ -42,7 +42,7 @@ def run_lock(folder: Path) -> Iterator[None]:
 
 
 def is_going_on(folder: Path) -> bool:
-    """Say whether a process writes to a run's folder; False where that cannot be told."""
+    """Return whether a process writes to a run's folder; False if that is unknown."""
     path = RunFolder(folder).lock
     if not path.exists():
         return False

@@ -1,4 +1,4 @@
-"""A run that is not sealed: its journal, its finished recordings, and what was not yet folded."""
+"""Read a run that is not sealed: its journal, finished recordings, and journals of samples."""
 
 from __future__ import annotations
 
@@ -53,16 +53,16 @@ NEVER_ENDED = "the run has not ended, or its program was killed"
 
 @dataclass(frozen=True)
 class Journal:
-    """What the journal of events says."""
+    """The content of the journal of events."""
 
     header: RunHeader
     events: tuple[Event, ...]
     truth: Mapping[str, Mapping[str, float]]
     notes: tuple[str, ...]
     records_end: int
-    """Where its last intact record ends in the file."""
+    """The end of its last intact record in the file."""
     format: int
-    """The version of the layout with which the run began."""
+    """The version of the layout when the run began."""
 
     def zeros(self) -> tuple[dict[str, float], dict[str, str]]:
         """Return the latest zero of each channel, and the units."""
@@ -84,14 +84,14 @@ class Journal:
 
 @dataclass(frozen=True)
 class SampleJournal:
-    """The blocks of one recording that is not a file of its own yet."""
+    """The blocks of one recording that is not yet a file of its own."""
 
     path: Path
     number: int
     name: str
     shape: Shape
     is_damaged: bool = False
-    """Whether more follows its last intact block, as after no recording that was finished."""
+    """Whether there are bytes after its last intact block. A finished recording has none."""
 
     def blocks(self) -> Iterator[Block]:
         """Yield the intact blocks."""
@@ -109,7 +109,7 @@ class SampleJournal:
 
 
 def read_journal(files: RunFolder) -> Journal:
-    """Read the journal of events; raise DataError if not even its header is intact."""
+    """Read the journal of events; raise DataError if even its header is damaged."""
     headers: list[tuple[RunHeader, int]] = []
     events: list[Event] = []
     truth: dict[str, dict[str, float]] = {}
@@ -140,7 +140,7 @@ def read_journal(files: RunFolder) -> Journal:
 
 
 def _without_header(files: RunFolder) -> str:
-    """Return what to do with a run of which nobody can tell any more what it was."""
+    """Return the remedy for a run whose header is lost."""
     kept = [*files.parts.glob("*.h5"), *files.journal.glob("*.samples")]
     if any(each.stat().st_size for each in kept):
         return (
@@ -150,7 +150,7 @@ def _without_header(files: RunFolder) -> str:
 
 
 def unfolded(files: RunFolder) -> list[SampleJournal]:
-    """Return the journals of samples that are not files of their own yet."""
+    """Return the journals of samples that are not yet files of their own."""
     found = (
         open_samples(path)
         for path in files.sample_journals()
@@ -162,10 +162,10 @@ def unfolded(files: RunFolder) -> list[SampleJournal]:
 def _each(
     files: RunFolder, of_part: Callable[[Path], _T], of_samples: Callable[[SampleJournal], _T]
 ) -> Iterator[_T]:
-    """Yield what each recording gives, in order, from its own file or else from its journal.
+    """Yield a value for each recording, in order, from its own file or else from its journal.
 
-    Journals are listed first: one that is folded meanwhile, by the process that records, is gone
-    only once its file is there.
+    Journals are listed first: if the recording process folds one meanwhile, its file exists before
+    the journal is removed.
     """
     journals = {_number(path): path for path in files.sample_journals()}
     parts = {_number(path): path for path in files.finished_parts()}
@@ -181,7 +181,7 @@ def _each(
 
 
 def open_samples(path: Path) -> SampleJournal | None:
-    """Return a journal of samples; None if not even its first block is intact."""
+    """Return a journal of samples; None if even its first block is damaged."""
     name, first, samples, end = "", None, 0, None
     for record in read_records(path):
         end = record.end
@@ -195,7 +195,7 @@ def open_samples(path: Path) -> SampleJournal | None:
 
 
 def read_loose(files: RunFolder, *, samples: bool = True) -> StoredRun:
-    """Read a run that is not sealed, as far as it got; or without `samples` what is said of it."""
+    """Read a run that is not sealed, as far as it got; without `samples`, its description alone."""
     journal = read_journal(files)
 
     def read_samples(samples: SampleJournal) -> tuple[RecordingFacts, Recording, str]:
@@ -225,7 +225,7 @@ def read_loose(files: RunFolder, *, samples: bool = True) -> StoredRun:
 
 
 def read_loose_info(files: RunFolder) -> RunInfo:
-    """Read what is known of it; samples are read only of what is not a file of its own yet."""
+    """Read a run's description. Samples are read only from journals that are not yet folded."""
     journal = read_journal(files)
 
     def samples_facts(samples: SampleJournal) -> tuple[RecordingFacts, str]:
@@ -274,7 +274,7 @@ def _part_facts(path: Path) -> tuple[RecordingFacts, str]:
 
 
 def _samples_fit(files: RunFolder) -> bool:
-    """Return whether all samples of the finished parts are to be read into memory."""
+    """Return whether the samples of the finished parts fit into memory."""
     held = 0
     for path in files.finished_parts():
         with open_file(path) as file:

@@ -1,8 +1,8 @@
-"""The manifest of a sealed run: the SHA-256 of every object in its file, and what differs from it.
+"""The manifest of a sealed run: the SHA-256 of every object in its file.
 
 An object is a group with its attributes and the names of its members, or a dataset with its
 attributes and values. Its digest is taken over a JSON text (keys sorted, no spaces), so that it can
-be computed again without this program; docs/reference/run-file.md says how.
+be computed without this program; docs/reference/run-file.md says how.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 FORMAT = "rigrunner: manifest/1"
 MANIFEST = "manifest"
-"""The dataset that holds it; the only one that has no digest in it."""
+"""The dataset of the manifest, the only object without a digest in it."""
 ROOT = "/"
 ENTRY_ITEM = "."
 _ROWS = 1 << 17
@@ -48,26 +48,26 @@ _SAMPLES = ("recordings", "incomplete", "superseded")
 
 @dataclass(frozen=True, order=True)
 class Difference:
-    """One object of a run file that is not what its manifest says."""
+    """An object of a run file that differs from its manifest."""
 
     path: str
     """As in the manifest: from the entry, '.' for the entry itself, '/' for the file."""
     kind: str
     what: str
-    """In words: changed, missing, added or unreadable."""
+    """As text: changed, missing, added or unreadable."""
 
     def __str__(self) -> str:
-        """Return the place in the file, what it holds, and what is wrong with it."""
+        """Return the place in the file, the kind of object, and what is wrong with it."""
         return f"{place(self.path)} ({self.kind}): {self.what}"
 
 
 def place(path: str) -> str:
-    """Return where in the file an item of the manifest is."""
+    """Return the path in the file of an item of the manifest."""
     return path if path == ROOT else "/entry" if path == ENTRY_ITEM else f"/entry/{path}"
 
 
 def write_manifest(entry: h5py.Group) -> None:
-    """Write the manifest of all that the file holds; nothing may be written after it."""
+    """Write the manifest of all objects in the file; nothing may be written after it."""
     write_verbatim(entry, MANIFEST, manifest_text(entry))
 
 
@@ -81,20 +81,20 @@ def manifest_text(entry: h5py.Group) -> str:
 
 
 def manifest_sha256(entry: h5py.Group) -> str:
-    """Return the SHA-256 of the manifest's text as it stands in the file; '' without one."""
+    """Return the SHA-256 of the stored text of the manifest; '' without one."""
     if MANIFEST not in entry:
         return ""
     return hashlib.sha256(bytes(entry[MANIFEST][()])).hexdigest()
 
 
 def kind_of(path: str) -> str:
-    """Return what an object holds, in words; what is no part of every run is a partner run."""
+    """Return the kind of an object as text. Objects of few runs belong to a partner run."""
     top = path if path in {ROOT, ENTRY_ITEM} else path.partition("/")[0]
     return _KINDS.get(top, top if top in _NAMED_SO else partner_words(top))
 
 
 def object_digest(item: h5py.Group | h5py.Dataset, path: str = "") -> str:
-    """Return the SHA-256 of one object, without what is in its members; raise DataError."""
+    """Return the SHA-256 of one object, without the content of its members; raise DataError."""
     known: dict[str, Any] = {
         "attributes": {name: _attribute(item.attrs[name]) for name in item.attrs}
     }
@@ -111,10 +111,10 @@ def object_digest(item: h5py.Group | h5py.Dataset, path: str = "") -> str:
 
 
 def differences(entry: h5py.Group, *, samples: bool = True) -> Iterator[Difference]:
-    """Yield what is not as the manifest says, in the order of the file.
+    """Yield the differences from the manifest, in the order of the file.
 
-    Without `samples` the columns of recordings, which have a digest of their own, are passed over.
-    Raises DataError where the file's structure is too damaged to walk through.
+    Without `samples` the columns of recordings, which have a digest of their own, are skipped.
+    Raises DataError if the structure of the file is too damaged to walk through.
     """
     try:
         wanted = stored_items(entry)
@@ -132,7 +132,7 @@ def differences(entry: h5py.Group, *, samples: bool = True) -> Iterator[Differen
 
 
 def compared(path: str, item: h5py.Group | h5py.Dataset, said: object) -> str:
-    """Return in what an object differs from what the manifest says of it; '' where it does not."""
+    """Return how an object differs from the manifest; '' if it does not."""
     if said is None:
         return "added: the manifest does not name it"
     try:
@@ -152,7 +152,7 @@ def _items(entry: h5py.Group) -> Iterator[tuple[str, h5py.Group | h5py.Dataset]]
 
 
 def stored_items(entry: h5py.Group) -> dict[str, object]:
-    """Return what the manifest says, by place; raise DataError where it is none."""
+    """Return the content of the manifest, by path; raise DataError if it is invalid."""
     if MANIFEST not in entry:
         raise DataError("there is none, although this version of the layout has one")
     text = bytes(entry[MANIFEST][()]).decode("ascii")
@@ -167,7 +167,7 @@ def stored_items(entry: h5py.Group) -> dict[str, object]:
 
 
 def _is_column(path: str, item: h5py.Group | h5py.Dataset) -> bool:
-    """Say whether it holds samples: recordings/name/column, also of a partner run."""
+    """Return whether it holds samples: recordings/name/column, also of a partner run."""
     *_, kind, _name, _column = ("", "", *path.split("/"))
     return isinstance(item, h5py.Dataset) and kind in _SAMPLES
 
@@ -185,7 +185,7 @@ def _data_digest(dataset: h5py.Dataset, path: str) -> str:
 
 
 def _attribute(value: Any) -> object:
-    """Return text as it is; of numbers the type, shape and bytes."""
+    """Return a text as it is; for numbers the type, shape and bytes."""
     if isinstance(value, str):
         return value
     array = np.asarray(value)

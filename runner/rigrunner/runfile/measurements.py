@@ -1,4 +1,4 @@
-"""Single values of a run: what tells them from others, and how they are tables for viewers."""
+"""Single values of a run: their digest, and their tables for viewers."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
 _canonical = json.JSONEncoder(sort_keys=True, separators=(",", ":")).encode
 FIRST_WITH_LIMITS = 3
-"""The first version of the layout in which a row has its limits, and its digest covers them."""
+"""The first version of the layout in which rows have limits, which their digest covers."""
 
 
 def measurement_digest(measurement: Measurement, version: int) -> str:
     """Return the SHA-256 of a measurement as JSON (keys sorted, no spaces), without its time.
 
-    By the algorithm of that version of the layout. A version that is in use is never changed: the
-    identity of every run that was stored with it would be another.
+    The algorithm depends on the version of the layout. It is never changed for a released version,
+    since each stored run would get another identity.
     """
     known: dict[str, Any] = {
         "name": measurement.name,
@@ -55,9 +55,9 @@ def measurement_digest(measurement: Measurement, version: int) -> str:
 def write_measurements(
     entry: h5py.Group, measurements: Sequence[Measurement], group: str = "measurements"
 ) -> None:
-    """Write a table for each name: a column for each set-point and channel, a row each time.
+    """Write a table for each name: a column for each set-point and channel, one row each time.
 
-    Beside them are columns of what else is known of a row: coordinates, time, cycles, recording.
+    Further columns have the rest of a row: coordinates, time, cycles, recording.
     """
     tables = new_group(entry, group, "NXcollection")
     for name in dict.fromkeys(one.name for one in measurements):
@@ -83,9 +83,9 @@ def write_measurements(
 
 
 def _write_limits(table: h5py.Group, rows: Sequence[Measurement]) -> None:
-    """Write what each limited value may be and whether it is so, a row each time.
+    """Write the limits of each limited value, and whether it is within them, one row each time.
 
-    Not-a-number where there is no bound; `passes` is 1, 0, or -1 where a row has no limit.
+    A missing bound is not-a-number; `passes` is 1, 0, or -1 for a row without limits.
     """
     group = new_group(table, "limits", "NXcollection")
     units = {member: unit for one in rows for member, unit in one.units.items()}
@@ -104,7 +104,7 @@ def _write_limits(table: h5py.Group, rows: Sequence[Measurement]) -> None:
 def _decided(row: Measurement) -> dict[str, tuple[Limits, bool]]:
     """Return by name the limits of a row and whether its values are within them.
 
-    As its `decisions` say it, without their reasons in words.
+    These are its `decisions` without their reasons.
     """
     found = {
         each.of: (each.limits, each.limits.allow(row.values[each.of]))
@@ -125,7 +125,7 @@ def _bounds(bounds: Iterable[float | None]) -> Array:
 def _write_columns(
     table: h5py.Group, name: str, cells: Sequence[Mapping[str, float]], rows: Sequence[Measurement]
 ) -> None:
-    """Write what some of the rows may lack as not-a-number."""
+    """Write columns that some rows may lack; there they are not-a-number."""
     group = new_group(table, name, "NXcollection")
     units = {member: unit for one in rows for member, unit in one.units.items()}
     for member in dict.fromkeys(_names(cells)):
@@ -137,8 +137,9 @@ def _write_columns(
 def _write_readings(table: h5py.Group, rows: Sequence[Measurement]) -> None:
     """Write a column for each reading that is not a number.
 
-    Arrays of one length are a table of float64, a row each time, not-a-number where there is none.
-    Arrays of several lengths, texts, and yes or no are texts, empty where there is none.
+    Arrays of one length become a table of float64, one row each time, with not-a-number for a
+    missing one. Arrays of several lengths, texts and truth values become texts, empty for a missing
+    one.
     """
     group = new_group(table, "readings", "NXcollection")
     units = {member: unit for one in rows for member, unit in one.units.items()}

@@ -1,4 +1,4 @@
-"""What a stored run holds."""
+"""The content of a stored run."""
 
 from __future__ import annotations
 
@@ -14,20 +14,21 @@ if TYPE_CHECKING:
     from rigrunner.api.events import Event
 
 FORMAT = 4
-"""The version of the journal and of `run.h5`; a reader refuses a newer one.
+"""The version of the journal and of `run.h5`; newer ones are refused.
 
-Version 2 added the manifest; version 3 limits of measured values, version 4
-coordinates of recordings and rows: the digest covers both. A run
-keeps the version with which it began: the algorithm of its digest goes by it."""
+Version 2 added the manifest, version 3 the limits of measured values, version 4 the coordinates of
+recordings and rows; the digest covers the last two. A run keeps the version with which it began,
+which selects the algorithm of its digest.
+"""
 
 
 DRAFT: Mapping[str, str] = MappingProxyType({"state": "draft"})
-"""The approval of a run of which nothing else is known."""
+"""The approval of a run without a stored one."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunHeader:
-    """What is known of a run before it begins; texts are kept verbatim."""
+    """What is known of a run before it begins; texts are stored verbatim."""
 
     run_id: str
     started_utc: str
@@ -39,83 +40,84 @@ class RunHeader:
     station_text: str
     plan_text: str = ""
     called_texts: Mapping[str, str] = field(default_factory=dict)
-    """The procedures that were called, by file."""
+    """The texts of called procedures, by file."""
     inputs: Mapping[str, str] = field(default_factory=dict)
     provenance: Mapping[str, str] = field(default_factory=dict)
     """Versions of program, packages and plugins, identities of devices: name to text."""
     people: Mapping[str, str] = field(default_factory=dict)
-    """Who did what, by role: 'operator'."""
+    """People, by role: 'operator'."""
     approval: Mapping[str, str] = field(default_factory=lambda: dict(DRAFT))
-    """The state of the procedure: 'state' is 'approved' or 'draft', 'by' and 'utc' say by whom and
-    when, 'sha256' of which texts, 'note' what is to be said of it. Older runs count as drafts."""
+    """The state of the procedure: 'state' is 'approved' or 'draft'; 'by', 'utc' and 'sha256' are
+    those of the approval; 'note' is a remark. Older runs count as drafts."""
     imported: Mapping[str, str] = field(default_factory=dict)
-    """Of a run whose recordings another program made: by which 'program', read by which 'importer',
-    at 'utc'; 'by' answers for the 'mapping'; 'file NAME' is the SHA-256 of each. Else empty."""
+    """For a run with recordings of another program: the 'program', the 'importer', 'utc'; 'by' is
+    responsible for the 'mapping'; 'file NAME' is the SHA-256 of each. Else empty."""
     mapping_text: str = ""
-    """Verbatim, what said where the recordings stood in these files."""
+    """Verbatim, the mapping of these files."""
     salvaged: Mapping[str, str] = field(default_factory=dict)
-    """Of a run that was saved from a damaged file: the 'file', its 'sha256', 'utc', 'by' whom, and
-    what is lost by its place, as 'lost /entry/...'. Else empty. Such a run is never certified."""
+    """For a run that was salvaged from a damaged file: the 'file', its 'sha256', 'utc', 'by', and
+    each lost object by its path, as 'lost /entry/...'. Else empty. Such a run is never
+    certified."""
     files: Mapping[str, str] = field(default_factory=dict)
-    """From where 'procedure' and 'station' were taken, and each partner run by its name. Only a
-    run that is not sealed keeps it for resuming: it means nothing on another machine."""
+    """The paths of 'procedure' and 'station', and of each partner run by its name. Only a run that
+    is not sealed keeps them, to be resumed: on another machine they mean nothing."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunInfo:
-    """What is known of a stored run without reading a sample."""
+    """The description of a stored run, without its samples."""
 
     path: Path
-    """The file or folder that it was read from."""
+    """The file or folder of the run."""
     sealed: bool
     header: RunHeader
-    """With the answers that became inputs while it ran."""
+    """The header, with the answers that became inputs during the run."""
     ended_utc: str
     outcome: str
     """'completed', 'aborted' or 'error'; a run that never ended counts as 'error'."""
     reason: str
     recording_names: tuple[str, ...]
-    """The finished recordings, in the order in which they were made."""
+    """The finished recordings, in order."""
     digest: str
-    """SHA-256 over finished recordings and measurements: the identity of what was measured."""
+    """SHA-256 over finished recordings and measurements: it identifies the measured data."""
     format: int = FORMAT
-    """The version of the layout, by which the algorithm of the digest goes."""
+    """The version of the layout, which selects the algorithm of the digest."""
     manifest_sha256: str = ""
-    """SHA-256 of the manifest's text, which holds a digest of all that is in the file.
+    """SHA-256 of the text of the manifest, which has a digest of every object in the file.
 
-    Empty where there is no manifest: in a run that is not sealed, or was sealed in format 1.
+    Empty without a manifest: in a run that is not sealed, or was sealed in format 1.
     """
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StoredRun:
-    """A run read back whole. The truth of a simulator is not in it: see `read_truth`."""
+    """A complete stored run. The truth of a simulator is not part of it: see `read_truth`."""
 
     info: RunInfo
     recordings: tuple[Recording, ...]
     incomplete: tuple[Recording, ...]
-    """What was saved of recordings that were interrupted."""
+    """The saved part of interrupted recordings."""
     superseded: tuple[Recording, ...] = ()
-    """Good recordings of points that were repeated: kept, but no analysis uses them."""
+    """Good recordings of points that were repeated: stored, but not analysed."""
     zeros: Mapping[str, float]
     """The latest zero reading of each zeroed channel, in SI units."""
     recording_zeros: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    """The zero readings in force when a recording was made, by its name."""
+    """The zero readings in force during a recording, by its name."""
     measurements: tuple[Measurement, ...] = ()
-    """The rows of its tables, in order, those out of limits included."""
+    """The rows of its tables, in order, also those out of limits."""
     superseded_measurements: tuple[Measurement, ...] = ()
-    """Rows of steps that were repeated: kept, but neither analysed nor judged."""
+    """Rows of steps that were repeated: stored, but neither analysed nor judged."""
     events: tuple[Event, ...]
     result_document: Mapping[str, Any] | None
     """The first analysis, as in `result.json`."""
     partners: Mapping[str, StoredRun] = field(default_factory=dict)
     """The partner runs that the first analysis used, by name, as embedded in the sealed file."""
     notes: tuple[str, ...] = ()
-    """What is odd about the files, in words."""
+    """Irregularities of the files, as text."""
 
     @property
     def header(self) -> RunHeader:
-        """What was known before the run began."""
+        """The data from before the run began."""
         return self.info.header
 
     @property

@@ -1,4 +1,4 @@
-"""The parts of an interrupted and resumed run, found among its events."""
+"""The parts of an interrupted and resumed run, from its events."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 
 def zeros_in_force(events: Iterable[Event]) -> dict[str, dict[str, float]]:
-    """Return for each finished recording the zero readings that were the latest when it was made.
+    """Return the zero readings in force during each finished recording.
 
-    In SI units, by recording and channel. A resumed run is zeroed again, and what was
-    recorded before belongs to the zero before.
+    In SI units, by recording and channel. A resumed run is zeroed again; earlier recordings keep
+    the earlier zero.
     """
     latest: dict[str, float] = {}
     found: dict[str, dict[str, float]] = {}
@@ -50,7 +50,7 @@ def parts_of(events: Iterable[Event]) -> dict[str, int]:
 
 
 def end_of(events: Iterable[Event]) -> RunEnded | None:
-    """Return how the latest part of a run ended; None where it did not, or was interrupted."""
+    """Return how the latest part of a run ended; None if it did not, or was interrupted."""
     end: RunEnded | None = None
     for event in events:
         if isinstance(event, RunEnded):

@@ -1,8 +1,8 @@
-"""A file for the HDF5 library that never fails, and says afterwards that it did.
+"""A file for the HDF5 library whose writes never fail; it reports errors afterwards.
 
-HDF5 does not survive a write that fails: it keeps the half-closed file and brings the process down
-when it lets go of it. So a full disk must not be seen by it. What cannot be written is dropped, the
-first error is kept, and the file, which is a temporary one, is not used.
+HDF5 does not survive a failed write: it keeps the half-closed file and crashes the process when it
+releases it. So it must not see a full disk. Data that cannot be written are dropped, the first
+error is kept, and the file, which is temporary, is not used.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class PatientFile(io.RawIOBase):
-    """A new binary file, opened for writing and reading; `error` is the first that it met."""
+    """A new binary file, opened for writing and reading; `error` is its first error."""
 
     def __init__(self, path: Path) -> None:
         super().__init__()
@@ -53,7 +53,7 @@ class PatientFile(io.RawIOBase):
         return self._position
 
     def readinto(self, buffer: Any) -> int:
-        """Fill the buffer; with zeros where nothing could be written."""
+        """Fill the buffer; with zeros if the data could not be written."""
         view = memoryview(buffer).cast("B")
         view[:] = bytes(len(view))
         if self.error is None:
@@ -63,7 +63,7 @@ class PatientFile(io.RawIOBase):
         return len(view)
 
     def write(self, data: Any) -> int:
-        """Write all of the data, or keep the error and drop them."""
+        """Write all data, or keep the error and drop them."""
         rest = memoryview(data).cast("B")
         written = len(rest)
         if self.error is None:
@@ -78,7 +78,7 @@ class PatientFile(io.RawIOBase):
         return written
 
     def truncate(self, size: int | None = None) -> int:
-        """Set the file's size, or keep the error."""
+        """Set the size of the file, or keep the error."""
         self._size = self._position if size is None else size
         if self.error is None:
             try:

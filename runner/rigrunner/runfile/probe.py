@@ -1,8 +1,8 @@
-"""Whether a file can be walked through at all, found out in a process of its own.
+"""Find out in a separate process whether a file can be read at all.
 
-On a file whose structure is damaged the HDF5 library can crash, and take the process with it. The
-structure of a file of the layout that we write has checksums, which the library looks at first; one
-of an older layout has none, and is tried elsewhere before it is opened here.
+On a file with a damaged structure the HDF5 library can crash, with the process. The structure of a
+file in our layout has checksums, which the library checks first. A file of an older layout has
+none, and is tried in another process before it is opened here.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from rigrunner.runfile.hdf5 import UNREADABLE, is_checksummed, objects, open_fil
 
 _LEAST_S = 60.0
 _BYTES_PER_S = 1e6
-"""Far slower than any machine that a run file was verified on."""
+"""Far slower than any machine on which a run file was verified."""
 _CHILD = "import sys; from rigrunner.runfile.probe import walk; walk(sys.argv[1])"
 
 
 def refuse_crashing(path: Path) -> None:
-    """Raise DataError for a file on which the HDF5 library crashes, or does not come to an end."""
+    """Raise DataError for a file on which the HDF5 library crashes or hangs."""
     limit_s = _LEAST_S + path.stat().st_size / _BYTES_PER_S
     try:
         done = subprocess.run(  # noqa: S603  (this interpreter, on a text of ours)
@@ -54,7 +54,7 @@ def refuse_crashing(path: Path) -> None:
 
 
 def refuse_unprotected_crashing(path: Path) -> None:
-    """Do so for a file whose structure has no checksums; what is no HDF5 file is let through."""
+    """Do so for a file whose structure has no checksums; a file that is not HDF5 is accepted."""
     if path.is_file() and is_checksummed(path) is False:
         known = path.stat()
         _refuse_once(path, known.st_mtime_ns, known.st_size)
@@ -62,12 +62,12 @@ def refuse_unprotected_crashing(path: Path) -> None:
 
 @lru_cache(maxsize=64)
 def _refuse_once(path: Path, _mtime_ns: int, _size: int) -> None:
-    """Try a file that did not change once for all times that it is opened."""
+    """Try an unchanged file only once for all times that it is opened."""
     refuse_crashing(path)
 
 
 def walk(path: str) -> None:
-    """Read all of a file; what is said of it is for another process to find again."""
+    """Read all of a file; its errors are reported by the process that opens it."""
     try:
         with open_file(Path(path)) as file:
             dict(file.attrs)

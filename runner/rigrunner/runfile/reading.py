@@ -1,4 +1,4 @@
-"""Reading a run back, sealed or not."""
+"""Read a run, sealed or not."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ if TYPE_CHECKING:
 
 ENTRY = "entry"
 FIRST_WITH_MANIFEST = 2
-"""The first version of the layout in which a file has a manifest."""
+"""The first version of the layout with a manifest."""
 
 
 def read(path: Path) -> StoredRun:
-    """Read a run folder, sealed or not, or a `run.h5`; samples come back bit by bit the same.
+    """Read a run folder, sealed or not, or a `run.h5`; samples are bit by bit the recorded ones.
 
-    Raises DataError if it is not a run, is truncated or damaged, is of a newer version, or if what
-    it holds is not what was digested when it was made.
+    Raises DataError if it is not a run, is truncated or damaged, is of a newer version, or if its
+    content differs from its digests.
     """
     sealed = sealed_file_of(path)
     if sealed is None:
@@ -49,7 +49,7 @@ def read(path: Path) -> StoredRun:
 
 
 def read_with_truth(path: Path) -> tuple[StoredRun, Truth]:
-    """Read a run and what its simulator knew, as `read` and `read_truth` do; it is opened once."""
+    """Read a run with the truth of its simulator, like `read` and `read_truth`, in one pass."""
     sealed = sealed_file_of(path)
     if sealed is None:
         return read_loose(RunFolder(path)), read_truth(path)
@@ -58,12 +58,12 @@ def read_with_truth(path: Path) -> tuple[StoredRun, Truth]:
 
 
 def read_without_samples(folder: Path) -> StoredRun:
-    """Read of a run that goes on what its events tell; it has no recordings. Raises DataError."""
+    """Read the events of an active run; it has no recordings. Raises DataError."""
     return read_loose(RunFolder(folder), samples=False)
 
 
 def read_info(path: Path) -> RunInfo:
-    """Read what is known of a run without its samples; raises as `read` does."""
+    """Read the description of a run without its samples; raises as `read`."""
     sealed = sealed_file_of(path)
     if sealed is None:
         return read_loose_info(RunFolder(path))
@@ -72,7 +72,7 @@ def read_info(path: Path) -> RunInfo:
 
 
 def read_truth(path: Path) -> Truth:
-    """Read what a simulator knew, by recording: for verification, never for an analysis."""
+    """Read the truth of a simulator, by recording: for verification, never for an analysis."""
     sealed = sealed_file_of(path)
     if sealed is None:
         return read_journal(RunFolder(path)).truth
@@ -81,9 +81,9 @@ def read_truth(path: Path) -> Truth:
 
 
 def file_differences(path: Path) -> list[Difference] | None:
-    """Return what in a `run.h5` is not as its manifest says; None where it has no manifest.
+    """Return the differences of a `run.h5` from its manifest; None without a manifest.
 
-    Raises DataError where the file cannot be opened or walked through.
+    Raises DataError if the file cannot be opened or walked through.
     """
     with _entry_of(path) as entry:
         return list(differences(entry)) if _has_manifest(entry) else None

@@ -33,17 +33,17 @@ if TYPE_CHECKING:
 
 _CHUNK = 16_384
 _FILTERS = {"compression": "gzip", "compression_opts": 1, "shuffle": True, "fletcher32": True}
-"""What every HDF5 reads; other filters are faster, but their readers need a plugin."""
+"""Filters that every HDF5 has; others are faster, but readers need a plugin for them."""
 _AXIS = "time"
 
 
 @dataclass(frozen=True)
 class RecordingFacts:
-    """All of a recording but its samples."""
+    """A recording without its samples."""
 
     name: str
     number: int
-    """The place in the run's order of recordings."""
+    """Its index in the run's order of recordings."""
     rate_hz: float
     channels: tuple[str, ...]
     samples: int
@@ -70,7 +70,7 @@ class RecordingFacts:
         )
 
     def digest(self) -> RecordingDigest:
-        """Return the digest, to be fed with samples."""
+        """Return the digest, to which samples are then added."""
         units = {channel: self.units.get(channel, "") for channel in self.channels}
         units |= {name: self.units[name] for name in self.coordinates if name in self.units}
         return RecordingDigest(self.name, self.rate_hz, self.setpoints, units, self.coordinates)
@@ -78,7 +78,7 @@ class RecordingFacts:
 
 @dataclass(frozen=True)
 class Shape:
-    """What the blocks of a recording have in common, and how many samples they hold."""
+    """What the blocks of a recording have in common, and the number of their samples."""
 
     rate_hz: float
     channels: tuple[str, ...]
@@ -88,7 +88,7 @@ class Shape:
 def facts_of(
     number: int, shape: Shape, started: StepStarted, ended: StepEnded | None
 ) -> RecordingFacts:
-    """Return what the events of its step and its blocks say of a recording."""
+    """Return the facts on a recording from the events of its step and its blocks."""
     found = ended if ended is not None and ended.ok else None
     return RecordingFacts(
         name=started.recording,
@@ -113,7 +113,7 @@ def facts_of(
 def write_recording(group: h5py.Group, facts: RecordingFacts, blocks: Iterable[Block]) -> None:
     """Write a recording into an empty group; memory does not grow with its length.
 
-    Raises DataError where the blocks are not as many samples as the facts say.
+    Raises DataError if the blocks have another number of samples than the facts.
     """
     _write_facts(group, facts)
     time = group.create_dataset(_AXIS, (facts.samples,), "<f8", **_storage(facts))
@@ -136,7 +136,7 @@ def write_recording(group: h5py.Group, facts: RecordingFacts, blocks: Iterable[B
 
 
 def read_facts(group: h5py.Group) -> RecordingFacts:
-    """Read all but the samples."""
+    """Read a recording without its samples."""
     return _facts(group, _columns(group))
 
 
@@ -171,14 +171,14 @@ def _facts(group: h5py.Group, columns: Mapping[str, h5py.Dataset]) -> RecordingF
 
 
 def stored_bytes(groups: Iterable[h5py.Group]) -> int:
-    """Return how much memory the samples of some recordings take."""
+    """Return the memory of the samples of some recordings, in bytes."""
     return sum(column.nbytes for group in groups for column in _columns(group).values())
 
 
 def read_recording(group: h5py.Group, scratch: Scratch | None = None) -> Recording:
-    """Read a recording; raise DataError if it is not what was digested when it was written.
+    """Read a recording; raise DataError if it differs from its digest.
 
-    With a `scratch` its samples stay in the file, and are unpacked by slices.
+    With a `scratch` its samples stay in the file, and are decompressed by slices.
     """
     columns = _columns(group)
     facts = _facts(group, columns)
@@ -202,14 +202,14 @@ def read_recording(group: h5py.Group, scratch: Scratch | None = None) -> Recordi
 
 
 def _digested(column: h5py.Dataset, name: str, digest: RecordingDigest) -> Iterator[Array]:
-    """Yield the samples of a column in parts, each of which is digested."""
+    """Yield the samples of a column in parts, each of which is added to the digest."""
     for _, part in blocks(column):
         digest.update({name: part})
         yield part
 
 
 def assemble(facts: RecordingFacts, blocks: Iterable[Block]) -> tuple[Recording, str]:
-    """Return a recording made of its blocks, in memory, and its digest."""
+    """Return a recording from its blocks, in memory, and its digest."""
     parts = [channels for channels, _ in _in_chunks(blocks, facts.channels)]
     channels = {
         name: np.concatenate([part[name] for part in parts]) if parts else np.empty(0)
@@ -255,14 +255,14 @@ def _new_column(group: h5py.Group, channel: str, facts: RecordingFacts) -> h5py.
 def _mark_signal(
     group: h5py.Group, facts: RecordingFacts, columns: Mapping[str, h5py.Dataset]
 ) -> None:
-    """Say what a viewer plots first: the torque, or else the first channel."""
+    """Mark what a viewer plots first: the torque, or else the first channel."""
     torques = [name for name in facts.channels if facts.units.get(name) == "N·m"]
     for name in (torques or list(facts.channels))[:1]:
         group.attrs.update({"signal": columns[name].name.rpartition("/")[2], "axes": [_AXIS]})
 
 
 def _columns(group: h5py.Group) -> dict[str, h5py.Dataset]:
-    """Return the channels' datasets by channel, in the order in which they were recorded."""
+    """Return the channels' datasets by channel, in recorded order."""
     found = sorted(
         (item for item in group.values() if "column" in item.attrs),
         key=lambda item: int(item.attrs["column"]),
@@ -277,7 +277,7 @@ def _storage(facts: RecordingFacts) -> dict[str, object]:
 def _in_chunks(
     blocks: Iterable[Block], names: tuple[str, ...]
 ) -> Iterator[tuple[dict[str, Array], int]]:
-    """Join small blocks: a write costs far more than what it writes."""
+    """Join small blocks: the overhead of a write is far larger than its data."""
     waiting: list[Block] = []
     count = 0
     for block in blocks:

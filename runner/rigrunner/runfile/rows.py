@@ -1,6 +1,6 @@
-"""Points of scans in the journals of runs that were killed before journals were MessagePack.
+"""Points of scans in journals of an older form, before MessagePack.
 
-The first point was kept whole, of the others the numbers alone.
+The first point was stored whole, the others as numbers alone.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ _EPOCH, _MILLISECOND = datetime(1970, 1, 1, tzinfo=UTC), timedelta(milliseconds=
 
 
 class Rows:
-    """What the points of a scan have in common: as the last one that was read whole."""
+    """What the points of a scan have in common: the last one that was stored whole."""
 
     def __init__(self, whole: Scanned) -> None:
         self._whole = whole
         self._unpack = struct.Struct(f"{_FIXED}{len(whole.setpoints) + len(whole.values)}d").unpack
 
     def event_from(self, data: bytes) -> Scanned:
-        """Return the point; raise DataError if it is none of this scan."""
+        """Return the point; raise DataError if it does not belong to this scan."""
         whole = self._whole
         try:
             seq, monotonic_s, point, milliseconds, *numbers = self._unpack(data)

@@ -1,7 +1,7 @@
-"""What is sound in a damaged `run.h5`: shown, and saved in a new file that says what is lost.
+"""Salvage the intact parts of a damaged `run.h5` into a new file that lists what is lost.
 
-A recording is sound if its own SHA-256 is right and nothing of it differs from the manifest. The
-damaged file is only read. Where the file's own table of contents is damaged, nothing can be saved.
+A recording is intact if its own SHA-256 is right and nothing in it differs from the manifest. The
+damaged file is only read. If the file's own table of contents is damaged, nothing can be salvaged.
 """
 
 from __future__ import annotations
@@ -67,34 +67,34 @@ _TEXTS = ("inputs", "provenance", "people", "approval", "imported")
 
 @dataclass(frozen=True, kw_only=True)
 class DamagedRun:
-    """What can still be read of a sealed run."""
+    """The readable content of a damaged sealed run."""
 
     path: Path
     """The damaged `run.h5`."""
     sha256: str
-    """Of its bytes."""
+    """SHA-256 of its bytes."""
     header: RunHeader
-    """Empty texts stand for those that are lost."""
+    """The header, with empty texts for those that are lost."""
     events: tuple[Event, ...]
-    """None where they are lost."""
+    """The events; None if they are lost."""
     truth: Mapping[str, Mapping[str, float]]
     sound: Mapping[str, str]
-    """The name of each sound recording by its place, such as 'recordings/_001_1Hz'."""
+    """The name of each intact recording by its path, such as 'recordings/_001_1Hz'."""
     partners: tuple[str, ...]
-    """The places of the embedded partner runs that are sound, all of each."""
+    """The paths of the embedded partner runs that are completely intact."""
     lost: tuple[Difference, ...]
-    """What cannot be read, or is not what was sealed."""
+    """What cannot be read, or was changed after sealing."""
 
     @property
     def recordings(self) -> tuple[str, ...]:
-        """The names of the sound recordings of all kinds."""
+        """The names of the intact recordings of all kinds."""
         return tuple(self.sound.values())
 
 
 def read_damaged(path: Path) -> DamagedRun:
-    """Read what is sound in a `run.h5`; raise DataError where nothing can be found in it.
+    """Read the intact parts of a `run.h5`; raise DataError if nothing is found in it.
 
-    Of a sound file nothing is lost.
+    Of an intact file nothing is lost.
     """
     refuse_crashing(path)
     with path.open("rb") as file:
@@ -107,10 +107,10 @@ def read_damaged(path: Path) -> DamagedRun:
 def write_salvaged(
     damaged: DamagedRun, header: RunHeader, events: tuple[Event, ...], target: Path
 ) -> None:
-    """Write what is sound to a new `run.h5`, under this header and with these events.
+    """Write the intact parts to a new `run.h5`, with this header and these events.
 
-    Its recordings are those of the damaged file, byte by byte; the first analysis is left out, as
-    it was that of all recordings. Raises DataError if the file cannot be written.
+    Its recordings are those of the damaged file, byte by byte. The first analysis is left out,
+    since it was made of all recordings. Raises DataError if the file cannot be written.
     """
     with open_file(damaged.path) as source, new_file(target, read_only=True) as file:
         version = max(int(source.attrs[FORMAT_ATTRIBUTE]), FIRST_WITH_MANIFEST)
@@ -131,7 +131,7 @@ def write_salvaged(
 
 @dataclass(eq=False)
 class _Reading:
-    """Reads an entry part by part, and notes what of it is lost."""
+    """Reads an entry part by part, and notes what is lost."""
 
     entry: h5py.Group
     lost: dict[str, Difference] = field(default_factory=dict)
@@ -155,7 +155,7 @@ class _Reading:
         )
 
     def _manifest(self) -> Mapping[str, object]:
-        """Return what the manifest says; nothing where it is damaged, or the format has none."""
+        """Return the content of the manifest; nothing if it is damaged, or the format has none."""
         if int(self.entry.file.attrs[FORMAT_ATTRIBUTE]) < FIRST_WITH_MANIFEST:
             return {}
         try:
@@ -166,7 +166,7 @@ class _Reading:
             return {}
 
     def _compare(self, place: str, said: object) -> None:
-        """Note an object that is not what the manifest says."""
+        """Note an object that differs from the manifest."""
         try:
             whole = {ROOT: self.entry.file, ENTRY_ITEM: self.entry}
             item = whole[place] if place in whole else self.entry[place]
@@ -190,7 +190,7 @@ class _Reading:
                         yield place, name
 
     def _members(self, kind: str, wanted: Iterable[str]) -> list[str]:
-        """Return the places of recordings of a kind, by the file or else by its manifest."""
+        """Return the paths of recordings of a kind, from the file or else from its manifest."""
         known = {place.split("/")[1] for place in wanted if place.startswith(f"{kind}/")}
         try:
             found = set(members(self.entry[kind])) if kind in self.entry else set()
@@ -200,7 +200,7 @@ class _Reading:
         return sorted(known | found)
 
     def _read(self, place: str) -> str:
-        """Read a recording and return its name; raise where it is not what was recorded."""
+        """Read a recording and return its name; raise if it differs from its digest."""
         group = self.entry[place]
         small = stored_bytes([group]) <= IN_MEMORY
         return read_recording(group, None if small else Scratch()).name
@@ -221,7 +221,7 @@ class _Reading:
         )
 
     def _named(self, place: str) -> dict[str, str]:
-        """Return a group of named texts; none where there are none, or they are lost."""
+        """Return a group of named texts; an empty one if it is absent or lost."""
 
         def read() -> dict[str, str]:
             return read_texts(self.entry[place]) if place in self.entry else {}
@@ -246,7 +246,7 @@ class _Reading:
         return self._part(place, read, "")
 
     def _partners(self) -> list[str]:
-        """Return the places of the embedded runs, as far as they can be found."""
+        """Return the paths of the embedded runs, as far as they can be found."""
 
         def is_partner(place: str) -> bool:
             return bool(self.entry[place].attrs.get("NX_class") == PARTNER)
@@ -259,7 +259,7 @@ class _Reading:
         return [p for p in places if self._part(p, partial(is_partner, p), instead=False)]
 
     def _is_sound_partner(self, place: str) -> bool:
-        """Say whether an embedded run is sound: without a manifest nobody can tell."""
+        """Return whether an embedded run is intact; without a manifest that is unknown."""
 
         def check() -> bool:
             for kind in KINDS:
@@ -271,7 +271,7 @@ class _Reading:
         return self._part(place, check, instead=False)
 
     def _part(self, place: str, read: Callable[[], _T], instead: _T) -> _T:
-        """Return what is read of a part; note it as lost where that fails, or it was changed."""
+        """Return the value of a part; note the part as lost if reading fails, or it was changed."""
         if self._is_lost(place):
             return instead
         try:

@@ -1,4 +1,4 @@
-"""Which run folders there are below a folder, and whether they changed: without opening a file."""
+"""List the run folders below a folder, and whether they changed, without opening a file."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class FoundRun:
     def stamp(self) -> str:
         """A short text that changes with the name, size or time of any file.
 
-        Empty for a run that is not sealed: it is looked at each time.
+        Empty for a run that is not sealed, which is read each time.
         """
         if not any(file.name == _SEALED for file in self.files):
             return ""
@@ -46,14 +46,14 @@ class FoundRun:
 
 
 def untold(path: str, problem: str) -> None:
-    """Take what cannot be read, and tell nobody."""
+    """Ignore what cannot be read."""
 
 
 def run_folders(root: Path, unread: Callable[[str, str], None] = untold) -> Iterator[FoundRun]:
     """Yield the run folders below a root at any depth, in the order of their paths.
 
-    Hidden folders and links are passed over, and so is what cannot be read: `unread` is told its
-    path, as that of a run, and why.
+    Hidden folders and links are skipped, and so is what cannot be read: `unread` is called with its
+    path and the reason.
     """
     yield from _below(root, "", unread)
 
@@ -85,5 +85,5 @@ def _files(entries: list[os.DirEntry[str]]) -> Iterator[FoundFile]:
 
 
 def storable(text: str) -> str:
-    """Return a text as every database takes it: without NUL, and escaped where it is no Unicode."""
+    """Return a text that every database accepts: without NUL, invalid Unicode escaped."""
     return text.encode("utf-8", "backslashreplace").decode().replace("\0", "\\x00")

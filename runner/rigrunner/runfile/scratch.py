@@ -1,8 +1,8 @@
-"""Samples that were unpacked once, kept on disk for the next time that they are asked for.
+"""A cache on disk for decompressed samples.
 
-An analysis goes over a channel six or seven times, and to unpack it takes ten times as long as to
-read it. The file is in the system's folder for such (`TMPDIR`), has no name, and is gone with
-its process, however that ends. Nothing depends on it: what is not there is unpacked again.
+An analysis reads a channel six or seven times, and to decompress it takes ten times as long as to
+read it. The file is in the system's folder for temporary files (`TMPDIR`), has no name, and is
+removed with its process, however that ends. Missing samples are decompressed again.
 """
 
 from __future__ import annotations
@@ -21,36 +21,36 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array
 
 PIECE = 1 << 14
-"""Samples that are kept together: a chunk of a run file."""
+"""Samples that are stored together: a chunk of a run file."""
 _BYTES = 8 * PIECE
 SHARE = 0.5
-"""Of what was free on the disk at first: that much is left to others."""
+"""The used share of the disk space that was free at first."""
 
 
 class Scratch:
-    """Unpacked samples of one run, in pieces of one file. None is opened before it is needed."""
+    """Decompressed samples of one run, in pieces of one file, which is opened when it is needed."""
 
     def __init__(self) -> None:
-        """Begin without any."""
+        """Start empty."""
         self._pieces = 0
         self._sums: dict[int, int] = {}
-        """Of each piece that is kept: what a disk may have lost is not taken for samples."""
+        """The checksum of each stored piece: samples that a disk damaged are not used."""
         self._file: FileIO | None = None
         self._reserve_bytes = 0.0
         self._lock = Lock()
 
     def __reduce__(self) -> tuple[type[Scratch], tuple[()]]:
-        """Let another process begin with its own."""
+        """Start empty in another process."""
         return Scratch, ()
 
     def room(self, samples: int) -> int:
-        """Return the first of so many pieces as a channel needs."""
+        """Return the first of as many pieces as a channel needs."""
         first = self._pieces
         self._pieces += -(-samples // PIECE)
         return first
 
     def keep(self, piece: int, samples: Array) -> None:
-        """Keep samples from the beginning of a piece on, if there is room for them."""
+        """Store samples from the beginning of a piece on, if there is room for them."""
         samples = np.pad(samples, (0, -len(samples) % PIECE)) if len(samples) % PIECE else samples
         try:
             with self._lock:
@@ -65,7 +65,7 @@ class Scratch:
             self._sums.update(enumerate(_sums(samples), piece))
 
     def read(self, piece: int, count: int) -> Array | None:
-        """Return so many pieces, shape (count * PIECE,); None where one is not there."""
+        """Return that many pieces, shape (count * PIECE,); None if one is missing."""
         wanted = [self._sums.get(each) for each in range(piece, piece + count)]
         if None in wanted:
             return None
@@ -92,6 +92,6 @@ def _free_bytes() -> int:
 
 
 def _sums(samples: Array) -> list[int]:
-    """Return what each piece has as whole numbers in all, modulo 2^64."""
+    """Return the sum of each piece as whole numbers, modulo 2^64."""
     sums: list[int] = samples.view(np.uint64).reshape(-1, PIECE).sum(axis=1).tolist()
     return sums

@@ -1,4 +1,4 @@
-"""From journal and finished recordings to the one file that is never written again."""
+"""Seal a run: write journal and finished recordings to the final file."""
 
 from __future__ import annotations
 
@@ -48,10 +48,10 @@ def seal(
 ) -> Path:
     """Make `run.h5` of a run that is over, or was killed, and return its path.
 
-    The file appears whole, by one rename, and read-only; journal and single recordings are removed
-    once it is on the disk. `partners` are the runs (file or folder), by name, that the result was
-    computed with: they are embedded. Raises DataError if the run is sealed already or cannot be
-    written.
+    The file appears complete, by one rename, and read-only; journal and single recordings are
+    removed once it is on the disk. `partners` are the runs (file or folder), by name, with which
+    the result was computed: they are embedded. Raises DataError if the run is sealed already or
+    cannot be written.
     """
     files = RunFolder(folder)
     if files.sealed_file.exists():
@@ -73,7 +73,7 @@ def seal(
 
 
 def fold(files: RunFolder, samples: SampleJournal, events: Iterable[Event]) -> None:
-    """Make a journal of samples a durable file of its own, and remove the journal."""
+    """Turn a journal of samples into a durable file of its own, and remove the journal."""
     files.parts.mkdir(exist_ok=True)
     with new_file(files.part(samples.number)) as file:
         group = file.create_group(PART_GROUP)
@@ -112,6 +112,6 @@ def _embed(entry: h5py.Group, name: str, partner: Path) -> None:
 
 
 def _remove_loose(files: RunFolder) -> None:
-    """Remove what the sealed file replaces; what cannot be removed does no harm."""
+    """Remove what the sealed file replaces; files that cannot be removed are harmless."""
     shutil.rmtree(files.journal, ignore_errors=True)
     shutil.rmtree(files.parts, ignore_errors=True)

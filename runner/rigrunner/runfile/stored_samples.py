@@ -20,27 +20,27 @@ if TYPE_CHECKING:
     from rigrunner.runfile.scratch import Scratch
 
 IN_MEMORY = 1 << 26
-"""Bytes of a run's samples up to which they are read at once."""
+"""Size of a run's samples, in bytes, up to which they are read at once."""
 
 
 @dataclass(frozen=True, eq=False)
 class StoredSamples:
-    """One channel of a recording in a file, shape (samples,), that is unpacked as it is asked for.
+    """One channel of a recording in a file, shape (samples,), decompressed on access.
 
-    What was unpacked is kept on disk, as far as there is room. Every slice looks at the file again:
-    raises DataError where the file can no longer be read, or is another one than it was.
+    Decompressed samples are cached on disk, as far as there is room. Every slice checks the file
+    again: raises DataError if the file can no longer be read, or was replaced.
     """
 
     path: Path
     place: str
     samples: int
     state: tuple[int, int]
-    """The file's size and the time of its last change, in ns: a sealed file keeps both."""
+    """The file's size and the time of its last change, in ns. A sealed file keeps both."""
     limits: tuple[float, float] | None
-    """The least and the greatest; not a number where a sample is none, None without samples."""
+    """The smallest and the largest value; not-a-number if a sample is, None without samples."""
     scratch: Scratch
     piece: int
-    """Its first one in the scratch file."""
+    """Its first piece in the scratch file."""
 
     @classmethod
     def of(
@@ -51,11 +51,11 @@ class StoredSamples:
         return cls(path, str(column.name), len(column), _state(path), limits, scratch, piece)
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return the number of samples."""
         return self.samples
 
     def __getitem__(self, which: slice, /) -> Array:
-        """Return those from one index to another, in memory."""
+        """Return the samples of a slice, in memory."""
         begin, end, step = which.indices(self.samples)
         if step != 1 or end <= begin:
             return self._unpacked(which)
@@ -63,7 +63,7 @@ class StoredSamples:
         return self._pieces(first, last)[begin - first * PIECE : end - first * PIECE]
 
     def __array__(self, dtype: object = None, *, copy: bool | None = None) -> Array:
-        """Return all of them, in memory, where whoever asks has them from now on."""
+        """Return all samples, in memory."""
         return self._unpacked(slice(None))
 
     def _pieces(self, first: int, last: int) -> Array:

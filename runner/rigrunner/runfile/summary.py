@@ -1,7 +1,7 @@
-"""What an index keeps of a run: read without its samples and events.
+"""The summary of a run for an index, read without its samples and events.
 
-A whole folder of run files is read for it, so it touches only what it returns. That the samples are
-those that were sealed is not checked here, but by `read` and by `rigrunner verify`.
+An index reads a whole folder of run files, so this reads only what it returns. It does not check
+that the samples are those that were sealed; `read` and `rigrunner verify` do.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _LONGEST = 1 << 28
-"""In bytes: a text of a stranger's file that says it is longer is not read."""
+"""Longest text, in bytes: a longer one in a foreign file is not read."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,17 +54,17 @@ class RunSummary:
     zeros: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     """The latest zero reading of each zeroed channel, with its unit."""
     recordings: int
-    """How many were finished."""
+    """The number of finished recordings."""
     digest: str
-    """SHA-256 over recordings and measurements, as the file states it."""
+    """SHA-256 over recordings and measurements, as stored in the file."""
     manifest_sha256: str = ""
-    """Empty where there is no manifest."""
+    """Empty without a manifest."""
     result_document: Mapping[str, Any] | None = None
     """The first analysis, as in `result.json`."""
 
 
 def read_summary(path: Path) -> RunSummary:
-    """Read what an index keeps of a run folder, sealed or not; raise DataError."""
+    """Read the summary of a run folder, sealed or not; raise DataError."""
     sealed = sealed_file_of(path)
     if sealed is None:
         return _of_loose(RunFolder(path))

@@ -1,4 +1,4 @@
-"""The blocks of a recording while it goes on, read from its journal as they come."""
+"""Follow the blocks of an active recording in its journal."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Tail:
-    """Gives each block of the latest recording of a run once, to another process than its writer.
+    """Yields each block of a run's latest recording once, to another process than its writer.
 
     The file is open only while it is read, so that its writer can remove it.
     """
@@ -29,14 +29,14 @@ class Tail:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.name = ""
-        """Of the recording; empty before its first block."""
+        """The name of the recording; empty before its first block."""
         self._end: int | None = None
 
     def blocks(self, most_behind: int) -> Iterator[Block]:
-        """Yield what came since the last call; nothing once the journal is folded.
+        """Yield the blocks since the last call; none once the journal is folded.
 
-        Where more than `most_behind` bytes have come, the older blocks are passed over: what they
-        hold is in the file for the analysis at the end.
+        If there are more than `most_behind` bytes, older blocks are skipped: the analysis at the
+        end has them from the file.
         """
         try:
             self._end = skip_records(self.path, self._end, most_behind)
@@ -49,7 +49,7 @@ class Tail:
             return
 
     def begun(self, first: Block, events: Iterable[Event]) -> Recording:
-        """Return all of the recording but its samples, as far as its events tell."""
+        """Return the recording without its samples, as far as its events are known."""
         names = tuple(first.channels)
         shape = Shape(first.rate_hz, names, 0)
         journal = SampleJournal(self.path, int(self.path.stem), self.name, shape)
@@ -57,6 +57,6 @@ class Tail:
 
 
 def tail_of(folder: Path) -> Tail | None:
-    """Return the tail of the latest recording of a run that goes on; None before the first."""
+    """Return the tail of the latest recording of an active run; None before the first."""
     journals = RunFolder(folder).sample_journals()
     return Tail(journals[-1]) if journals else None

@@ -1,4 +1,4 @@
-"""The critical sink that keeps a run: journal first, then one durable file per recording."""
+"""The critical sink that stores a run: journal first, then one durable file for each recording."""
 
 from __future__ import annotations
 
@@ -31,19 +31,20 @@ if TYPE_CHECKING:
 
 
 class RunWriter:
-    """Takes the events of one run into its folder. Raises DataError if it cannot.
+    """Stores the events of one run in its folder. Raises DataError if it cannot.
 
-    When the event of a finished recording was taken, the recording is on the disk: in its journal,
-    which becomes an HDF5 file while the run goes on.
+    After the event of a finished recording is accepted, the recording is on the disk: in its
+    journal, which becomes an HDF5 file during the run.
     """
 
     def __init__(
         self, folder: Path, header: RunHeader | None = None, *, sync_measurements: bool = False
     ) -> None:
-        """Begin the journal of a new run, or without a header go on with the one that is there.
+        """Create the journal of a new run, or without a header continue the existing one.
 
-        What is on the disk stays as it is then; only a torn end of the journal is cut off.
-        `sync_measurements`: each is on the disk when its event was taken, not within a second.
+        The existing data stay unchanged; only a torn end of the journal is cut off.
+        `sync_measurements`: each measurement is on the disk before the call returns, not within a
+        second.
         """
         self._files = RunFolder(folder)
         self._sync_measurements = sync_measurements
@@ -56,7 +57,7 @@ class RunWriter:
         self._shape: Shape | None = None
         self._started: StepStarted | None = None
         self._is_torn = False
-        """Whether a block of the recording is missing: none that follows it is kept."""
+        """Whether a block of the recording is missing: those after it are not stored."""
         self._failure: DataError | None = None
         self._folding = Folding()
 
@@ -77,20 +78,20 @@ class RunWriter:
 
     @property
     def recordings(self) -> int:
-        """How many recordings were begun."""
+        """The number of recordings that were begun."""
         return self._recordings
 
     @property
     def sinks(self) -> tuple[EventSink, EventSink]:
-        """The writer as two critical sinks of a bus, one that keeps and one that raises.
+        """The writer as two critical sinks of a bus, one that stores and one that raises.
 
-        A bus drops a sink that raises. Apart, what ends the run leaves the one that keeps, for how
-        the rig was made safe and how the run ended.
+        A bus drops a sink that raises. As they are separate, the sink that stores remains after an
+        error ends the run, for how the rig was made safe and how the run ended.
         """
         return self._keep, self._raise_failed
 
     def __call__(self, event: Event) -> None:
-        """Take one event."""
+        """Store one event."""
         self._keep(event)
         self._raise_failed(event)
 
@@ -117,7 +118,7 @@ class RunWriter:
             self._failure.__cause__ = error
 
     def _raise_failed(self, event: Event) -> None:  # noqa: ARG002  (a sink takes events)
-        """Raise what could not be kept, or what a fold has raised."""
+        """Raise the error of a write, or of a fold."""
         if self._failure is not None:
             failure, self._failure = self._failure, None
             raise failure
@@ -130,13 +131,13 @@ class RunWriter:
         plot: RunPlot | None = None,
         partners: Mapping[str, Path] = MappingProxyType({}),
     ) -> Path:
-        """Close the journal and make `run.h5`; see `rigrunner.runfile.seal`."""
+        """Close the journal and write `run.h5`; see `rigrunner.runfile.seal`."""
         with uninterrupted():
             self.close()
             return seal(self.folder, result_document, plot, partners)
 
     def close(self) -> None:
-        """Close the journal once all is folded; the folder stays and can be read. Idempotent."""
+        """Close the journal after all folds; the folder stays readable. Idempotent."""
         do_all(self._close_samples, self._events.close, self._folding.wait)
 
     def _append(self, event: Event) -> None:
@@ -144,9 +145,9 @@ class RunWriter:
         self._events.sync()
 
     def _append_soon(self, event: Event, *, at_once: bool) -> None:
-        """Append what may come thousands of times in a second: the disk has it within one.
+        """Append an event that may come thousands of times per second: on the disk within a second.
 
-        Or `at_once`.
+        With `at_once`, it is on the disk on return.
         """
         self._events.append(*event_record(event))
         if at_once or monotonic() > self._events.sync_due_s:
@@ -190,7 +191,7 @@ class RunWriter:
         self._folding.start(partial(fold, self._files, journal, (started, event)))
 
     def _close_samples(self) -> Path | None:
-        """Close the journal of samples, whole and under its name on the disk; return its path."""
+        """Close the journal of samples, durably and under its name; return its path."""
         if self._samples is None:
             return None
         journal, self._samples, self._shape = self._samples, None, None
@@ -216,7 +217,7 @@ def _begun(files: RunFolder, header: RunHeader) -> JournalWriter:
 
 
 def _reopened(files: RunFolder) -> tuple[JournalWriter, int]:
-    """Return the journal of a run that was interrupted, and the number of its last recording."""
+    """Return the journal of an interrupted run, and the number of its last recording."""
     journal = read_journal(files)
     begun = sum(isinstance(one, StepStarted) and bool(one.recording) for one in journal.events)
     numbers = [int(path.stem) for path in (*files.sample_journals(), *files.finished_parts())]
