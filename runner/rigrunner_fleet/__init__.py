@@ -12,11 +12,12 @@ _LAZY = {
     "open_run": "rigrunner_fleet.notebook",
     "archive": "rigrunner_fleet.archive",
 }
-"""What a notebook asks for, and where it is: imported then, since the commands start here."""
+"""The names for notebooks, and their modules. They are imported on access, since the commands start
+here."""
 
 
 def __getattr__(name: str) -> Any:
-    """Return what notebooks ask for (PEP 562); `__init__.pyi` tells editors of it."""
+    """Return a name for notebooks (PEP 562); `__init__.pyi` lists them for editors."""
     if name not in _LAZY:
         raise AttributeError(f"module 'rigrunner_fleet' has no attribute '{name}'")
     module = import_module(_LAZY[name])
@@ -24,5 +25,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """Return all names, for those who complete them."""
+    """Return all names, for completion."""
     return sorted({*globals(), *_LAZY})

@@ -1,4 +1,4 @@
-"""The archive: an index of many run files, to search and to export; the files stay the truth.
+"""The archive: an index of many run files, to search and to export. The files remain the source.
 
 From Python: `rigrunner_fleet.archive.query("points", specimen="SN-*").to_pandas()`.
 """

@@ -1,4 +1,4 @@
-"""The connection to an archive's database: the same tables on SQLite and on PostgreSQL."""
+"""The connection to an archive's database, with the same tables on SQLite and PostgreSQL."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from sqlalchemy import URL
 
 _PATIENCE_S = 60
-"""How long SQLite waits for another process that writes."""
+"""How long SQLite waits for another writing process."""
 _WRITES = "rigrunner_writes"
 _DAMAGED = ("SQLITE_CORRUPT", "SQLITE_NOTADB")
 _OLDER = tuple(str(each) for each in range(1, VERSION))
@@ -27,7 +27,7 @@ _MAKES_ANEW = "'rigrunner archive index FOLDER' makes it anew from the run files
 
 
 class Database:
-    """An archive's database; every error of it is told as a DataError without its password."""
+    """An archive's database; its errors become DataErrors, without its password."""
 
     def __init__(self, location: URL) -> None:
         self.location = location
@@ -36,14 +36,14 @@ class Database:
 
     @property
     def shown(self) -> str:
-        """Where it is, in words, without its password."""
+        """Its location as text, without its password."""
         if self.file is not None:
             return str(self.file)
         return self.location.set(drivername="postgresql").render_as_string(hide_password=True)
 
     @contextmanager
     def reading(self) -> Iterator[Connection]:
-        """Give a connection on one state of the archive; raise UsageError where there is none."""
+        """Yield a connection on one state of the archive; raise UsageError without an archive."""
         if self.file is not None and not self.file.is_file():
             raise self._none()
         with self._told(), self._engine.connect() as connection:
@@ -52,7 +52,7 @@ class Database:
 
     @contextmanager
     def writing(self) -> Iterator[Connection]:
-        """Give a connection in a transaction, which is committed if nothing is raised."""
+        """Yield a connection in a transaction, which is committed if nothing is raised."""
         options = {_WRITES: True}
         with (
             self._told(),
@@ -62,7 +62,7 @@ class Database:
             yield connection
 
     def make(self) -> None:
-        """Make the tables where there are none, and bring those of an older version up to date.
+        """Create missing tables, and update those of an older version.
 
         Raises DataError for tables of a newer version.
         """
@@ -78,13 +78,13 @@ class Database:
                 raise
 
     def empty(self) -> None:
-        """Drop all tables and make them anew."""
+        """Drop all tables and create them again."""
         with self.writing() as connection:
             METADATA.drop_all(connection)
             self._make(connection)
 
     def close(self) -> None:
-        """Let go of the database."""
+        """Close the database."""
         self._engine.dispose()
 
     def _is_made(self) -> bool:
@@ -127,7 +127,7 @@ class Database:
         )
 
     def _write_ahead(self) -> None:
-        """Let readers read while somebody writes; the file remembers it."""
+        """Let readers read during writes; the file keeps this setting."""
         with self._told(), self._engine.connect() as connection:
             connection.connection.driver_connection.execute("PRAGMA journal_mode=WAL")  # type: ignore[union-attr]  # it is open
 
@@ -152,13 +152,13 @@ def _upgrade(connection: Connection) -> None:
 
 
 def _is_out_of_reach(error: SQLAlchemyError) -> bool:
-    """Say whether no connection came about: PostgreSQL gives such a failure no SQLSTATE."""
+    """Return whether there was no connection: PostgreSQL gives such a failure no SQLSTATE."""
     sqlstate = getattr(getattr(error, "orig", None), "sqlstate", "")
     return isinstance(error, OperationalError) and sqlstate is None
 
 
 def _words(error: SQLAlchemyError) -> str:
-    """Return what the database itself said, on one line."""
+    """Return the message of the database, on one line."""
     said = str(error.orig) if isinstance(error, DBAPIError) else str(error)
     whole = " ".join(said.split())
     if str(getattr(getattr(error, "orig", None), "sqlite_errorname", "")).startswith(_DAMAGED):
@@ -188,6 +188,6 @@ def _set_up_sqlite(connection: Any, _: object) -> None:
 
 
 def _begin_sqlite(connection: Connection) -> None:
-    """Begin; whoever will write says so at once, and so waits for others instead of failing."""
+    """Begin a transaction; a writer locks at once, and so waits for others instead of failing."""
     writes = connection.get_execution_options().get(_WRITES)
     connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")

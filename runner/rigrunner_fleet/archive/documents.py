@@ -1,4 +1,4 @@
-"""Values out of a result document, which any program may have written: None for what is not one."""
+"""Read values from a result document of any origin; None for a value of the wrong type."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 LONGEST_KEY = 600
-"""In characters: a row of PostgreSQL's indices has room for 2,704 bytes."""
+"""In characters: the index of PostgreSQL has room for 2,704 bytes per row."""
 _INFINITE = "infinite"
 """How a document writes infinite degrees of freedom."""
 
 
 def at(document: object, *keys: str) -> Any:
-    """Return what stands under nested keys; None where there is nothing."""
+    """Return the value under nested keys; None if there is none."""
     for key in keys:
         document = document.get(key) if isinstance(document, dict) else None
     return document
@@ -41,12 +41,12 @@ def degrees_of_freedom(value: object) -> float | None:
 
 
 def text(value: object) -> str | None:
-    """Return a text that a database takes."""
+    """Return a text that databases accept."""
     return storable(value) if isinstance(value, str) else None
 
 
 def key(value: object) -> str | None:
-    """Return a text for a column that is indexed, shortened where no index would take it."""
+    """Return a text for an indexed column, shortened to the limit of the index."""
     found = text(value)
     return found if found is None or len(found) <= LONGEST_KEY else f"{found[: LONGEST_KEY - 1]}…"
 
@@ -72,7 +72,7 @@ def named(value: object) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def moment(value: object) -> datetime | None:
-    """Return an ISO 8601 time as an aware one, in UTC where it has no zone."""
+    """Return an ISO 8601 time with its zone; UTC if it has none."""
     try:
         found = datetime.fromisoformat(value if isinstance(value, str) else "")
         return found.astimezone(UTC) if found.tzinfo else found.replace(tzinfo=UTC)

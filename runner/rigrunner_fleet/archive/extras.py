@@ -1,4 +1,4 @@
-"""Packages that are there only where somebody wants data frames or Parquet."""
+"""Packages that are needed only for data frames or Parquet."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from rigrunner.api.errors import MissingPackageError
 
 
 def imported(name: str) -> Any:
-    """Import a package of the extra 'export' where it is needed; raise MissingPackageError."""
+    """Import a package of the extra 'export'; raise MissingPackageError."""
     try:
         return import_module(name)
     except ModuleNotFoundError as error:

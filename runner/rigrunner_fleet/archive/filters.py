@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 NONE = "none"
 """The verdict of runs without a decision."""
 TEXTS = ("specimen", "type", "lot", "rig", "procedure", "revision", "operator")
-"""Texts of a run; '*' in a pattern stands for any characters, '?' for one."""
+"""Text columns of a run; '*' in a pattern stands for any characters, '?' for one."""
 CHOICES: Mapping[str, tuple[str, ...]] = {
     "verdict": (*Verdict, NONE),
     "outcome": tuple(Outcome),
@@ -36,7 +36,7 @@ RANGES: Mapping[str, str] = {
 """Ranges of values, by dimension. With a frequency or a load, torque, uncertainty and raw peak are
 those of that set-point, else those of the result of the run."""
 NOMINAL = "frequency"
-"""The one that is set, not measured: a single value is accepted as well as a range."""
+"""A nominal value, not a measured one: a single value is accepted as well as a range."""
 NAMED = ("inputs", "figures", "where")
 Words = str | Sequence[str]
 _Read = TypeVar("_Read")

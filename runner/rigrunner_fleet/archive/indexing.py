@@ -1,4 +1,4 @@
-"""Bringing an archive up to date with the run files, which stay the truth."""
+"""Update an archive from the run files."""
 
 from __future__ import annotations
 
@@ -37,26 +37,26 @@ if TYPE_CHECKING:
 
 HERE = InProcess()
 _BATCH = 64
-"""Runs that are read before a transaction writes them: nobody waits long for the other."""
+"""Runs that are read before a transaction writes them, so that no process waits long."""
 
 
 def unseen(done: int, of: int) -> None:
-    """Take how far it is, and show nobody."""
+    """Ignore the progress."""
 
 
 @dataclass(frozen=True)
 class Indexed:
-    """What indexing a folder found."""
+    """The outcome of indexing a folder."""
 
     folder: Path
     runs: int
-    """How many run folders there are."""
+    """The number of run folders."""
     new: int
     changed: int
     unreadable: tuple[tuple[str, str], ...]
-    """Path and problem of each run that was looked at and cannot be read."""
+    """Path and problem of each run that cannot be read."""
     missing: tuple[str, ...]
-    """The paths of runs that the archive knows and whose files are gone."""
+    """The paths of runs in the archive whose files are gone."""
 
 
 def index(
@@ -67,12 +67,12 @@ def index(
     workers: Workers = HERE,
     progress: Progress = unseen,
 ) -> list[Indexed]:
-    """Bring an archive up to date with these folders; with `again`, read also what is unchanged.
+    """Update an archive from these folders; with `again`, read unchanged runs too.
 
-    Several programs may do so at once. The files are read by the `workers`; in processes of their
-    own one that makes the HDF5 library crash is but one more that cannot be read. `progress` is
-    told how many runs were read, of how many.
-    Raises UsageError for what is no folder of runs, and DataError where the database fails.
+    Several programs may do so at once. The files are read by the `workers`; in worker processes a
+    run that crashes the HDF5 library is only one more unreadable run. `progress` gets the number of
+    runs read, and of all. Raises UsageError for a path that is no folder of runs, and DataError if
+    the database fails.
     """
     for folder in folders:
         _check(folder)
@@ -89,9 +89,9 @@ def rebuild(
     workers: Workers = HERE,
     progress: Progress = unseen,
 ) -> list[Indexed]:
-    """Make an archive anew from these folders, or from those that it knows.
+    """Rebuild an archive from these folders, or from those that it knows.
 
-    Runs whose files are gone are forgotten. Raises as `index` does.
+    Runs whose files are gone are removed. Raises as `index` does.
     """
     folders = folders or known_folders(database)
     if not folders:
@@ -118,7 +118,7 @@ def _check(folder: Path) -> None:
 
 @dataclass(frozen=True)
 class _Work:
-    """What there is to do in a folder."""
+    """The runs to read in a folder."""
 
     folder: Path
     root: int
@@ -126,7 +126,7 @@ class _Work:
     there: Mapping[str, FoundRun]
     stale: Sequence[FoundRun]
     unread: Sequence[tuple[str, str]]
-    """Path and problem of what is not looked at: folders that cannot be read, paths too long."""
+    """Path and problem of what is skipped: unreadable folders, paths that are too long."""
 
 
 def _look(database: Database, folder: Path, *, again: bool) -> _Work:
@@ -165,7 +165,7 @@ def _bring_up_to_date(database: Database, work: _Work, workers: Workers, count: 
 
 
 class _Count:
-    """How many runs of all folders were read; nobody is told where there are none to read."""
+    """Reports the number of runs read in all folders, if there are any to read."""
 
     def __init__(self, progress: Progress, total: int) -> None:
         self._progress, self._total, self._done = progress, total, 0
@@ -183,9 +183,9 @@ def _is_stale(found: FoundRun, known: Mapping[str, Known]) -> bool:
 
 
 def _facts(done: Done[FoundRun, RunFacts]) -> RunFacts:
-    """Return what a worker read, or that it died over it: then it is looked at again next time.
+    """Return the facts from a worker. If the worker died, the run is read again next time.
 
-    It may have died of something else, such as memory that others took.
+    The cause of the death may be something else, such as a lack of memory.
     """
     read = done.answer.value
     if read is not None:
@@ -194,7 +194,7 @@ def _facts(done: Done[FoundRun, RunFacts]) -> RunFacts:
 
 
 def _batches(every: Iterable[RunFacts]) -> Iterator[list[RunFacts]]:
-    """Yield some at a time, in the order of their paths: so all who write lock rows alike."""
+    """Yield batches in the order of their paths: all processes lock rows in the same order."""
     rest = iter(every)
     while batch := list(islice(rest, _BATCH)):
         yield sorted(batch, key=lambda one: one.found.path)

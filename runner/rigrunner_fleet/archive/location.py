@@ -1,4 +1,4 @@
-"""Which database an archive is in: a file in the folder of runs, another file, or a server."""
+"""The database of an archive: a file in the folder of runs, another file, or a server."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 FILE = ".rigrunner-archive.sqlite"
-"""The archive of a folder of runs, unless a database is named."""
+"""The archive of a folder of runs, if no database is named."""
 _POSTGRESQL = {"postgresql", "postgres", "postgresql+psycopg"}
 _HINT = "a file such as lab.sqlite, or postgresql://user@host/database"
 
 
 def location_of(database: str, folders: Sequence[Path]) -> URL:
-    """Return where the archive is: the database of that name, or else the folder's own file.
+    """Return the location of the archive: the named database, or the folder's own file.
 
-    Raises UsageError for several folders without a database, and for a database of another kind.
+    Raises UsageError for several folders without a database, and for an unknown kind of database.
     """
     if database:
         return _named(database)

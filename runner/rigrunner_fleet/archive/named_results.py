@@ -1,4 +1,4 @@
-"""What an archive keeps of the named results of a run: values, where each holds, its verdict."""
+"""The named results of a run, as rows of an archive: values, coordinates, verdict."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def named_results(document: object, decision: object) -> list[Row]:
     """Return a row for each named result, in the unit in which it is stated.
 
-    `decision`: the one in force, of which the limits on single results are shown with them.
+    `decision`: the one in force; its limits on single results are shown with them.
     """
     judged: dict[str, list[Row]] = {}
     for part in rows(at(decision, "parts")):
@@ -29,7 +29,7 @@ def named_results(document: object, decision: object) -> list[Row]:
 
 
 def coordinates(document: object) -> list[Row]:
-    """Return a row for each coordinate of each named result, in units by which runs compare."""
+    """Return a row for each coordinate of each named result, in units that make runs comparable."""
     return [
         {"number": order, **_coordinate(name, found)}
         for order, each in _numbered(document)
@@ -38,7 +38,7 @@ def coordinates(document: object) -> list[Row]:
 
 
 def _judged(part: Row) -> str:
-    """Return which result a limit was held against; older documents have the words alone."""
+    """Return the result that a limit applies to; older documents have only a text."""
     if coordinates_in(part):
         return named_place({"name": part.get("named"), "coordinates": part["coordinates"]})
     return str(part.get("of")).removeprefix("worst ")

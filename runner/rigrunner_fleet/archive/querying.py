@@ -1,4 +1,4 @@
-"""Asking an archive: the one way for the command line, for notebooks, and for trends."""
+"""Query an archive: used by the command line, notebooks and trends."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rigrunner_fleet.archive.filters import Filters
 
 _PLACE = 2
-"""The last columns of a statement: in which root a run folder is, and where."""
+"""The last columns of a statement: the root and the path of a run folder."""
 
 
 def open_archive(runs: Path | str = "runs", database: str = "") -> Database:
@@ -34,11 +34,11 @@ def query(
     limit: int | None = None,
     **filters: Any,
 ) -> Rows:
-    """Return the rows of a table of an archive that the filters leave.
+    """Return the rows of a table of an archive that match the filters.
 
     The archive is that of the folder `runs`, or the one in `database`. Tables and filters are on
-    the page docs/reference/archive.md. Raises UsageError for a question that cannot be asked, and
-    DataError where the database fails.
+    the page docs/reference/archive.md. Raises UsageError for an invalid query, and DataError if the
+    database fails.
     """
     with closing(open_archive(runs, database)) as archive:
         return rows(archive, table, filters_of(**filters), limit=limit)

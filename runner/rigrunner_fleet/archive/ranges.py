@@ -1,4 +1,4 @@
-"""Ranges of values and times as a person writes them: '0.5..0.8 N·m', '10 Hz', '2026-01-31'."""
+"""Parse ranges of values and times: '0.5..0.8 N·m', '10 Hz', '2026-01-31'."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from rigrunner.api.units import QuantityError, unit
 _BARE = re.compile(r"[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?")
 _EXAMPLES = "such as '0.5..0.8 N·m', '..0.8 N·m' or '0.5 N·m..'"
 _NOMINAL = 1e-6
-"""How far, relatively, a value may be from a nominal one that is asked for."""
+"""Relative tolerance of a nominal value."""
 _DAY = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")
 _RESOLUTION = timedelta(milliseconds=1)
-"""Of the times in run files."""
+"""Resolution of the times in run files."""
 
 
 @dataclass(frozen=True)
@@ -30,9 +30,9 @@ class Range:
 
 
 def range_of(text: str, dimension: str | None = None, *, nominal: bool = False) -> Range:
-    """Read 'LOW..HIGH UNIT', with either end left out or with a unit of its own.
+    """Parse 'LOW..HIGH UNIT', with either end left out or with a unit of its own.
 
-    With `nominal`, one value alone may stand for itself. Raises UsageError.
+    With `nominal`, a single value is accepted too. Raises UsageError.
     """
     written = text.strip().replace("\N{MINUS SIGN}", "-")
     low, dots, high = written.partition("..")
@@ -52,7 +52,7 @@ def range_of(text: str, dimension: str | None = None, *, nominal: bool = False) 
 
 
 def place_of(text: str) -> Quantity | str:
-    """Read what a coordinate is: a quantity, '100 °C', a bare number, '3', or a text, 'final'.
+    """Parse the value of a coordinate: '100 °C', a bare number '3', or a text such as 'final'.
 
     A bare number has the unit '1'. Raises UsageError.
     """
@@ -68,12 +68,12 @@ def place_of(text: str) -> Quantity | str:
 
 
 def since(text: str) -> datetime:
-    """Return the first moment of a day, or a moment; UTC where no zone is given."""
+    """Return the beginning of a day, or a time; UTC without a zone."""
     return _moment(text)
 
 
 def until(text: str) -> datetime:
-    """Return the moment before which something must be: all of that day, or up to that moment."""
+    """Return the time before which something must be: the end of that day, or that time."""
     step = timedelta(days=1) if _DAY.fullmatch(text.strip()) else _RESOLUTION
     try:
         return _moment(text) + step
@@ -106,7 +106,7 @@ def _nominal(text: str, written: str, dimension: str | None, *, nominal: bool) -
 
 
 def _with_units(low: str, high: str) -> tuple[str, str]:
-    """Give each end the unit of the other where it has none."""
+    """Give an end without a unit the unit of the other."""
     if _BARE.fullmatch(low):
         low += _unit_of(high)
     elif _BARE.fullmatch(high):

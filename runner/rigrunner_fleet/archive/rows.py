@@ -1,4 +1,4 @@
-"""What a query found: rows that pandas, xarray, a file or a loop take."""
+"""The rows of a query, for pandas, xarray, files and loops."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ if TYPE_CHECKING:
     from rigrunner.plots import Plot
 
 FOLDER = "folder"
-"""The column that says where a run folder is, on the machine that put it into the archive."""
+"""The column with the path of a run folder, on the machine that indexed it."""
 _DTYPES: dict[type, Any] = {float: "float64", datetime: "datetime64[us, UTC]"}
 _UNITS = {"nm": "N·m", "hz": "Hz", "n": "N"}
-"""As the names of columns end."""
+"""The suffixes of column names that stand for units."""
 _WITHOUT_UNKNOWN: dict[type, Any] = {int: "int64", bool: "bool"}
-"""Of data frames; whole numbers and truths of which some are unknown stay objects there."""
+"""Types in data frames; integers and truth values with unknown entries stay objects there."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Rows:
     values: tuple[tuple[Any, ...], ...]
 
     def __len__(self) -> int:
-        """Return how many rows there are."""
+        """Return the number of rows."""
         return len(self.values)
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
@@ -52,7 +52,7 @@ class Rows:
         return (dict(zip(self.columns, row, strict=True)) for row in self.values)
 
     def column(self, name: str) -> list[Any]:
-        """Return the values of one column; raise UsageError where there is none of that name."""
+        """Return the values of one column; raise UsageError for an unknown name."""
         if name not in self.columns:
             raise UsageError(
                 f"there is no column '{name}' in {self.table}",
@@ -75,8 +75,8 @@ class Rows:
     def to_xarray(self) -> xr.Dataset:
         """Return a dataset; needs xarray and pandas.
 
-        Points get the dimensions `run` and `point`, with NaN where a run has fewer, and what is
-        known of a run is along `run` alone; the rows of other tables are along `row`.
+        Points have the dimensions `run` and `point`, with NaN where a run has fewer; columns of the
+        run have `run` alone; the rows of other tables have `row`.
         """
         imported("xarray")
         frame = self.to_pandas()
@@ -95,10 +95,9 @@ class Rows:
         return points.assign_coords(runs.data_vars)
 
     def plot(self, value: str = "torque_nm", by: str = "rig", bars: str = "expanded_nm") -> Plot:
-        """Return a column over the start of the runs, a series for each value of another column.
+        """Plot a column over the start of the runs, with a series for each value of another column.
 
-        `bars` names the column of half-widths, where there is one. Raises UsageError for a column
-        that there is not.
+        `bars` names the column of half-widths, if any. Raises UsageError for an unknown column.
         """
         groups: dict[str, list[Point]] = {}
         halves = self.column(bars) if bars in self.columns else [None] * len(self)
@@ -113,9 +112,10 @@ class Rows:
         return draw(Picture(title, title, (figure,)), titled=True)
 
     def to_csv(self, path: Path | None = None, *, raw: bool = False) -> str:
-        """Return the rows as CSV, and write it to a file where one is named; times in UTC.
+        """Return the rows as CSV, and write it to a file if one is named; times are in UTC.
 
-        What a spreadsheet would take for a formula has an apostrophe before it, unless `raw`.
+        A value that a spreadsheet would take for a formula gets an apostrophe before it, unless
+        `raw`.
         """
         shown = _cell if raw else _safe_cell
         text = io.StringIO()
@@ -147,7 +147,7 @@ class Rows:
 
 
 def _label(column: str) -> str:
-    """Return the name of a column with its unit behind it, as the axis of a plot has it."""
+    """Return the name of a column with its unit, as on the axis of a plot."""
     name, _, unit = column.rpartition("_")
     return f"{name} / {_UNITS[unit]}" if unit in _UNITS else column
 

@@ -1,4 +1,4 @@
-"""What an archive keeps of a run folder: read from its files alone."""
+"""The facts of a run folder for an archive, read from its files alone."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ NAMED_INPUTS = ("specimen", "type", "lot", "operator")
 """Inputs of a procedure that have a column of their own."""
 _DECIDED = ("verdict", "rule", "limit_text", "probability_of_conformity")
 _LATEST_NS = (1 << 63) - 1
-"""What a column takes; some file systems have times far beyond."""
+"""The range of a column; times of some file systems are far beyond."""
 
 
 @dataclass(frozen=True)
@@ -39,18 +39,18 @@ class RunFacts:
 
     found: FoundRun
     run: Row
-    """The columns of the run itself; where it cannot be read, its `problem` alone."""
+    """The columns of the run itself; if it cannot be read, its `problem` alone."""
     parts: Mapping[str, list[Row]] = field(default_factory=dict)
-    """The rows of what it has several of, by table."""
+    """The rows of tables with several rows per run, by table."""
 
     @property
     def problem(self) -> str:
-        """Why the run cannot be read, where it cannot."""
+        """Why the run cannot be read, if so."""
         return str(self.run["problem"])
 
 
 def read_facts(found: FoundRun) -> RunFacts:
-    """Read a run folder; one that is damaged gives its problem instead of an error."""
+    """Read a run folder; a damaged one gives its problem instead of an error."""
     try:
         _refuse(found)
         summary = read_summary(found.folder)
@@ -60,7 +60,7 @@ def read_facts(found: FoundRun) -> RunFacts:
 
 
 def _refuse(found: FoundRun) -> None:
-    """Raise DataError for what no archive can hold, or nobody should open."""
+    """Raise DataError for values that no archive can hold, and for unsafe files."""
     sealed = found.folder / RUN_FILE
     if sealed.exists() and not sealed.is_file():  # to open a pipe would never end
         raise DataError(f"{sealed} is not a regular file")
@@ -121,7 +121,7 @@ def _inputs(inputs: Mapping[str, str]) -> list[Row]:
 
 
 def _decisions(summary: RunSummary, later: Sequence[DecisionFile]) -> list[Row]:
-    """Return the run's own decision and all later ones, the last of which is in force."""
+    """Return the run's own decision and all later ones; the last one is in force."""
     decided = [*_own(summary), *_later(later, summary)]
     return [
         {**each, "number": number, "in_force": number == len(decided)}
@@ -130,7 +130,7 @@ def _decisions(summary: RunSummary, later: Sequence[DecisionFile]) -> list[Row]:
 
 
 def _own(summary: RunSummary) -> Iterator[Row]:
-    """Yield the run's own decision: with limits on measured values it is the verdict on both."""
+    """Yield the run's own decision. With limits on measured values its verdict covers both."""
     document = summary.result_document
     own, whole = at(document, "decision"), at(document, "verdict")
     if own is not None or whole is not None:
@@ -186,7 +186,7 @@ def _files(found: FoundRun) -> list[Row]:
 
 
 def _sha256(path: Path) -> str:
-    """Return the digest of a file beside the run file, of which the manifest says more."""
+    """Return the digest of a file beside the run file, which has its manifest."""
     try:
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()

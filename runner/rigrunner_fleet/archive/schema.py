@@ -33,7 +33,7 @@ VERSION = 2
 
 
 class UtcTime(TypeDecorator[datetime]):
-    """An aware time, stored as UTC without zone, since SQLite has no zones."""
+    """A time with zone, stored as UTC without zone, since SQLite has no zones."""
 
     impl = DateTime
     cache_ok = True
@@ -53,7 +53,7 @@ class UtcTime(TypeDecorator[datetime]):
 
 
 TEXT = Text().with_variant(Text(collation="C"), "postgresql")
-"""Sorted by code points, whatever the locale of the server."""
+"""Sorted by code points, in every locale of the server."""
 METADATA = MetaData()
 
 ABOUT = Table(

@@ -1,4 +1,4 @@
-"""Filters as SQL: every value is a parameter of the statement, none is part of its text."""
+"""Filters as SQL. Every value is a parameter of the statement, none is part of its text."""
 
 from __future__ import annotations
 
@@ -33,21 +33,20 @@ if TYPE_CHECKING:
     from rigrunner_fleet.archive.ranges import Range
 
 _HIDDEN = {"id", "root", "stamp", "run"}
-"""Columns that serve the archive alone."""
+"""Internal columns of the archive."""
 CONTEXT = ("run_id", "started_utc", "rig", "procedure", "revision", "specimen", "type", "lot")
-"""Columns of the run that stand before those of what it has several of."""
+"""Columns of the run that come before those of tables with several rows per run."""
 _OF_POINTS = ("frequency", "load")
 _ESCAPE = "\\"
 _LAST = "\U0010ffff"
-"""Sorts behind all that a text may go on with."""
+"""Sorts after every continuation of a text."""
 
 
 def select_rows(table: str, filters: Filters, dialect: Dialect, limit: int | None) -> Select[Any]:
     """Return the rows of a table, oldest run first; of more than `limit` runs only the newest.
 
-    Of a table beside `runs` the rows of the runs that were found are selected; of points and
-    results, those alone that are asked for themselves. Raises UsageError for a table that there
-    is not.
+    For a table other than `runs`, the rows of the selected runs are returned; of points and
+    results, only the matching ones. Raises UsageError for an unknown table.
     """
     if table not in TABLES:
         raise UsageError(
@@ -110,9 +109,9 @@ def _of_what_was_found(filters: Filters) -> Iterator[ColumnElement[bool]]:
 
 
 def _names_few(filters: Filters) -> bool:
-    """Return whether an index of the runs themselves finds few: values are looked at one by one.
+    """Return whether an index of the runs themselves finds few: values are then checked one by one.
 
-    Else an index of the values is used. SQLite cannot tell which of two indices finds fewer.
+    Otherwise an index of the values is used. SQLite cannot tell which of two indices finds fewer.
     """
     names = {*filters.texts} & {"specimen", "lot"}
     return bool(names or filters.since or filters.until)
@@ -128,21 +127,21 @@ _COLUMNS: Mapping[str, str] = {
 
 
 def _of_point(ranges: Mapping[str, Range]) -> list[ColumnElement[bool]]:
-    """Return what a set-point must have, where set-points are asked for."""
+    """Return the conditions on a set-point, if set-points are filtered."""
     if not any(name in ranges for name in _OF_POINTS):
         return []
     return [_within(POINTS.c[_COLUMNS[name]], wanted) for name, wanted in ranges.items()]
 
 
 def _figure(name: str, wanted: Range) -> tuple[ColumnElement[bool], ...]:
-    """Return what a figure must have; its name may be told from others by 'source/name'."""
+    """Return the condition on a figure; 'source/name' selects one of several of a name."""
     named = or_(FIGURES.c.name == name, FIGURES.c.source + "/" + FIGURES.c.name == name)
     same_unit = FIGURES.c.unit == si_symbol(wanted.dimension)
     return named, same_unit, _within(FIGURES.c.value, wanted)
 
 
 def _named(filters: Filters) -> list[ColumnElement[bool]]:
-    """Return what a result must have to be each one that is asked for; one of any where none is."""
+    """Return the conditions on a result of each given name; on one of any name if none is given."""
     found: list[ColumnElement[bool]] = []
     for name, wanted in filters.results.items():
         conditions = [RESULTS.c.name == name]
@@ -154,7 +153,7 @@ def _named(filters: Filters) -> list[ColumnElement[bool]]:
 
 
 def _at(filters: Filters) -> list[ColumnElement[bool]]:
-    """Return what the coordinates of a result must be."""
+    """Return the conditions on the coordinates of a result."""
     of_result = (COORDINATES.c.run == RESULTS.c.run, COORDINATES.c.number == RESULTS.c.number)
     return [
         exists().where(*of_result, _coordinate(name, wanted))
@@ -163,7 +162,7 @@ def _at(filters: Filters) -> list[ColumnElement[bool]]:
 
 
 def _coordinate(name: str, wanted: Quantity | str) -> ColumnElement[bool]:
-    """Return whether a coordinate is the one that is meant; of a bare number, in any unit."""
+    """Return whether a coordinate is the given one; for a bare number, in any unit."""
     named = or_(COORDINATES.c.name == name, COORDINATES.c.short == name)
     if isinstance(wanted, str):
         return and_(named, COORDINATES.c.text == wanted)
@@ -182,7 +181,7 @@ def _within(column: ColumnElement[Any], wanted: Range) -> ColumnElement[bool]:
 
 
 def _text(column: ColumnElement[Any], pattern: str, dialect: Dialect) -> ColumnElement[bool]:
-    """Match a text as it is, or a pattern with '*' and '?', upper and lower case as written."""
+    """Match a text, or a pattern with '*' and '?'; case matters."""
     if column.name == "verdict" and pattern == NONE:
         return column.is_(None)
     if not any(sign in pattern for sign in "*?"):
@@ -197,7 +196,7 @@ def _text(column: ColumnElement[Any], pattern: str, dialect: Dialect) -> ColumnE
 
 
 def _is_copy() -> ColumnElement[bool]:
-    """Return whether the same recordings are there under another path, which counts instead."""
+    """Return whether the same recordings exist under another path, which counts instead."""
     other = RUNS.alias("other")
     first = or_(
         and_(~other.c.missing, RUNS.c.missing),

@@ -1,4 +1,4 @@
-"""Writing what was read of runs into an archive: each run whole, or not at all."""
+"""Store runs in an archive: each run completely, or not at all."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from rigrunner_fleet.archive.run_facts import RunFacts
 
 _CHUNK = 500
-"""Rows that one statement names by their id: SQLite takes 32,766, old versions 999."""
+"""Rows that one statement names by their id: SQLite allows 32,766, old versions 999."""
 
 
 def root_of(connection: Connection, database: Database, folder: Path) -> int:
-    """Return the id of a root, which is put on record where it is new."""
+    """Return the id of a root, which is stored if it is new."""
     name, path = _naming(database, folder)
     found: int | None = connection.scalar(select(ROOTS.c.id).where(ROOTS.c.name == name))
     if found is not None:
@@ -35,7 +35,7 @@ def root_of(connection: Connection, database: Database, folder: Path) -> int:
 
 
 def root_folder(database: Database, path: str) -> Path:
-    """Return where a root is, given what stands of it in the archive."""
+    """Return the folder of a root, from its row in the archive."""
     return (database.file.parent / path).resolve() if database.file else Path(path)
 
 
@@ -49,16 +49,16 @@ class Known:
 
 
 def known_runs(connection: Connection, root: int) -> dict[str, Known]:
-    """Return what is known of the runs of a root, by path."""
+    """Return the known runs of a root, by path."""
     columns = (RUNS.c.path, RUNS.c.id, RUNS.c.stamp, RUNS.c.missing)
     rows = connection.execute(select(*columns).where(RUNS.c.root == root))
     return {path: Known(run, stamp, missing) for path, run, stamp, missing in rows}
 
 
 def store(connection: Connection, root: int, every: Sequence[RunFacts]) -> None:
-    """Put runs into the archive, in place of what it knew of these paths.
+    """Store runs in the archive, in place of earlier ones at these paths.
 
-    Of a run that was readable once and is damaged now the former facts stay, with its problem.
+    For a run that was readable once and is damaged now, the earlier facts stay, with its problem.
     """
     parts: dict[str, list[dict[str, Any]]] = {table.name: [] for table in PARTS}
     ids = []
@@ -83,7 +83,7 @@ def store(connection: Connection, root: int, every: Sequence[RunFacts]) -> None:
 
 
 def mark_missing(connection: Connection, ids: Iterable[int]) -> None:
-    """Say of runs that their files are gone."""
+    """Mark runs whose files are gone."""
     rows = [{"gone": each} for each in ids]
     if rows:
         connection.execute(
@@ -92,7 +92,7 @@ def mark_missing(connection: Connection, ids: Iterable[int]) -> None:
 
 
 def forget_moved(connection: Connection, root: int) -> None:
-    """Forget runs whose files are gone where the same run is there under another path."""
+    """Remove runs whose files are gone if the same run exists under another path."""
     other = RUNS.alias("other")
     moved = (
         select(RUNS.c.id)
@@ -107,7 +107,7 @@ def forget_moved(connection: Connection, root: int) -> None:
 
 
 def _naming(database: Database, folder: Path) -> tuple[str, str]:
-    """Return the name and the path of a root: from an embedded archive's folder, or of a machine.
+    """Return the name and the path of a root: relative to an embedded archive, or on a machine.
 
     So a folder that holds its archive can be moved, and many machines can share a server.
     """
@@ -120,7 +120,7 @@ def _naming(database: Database, folder: Path) -> tuple[str, str]:
 
 
 def _upsert(connection: Connection, table: Table, row: dict[str, Any], *key: str) -> int:
-    """Insert a row, or write it over the one of the same key; return its id.
+    """Insert a row, or replace the one with the same key; return its id.
 
     The row is locked until the transaction ends, so that two processes write one after the other.
     """
@@ -133,7 +133,7 @@ def _upsert(connection: Connection, table: Table, row: dict[str, Any], *key: str
 def _upserting(
     dialect: str, table: Table, columns: tuple[str, ...], key: tuple[str, ...]
 ) -> Executable:
-    """Return the statement; to make it takes longer than to execute it."""
+    """Return the statement, which takes longer to build than to execute."""
     inserting = sqlite.insert(table) if dialect == "sqlite" else postgresql.insert(table)
     statement = inserting.values({name: bindparam(name) for name in columns})
     taken = {name: statement.excluded[name] for name in columns}

@@ -1,1 +1,1 @@
-"""What the commands on many runs have in common: options, tables, progress."""
+"""Shared by the commands on many runs: options, tables, progress."""

@@ -1,4 +1,4 @@
-"""What commands share that analyse stored runs in another way than their procedures say."""
+"""Shared by commands that analyse stored runs with changed settings."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ _primary_option = click.option(
 
 
 def changes_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options that say what is changed."""
+    """Add the options of changes."""
     return _analysis_option(_primary_option(command))
 
 
 def changes_in(file: Path | None, primary: str) -> Changes:
-    """Return what the options --analysis and --primary change; raise InvalidFileError."""
+    """Return the changes of the options --analysis and --primary; raise InvalidFileError."""
     from rigrunner.procedure import AnalysisFile  # noqa: PLC0415  (not for help)
     from rigrunner.yamlfile import read, validate  # noqa: PLC0415  (the same)
     from rigrunner_fleet.reanalysis.changes import Changes  # noqa: PLC0415  (the same)

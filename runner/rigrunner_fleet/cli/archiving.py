@@ -1,4 +1,4 @@
-"""What the commands of the archive share: which one, which runs of it, and what indexing found."""
+"""Shared by the commands of the archive: its location, filters, and the report of indexing."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _EXAMPLES = {
     "--where": "--where 'temperature=100 °C'",
 }
 _SHOWN = 20
-"""Paths that are listed before the rest is counted."""
+"""Paths that are listed; the rest is counted."""
 
 database_option = click.option(
     "--database",
@@ -63,7 +63,7 @@ _RANGES: Mapping[str, str] = {
 
 
 def filter_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options that say which runs are meant."""
+    """Add the options that select runs."""
     options = [
         *(_option(name, "TEXT", line, multiple=True) for name, line in _TEXTS.items()),
         *(_option(name, "RANGE", line) for name, line in _RANGES.items()),
@@ -109,7 +109,7 @@ def _option(name: str, metavar: str, line: str, *, multiple: bool = False) -> Ca
 
 
 def filters_in(words: Mapping[str, Any]) -> Filters:
-    """Return the filters that the options gave; raise UsageError."""
+    """Return the filters of the options; raise UsageError."""
     from rigrunner_fleet.archive.filters import filters_of  # noqa: PLC0415  (help needs no database)
 
     inputs = _pairs("--input", words["inputs"])
@@ -145,7 +145,7 @@ def _pairs(option: str, given: Iterable[str]) -> dict[str, list[str]]:
 
 
 def tell_indexed(found: Sequence[Indexed]) -> None:
-    """Say for each folder what is in it, what cannot be read, and what is gone."""
+    """Report for each folder its runs, those that cannot be read, and those that are gone."""
     for each in found:
         runs = "1 run" if each.runs == 1 else f"{each.runs} runs"
         message(f"{each.folder}: {runs}, {each.new} new, {each.changed} looked at again.")

@@ -1,4 +1,4 @@
-"""What a search of the archive found, for a terminal and as JSON."""
+"""The rows of a search, for a terminal and as JSON."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _HEADER = ["run", "specimen", "rig", "state", "verdict", "result / N·m"]
 
 
 def table_of_runs(found: Rows) -> str:
-    """Return a table of runs, a line each."""
+    """Return a table of runs, one line each."""
     return table(_HEADER, [_line(row) for row in found], "lllllr")
 
 
 def table_of_results(found: Rows) -> str:
-    """Return a table of named results, a line each."""
+    """Return a table of named results, one line each."""
     header = ["run", "specimen", "rig", "result", "where", "value", "verdict"]
     return table(header, [_result(row) for row in found], "lllllrl")
 
@@ -69,7 +69,7 @@ def _torque(row: Mapping[str, Any]) -> str:
 
 
 def _cell(value: str | None) -> str:
-    """Return a text on one line, without what would steer the terminal."""
+    """Return a text on one line, without control characters of terminals."""
     return printable(value or "").replace("\n", UNPRINTABLE)
 
 

@@ -1,4 +1,4 @@
-"""What the commands that study many runs share: their options, and how they end."""
+"""Shared by the commands that study many runs: their options, and their output."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rigrunner_fleet.monitoring.observing import Observations
 
 GROUPS = ("type", "lot", "rig", "mandrel", "specimen", "operator", "procedure", "revision")
-"""What runs may have in common: columns of the archive."""
+"""Columns of the archive by which runs can be grouped."""
 
 _out_option = click.option(
     "--out",
@@ -36,14 +36,14 @@ by_option = click.option(
 
 
 def output_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options that say where a study goes."""
+    """Add the options of the output."""
     return _out_option(json_option(command))
 
 
 def observed(
     quantity: str, words: Mapping[str, Any], by: Sequence[str], runs: Path, database: str
 ) -> Observations:
-    """Return what an archive has of a quantity."""
+    """Return the values of a quantity in the archive."""
     from rigrunner_fleet.archive import open_archive  # noqa: PLC0415  (SQLAlchemy takes a while)
     from rigrunner_fleet.cli.archiving import filters_in  # noqa: PLC0415  (so does it)
     from rigrunner_fleet.monitoring.observing import observe  # noqa: PLC0415  (so does SciPy)
@@ -53,7 +53,7 @@ def observed(
 
 
 def refuse_limit(limit: int | None) -> None:
-    """Refuse --limit: a study of the newest runs would be another one with each new run."""
+    """Refuse --limit: a study of the newest runs would change with each new run."""
     if limit is not None:
         raise UsageError(
             "--limit does not go with a study: with each new run it would be one of other runs",
@@ -62,7 +62,7 @@ def refuse_limit(limit: int | None) -> None:
 
 
 def in_words(quantity: str, words: Mapping[str, Any], **more: str) -> dict[str, str]:
-    """Return what was asked for, as the report tells it."""
+    """Return the question as the report shows it."""
     given = {
         name.replace("_", " "): ", ".join(each) if isinstance(each, tuple) else str(each)
         for name, each in words.items()
@@ -72,7 +72,7 @@ def in_words(quantity: str, words: Mapping[str, Any], **more: str) -> dict[str, 
 
 
 def finish(study: StudyInput, text: str, out: Path | None, *, as_json: bool) -> None:
-    """Print a study and write its report where one was asked for."""
+    """Print a study and write its report if one was asked for."""
     from rigrunner_fleet.monitoring.document import study_document  # noqa: PLC0415  (see above)
 
     if as_json:

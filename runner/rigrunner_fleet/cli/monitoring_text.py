@@ -1,4 +1,4 @@
-"""Trends, capabilities and gauge studies, for a terminal."""
+"""Trends, capabilities and gauge studies, as text for a terminal."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     )
 
 _SHOWN = 20
-"""Alarms of a series that are listed before the rest is counted."""
+"""Alarms of a series that are listed; the rest is counted."""
 
 
 def trend_text(trend: Trend) -> str:
@@ -68,7 +68,7 @@ def gauge_text(study: GaugeStudy) -> str:
 
 
 def _for_the_station(study: GaugeStudy) -> Iterator[str]:
-    """Yield the lines that name a study of the torque in a station, so that it enters U."""
+    """Yield the lines with which a station names a study of the torque, so that it enters U."""
     if study.quantity != "torque":
         return
     found, known = study.analysis.components, study.analysis.known
@@ -88,7 +88,7 @@ def _for_the_station(study: GaugeStudy) -> Iterator[str]:
 
 
 def number(value: float, width: float) -> str:
-    """Return a value with as many decimals as its scatter bears."""
+    """Return a value with as many decimals as its scatter justifies."""
     return f"{value:.{max(0, places(width, 2) + 1)}f}" if isfinite(value) else str(value)
 
 
@@ -136,7 +136,7 @@ def _stated(each: TrendSeries) -> str:
 
 
 def _limits(of: CapabilityStudy | CapabilitySeries, unit: str) -> list[str]:
-    """Return the limits in words."""
+    """Return the limits as text."""
     limits = ("lower limit", of.lower), ("upper limit", of.upper)
     return [f"{name} {value:g} {unit}" for name, value in limits if value is not None]
 

@@ -1,4 +1,4 @@
-"""The commands on many runs, with their line of help: one module each, imported when called."""
+"""The commands on many runs, with their help lines: one module each, imported on call."""
 
 COMMANDS = {
     "Fleet": {

@@ -1,4 +1,4 @@
-"""`rigrunner capability`: how what many runs found compares with its limits."""
+"""`rigrunner capability`: compare the results of many runs with limits."""
 
 from __future__ import annotations
 

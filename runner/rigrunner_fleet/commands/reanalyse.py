@@ -1,4 +1,4 @@
-"""`rigrunner reanalyse`: many stored runs, on all cores or a cluster."""
+"""`rigrunner reanalyse`: analyse many stored runs again, on all cores or a cluster."""
 
 from __future__ import annotations
 

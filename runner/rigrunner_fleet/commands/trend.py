@@ -1,4 +1,4 @@
-"""`rigrunner trend`: control charts of what many runs found."""
+"""`rigrunner trend`: control charts of the results of many runs."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Golden runs: stored raw data through new software, and what moves against a reference."""
+"""Golden runs: regression tests of software on stored raw data."""

@@ -1,4 +1,4 @@
-"""A golden run against what new software makes of it."""
+"""Compare a golden run with its result by new software."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from rigrunner_fleet.golden.reference import Found
 
 TOLERANCE = 1e-6
-"""Of U: what other processors round otherwise is less, what a change moves is more."""
+"""As a fraction of U: rounding of other processors is less, a change of the software is more."""
 
 
 class Standing(StrEnum):
-    """How a run stands to its reference, the gravest first."""
+    """How a run compares with its reference, the most serious first."""
 
     NOT_COMPARED = "not compared"
     VERDICT = "verdict flipped"
@@ -34,7 +34,7 @@ class Standing(StrEnum):
 
     @property
     def moved(self) -> bool:
-        """Whether somebody has to look at it."""
+        """Whether a person has to check it."""
         return self not in {Standing.WITHIN, Standing.OTHER, Standing.EQUAL}
 
 
@@ -43,37 +43,37 @@ GRAVEST = tuple(Standing)
 
 @dataclass(frozen=True, kw_only=True)
 class Move:
-    """A figure that is another one than before."""
+    """A figure that changed."""
 
     name: str
     before: Figure | None
-    """None for a figure that there was not."""
+    """None for a new figure."""
     after: Figure | None
-    """None for a figure that there is not any more."""
+    """None for a figure that is gone."""
 
     @property
     def shift(self) -> float | None:
-        """By how much, in its unit."""
+        """The change, in the figure's unit."""
         if self.before is None or self.after is None:
             return None
         return self.after.value - self.before.value
 
     @property
     def in_u(self) -> float | None:
-        """The shift, in expanded uncertainties of the reference; None where that had none."""
+        """The change, in expanded uncertainties of the reference; None if that has none."""
         u = self.before.expanded if self.before else None
         return None if self.shift is None or not u else self.shift / u
 
     @property
     def of_u(self) -> float | None:
-        """By how much the expanded uncertainty is another one, as a share of the reference's."""
+        """The change of the expanded uncertainty, as a fraction of the reference's."""
         before = self.before.expanded if self.before else None
         after = self.after.expanded if self.after else None
         return None if not before or after is None else after / before - 1
 
     @property
     def size(self) -> float:
-        """The larger of both, without sign; infinite where it cannot be told."""
+        """The larger of both, without sign; infinite if it is unknown."""
         known = [each for each in (self.in_u, self.of_u) if each is not None]
         same_unit = self.before and self.after and self.before.unit == self.after.unit
         lacks_u = self.in_u is None and self.shift != 0
@@ -89,7 +89,7 @@ class Move:
 
 @dataclass(frozen=True)
 class Flips:
-    """What came out otherwise, in words."""
+    """Verdicts and checks that changed, as text."""
 
     verdicts: tuple[str, ...] = ()
     checks: tuple[str, ...] = ()
@@ -104,24 +104,24 @@ class Compared:
     after: Found
     standing: Standing
     moves: tuple[Move, ...] = ()
-    """The figures that are others, those that moved most first."""
+    """The changed figures, the largest change first."""
     flips: Flips = Flips()
     problem: str = ""
     """Why it was not compared, or is refused now."""
 
     @property
     def headline(self) -> Move | None:
-        """How the result moved, if at all."""
+        """The change of the result, if any."""
         return next((each for each in self.moves if each.name == HEADLINE), None)
 
     @property
     def largest(self) -> float:
-        """By how many U the figure moved that moved most; 0 where none did."""
+        """The largest change of a figure, in U; 0 if none changed."""
         return max((each.size for each in self.moves), default=0.0)
 
 
 def compare(name: str, before: Found, after: Found, tolerance: float = TOLERANCE) -> Compared:
-    """Return how a result stands to the reference; `tolerance` is in U."""
+    """Compare a result with the reference; `tolerance` is in U."""
     moves = sorted(_moves(before, after), key=lambda each: (-each.size, each.name != HEADLINE))
     flips = Flips(tuple(_verdict_flips(before, after)), tuple(_check_flips(before, after)))
     return Compared(
@@ -136,13 +136,13 @@ def compare(name: str, before: Found, after: Found, tolerance: float = TOLERANCE
 
 
 def not_compared(name: str, before: Found, after: Found, problem: str) -> Compared:
-    """Return a run of which nothing can be said, and why."""
+    """Return a run that could not be compared, with the reason."""
     standing = Standing.NOT_COMPARED
     return Compared(name=name, before=before, after=after, standing=standing, problem=problem)
 
 
 def by_gravity(each: Compared) -> tuple[int, float, str]:
-    """Return what runs are sorted by: the gravest first."""
+    """Return the sort key of runs: the most serious first."""
     return GRAVEST.index(each.standing), -each.largest, each.name
 
 
@@ -200,6 +200,6 @@ def _check_flips(before: Found, after: Found) -> Iterator[str]:
 
 
 def _common(before: Found, after: Found, names: Iterable[str]) -> Iterator[str]:
-    """Yield the names that are of no method or fit which takes part on one side alone."""
+    """Yield the names that do not belong to a method or fit that is on one side only."""
     alone = set(before.sources) ^ set(after.sources)
     yield from (each for each in names if each.partition(": ")[0] not in alone)

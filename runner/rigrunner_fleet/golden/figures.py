@@ -1,4 +1,4 @@
-"""The figures of a result that are compared: what a method or a setting could move."""
+"""The figures of a result that are compared: those that a method or a setting can change."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Figure:
 
     value: float
     expanded: float | None
-    """None where the result states no uncertainty."""
+    """None if the result states no uncertainty."""
     unit: str
 
 
@@ -41,8 +41,8 @@ class AtFrequency:
 def figures(document: Json) -> dict[str, Figure]:
     """Return every figure of a result document by its name, the results themselves first.
 
-    Names are of what is measured, not of the method that is primary: a result by another method is
-    compared with the one before.
+    Names are those of the measured quantity, not of the primary method: a result by another method
+    is compared with the one before.
     """
     primary = document["headline"]["method"]
     found = [(HEADLINE, _estimate(document["headline"]["compensated"]))]
@@ -62,17 +62,17 @@ def figures(document: Json) -> dict[str, Figure]:
 
 
 def named_results(document: Json) -> tuple[str, ...]:
-    """Return which figures are named results."""
+    """Return the figures that are named results."""
     return tuple(named_place(each) for each in other_results(document))
 
 
 def sources(document: Json) -> tuple[str, ...]:
-    """Return methods and fits: names of figures and checks that are theirs begin so, with ': '."""
+    """Return methods and fits; the names of their figures and checks begin with theirs and ': '."""
     return (*document["compensations"], *(_fit(each) for each in document["fits"]))
 
 
 def frequencies(document: Json) -> list[AtFrequency]:
-    """Return which figures are the primary method's at the set-points."""
+    """Return the figures of the primary method at the set-points."""
     method = document["compensations"].get(document["headline"]["method"] or "", {"points": ()})
     found = [(each["set_frequency"]["value"], each) for each in method["points"]]
     names = [f"{HEADLINE}{at}" for at, _ in _named(found)]
@@ -92,7 +92,7 @@ def verdicts(document: Json) -> dict[str, str]:
 
 
 def checks(document: Json) -> dict[str, bool]:
-    """Return whether each check was passed; one that was made several times, whether each was."""
+    """Return whether each check passed; for a check at several places, whether each did."""
     every = [(each["name"], each["ok"]) for each in document["checks"]]
     for label, method in document["compensations"].items():
         every.append((f"{label}: can be applied", not method["not_applicable"]))
@@ -105,7 +105,7 @@ def checks(document: Json) -> dict[str, bool]:
 
 
 def _named(points: list[tuple[float | None, Any]]) -> Iterator[tuple[str, Any]]:
-    """Yield each with the name of its set-point, to follow upon that of the figure."""
+    """Yield each with the name of its set-point, as a suffix of the figure's name."""
     for place, each in named_by_frequency(points):
         yield f" {place}" if place else "", each
 

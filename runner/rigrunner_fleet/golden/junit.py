@@ -1,4 +1,4 @@
-"""The check as a JUnit file, as servers of continuous integration read it: a case for each run."""
+"""The check as a JUnit file for continuous integration, with a test case for each run."""
 
 from __future__ import annotations
 

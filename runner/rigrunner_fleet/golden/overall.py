@@ -1,4 +1,4 @@
-"""The outcome of all golden runs together."""
+"""The outcome of all golden runs."""
 
 from __future__ import annotations
 
@@ -22,59 +22,59 @@ FORMAT = "rigrunner: golden check/1"
 
 @dataclass(frozen=True)
 class Spread:
-    """Numbers of a distribution of shifts."""
+    """Statistics of the changes."""
 
     n: int
     mean: float
     deviation: float | None
-    """Their standard deviation; None of a single one."""
+    """Their standard deviation; None for a single one."""
     largest: float
-    """The one that is farthest from 0, with its sign."""
+    """The largest one by magnitude, with its sign."""
 
 
 @dataclass(frozen=True)
 class AtFrequency:
-    """How the results at one set-point moved, over all runs that have it."""
+    """The changes of the results at one set-point, over all runs that have it."""
 
     frequency_hz: float
     shift_nm: Spread
     in_u: Spread | None
-    """In expanded uncertainties of the references; None where they had none."""
+    """In expanded uncertainties of the references; None if these had none."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Overall:
-    """All golden runs, the gravest first."""
+    """All golden runs, the most serious first."""
 
     runs: tuple[Compared, ...]
     tolerance: float
     made_by: tuple[tuple[str, str, str], ...]
-    """Software and settings: name, versions of the references and now, of what is another one."""
+    """Changed software and settings: name, versions in the references and now."""
 
     @property
     def moved(self) -> tuple[Compared, ...]:
-        """The runs that somebody has to look at."""
+        """The runs that a person has to check."""
         return tuple(each for each in self.runs if each.standing.moved)
 
     @property
     def exit_code(self) -> ExitCode:
-        """5 where a run could not be compared, 1 where one moved, else 0."""
+        """5 if a run could not be compared, 1 if one changed, else 0."""
         if any(each.standing is Standing.NOT_COMPARED for each in self.runs):
             return ExitCode.DATA
         return ExitCode.FAIL if self.moved else ExitCode.PASS
 
     def counts(self) -> dict[Standing, int]:
-        """Return how many runs stand how."""
+        """Return the number of runs by outcome."""
         found = Counter(each.standing for each in self.runs)
         return {standing: found[standing] for standing in Standing if found[standing]}
 
     def verdict_flips(self) -> dict[tuple[str, str], int]:
-        """Return how many runs went from which verdict to which."""
+        """Return the number of runs by verdict before and now."""
         pairs = ((each.before.verdict, each.after.verdict) for each in self._compared())
         return dict(Counter(pair for pair in pairs if pair[0] != pair[1]).most_common())
 
     def shifts_in_u(self) -> list[float]:
-        """Return the shift of every run's results in U of its reference, 0 where none."""
+        """Return the change of every run's results in U of its reference, 0 if none changed."""
         found: list[float] = []
         for each in self._compared():
             for name in (HEADLINE, *each.before.results):
@@ -84,18 +84,18 @@ class Overall:
         return found
 
     def shifts(self) -> Spread | None:
-        """Return the distribution of these; None where there are none."""
+        """Return the statistics of these; None if there are none."""
         return _spread(self.shifts_in_u())
 
     def by_frequency(self) -> list[AtFrequency]:
-        """Return how the results at each set-point moved, by frequency."""
+        """Return the changes of the results at each set-point, by frequency."""
         shifts: dict[float, list[tuple[float, float | None]]] = {}
         for hz, shift, u in self._at_set_points():
             shifts.setdefault(hz, []).append((shift, shift / u if u else None))
         return [_at(hz, found) for hz, found in sorted(shifts.items())]
 
     def document(self) -> dict[str, Any]:
-        """Return all of it for JSON."""
+        """Return the outcome for JSON."""
         return {
             "format": FORMAT,
             "tolerance_in_u": self.tolerance,

@@ -1,4 +1,4 @@
-"""Making runs golden: what each gives now becomes what later software is held against."""
+"""Record golden runs: their present results are the references of later software."""
 
 from __future__ import annotations
 
@@ -32,22 +32,22 @@ if TYPE_CHECKING:
 
 PROVIDERS = "plugin providers"
 _PLACE = re.compile(r".*[/\\]")
-"""Of a file of a lab's own plugins: elsewhere the same file is the same, by its digest."""
+"""The folder in the name of a lab's own plugin, which does not count: its digest does."""
 SETTINGS = "changes of the procedures' own analysis"
 
 
 @dataclass(frozen=True)
 class Recorded:
-    """What became golden."""
+    """The runs that became golden."""
 
     references: tuple[Reference, ...]
     skipped: tuple[Row, ...]
-    """Runs of which there is nothing to analyse."""
+    """Runs with nothing to analyse."""
 
 
 @dataclass(frozen=True)
 class Recorder:
-    """Makes runs golden, in a folder of references."""
+    """Records golden runs in a folder of references."""
 
     out: Path
     copy: bool
@@ -61,9 +61,9 @@ class Recorder:
     def record(self, runs: Sequence[Chosen]) -> Recorded:
         """Analyse the runs and write a reference for each.
 
-        A run whose analysis is refused becomes golden as such. Raises UsageError where the folder
-        has a reference of one of them already, DataError for a run that cannot be read, and
-        AbortedError once the token is set.
+        A refused analysis is recorded too. Raises UsageError if the folder has a reference of one
+        of them already, DataError for a run that cannot be read, and AbortedError once the token is
+        set.
         """
         known = [run.name for run in runs if (self.out / run.name / REFERENCE).exists()]
         if known:
@@ -103,7 +103,7 @@ class Recorder:
         )
 
     def _kept(self, run: Chosen) -> str:
-        """Return where the run is from now on, from the folder; copy it where that is asked."""
+        """Return the path of the run from the folder; copy it if asked."""
         if not self.copy:
             return Path(os.path.relpath(run.path, self.out.resolve())).as_posix()
         source = run.path / RUN_FILE if run.path.is_dir() else run.path
@@ -115,7 +115,7 @@ class Recorder:
 
 
 def how_made(station: str | None, changes: Changes) -> dict[str, str]:
-    """Return by what results are made: software with its versions, and changed settings."""
+    """Return how results are made: software with its versions, and changed settings."""
     found = software(lab_registry(station))
     providers = {_PLACE.sub("", each) for each in found.pop(PROVIDERS).split(", ")}
     return {**found, PROVIDERS: ", ".join(sorted(providers)), SETTINGS: changes.describe()}
@@ -123,7 +123,7 @@ def how_made(station: str | None, changes: Changes) -> dict[str, str]:
 
 @contextmanager
 def results_folder(kept: Path | None) -> Iterator[Path]:
-    """Give the folder for results: the one that is to be kept, or one that is removed."""
+    """Yield the folder for results: the given one, or a temporary one."""
     if kept is not None:
         yield kept.resolve()
         return
@@ -132,7 +132,7 @@ def results_folder(kept: Path | None) -> Iterator[Path]:
 
 
 def read_result(folder: Path, name: str) -> Mapping[str, Any] | None:
-    """Return the result of a run in a folder of results; None where it has none."""
+    """Return the result of a run in a folder of results; None if it has none."""
     file = folder / name / RESULT
     if not file.exists():
         return None

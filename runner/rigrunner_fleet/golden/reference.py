@@ -1,4 +1,4 @@
-"""What a run gave when it became golden: the file that a later result is held against."""
+"""The reference of a golden run: its result, in a file with which later results are compared."""
 
 from __future__ import annotations
 
@@ -31,26 +31,26 @@ REFERENCE = "reference.json"
 
 
 class Found(Settings):
-    """What an analysis found of a run, as far as it is compared."""
+    """The compared part of an analysis of a run."""
 
     problem: str = ""
-    """Why there is no result, where that is so."""
+    """Why there is no result, if so."""
     sha256: str = ""
-    """Of the whole result in its canonical form: keys sorted, no spaces."""
+    """SHA-256 of the whole result in its canonical form: keys sorted, no spaces."""
     method: str = ""
-    """The primary one."""
+    """The primary method."""
     verdicts: dict[str, str] = Field(default_factory=dict)
     checks: dict[str, bool] = Field(default_factory=dict)
     sources: tuple[str, ...] = ()
-    """Methods and fits that took part."""
+    """The methods and fits."""
     figures: dict[str, Figure] = Field(default_factory=dict)
     frequencies: tuple[AtFrequency, ...] = ()
     results: tuple[str, ...] = ()
-    """Which figures are named results."""
+    """The figures that are named results."""
 
     @property
     def verdict(self) -> str:
-        """The verdict on the run; '' where nothing was decided."""
+        """The verdict on the run; '' without a decision."""
         return self.verdicts.get("run", "")
 
 
@@ -64,20 +64,20 @@ class Reference(Settings):
     at: str
     """The run folder or file, from the folder of the golden runs, with '/'."""
     digest_sha256: str
-    """Of its recordings and measurements."""
+    """Digest of its recordings and measurements."""
     no_load_sha256: str = ""
-    """Of those of the no-load run that the result was compensated with."""
+    """Digest of those of the no-load run in the result."""
     made_by: dict[str, str]
-    """Software with its versions, and changed settings, that made the result that follows."""
+    """Software with its versions, and changed settings, which made this result."""
     found: Found
 
     def path(self, folder: Path) -> Path:
-        """Return where the run is."""
+        """Return the path of the run."""
         return Path(os.path.normpath(folder / self.at))
 
 
 def found_in(document: Mapping[str, Any]) -> Found:
-    """Return what a result document holds, as far as it is compared."""
+    """Return the compared part of a result document."""
     return Found(
         sha256=_digest(document),
         method=document["headline"]["method"] or "",
@@ -91,13 +91,13 @@ def found_in(document: Mapping[str, Any]) -> Found:
 
 
 def write_reference(folder: Path, reference: Reference) -> None:
-    """Write a golden run's file, for people and version control: a line per number."""
+    """Write a golden run's file, for people and version control: one number per line."""
     text = json.dumps(reference.model_dump(mode="json"), ensure_ascii=False, indent=1)
     write_text(folder / reference.name / REFERENCE, f"{text}\n")
 
 
 def read_references(folder: Path) -> list[Reference]:
-    """Return the golden runs of a folder by name; raise UsageError without any, DataError."""
+    """Return the golden runs of a folder by name; raise UsageError without any, and DataError."""
     files = sorted(folder.rglob(REFERENCE)) if folder.is_dir() else []
     if not files:
         raise UsageError(

@@ -1,4 +1,4 @@
-"""The check as reports on many runs show it."""
+"""The check, for a report on many runs."""
 
 from __future__ import annotations
 

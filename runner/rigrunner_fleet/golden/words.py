@@ -1,4 +1,4 @@
-"""The outcome of golden runs, in words: for the terminal, JUnit files and reports."""
+"""The outcome of golden runs as text, for the terminal, JUnit files and reports."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from rigrunner_fleet.golden.overall import Overall
 
 SHOWN = 3
-"""Figures of a run that are told; the JSON has all."""
+"""Figures of a run that are listed; the JSON has all."""
 
 _MOST_DECIMALS = 8
 
 
 def conclusion(found: Overall) -> str:
-    """Return what it comes to, in one line."""
+    """Return the conclusion, in one line."""
     of, moved = len(found.runs), len(found.moved)
     runs = "1 golden run" if of == 1 else f"{of} golden runs"
     if not moved:
@@ -27,7 +27,7 @@ def conclusion(found: Overall) -> str:
 
 
 def details(each: Compared) -> Iterator[str]:
-    """Yield what is to be said of a run: why, what flipped, and the figures that moved most."""
+    """Yield the details of a run: reason, changed verdicts and checks, largest changes."""
     if each.problem:
         yield each.problem
     yield from each.flips.verdicts
@@ -43,7 +43,7 @@ def details(each: Compared) -> Iterator[str]:
 
 
 def move_text(move: Move) -> str:
-    """Return how a figure moved."""
+    """Return the change of a figure as text."""
     before, after = move.before, move.after
     if before is None or after is None:
         return f"{move.name}: {'is new' if before is None else 'is gone'}"
@@ -53,7 +53,7 @@ def move_text(move: Move) -> str:
 
 
 def in_u(value: float | None) -> str:
-    """Return a shift in U; a long one is as sure as a short one."""
+    """Return a change in U, in few digits."""
     if value is None:
         return "U unknown"
     if isinf(value):
@@ -63,7 +63,7 @@ def in_u(value: float | None) -> str:
 
 
 def _number(value: float, u: float | None) -> str:
-    """Return a number with four digits of its uncertainty, so that small shifts are seen."""
+    """Return a number with four digits of its uncertainty, so that small changes are visible."""
     if not u:
         return f"{value:.6g}"
     decimals = 3 - floor(log10(u))

@@ -1,1 +1,1 @@
-"""Studies of what many runs found: from an archive to charts, capabilities and gauge studies."""
+"""Studies of many runs of an archive: control charts, capability and gauge studies."""

@@ -1,4 +1,4 @@
-"""The baseline of a chart as a person writes it: '20', or '2026-01-01..2026-02-28'."""
+"""Parse the baseline of a chart: '20', or '2026-01-01..2026-02-28'."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from rigrunner_fleet.trends.charts import FEWEST
 
 
 def baseline_of(text: str) -> Baseline:
-    """Read the number of first values, or FROM..TO, days in UTC; raise UsageError."""
+    """Parse the number of first values, or FROM..TO, days in UTC; raise UsageError."""
     if text.isdecimal():
         if int(text) < FEWEST:
             raise UsageError(

@@ -1,4 +1,4 @@
-"""The capability of what an archive holds, against limits."""
+"""The capability of results in an archive, against limits."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _GIVE = "give the limits: --upper, --lower"
 _NOT_NORMAL = 0.01
-"""Below this p-value of Shapiro and Wilk, values are said not to be normal."""
+"""Below this p-value of Shapiro and Wilk, values are reported as not normal."""
 
 
 def capability_study(
@@ -29,9 +29,9 @@ def capability_study(
     upper: float | None,
     confidence: float = 0.95,
 ) -> CapabilityStudy:
-    """Return the capability of each group; raise DataError where none can be stated.
+    """Return the capability of each group; raise DataError if there is none.
 
-    Without a limit each group has the one that its results were held against in their runs.
+    Without given limits each group has those of its runs.
     """
     series, refused = each_group(
         found,
@@ -60,7 +60,7 @@ def _series(name: str, group: Group, limits: Bounds, confidence: float) -> Capab
 
 
 def _limits(group: Group, lower: float | None, upper: float | None) -> Bounds:
-    """Return the limits that were asked for, or else those of the runs, which must be the same."""
+    """Return the given limits, or else those of the runs, which must be equal."""
     if lower is not None or upper is not None:
         return lower, upper
     if len(group.limits) > 1:

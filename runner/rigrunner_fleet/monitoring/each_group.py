@@ -1,4 +1,4 @@
-"""One study of each group of runs; what cannot be studied is named, with the reason."""
+"""Make one study for each group of runs; groups without one are named, with the reason."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _Series = TypeVar("_Series")
 def each_group(
     found: Observations, made: Callable[[str, Group], _Series], nothing: str
 ) -> tuple[tuple[_Series, ...], dict[str, str]]:
-    """Return what is made of each group, by its name, and why nothing was of the others.
+    """Return the study of each group, by its name, and the reasons of groups without one.
 
-    Raises DataError that begins with `nothing` where nothing can be made at all.
+    Raises DataError that begins with `nothing` if no group has a study.
     """
     series, refused, hint = [], {}, ""
     for name, group in sorted(found.groups.items()):

@@ -1,4 +1,4 @@
-"""A gauge study of the sessions that an archive holds: each of one part by one operator."""
+"""A gauge study of sessions in an archive, each of one part by one operator."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from rigrunner_fleet.monitoring.quantities import Quantity
 
 _FEWEST = 2
-"""Parts, operators and trials."""
+"""The fewest parts, operators and trials."""
 _NAMED = 6
-"""Cells that are named before the rest is counted."""
+"""Cells that are named; the rest is counted."""
 Cell = tuple[str, str]
 
 
@@ -40,14 +40,15 @@ class Sessions:
     expanded: list[float] = field(default_factory=list)
     kinds: Counter[str] = field(default_factory=Counter)
     places: set[str] = field(default_factory=set)
-    """The set-points of the readings, in words."""
+    """The set-points of the readings, as text."""
     excluded: list[Excluded] = field(default_factory=list)
 
 
 def sessions(archive: Database, name: str, filters: Filters) -> Sessions:
-    """Return the readings of the runs that fit.
+    """Return the readings of the selected runs.
 
-    Each set-point of a run is a trial; of a named result each value, such as of a counter.
+    Each set-point of a run is a trial; for a named result each of its values, such as over a
+    counter.
     """
     quantity = quantity_in(archive, name, filters)
     if quantity.is_named:
@@ -106,9 +107,9 @@ def gauge_study(
     asked: Mapping[str, str],
     tolerance: float | None = None,
 ) -> GaugeStudy:
-    """Return the study; raise DataError unless it is crossed and balanced, naming what is missing.
+    """Return the study; raise DataError, naming what is missing, unless it is crossed and balanced.
 
-    Raises UsageError where what was found is of several kinds.
+    Raises UsageError if the readings are of several kinds.
     """
     _check_alike(found)
     parts, operators = (tuple(sorted(set(each))) for each in zip(*found.cells, strict=True))
@@ -160,7 +161,7 @@ def _check_alike(found: Sessions) -> None:
 def _check_crossed(
     cells: Mapping[Cell, list[float]], parts: tuple[str, ...], operators: tuple[str, ...]
 ) -> None:
-    """Demand that every operator measured every part, equally often."""
+    """Raise unless every operator measured every part equally often."""
     if len(parts) < _FEWEST or len(operators) < _FEWEST:
         raise DataError(
             f"{_count(parts, 'part')} and {_count(operators, 'operator')} are no crossed study",

@@ -1,4 +1,4 @@
-"""Limits of a quantity as a person writes them."""
+"""Parse limits of a quantity."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def limit_in(text: str, symbol: str) -> float | None:
 
 
 def width_in(text: str, symbol: str) -> float | None:
-    """Return a difference of two limits in the unit of a study; as `limit_in`."""
+    """Return a difference of two limits in the unit of a study; raises as `limit_in`."""
     if not text:
         return None
     found = _read(text, symbol)

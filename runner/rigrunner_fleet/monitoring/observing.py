@@ -1,4 +1,4 @@
-"""What an archive has of a quantity: the values of each group of runs, and the runs left out."""
+"""The values of a quantity in an archive, by group of runs, and the excluded runs."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rigrunner_fleet.monitoring.quantities import Quantity
 
 Bounds = tuple[float | None, float | None]
-"""A lower and an upper limit; None where there is no such limit."""
+"""A lower and an upper limit; None for a missing one."""
 NOT_STATED = "not stated"
 _OF_POINTS = ("frequency", "load")
 _APART = "tell them apart: --by rig --by mandrel"
@@ -37,11 +37,11 @@ class Found:
     expanded: float | None
     unit: str
     place: str = ""
-    """Where a named result holds."""
+    """The coordinates of a named result."""
     number: int = 0
-    """Of a named result or a set-point in its run."""
+    """The number of a named result or a set-point in its run."""
     limits: Bounds = (None, None)
-    """Of a named result: the lower and the upper limit that it was held against in its run."""
+    """The lower and the upper limit of a named result in its run."""
 
 
 @dataclass
@@ -51,16 +51,16 @@ class Group:
     observed: list[Observed] = field(default_factory=list)
     kinds: Counter[str] = field(default_factory=Counter)
     limits: Counter[Bounds] = field(default_factory=Counter)
-    """How many of the values were held against which limits in their runs."""
+    """The number of values by their limits in their runs."""
 
 
 @dataclass(frozen=True)
 class Observations:
-    """The values of each group of runs, and what is to be said of them."""
+    """The values of each group of runs, and remarks on them."""
 
     quantity: Quantity
     by: Sequence[str]
-    """The columns of runs by which the groups are told apart."""
+    """The columns of runs by which they are grouped."""
     unit: str
     groups: Mapping[str, Group]
     excluded: tuple[Excluded, ...]
@@ -74,12 +74,12 @@ def observe(
     by: Sequence[str] = (),
     limit: int | None = None,
 ) -> Observations:
-    """Return what the runs that fit found of a quantity; by the columns of runs in `by`.
+    """Return the values of a quantity in the selected runs; by the columns of runs in `by`.
 
-    A named result goes by its coordinates besides, where it has several. A run that was not
-    completed, cannot be read, is gone, was replayed from a tape or has no such value is left out
-    and named; so is one whose figure is that of a no-load run already counted. Raises DataError
-    where nothing is left, and UsageError where several figures fit.
+    A named result is also grouped by its coordinates, if it has several. A run that was not
+    completed, cannot be read, is gone, was replayed from a tape or has no such value is excluded
+    and named; so is one whose figure is that of a no-load run already counted. Raises DataError if
+    nothing is left, and UsageError if several figures match.
     """
     quantity = quantity_in(archive, name, filters)
     if quantity.is_named:
@@ -126,7 +126,7 @@ def _warnings(groups: Mapping[str, Group], doubtful: int, *, mixed: bool) -> lis
 
 
 def of_one_kind(group: Group, quantity: Quantity) -> None:
-    """Raise DataError where values of a group cannot be compared with each other."""
+    """Raise DataError if values of a group cannot be compared with each other."""
     if len(group.kinds) < 2:  # noqa: PLR2004  (of one kind, all can be compared)
         return
     kinds = ", ".join(f"{name} ({count})" for name, count in sorted(group.kinds.items()))
@@ -169,7 +169,7 @@ def named_values(
 
 
 def _in_unit(row: Mapping[str, Any], symbol: str) -> Found:
-    """Return a named result in a unit of the same kind; in its own as it is stated."""
+    """Return a named result in another unit of the same kind; in its own as it is stated."""
     expanded = None if row["expanded"] is None else float(row["expanded"])
     value, place = row["value"], row["place"] or ""
     limits = row["lower"], row["upper"]
@@ -184,7 +184,7 @@ def _in_unit(row: Mapping[str, Any], symbol: str) -> Found:
 
 
 def _between(value: float | None, symbol: str, other: str) -> float | None:
-    """Return a limit in another unit, with the digits that it may have."""
+    """Return a limit in another unit, without digits from rounding."""
     if value is None:
         return None
     known = unit(symbol)
@@ -224,7 +224,7 @@ def _expanded(row: Mapping[str, Any]) -> float | None:
 
 
 def unfit(run: Mapping[str, Any]) -> str:
-    """Return why a run of an archive does not count in a study; empty where it does."""
+    """Return why a run of an archive does not count in a study; empty if it does."""
     if run["problem"]:
         return "it cannot be read"
     if run["missing"]:
@@ -235,7 +235,7 @@ def unfit(run: Mapping[str, Any]) -> str:
 
 
 def _unclear(found: Sequence[Found], quantity: Quantity) -> str:
-    """Return why what a run found is no value; empty where it is one, or one at each place."""
+    """Return why the result of a run is no value; empty if it is one, or one at each place."""
     if not found:
         return "it has no such value"
     if len(found) > 1 and not quantity.is_named:

@@ -1,4 +1,4 @@
-"""What of a run can be followed over many: its results, or what it found of its rig."""
+"""The quantities that can be studied over many runs: results, or figures of the rig."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ZERO = "zero"
 
 @dataclass(frozen=True)
 class Quantity:
-    """A result of runs, or a figure of their rigs as the archive has it: 'name', 'source/name'."""
+    """A result of runs, or a figure of their rigs in the archive: 'name', 'source/name'."""
 
     name: str
     is_named: bool = False
@@ -34,7 +34,7 @@ class Quantity:
 
     @property
     def groups(self) -> tuple[str, ...]:
-        """Columns of runs by which it is told apart where a person does not say."""
+        """Columns of runs by which it is grouped by default."""
         return ("type", "lot") if self.is_result else ("rig",)
 
     @property
@@ -43,13 +43,13 @@ class Quantity:
         return self.name == ZERO or self.name.startswith(f"{ZERO}/")
 
     def fits(self, source: str, name: str) -> bool:
-        """Tell whether a figure of the archive is this one."""
+        """Return whether a figure of the archive is this one."""
         asked = SHORT.get(self.name, self.name)
         return asked in {name, f"{source}/{name}"} or (asked == ZERO == source)
 
 
 def quantity_in(archive: Database, name: str, filters: Filters) -> Quantity:
-    """Return what a name means in an archive: a result of runs that fit, else a figure of rigs."""
+    """Return what a name means: a result of the selected runs, else a figure of rigs."""
     if name in TORQUES:
         return Quantity(name)
     return Quantity(

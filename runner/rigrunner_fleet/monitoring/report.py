@@ -1,4 +1,4 @@
-"""The report of a study, by a plugin that writes such."""
+"""Write the report of a study, by a plugin."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ KIND = "study_format"
 
 
 def write_study(study: StudyInput, path: Path) -> None:
-    """Write the report of a study, by the format that has the file's suffix; raise UsageError."""
+    """Write the report of a study, in the format of the file's suffix; raise UsageError."""
     registry = load_registry()
     found = [each.record for each in registry.plugins if each.kind == KIND]
     records = [each for each in found if isinstance(each, StudyFormatRecord)]

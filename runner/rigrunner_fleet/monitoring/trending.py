@@ -1,4 +1,4 @@
-"""Control charts of what an archive holds."""
+"""Control charts of results in an archive."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def trend(found: Observations, how: Charting, asked: Mapping[str, str]) -> Trend:
-    """Return the chart of each group; raise DataError where none can be made."""
+    """Return the chart of each group; raise DataError if there is none."""
     series, refused = each_group(
         found,
         lambda name, group: charted(name, group.observed, how),

@@ -1,4 +1,4 @@
-"""A run analysed again, for a notebook."""
+"""Analyse a run again, in a notebook."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ class Analysis:
     """The result of an analysis."""
 
     result: Result
-    """All of it, as reports get it."""
+    """The result, as in reports."""
 
     @cached_property
     def document(self) -> Document:
-        """The same numbers as `result.json` has them."""
+        """The same numbers, as in `result.json`."""
         from rigrunner.analysis.document import document  # noqa: PLC0415  (the analysis is heavy)
 
         return dict(document(self.result))
@@ -44,11 +44,11 @@ class Analysis:
 
     @property
     def figures(self) -> Rows:
-        """What was found of the rig, as in the archive."""
+        """The figures of the rig, as in the archive."""
         return figures_of(self.document)
 
     def plot_results(self, name: str) -> Plot:
-        """Return the figures of a named result, as the report has them; raise UsageError."""
+        """Return the figures of a named result, as in the report; raise UsageError."""
         return results_plot(self.document, name)
 
     def plot(self) -> Plot:
@@ -62,10 +62,10 @@ def analyse(
     *,
     station: str | None = None,
 ) -> Analysis:
-    """Analyse a stored run as its procedure says, with the plugins that are installed now.
+    """Analyse a stored run by its procedure, with the installed plugins.
 
-    `partners`, by name, stand in place of the partner runs in its file; `station` names one whose
-    own plugins are needed. Nothing is written. Raises DataError for what cannot be analysed.
+    `partners`, by name, replace the partner runs in its file; `station` names one whose own plugins
+    are needed. Nothing is written. Raises DataError if it cannot be analysed.
     """
     from rigrunner.run.lab_plugins import lab_registry  # noqa: PLC0415  (the analysis is heavy)
     from rigrunner.run.stored import analyse_run  # noqa: PLC0415  (the same)

@@ -1,4 +1,4 @@
-"""What a result document says, as rows and plots."""
+"""Rows and plots of a result document."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def results_of(document: Document | None) -> Rows:
 
 
 def figures_of(document: Document | None) -> Rows:
-    """Return what was found of the rig, with the columns of the archive's `figures`."""
+    """Return the figures of the rig, with the columns of the archive's `figures`."""
     return _rows(FIGURES, figures(document, {}))
 
 
@@ -77,9 +77,9 @@ def plot_of(document: Document | None, title: str) -> Plot:
 
 
 def results_plot(document: Document | None, name: str) -> Plot:
-    """Return the figures of the results of one name, those that a report has.
+    """Return the figures of the results of one name, as in a report.
 
-    Raises UsageError where there is none of that name, or nothing to draw it over.
+    Raises UsageError if there is none of that name, or if it has no coordinate to plot it over.
     """
     rows = results_of(document)
     every = list(zip((document or {}).get("results") or (), rows, strict=True))

@@ -52,8 +52,8 @@ def set_of(recording: Recording) -> xr.Dataset:
 def frame_of_measurements(measurements: Sequence[Measurement], name: str) -> pd.DataFrame:
     """Return the rows of one name: time, coordinates, set-points, values, all in SI units.
 
-    `attrs` has the units by name, and as `shown_in` the units in which people wrote or see them.
-    Raises UsageError where there is none.
+    `attrs` has the units by name, and as `shown_in` the display units. Raises UsageError if there
+    is none.
     """
     rows = [each for each in measurements if each.name == name]
     if not rows:

@@ -1,4 +1,4 @@
-"""A stored run for a notebook: its samples, its result, its plots."""
+"""A stored run in a notebook: its samples, results and plots."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A stored run, read whole; its files are never written to."""
+    """A stored run, read whole. Its files are never changed."""
 
     stored: StoredRun
-    """All that is in the files."""
+    """The content of its files."""
 
     @property
     def header(self) -> RunHeader:
@@ -49,7 +49,7 @@ class Run:
 
     @property
     def result(self) -> dict[str, Any] | None:
-        """The first analysis, as in `result.json`; None where there was none."""
+        """The first analysis, as in `result.json`; None without one."""
         found = self.stored.result_document
         return None if found is None else dict(found)
 
@@ -65,11 +65,11 @@ class Run:
 
     @property
     def figures(self) -> Rows:
-        """What the first analysis found of the rig, as in the archive."""
+        """The figures of the rig by the first analysis, as in the archive."""
         return figures_of(self.result)
 
     def recording(self, name: str) -> Recording:
-        """Return a recording; raise UsageError where there is none of that name."""
+        """Return a recording; raise UsageError for an unknown name."""
         if name not in self.recordings:
             raise UsageError(
                 f"there is no recording '{name}' in {self.header.run_id}",
@@ -86,11 +86,11 @@ class Run:
         return set_of(self.recording(recording))
 
     def measurements(self, name: str) -> pd.DataFrame:
-        """Return the table that `measure` steps of that name made; needs pandas."""
+        """Return the table of the `measure` steps of that name; needs pandas."""
         return frame_of_measurements(self.stored.measurements, name)
 
     def plot_results(self, name: str) -> Plot:
-        """Return the figures of a named result, as the report has them; raise UsageError."""
+        """Return the figures of a named result, as in the report; raise UsageError."""
         return results_plot(self.result, name)
 
     def plot(self, recording: str = "") -> Plot:
@@ -103,6 +103,6 @@ class Run:
 def open_run(path: Path | str) -> Run:
     """Open a run folder, sealed or not, or a `run.h5`; raise DataError.
 
-    What was sealed and has changed since is refused.
+    A run that changed after sealing is refused.
     """
     return Run(read(Path(path)))

@@ -1,1 +1,1 @@
-"""Analysing many stored runs again, each once: on all cores or a cluster, and resuming later."""
+"""Analyse many stored runs again, each once: on all cores or a cluster, and resumable."""

@@ -1,4 +1,4 @@
-"""A batch of analyses: a folder with one result per run, a summary, and what is done."""
+"""A batch of analyses: a folder with one result per run, a summary, and a journal."""
 
 from __future__ import annotations
 
@@ -40,16 +40,16 @@ class Batch:
     workers: Workers
     stop: StopToken
     progress: Callable[[int, int], None]
-    """Is told how many runs of how many are done, first those that were done before."""
+    """Gets the number of finished runs, and of all; first those of an earlier call."""
     raw: bool = False
-    """Whether the summary has texts as they are, also where a spreadsheet sees formulas."""
+    """Whether the summary has texts unchanged, even if a spreadsheet takes them for formulas."""
 
     def run(self, runs: Sequence[Chosen]) -> Summary:
-        """Analyse every run that is not done yet, and return what all of them gave.
+        """Analyse every run that is not finished, and return the outcomes of all.
 
-        A run that fails is listed and ends nothing; it is tried again the next time. Raises
-        UsageError where the folder holds something else, or results of other settings or software,
-        and AbortedError once the token is set: what is done is kept.
+        A failed run is listed, and the others continue; it is tried again the next time. Raises
+        UsageError if the folder holds something else, or results of other settings or software, and
+        AbortedError once the token is set: finished results are kept.
         """
         _refuse_strange(self.out)
         station = None if self.station is None else str(find_station(self.station).resolve())
@@ -93,7 +93,7 @@ class Batch:
         return Row(run=chosen.name, problem=done.problem)
 
     def _tell(self, chosen: Chosen, name: str, text: str) -> None:
-        """Write what a run gave in place of what it gave before: that is no longer true."""
+        """Write the result of a run in place of an earlier one, which is removed first."""
         folder = self.out / chosen.name
         with writing(folder):
             for old in (RESULT, TRACE):

@@ -1,4 +1,4 @@
-"""Which runs are analysed again, and where the result of each goes."""
+"""Select the runs to analyse again, and the name of each result."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Chosen:
-    """A run, and its name among the results: its path from the folder that was named."""
+    """A run, and the name of its result: its path from the folder that was named."""
 
     name: str
     path: Path
-    """The run's folder, or a file that stands alone; absolute, as other machines see it."""
+    """The run's folder, or a single file; absolute, as other machines see it."""
 
     @property
     def stamp(self) -> str:
-        """What changes when the recorded data do; a run that is not sealed has none."""
+        """Changes with the recorded data; empty for a run that is not sealed."""
         file = self.path / RUN_FILE if self.path.is_dir() else self.path
         try:
             facts = file.stat()
@@ -37,7 +37,8 @@ class Chosen:
 def choose(paths: Iterable[Path]) -> list[Chosen]:
     """Return the runs at and below these paths, each once, by their names.
 
-    Raises UsageError for a path that is not there, a folder without runs, and two runs of one name.
+    Raises UsageError for a path that does not exist, a folder without runs, and two runs of one
+    name.
     """
     found: dict[str, Chosen] = {}
     for path in paths:

@@ -1,4 +1,4 @@
-"""What a batch of analyses found, as a table for programs and for people."""
+"""The outcome of a batch of analyses, as a table for programs and for people."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ class Summary:
     done: tuple[Row, ...]
     failed: tuple[Row, ...]
     of: int
-    """How many runs there are: fewer lines are there if it was stopped."""
+    """The number of runs; there are fewer lines if the batch was stopped."""
 
     @property
     def analysed(self) -> tuple[Row, ...]:
-        """The runs that have a result."""
+        """The runs with a result."""
         return tuple(row for row in self.done if not row.skipped)
 
     @property
     def skipped(self) -> tuple[Row, ...]:
-        """The runs of which there is nothing to analyse."""
+        """The runs with nothing to analyse."""
         return tuple(row for row in self.done if row.skipped)
 
     @property
     def other_verdicts(self) -> tuple[Row, ...]:
-        """The runs that have another verdict than by their first analysis."""
+        """The runs whose verdict differs from that of their first analysis."""
         return tuple(row for row in self.analysed if row.verdict != row.verdict_before)
 
     def document(self) -> dict[str, Any]:
@@ -59,12 +59,13 @@ class Summary:
     def table(self, *, raw: bool = False) -> str:
         """Return it as CSV, a header and a line per run.
 
-        What a spreadsheet would take for a formula has an apostrophe before it, unless `raw`.
+        A value that a spreadsheet would take for a formula gets an apostrophe before it, unless
+        `raw`.
         """
         return _csv([{name: getattr(row, name) for name in COLUMNS} for row in self._rows()], raw)
 
     def results(self, *, raw: bool = False) -> str:
-        """Return the named results as CSV, a line each; '' where there is none."""
+        """Return the named results as CSV, one line each; '' if there are none."""
         every = [{"run": row.run, **each} for row in self._rows() for each in row.results]
         return _csv(every, raw) if every else ""
 
@@ -82,14 +83,14 @@ def _csv(rows: Sequence[Mapping[str, Any]], raw: bool) -> str:  # noqa: FBT001  
 
 
 def by_run(row: Row) -> str:
-    """Return what lines are sorted by."""
+    """Return the sort key of lines."""
     return row.run
 
 
 def write_summary(folder: Path, found: Summary, *, raw: bool = False) -> None:
-    """Write `summary.csv` and `summary.json`, and `results.csv` where there are named results.
+    """Write `summary.csv` and `summary.json`, and `results.csv` if there are named results.
 
-    Raises DataError where they cannot be written.
+    Raises DataError if they cannot be written.
     """
     document = json.dumps(found.document(), ensure_ascii=False, indent=2, allow_nan=False)
     write_text(folder / "summary.json", f"{document}\n")
@@ -99,7 +100,7 @@ def write_summary(folder: Path, found: Summary, *, raw: bool = False) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a file whole or not at all; raise DataError where that cannot be."""
+    """Write a file completely or not at all; raise DataError if that fails."""
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         temporary(path).write_text(text, encoding="utf-8", errors="backslashreplace")

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 _BRACKET = 6.0
-"""Standard deviations of t within which its non-centrality is looked for."""
+"""Standard deviations of t within which its non-centrality is searched."""
 _FAR = 3000.0
-"""From here on t scatters as the standard deviation alone does, and SciPy's cdf ends in NaN."""
+"""From here on t scatters only by the standard deviation, and SciPy's cdf becomes NaN."""
 
 
 def capability(

@@ -1,4 +1,4 @@
-"""From the values of many runs to their control chart: its rules, and what speaks against it."""
+"""Make the control chart of the values of many runs, with its rules and reservations."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 MOVING_RANGE = "moving range"
 EWMA = "EWMA"
 _ADVISED = 20
-"""Baseline values from which limits are not said to be uncertain (ASTM E2587)."""
+"""Baseline values from which limits are not reported as uncertain (ASTM E2587)."""
 _TEXTS = {
     MOVING_RANGE: "a difference of neighbours beyond its upper limit",
     EWMA: "the weighted mean beyond its limits",
@@ -33,15 +33,15 @@ _TEXTS = {
 
 @dataclass(frozen=True)
 class Baseline:
-    """Which values the limits are made of: the first ones, or those from one moment to another."""
+    """The values that the limits are made of: the first ones, or those within a time span."""
 
     first: int | None = _ADVISED
     since: datetime | None = None
     until: datetime | None = None
-    """Begun before it."""
+    """The end of the span, exclusive."""
 
     def of(self, observed: Sequence[Observed]) -> list[bool]:
-        """Tell which values, oldest first, it takes; raise DataError where it does not have all."""
+        """Return which values, oldest first, belong to it; raise DataError if there are too few."""
         if self.first is not None:
             if len(observed) < self.first:
                 raise DataError(
@@ -58,7 +58,7 @@ class Baseline:
 
 @dataclass(frozen=True)
 class Charting:
-    """How a chart is made: 'i-mr' or 'ewma', the set of rules, the baseline, an EWMA's weight."""
+    """The kind of chart: 'i-mr' or 'ewma', the set of rules, the baseline, an EWMA's weight."""
 
     chart: str = "i-mr"
     rules: str = "nelson"
@@ -66,7 +66,7 @@ class Charting:
     weight: float = 0.2
 
     def rule_texts(self) -> Mapping[str, str]:
-        """Return the rules that are applied, in words."""
+        """Return the applied rules as text."""
         if self.chart == "ewma":
             return {EWMA: _TEXTS[EWMA]}
         named = {each.name: each.text for each in RULES[self.rules]}
@@ -76,7 +76,7 @@ class Charting:
 def charted(name: str, observed: Sequence[Observed], how: Charting) -> TrendSeries:
     """Return the chart of a group, oldest first; the limits are of its baseline alone.
 
-    Raises DataError where the baseline is too short, or its values are all the same.
+    Raises DataError if the baseline is too short, or its values are all equal.
     """
     taken = how.baseline.of(observed)
     values = [each.value for each in observed]
@@ -102,7 +102,7 @@ def charted(name: str, observed: Sequence[Observed], how: Charting) -> TrendSeri
 
 
 def _smoothed(values: Sequence[float], limits: Limits, how: Charting) -> Ewma:
-    """Return what is plotted: an EWMA of weight 1 is the values, between three sigma."""
+    """Return the plotted values: an EWMA of weight 1 is the values, between three sigma."""
     weight = how.weight if how.chart == "ewma" else 1.0
     return ewma(values, limits.centre, limits.sigma, weight=weight)
 

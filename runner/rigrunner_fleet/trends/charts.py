@@ -1,6 +1,6 @@
 """Control charts of single values: individuals, moving range, and EWMA.
 
-Limits come from a baseline (phase I) and are then held against what follows (phase II).
+Limits come from a baseline (phase I) and are then applied to later values (phase II).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ D3 = sqrt(2.0 - 4.0 / np.pi)
 D4 = 1.0 + 3.0 * D3 / D2
 """Upper limit of the moving range over its mean, 3.267 (ASTM E2587)."""
 FEWEST = 10
-"""Baseline values below which limits say next to nothing; 20 to 25 are advised (ASTM E2587)."""
+"""Fewest baseline values for limits; 20 to 25 are advised (ASTM E2587)."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ def individuals(baseline: Sequence[float]) -> Individuals:
     """Return the limits of individuals and moving ranges from a baseline, shape (n,).
 
     The standard deviation is the mean moving range over 1.128 (NIST/SEMATECH e-Handbook 6.3.2.2).
-    Raises DataError for too few values and for values that are all the same.
+    Raises DataError for too few values and for values that are all equal.
     """
     values = _checked(baseline)
     mean_range = float(moving_ranges(values).mean())

@@ -1,9 +1,9 @@
-"""How well the components of a gauge study are known.
+"""Confidence intervals of the components of a gauge study.
 
-Confidence intervals by generalised inference (Hamada and Weerahandi, J. Quality Technology 32,
-2000, 241; Burdick, Borror and Montgomery, Design and Analysis of Gauge R&R Studies, 2005): each
-expected mean square is its sum of squares over a draw of chi-squared, and a component the same
-combination of these as of the mean squares. Degrees of freedom by Satterthwaite.
+By generalised inference (Hamada and Weerahandi, J. Quality Technology 32, 2000, 241; Burdick,
+Borror and Montgomery, Design and Analysis of Gauge R&R Studies, 2005): each expected mean square is
+its sum of squares over a draw of chi-squared, and a component the same combination of these as of
+the mean squares. Degrees of freedom by Satterthwaite.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 CONFIDENCE = 0.95
 DRAWS = 20_000
 SEED = 20001
-"""The same study has the same intervals."""
+"""Seed of the draws: the same study has the same intervals."""
 
 
 def known(rows: tuple[Row, ...], shape: tuple[int, ...], *, pooled: bool) -> Mapping[str, Known]:
-    """Return what is known of each component.
+    """Return the interval of each component.
 
-    `rows` are part, operator, both and repeatability; `shape` is (parts, operators, trials).
-    Pooled, what differs by both is repeatability.
+    `rows` are part, operator, both and repeatability; `shape` is (parts, operators, trials). If
+    pooled, the interaction is part of the repeatability.
     """
     parts, operators, trials = shape
     squares = np.array([each.sum_of_squares for each in rows])
@@ -62,7 +62,7 @@ def known(rows: tuple[Row, ...], shape: tuple[int, ...], *, pooled: bool) -> Map
 
 
 def _known(weights: Array, mean_squares: Array, dof: Array, interval: Array) -> Known:
-    """Return a component as a standard deviation; what would be a negative variance is 0."""
+    """Return a component as a standard deviation; a negative variance is taken as 0."""
     terms = weights * mean_squares
     variance, spread = terms.sum(), np.sum(terms**2 / dof)
     freedom = float(variance**2 / spread) if variance > 0 else 0.0

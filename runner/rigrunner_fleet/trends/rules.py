@@ -1,4 +1,4 @@
-"""Rules by which a control chart tells that something has changed.
+"""Rules by which a control chart signals a change.
 
 Nelson, The Shewhart Control Chart - Tests for Special Causes, J. Qual. Technol. 16 (1984) 237-239;
 Western Electric, Statistical Quality Control Handbook (1956), zone rules.
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Rule:
-    """A named rule; `test` takes z, shape (n,), and tells at which values it is met, shape (n,)."""
+    """A named rule; `test` maps z, shape (n,), to where it is met, shape (n,)."""
 
     name: str
     text: str
@@ -30,7 +30,7 @@ class Rule:
 
 @dataclass(frozen=True)
 class Signal:
-    """A rule that is met, and the number of the value, from 0, at which it is."""
+    """A rule that is met, and the index of the value, from 0."""
 
     rule: Rule
     index: int
@@ -39,7 +39,7 @@ class Signal:
 def signals(values: Sequence[float], centre: float, sigma: float, rules: str) -> list[Signal]:
     """Return where rules of a set are met, in the order of the values, shape (n,).
 
-    `rules` is a key of `RULES`. Raises KeyError for a set that there is not.
+    `rules` is a key of `RULES`. Raises KeyError for an unknown set.
     """
     z = (np.asarray(values, dtype=np.float64) - centre) / sigma
     met = [(rule, rule.test(z)) for rule in RULES[rules]]
@@ -47,7 +47,7 @@ def signals(values: Sequence[float], centre: float, sigma: float, rules: str) ->
 
 
 def _window(met: npt.NDArray[np.bool_], least: int, of: int) -> npt.NDArray[np.bool_]:
-    """Tell where at least so many of the last `of` are met, the last itself among them."""
+    """Return where at least this many of the last `of` meet the condition, including the last."""
     counts = np.cumsum(met, dtype=np.int64)
     before = np.concatenate([np.zeros(of, dtype=np.int64), counts])[: met.size]
     full = np.arange(met.size) >= of - 1

@@ -1,4 +1,4 @@
-"""Whether the files of an archive are what they were: read in order of age, at a bounded rate."""
+"""Check that the files of an archive are unchanged, oldest check first, at a limited rate."""
 
 from rigrunner_fleet.archive.checking.check import Checked, check
 from rigrunner_fleet.archive.checking.pace import Pace

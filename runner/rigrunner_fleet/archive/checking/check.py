@@ -1,4 +1,4 @@
-"""A check of an archive's files, which can be stopped at any time and goes on the next."""
+"""A check of an archive's files that can be stopped at any time and resumed later."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Checked:
-    """What a check found, with what earlier ones found of runs that it did not come to."""
+    """The findings of a check, with those of earlier ones on runs that it did not reach."""
 
     findings: tuple[Finding, ...]
     looked: int
-    """Runs that it looked at."""
+    """The number of runs that were checked."""
     due: int
-    """Runs that there were to look at."""
+    """The number of runs to check."""
     read_bytes: int
     seconds: float
 
     @property
     def grave(self) -> tuple[Finding, ...]:
-        """What is lost or altered: all but unknown files."""
+        """Lost and changed files: all findings but unknown files."""
         return tuple(each for each in self.findings if each.kind is not Kind.UNKNOWN)
 
 
@@ -52,10 +52,10 @@ def check(
     before: datetime | None = None,
     progress: Callable[[int, int], None] = unseen,
 ) -> Checked:
-    """Look at the runs of an archive, those first that nobody has looked at for the longest time.
+    """Check the runs of an archive, starting with the one whose last check is oldest.
 
-    Each look is on record once it is done. `before` leaves out runs that were looked at since.
-    Raises UsageError where there is no archive, and DataError where the database fails.
+    Each finding is stored at once. `before` leaves out runs that were checked since. Raises
+    UsageError without an archive, and DataError if the database fails.
     """
     prepare(database)
     runs = runs_to_check(database, before)
@@ -72,7 +72,7 @@ def check(
 
 
 def _answer(done: Done[RunCheck, RunLook]) -> RunLook:
-    """Return what a look found; one that ended its process found a damaged run."""
+    """Return the finding of a worker; if its process died, the run is damaged."""
     if done.answer.value is not None:
         return done.answer.value
     found = Finding(done.item.path, Kind.DAMAGED, done.problem)
@@ -80,7 +80,7 @@ def _answer(done: Done[RunCheck, RunLook]) -> RunLook:
 
 
 def _on_record(database: Database) -> Iterator[Finding]:
-    """Yield what is on record of the runs that the archive still knows."""
+    """Yield the stored findings on the runs that are still in the archive."""
     known = {(run.root, run.path) for run in runs_to_check(database, None)}
     for place, findings in found_before(database).items():
         if place in known:

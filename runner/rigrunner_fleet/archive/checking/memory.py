@@ -1,6 +1,6 @@
-"""When each run of an archive was last looked at, and what was found: in the archive's database.
+"""The last check of each run, stored in the archive's database.
 
-The table is none of the index: making that anew from the run files keeps it.
+The table is not part of the index: a rebuild from the run files keeps it.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ CHECKS = Table(
 
 
 def prepare(database: Database) -> None:
-    """Make the table where there is none; raise UsageError without an archive."""
+    """Create the table if needed; raise UsageError without an archive."""
     with database.reading():
         pass
     with database.writing() as connection:
@@ -47,9 +47,9 @@ def prepare(database: Database) -> None:
 
 
 def runs_to_check(database: Database, before: datetime | None) -> list[RunCheck]:
-    """Return the runs in the order in which they are looked at: never, then the oldest look.
+    """Return the runs in the order of checking: unchecked ones first, then the oldest check.
 
-    With `before`, those alone that were last looked at before then.
+    With `before`, only those that were last checked before then.
     """
     with database.reading() as connection:
         looked = {
@@ -74,7 +74,7 @@ def runs_to_check(database: Database, before: datetime | None) -> list[RunCheck]
 
 
 def remember(database: Database, run: RunCheck, look: RunLook, now: datetime) -> None:
-    """Put a look on record, in place of the one before."""
+    """Store a finding, in place of the one before."""
     row = {
         "root": run.root,
         "path": run.path,
@@ -91,7 +91,7 @@ def remember(database: Database, run: RunCheck, look: RunLook, now: datetime) ->
 
 
 def found_before(database: Database) -> dict[tuple[str, str], tuple[Finding, ...]]:
-    """Return what the last look at each run found, by root and path."""
+    """Return the last finding on each run, by root and path."""
     with database.reading() as connection:
         rows = connection.execute(select(CHECKS.c.root, CHECKS.c.path, CHECKS.c.findings)).all()
     return {(root, path): tuple(_findings(text)) for root, path, text in rows}

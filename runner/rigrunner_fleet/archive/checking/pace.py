@@ -1,4 +1,4 @@
-"""How fast files are read, so that others can work on the same disk."""
+"""Limit the rate of reading, so that others can use the same disk."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 BLOCK = 1 << 18
-"""In bytes; so much may be read at once."""
+"""The most bytes that are read at once."""
 
 
 @dataclass
 class Pace:
-    """Waits so that no more is read than so many bytes a second; idle time is not made up for."""
+    """Waits so that the rate of reading stays below a limit; idle time does not count."""
 
     bytes_per_s: float = inf
     now: Callable[[], float] = time.monotonic
@@ -24,7 +24,7 @@ class Pace:
     _due_s: float = -inf
 
     def take(self, size: int) -> None:
-        """Wait until so many bytes that were read are within the rate."""
+        """Wait until this many bytes are within the rate."""
         now = self.now()
         self._due_s = max(self._due_s, now) + size / self.bytes_per_s
         if self._due_s > now:

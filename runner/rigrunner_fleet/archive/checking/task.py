@@ -1,4 +1,4 @@
-"""The look at one run folder: whether every file is there, and what it was."""
+"""Check one run folder: whether every file is there and unchanged."""
 
 from __future__ import annotations
 
@@ -22,71 +22,71 @@ if TYPE_CHECKING:
 
 _NICE = 10
 _NO_CONTENT = ("run.lock",)
-"""Files that come and go."""
+"""Temporary files."""
 
 
 class Kind(StrEnum):
     """What is wrong with a file."""
 
     DAMAGED = "damaged"
-    """It does not match what it says of itself, or cannot be read."""
+    """It differs from its own digests, or cannot be read."""
     MISSING = "missing"
     CHANGED = "changed"
-    """It is whole, but not what it was when it was indexed."""
+    """It is intact, but not the file that was indexed."""
     UNKNOWN = "unknown"
-    """It was not there when its run was indexed."""
+    """It did not exist when its run was indexed."""
 
 
 @dataclass(frozen=True, order=True)
 class Finding:
-    """A file that is not as it was."""
+    """A file that is not unchanged."""
 
     path: str
     kind: Kind
     what: str = ""
-    """More of it, in words."""
+    """Details, as text."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunCheck:
-    """A run folder that is to be looked at, and what is known of it."""
+    """A run folder to check, and what is known of it."""
 
     root: str
     """The name of its root in the archive."""
     path: str
-    """From the root."""
+    """The path from the root."""
     folder: Path
     sealed: bool
     manifest_sha256: str
-    """As it was indexed."""
+    """The digest when it was indexed."""
     files: Mapping[str, str]
     """The SHA-256 of each file when it was indexed; '' of the run file."""
     sha256: str = ""
-    """Of the run file's bytes, when it was last found to be whole; '' if it never was."""
+    """SHA-256 of the run file when it was last found intact; '' if it never was."""
     problem: str = ""
-    """Why the run could not be read when it was indexed, where that was so."""
+    """Why the run could not be read when it was indexed, if so."""
 
 
 @dataclass(frozen=True)
 class RunLook:
-    """What a look at a run folder found."""
+    """The findings on a run folder."""
 
     findings: tuple[Finding, ...]
     sha256: str
-    """Of the run file's bytes, when it was last found to be whole; '' if it never was."""
+    """SHA-256 of the run file when it was last found intact; '' if it never was."""
     read_bytes: int
 
 
 @dataclass
 class Look:
-    """Looks at run folders, one after the other, at a pace; it yields to all other programs."""
+    """Checks run folders, one after the other, at a limited rate and with low priority."""
 
     pace: Pace
     yielding: bool = True
     _yields: bool = field(default=False, repr=False)
 
     def __call__(self, run: RunCheck) -> RunLook:
-        """Return what is wrong in a run folder."""
+        """Return the findings on a run folder."""
         if self.yielding and not self._yields and hasattr(os, "nice"):
             os.nice(_NICE)
             self._yields = True
@@ -117,7 +117,7 @@ class _Count:
     bytes: int = 0
 
     def sha256_of(self, path: Path) -> str:
-        """Return the digest of a file's bytes, read at the pace; raise OSError."""
+        """Return the digest of a file, read at the limited rate; raise OSError."""
         digest = hashlib.sha256()
         with path.open("rb", buffering=0) as file:
             while block := file.read(BLOCK):
@@ -147,9 +147,9 @@ def _other_file(run: RunCheck, path: Path, name: str, count: _Count) -> Iterator
 
 
 def _run_file(run: RunCheck, path: Path, count: _Count) -> tuple[list[Finding], str]:
-    """Return what is wrong with a run file, and the digest by which it was last found to be whole.
+    """Return the findings on a run file, and the digest with which it was last found intact.
 
-    Its own manifest is checked when its bytes are not those that were found to be whole before.
+    Its own manifest is checked only if its bytes differ from those that were last found intact.
     """
     place = f"{run.path}/{RUN_FILE}"
     try:
@@ -163,7 +163,7 @@ def _run_file(run: RunCheck, path: Path, count: _Count) -> tuple[list[Finding], 
 
 
 def _inside(run: RunCheck, path: Path) -> tuple[Kind, str] | None:
-    """Return what is wrong with a run file by what it says of itself; raise DataError."""
+    """Return the differences of a run file from its own digests; raise DataError."""
     differences = file_differences(path)
     if differences is None:
         read(path)  # it has no manifest: its recordings have digests of their own

@@ -1,4 +1,4 @@
-"""`rigrunner archive`: many run folders, indexed and searched."""
+"""`rigrunner archive`: index and search many run folders."""
 
 from __future__ import annotations
 

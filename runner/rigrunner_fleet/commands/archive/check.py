@@ -1,4 +1,4 @@
-"""`rigrunner archive check`: whether every file is what it was."""
+"""`rigrunner archive check`: check that every file is unchanged."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner archive export`: rows for other programs."""
+"""`rigrunner archive export`: export rows for other programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner archive index`: what is new in folders of runs."""
+"""`rigrunner archive index`: add new runs of folders."""
 
 from __future__ import annotations
 

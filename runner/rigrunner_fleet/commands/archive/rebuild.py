@@ -1,4 +1,4 @@
-"""`rigrunner archive rebuild`: the archive made anew."""
+"""`rigrunner archive rebuild`: rebuild the archive."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner archive search`: the runs that fit."""
+"""`rigrunner archive search`: find runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner golden`: stored raw data through new software, held against references."""
+"""`rigrunner golden`: compare new software with references, on stored raw data."""
 
 from __future__ import annotations
 

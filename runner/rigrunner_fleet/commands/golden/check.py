@@ -1,4 +1,4 @@
-"""`rigrunner golden check`: what moved against the references."""
+"""`rigrunner golden check`: compare golden runs with their references."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rigrunner_fleet.golden.overall import Overall
 
 SHOWN = 20
-"""Runs that are listed; page and JSON have more."""
+"""Runs that are listed; page and JSON have all."""
 _FILE = click.Path(path_type=Path, dir_okay=False)
 
 

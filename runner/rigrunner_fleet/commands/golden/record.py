@@ -1,4 +1,4 @@
-"""`rigrunner golden record`: references for what stored runs give."""
+"""`rigrunner golden record`: record the references of stored runs."""
 
 from __future__ import annotations
 
