@@ -24,6 +24,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 from e2e.helpers_served import served_command
 from helpers_cli import Called, call, shell
 from helpers_figures import BLANK_FIGURES, blank, drawn
+from helpers_tester import both, installed
 from helpers_workflow import START, quick_procedure, run
 from rigrunner.api import units
 from rigrunner.clock import SimulatedClock
@@ -223,6 +224,42 @@ def quick_copy(quick, tmp_path_factory) -> Runs:
     """Copy the quick runs for one module, which may write to them."""
     runs = shutil.copytree(quick.folder, tmp_path_factory.mktemp("quick") / "runs")
     return Runs(runs, *sorted(runs.iterdir()))
+
+
+@dataclass(frozen=True)
+class TesterRuns:
+    """Runs of the tests' own tester, without load and loaded: to be read, not written to."""
+
+    folder: Path
+    idle: Path
+    loaded: Path
+
+
+@pytest.fixture(scope="module")
+def tester():
+    """Have the package of the tests' own tester installed."""
+    with installed():
+        yield
+
+
+@pytest.fixture(scope="session")
+def tester_runs(made_once) -> TesterRuns:
+    """Run the tests' own tester without load, and then loaded."""
+
+    def fill(folder) -> None:
+        with installed():
+            for done in both(folder):
+                assert done.error is None, done.error
+
+    folder = made_once("tester", fill)
+    return TesterRuns(folder / "runs", *sorted((folder / "runs").iterdir()))
+
+
+@pytest.fixture(scope="module")
+def tester_runs_copy(tester_runs, tmp_path_factory) -> TesterRuns:
+    """Copy the tester's runs for one module, which may write to them."""
+    runs = shutil.copytree(tester_runs.folder, tmp_path_factory.mktemp("tester") / "runs")
+    return TesterRuns(runs, *sorted(runs.iterdir()))
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -51,9 +51,22 @@ def station_file(folder, *changes):
 
 
 def run(
-    procedure, runs, *, station=None, clock=None, no_load=None, listeners=(), stop=None, given=None
+    procedure,
+    runs,
+    *,
+    station=None,
+    clock=None,
+    no_load=None,
+    partners=None,
+    listeners=(),
+    stop=None,
+    given=None,
 ):
-    """Plan and execute one procedure, unattended; return the FinishedRun."""
+    """Plan and execute one procedure, unattended; return the FinishedRun.
+
+    `partners` are runs by their names; `no_load` is the one of that name.
+    """
+    partners = partners or ({"no_load": str(no_load)} if no_load else {})
     clock = clock or SimulatedClock(START)
     answers = UnattendedAnswers()
     planned = plan_run(procedure, station or find_station("simulated"), load_registry(), clock)
@@ -61,7 +74,7 @@ def run(
         planned,
         runs=runs,
         inputs=answer_inputs(planned.procedure, given or {}, answers),
-        partners=partners_for(planned, runs, {"no_load": str(no_load)} if no_load else {}),
+        partners=partners_for(planned, runs, partners),
         answers=answers,
         stop=stop or threading.Event(),
         listeners=listeners,

@@ -1,16 +1,74 @@
-"""As if the bearings were not installed: the core's tests know no swing.
+"""As if the bearings were not installed: the core's tests pass without them.
 
-    PYTHONPATH=tests python -m pytest -p without_bearings tests/unit/engine tests/unit/procedure
+    PYTHONPATH=tests python -m pytest -p without_bearings tests/unit
 
-Nobody can import the package, and its entry points are not there. `.ci/run` says what runs so.
+Nobody can import the package, and its entry points are not there. `.ci/run` runs `tests/unit`
+so, but for the tests of the bearings and the places of `LEFT_OUT`.
 """
 
 from __future__ import annotations
 
 import sys
 from importlib import metadata
+from pathlib import Path
 
 BEARINGS = "rigrunner_bearings"
+HERE = Path(__file__).parent
+LEFT_OUT = {
+    "its tests are those of the bearings": ("unit/rigrunner_bearings",),
+    "it reads pages, examples and entry points of the whole project": (
+        "unit/test_installed.py",
+        "unit/test_made_pages.py",
+        "unit/test_old_names.py",
+        "unit/test_page_examples.py",
+        "unit/rigrunner_panel/test_said.py",
+        "unit/rigrunner_testing/test_page.py",
+        "unit/cli/test_completing.py::test_plugins_languages_shells_and_options_are_offered",
+    ),
+    "it measures with the swing tester": (
+        "unit/analysis/test_analyse.py",
+        "unit/analysis/test_details.py::test_a_certificate_takes_what_each_analysis_brings",
+        "unit/analysis/test_document.py",
+        "unit/analysis/test_evidence.py",
+        "unit/analysis/test_scrutiny.py",
+        "unit/cli/test_summary.py",
+        "unit/documents/certifying",
+        "unit/documents/test_decided_certificate.py",
+        "unit/documents/verifying/test_run.py",
+        "unit/rigrunner_fleet/archive/test_indexing.py::test_a_later_decision_is_the_verdict_in_force",
+        "unit/rigrunner_fleet/archive/test_indexing.py::test_the_rows_of_a_real_run_are",
+        "unit/rigrunner_fleet/notebook/test_run.py::test_the_points_of_a_run_are",
+        "unit/rigrunner_fleet/notebook/test_run.py::test_a_run_analysed_again_gives",
+        "unit/rigrunner_fleet/reanalysis/test_batch.py",
+        "unit/rigrunner_fleet/reanalysis/test_command.py",
+        "unit/rigrunner_panel/test_api.py",
+        "unit/rigrunner_panel/test_interim.py",
+        "unit/rigrunner_panel/test_latest.py",
+        "unit/rigrunner_panel/test_manual.py",
+        "unit/rigrunner_panel/test_preflight.py",
+        "unit/rigrunner_panel/test_procedures.py",
+        "unit/rigrunner_panel/test_watched.py",
+        "unit/rigrunner_reports",
+        "unit/rigrunner_testing/test_brought.py",
+        "unit/rigrunner_testing/test_other_checks.py",
+        "unit/rigrunner_testing/test_steps.py",
+        "unit/run/test_calibration.py",
+        "unit/run/test_decisions.py",
+        "unit/run/test_planning.py",
+        "unit/run/test_record.py",
+        "unit/run/test_requirements.py",
+        "unit/tools/by_hand",
+        "unit/tools/comparing/test_compare.py",
+        "unit/tools/importing/test_import.py",
+        "unit/tools/schemas/test_files.py",
+        "unit/tools/test_doctor.py",
+        "unit/tools/test_labfolder.py",
+        "unit/tools/test_new_plugin.py",
+        "unit/tools/test_new_station.py",
+    ),
+}
+"""What is not run without the bearings: folders, files, or the beginnings of the names of tests."""
+_PLACES = tuple(place for places in LEFT_OUT.values() for place in places)
 
 
 class _Missing:
@@ -34,3 +92,27 @@ def entry_points(**asked):
 
 metadata.entry_points = entry_points
 sys.meta_path.insert(0, _Missing)
+
+
+def pytest_configure():
+    """See that each place is there: a file that moved is run again."""
+    gone = [place for place in _PLACES if not (HERE / place.partition("::")[0]).exists()]
+    assert not gone, f"without_bearings names what is not there: {', '.join(gone)}"
+
+
+def pytest_ignore_collect(collection_path):
+    """Leave out folders and files."""
+    place = _place(collection_path)
+    return True if place in _PLACES else None
+
+
+def pytest_collection_modifyitems(config, items):
+    """Leave out single tests."""
+    named = {each: f"{_place(each.path)}::{each.name}" for each in items}
+    left_out = [each for each, name in named.items() if name.startswith(_PLACES)]
+    config.hook.pytest_deselected(items=left_out)
+    items[:] = [each for each, name in named.items() if not name.startswith(_PLACES)]
+
+
+def _place(path):
+    return path.relative_to(HERE).as_posix() if path.is_relative_to(HERE) else ""

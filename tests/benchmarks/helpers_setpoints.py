@@ -80,8 +80,6 @@ rigrunner: station/1
 id: bench
 title: Press that does nothing
 plugins: plugins
-rig: {{mandrel: M-01, eccentric: 2 mm, centre_distance: 45 mm, inertia: 0.0005 kg·m²,
-  support_friction: 0 N·m, support_damping: 0 N·m·s/rad}}
 devices:
   press: {{type: press, plugin: bench_press, settings: {{blocking: {blocking}}}}}
 durability: {{sync: {sync}}}

@@ -38,19 +38,23 @@ class Snapshot:
             shutil.copytree(source, self.folder, ignore=shutil.ignore_patterns("run.lock"))
 
 
-def interrupted(tmp_path, at, *, station=None, changes=()):
-    """Return the folder of a run as it was at the first event for which `at` holds, and the run."""
-    (folder,), whole = interrupted_at(tmp_path, [at], station=station, changes=changes)
+def interrupted(tmp_path, at, *, station=None, changes=(), procedure=None):
+    """Return the folder of a run as it was at the first event for which `at` holds, and the run.
+
+    The procedure is the quick no-load sweep with changes, unless another one is given.
+    """
+    known = {"station": station, "changes": changes, "procedure": procedure}
+    (folder,), whole = interrupted_at(tmp_path, [at], **known)
     return folder, whole
 
 
-def interrupted_at(tmp_path, instants, *, station=None, changes=()):
+def interrupted_at(tmp_path, instants, *, station=None, changes=(), procedure=None):
     """Return the folder of one run as it was at each of several instants, and the run."""
     snapshots = [
         Snapshot(tmp_path / "runs", tmp_path / f"killed{number}", at)
         for number, at in enumerate(instants)
     ]
-    procedure = quick_procedure(tmp_path, NO_LOAD, FEWER, *changes)
+    procedure = procedure or quick_procedure(tmp_path, NO_LOAD, FEWER, *changes)
     whole = run(procedure, tmp_path / "runs", station=station, listeners=snapshots)
     assert all(one.folder is not None for one in snapshots)
     return [one.folder for one in snapshots], whole

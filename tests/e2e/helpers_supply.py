@@ -104,13 +104,6 @@ STATION = """\
 rigrunner: station/1
 id: {id}
 title: Power supply
-rig:
-  mandrel: none
-  eccentric: 2 mm
-  centre_distance: 45 mm
-  inertia: 0.002 kg·m²
-  support_friction: 0 N·m
-  support_damping: 0 N·m·s/rad
 devices:
   psu:
     type: supply

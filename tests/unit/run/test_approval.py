@@ -9,7 +9,7 @@ from datetime import UTC, date, datetime
 import pytest
 
 from helpers_language import problems_of
-from helpers_workflow import quick_procedure, run
+from helpers_tester import procedure_file, run
 from rigrunner.api.errors import UsageError
 from rigrunner.procedure import load_procedure, texts_digest
 from rigrunner.run.approval import approval_file, approval_state, approve, moment_of
@@ -129,7 +129,7 @@ def test_nobody_cannot_approve(outer):
 
 
 def test_a_shipped_procedure_is_a_draft_and_is_not_approved_where_it_lies():
-    shipped = load_procedure(find_procedure("no_load_inertia_sweep"))
+    shipped = load_procedure(find_procedure("resistance_over_temperature"))
     assert approval_state(shipped).is_draft
     with pytest.raises(UsageError, match="a laboratory approves a copy of its own"):
         approve(shipped, "A. Jones", WHEN)
@@ -143,8 +143,9 @@ def test_an_approval_is_dated_today_or_earlier():
         moment_of(date(2026, 2, 4), now)
 
 
+@pytest.mark.usefixtures("tester")
 def test_a_run_keeps_the_state_that_its_procedure_had(tmp_path):
-    path = quick_procedure(tmp_path, "no_load_inertia_sweep")
+    path = procedure_file(tmp_path, "idle")
     draft = run(path, tmp_path / "runs")
     approve(load_procedure(path), "A. Jones", WHEN)
     approved = run(path, tmp_path / "runs")

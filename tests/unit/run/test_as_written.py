@@ -6,7 +6,7 @@ import h5py
 import pytest
 
 from helpers_cli import call
-from helpers_workflow import run
+from helpers_tester import STATION, run
 from rigrunner.api.coordinates import coordinates_text, number_text, written_column, written_text
 from rigrunner.api.units import from_si, unit
 from rigrunner.runfile import read
@@ -16,8 +16,7 @@ rigrunner: procedure/2
 id: WRITTEN
 revision: "A"
 title: As it is written
-measurand: {symbol: T, name: torque}
-uses: {tester: swing_tester}
+uses: {tester: tester}
 main:
   - set: {tester.load: 0.5 kN, tester.frequency: 10 Hz}
   - group:
@@ -28,6 +27,7 @@ main:
 teardown:
   - set: {tester.frequency: 0 Hz, tester.load: 0 N}
 """
+pytestmark = pytest.mark.usefixtures("tester")
 WRITTEN = {"tester.load": "kN", "dwell": "min", "room": "°C", "preload": "in·lbf"}
 
 
@@ -81,7 +81,7 @@ def test_show_and_report_say_what_was_written(finished):
 
 def test_the_plan_says_it_too(tmp_path):
     (tmp_path / "p.yaml").write_text(PROCEDURE, encoding="utf-8")
-    planned = call("plan", tmp_path / "p.yaml", "--station", "simulated").out
+    planned = call("plan", tmp_path / "p.yaml", "--station", STATION).out
     assert "dwell 2 min, room 21 °C, preload 8 " in planned
 
 

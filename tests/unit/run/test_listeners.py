@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 
-from helpers_workflow import quick_procedure, run, station_file
+from helpers_tester import procedure_file, run, station_file
 from rigrunner.api.data import Block
 from rigrunner.api.errors import InvalidFileError
 from rigrunner.api.events import Samples
@@ -19,6 +19,7 @@ from rigrunner.run.listening import Detached
 from rigrunner.run.prepare import plan_run
 from rigrunner.runfile import read
 
+pytestmark = pytest.mark.usefixtures("tester")
 PLUGIN = '''
 from pathlib import Path
 
@@ -64,7 +65,7 @@ def lab(tmp_path):
         named = "".join(f"\n  - {each}" for each in listeners)
         return station_file(
             tmp_path,
-            ("id: simulated\n", f"id: simulated\nplugins: plugins\nlisteners:{named}\n"),
+            ("id: bench\n", f"id: bench\nplugins: plugins\nlisteners:{named}\n"),
         )
 
     return tmp_path, station
@@ -74,9 +75,7 @@ def test_a_listener_is_told_of_the_run_from_its_start_to_its_end(lab):
     folder, station = lab
     file = folder / "events"
     named = f"{{plugin: lab_messages, settings: {{file: {file}}}}}"
-    finished = run(
-        quick_procedure(folder, "no_load_inertia_sweep"), folder / "runs", station=station(named)
-    )
+    finished = run(procedure_file(folder, "idle"), folder / "runs", station=station(named))
     assert finished.error is None
     told = file.read_text().split()
     assert (told[:2], told[-2:]) == (["RunPlanned", "RunStarted"], ["RunEnded", "RunFinished"])
@@ -88,9 +87,7 @@ def test_one_that_fails_is_dropped_and_the_run_goes_on(lab):
     folder, station = lab
     file = folder / "broken"
     named = f"{{plugin: lab_messages, settings: {{file: {file}}}}}"
-    finished = run(
-        quick_procedure(folder, "no_load_inertia_sweep"), folder / "runs", station=station(named)
-    )
+    finished = run(procedure_file(folder, "idle"), folder / "runs", station=station(named))
     assert finished.error is None
     assert file.read_text().split() == ["RunPlanned"]
     assert no_listener_is_left()
@@ -112,7 +109,7 @@ def test_one_that_fails_is_dropped_and_the_run_goes_on(lab):
 )
 def test_one_that_cannot_be_is_refused_where_it_is_named(lab, named, message):
     folder, station = lab
-    procedure = quick_procedure(folder, "no_load_inertia_sweep")
+    procedure = procedure_file(folder, "idle")
     with pytest.raises(InvalidFileError, match=message):
         plan_run(procedure, station(named), load_registry(), SimulatedClock())
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import h5py
 import pytest
 
-from helpers_workflow import run
+from helpers_tester import run
 from rigrunner.api.events import Outcome
 from rigrunner.run.stored import open_run
 
@@ -14,8 +14,7 @@ rigrunner: procedure/2
 id: TABLE
 revision: "A"
 title: A table of values
-measurand: {symbol: T, name: torque}
-uses: {tester: swing_tester}
+uses: {tester: tester}
 main:
   - measure: {channels: [tester.temperature], name: room}
   - sweep:
@@ -26,6 +25,7 @@ main:
 teardown:
   - set: {tester.load: 0 N}
 """
+pytestmark = pytest.mark.usefixtures("tester")
 
 
 @pytest.fixture(scope="module")

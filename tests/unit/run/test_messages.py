@@ -51,8 +51,6 @@ rigrunner: station/1
 id: oven
 title: An oven
 plugins: plugins
-rig: {mandrel: M-01, eccentric: 2 mm, centre_distance: 45 mm, inertia: 0.0005 kg·m²,
-  support_friction: 0 N·m, support_damping: 0 N·m·s/rad}
 devices:
   oven: {type: oven, plugin: oven}
 safety: {patience: {answer: 0.3 s}}
@@ -62,7 +60,6 @@ rigrunner: procedure/2
 id: heat
 revision: "1"
 title: Heat
-measurand: {symbol: T, name: torque, unit: N·m}
 uses: {oven: oven}
 main:
   - set: {oven.power: 50 V}

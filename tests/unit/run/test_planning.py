@@ -4,17 +4,17 @@ import shutil
 
 import pytest
 
+from helpers_tester import STATION
 from rigrunner.api.errors import InvalidFileError
 from rigrunner.api.hooks import DeviceRecord
 from rigrunner.clock import SimulatedClock, WallClock
 from rigrunner.registry import Plugin, Provider, Registry, load_registry
 from rigrunner.run.lab_plugins import lab_registry
-from rigrunner.run.locate import find_station
 from rigrunner.run.planning import clock_for, planned_run
 from rigrunner.station import parse_station
 from rigrunner.tools.labfolder import make_lab
 
-STATION = find_station("simulated").read_text(encoding="utf-8")
+TEXT = STATION.read_text(encoding="utf-8")
 REAL = "devices:\n  balance: {type: balance, plugin: real_balance}\n"
 
 
@@ -27,17 +27,17 @@ def record(name, *, simulated):
 
 
 REGISTRY = Registry(
-    [record("swing_tester_sim", simulated=True), record("real_balance", simulated=False)]
+    [record("tester_of_tests", simulated=True), record("real_balance", simulated=False)]
 )
 
 
 @pytest.mark.parametrize(
     ("text", "realtime", "kind"),
     [
-        (STATION, False, SimulatedClock),
-        (STATION, True, WallClock),
-        (STATION.replace("devices:\n", REAL), False, WallClock),
-        (STATION.replace("swing_tester_sim", "no_such_plugin"), False, WallClock),
+        (TEXT, False, SimulatedClock),
+        (TEXT, True, WallClock),
+        (TEXT.replace("devices:\n", REAL), False, WallClock),
+        (TEXT.replace("tester_of_tests", "no_such_plugin"), False, WallClock),
     ],
     ids=["simulated", "realtime", "one real device", "unknown plugin"],
 )
@@ -68,7 +68,7 @@ def test_what_is_wrong_with_both_files_is_told_at_once(lab, tmp_path):
     procedure, station = tmp_path / "p.yaml", tmp_path / "s.yaml"
     text = (lab / "procedures" / "room_temperature.yaml").read_text(encoding="utf-8")
     procedure.write_text(text.replace("title:", "titel:"), encoding="utf-8")
-    station.write_text(STATION.replace("title:", "titel:"), encoding="utf-8")
+    station.write_text(TEXT.replace("title:", "titel:"), encoding="utf-8")
     with pytest.raises(InvalidFileError) as told:
         planned_run(procedure, station)
     files = {problem.location.file for problem in told.value.problems}

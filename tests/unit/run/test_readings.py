@@ -17,8 +17,6 @@ STATION = """\
 rigrunner: station/1
 id: bench
 title: A bench
-rig: {mandrel: M-1, eccentric: 2 mm, centre_distance: 45 mm, inertia: 0.002 kg·m²,
-  support_friction: 0.7 N·m, support_damping: 0.3 N·m·s/rad}
 devices:
   box:
     type: switch_box
@@ -39,7 +37,6 @@ rigrunner: procedure/2
 id: BOX
 revision: "A"
 title: A box
-measurand: {symbol: T, name: torque}
 uses: {box: switch_box}
 main:
   - measure:

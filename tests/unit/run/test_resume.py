@@ -8,16 +8,8 @@ from dataclasses import replace
 import h5py
 import pytest
 
-from e2e.helpers_resume import (
-    FEWER,
-    NO_LOAD,
-    Snapshot,
-    interrupted,
-    interrupted_at,
-    resumable,
-    take_up,
-)
-from helpers_workflow import FEW_FREQUENCIES, quick_procedure, run, station_file
+from e2e.helpers_resume import Snapshot, interrupted, interrupted_at, resumable, take_up
+from helpers_tester import FREQUENCIES, procedure_file, run, station_file
 from rigrunner.api.errors import DataError, DeviceLostError, ExitCode, UsageError
 from rigrunner.api.events import (
     RESUME_RUN,
@@ -39,9 +31,17 @@ from rigrunner.run.stored import open_run
 from rigrunner.runfile import NEVER_ENDED, is_going_on, read, run_lock
 from rigrunner.runfile.sealing import fold
 
-TWICE = (FEW_FREQUENCIES, "[8 Hz, 15 Hz, 15 Hz, 25 Hz, 35 Hz]")
+pytestmark = pytest.mark.usefixtures("tester")
+TWICE = (FREQUENCIES, "[8 Hz, 15 Hz, 15 Hz, 25 Hz, 35 Hz]")
 """A set-point that comes twice, as the noise must be another one the second time."""
-NO_DRIFT = ("{seed: 1}", "{seed: 1, sensors: {drift: 0 N·m}}")
+
+
+def files(folder, *changes):
+    """Write the procedure without load, with changes, and the station."""
+    return {
+        "procedure": procedure_file(folder, "idle", *changes),
+        "station": station_file(folder),
+    }
 
 
 def in_recording(prefix):
@@ -73,7 +73,7 @@ def numbers(content):
 @pytest.fixture(scope="module")
 def origin(tmp_path_factory):
     folder = tmp_path_factory.mktemp("second")
-    return interrupted(folder, in_recording("002"), station=station_file(folder))[0]
+    return interrupted(folder, in_recording("002"), **files(folder))[0]
 
 
 @pytest.fixture
@@ -96,8 +96,7 @@ def changed(origin, tmp_path, name, old, new):
 def third(tmp_path_factory):
     """A run that was interrupted in its third recording, the whole one, and the one taken up."""
     folder = tmp_path_factory.mktemp("resume")
-    station = station_file(folder, NO_DRIFT)
-    killed, whole = interrupted(folder, in_recording("003"), station=station, changes=[TWICE])
+    killed, whole = interrupted(folder, in_recording("003"), **files(folder, TWICE))
     before = read(killed)
     return before, whole, take_up(killed)
 
@@ -173,7 +172,8 @@ INSTANTS = {
 
 @pytest.fixture(scope="module")
 def everywhere(tmp_path_factory):
-    return interrupted_at(tmp_path_factory.mktemp("everywhere"), INSTANTS.values())
+    folder = tmp_path_factory.mktemp("everywhere")
+    return interrupted_at(folder, INSTANTS.values(), **files(folder))
 
 
 @pytest.mark.parametrize("instant", INSTANTS)
@@ -203,7 +203,7 @@ def test_a_run_may_be_interrupted_again_and_again(killed, tmp_path):
 
 
 def test_a_changed_procedure_is_refused_with_what_differs(killed, origin, tmp_path):
-    other = changed(origin, tmp_path, "no_load_inertia_sweep.yaml", "15 Hz", "16 Hz")
+    other = changed(origin, tmp_path, "idle.yaml", "15 Hz", "16 Hz")
     with pytest.raises(DataError, match=r"the procedure in line \d+ was '.*15 Hz.*', is '.*16 Hz"):
         resumable(killed, procedure=other)
 
@@ -215,7 +215,9 @@ def test_a_changed_station_is_refused_with_what_differs(killed, origin, tmp_path
 
 
 def test_plugins_of_a_station_that_a_run_names_are_not_run_unasked(killed, origin, tmp_path):
-    other = changed(origin, tmp_path, "station.yaml", "rig:\n", "plugins: plugins\n\nrig:\n")
+    other = changed(
+        origin, tmp_path, "station.yaml", "devices:\n", "plugins: plugins\n\ndevices:\n"
+    )
     stored = named(read(killed), station=other)
     with pytest.raises(UsageError, match="plugins of its own") as caught:
         run_files(stored, None, None)
@@ -236,7 +238,7 @@ def test_another_instrument_is_refused_and_the_rig_is_let_go(killed):
     info = replace(info, header=replace(info.header, provenance=other))
     found = replace(found, stored=replace(found.stored, info=info))
     before = journal.read_bytes()
-    with pytest.raises(DataError, match="device tester was ACME tester 7, is Rigrunner"):
+    with pytest.raises(DataError, match="device tester was ACME tester 7, is Tests"):
         resume(found, answers=UnattendedAnswers(), stop=threading.Event())
     assert journal.read_bytes() == before
 
@@ -273,7 +275,7 @@ def test_a_run_holds_its_folder_until_it_is_sealed(tmp_path):
         seen.append((is_going_on(next((tmp_path / "runs").iterdir())), type(event)))
         return isinstance(event, RunEnded)
 
-    _, whole = interrupted(tmp_path, look)
+    _, whole = interrupted(tmp_path, look, **files(tmp_path))
     assert {held for held, _ in seen} == {True}
     assert not (whole.folder / "run.lock").exists()
 
@@ -292,7 +294,7 @@ def test_recover_closes_a_run_as_it_is(killed):
 
 
 def test_recover_leaves_a_run_that_had_ended_its_outcome(tmp_path):
-    killed, _ = interrupted(tmp_path, at_end)
+    killed, _ = interrupted(tmp_path, at_end, **files(tmp_path))
     stored = recover(killed, None, "A. Jones")
     assert stored.info.outcome == "completed"
     assert stored.info.sealed
@@ -312,7 +314,7 @@ def unkept(tmp_path, monkeypatch):
     def wait(event):
         assert not in_recording("003")(event) or failed.wait(30)
 
-    procedure = quick_procedure(tmp_path, NO_LOAD, FEWER)
+    procedure = procedure_file(tmp_path, "idle")
     with monkeypatch.context() as disk:
         disk.setattr("rigrunner.runfile.writer.fold", full)
         disk.setattr("rigrunner.runfile.sealing.fold", full)
@@ -352,13 +354,13 @@ def test_recover_leaves_a_run_that_could_not_be_kept_its_reason(unkept):
 
 def test_a_run_whose_device_was_lost_in_a_recording_is_resumed_to_its_end(tmp_path):
     """The set-point that was interrupted is recorded anew, the others are kept as they are."""
-    fault = "{plugin: swing_tester_sim, settings: {seed: 1}, faults: [%s]}"
+    fault = "{plugin: tester_of_tests, settings: {seed: 1}, faults: [%s]}"
     station = station_file(
         tmp_path,
-        ("plugin: swing_tester_sim", "plugin: fault"),
+        ("plugin: tester_of_tests", "plugin: fault"),
         ("settings: {seed: 1}", f"settings: {fault % '{kind: lost, on: stream, calls: [5]}'}"),
     )
-    ended = run(quick_procedure(tmp_path, NO_LOAD, FEWER), tmp_path / "runs", station=station)
+    ended = run(procedure_file(tmp_path, "idle"), tmp_path / "runs", station=station)
     assert isinstance(ended.error, DeviceLostError)
     assert not ended.sealed
     before = read(ended.folder)

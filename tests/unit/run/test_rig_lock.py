@@ -10,17 +10,18 @@ from contextlib import suppress
 
 import pytest
 
-from helpers_workflow import START, station_file
+from helpers_tester import procedure_file, station_file
+from helpers_workflow import START
 from rigrunner.api.errors import DeviceError, ExitCode
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
 from rigrunner.rig_state import shared_folder
-from rigrunner.run.locate import find_procedure
 from rigrunner.run.prepare import plan_run
 from rigrunner.run.rig_lock import rig_lock
 from rigrunner.tape import RecordedTape, ReplayedTape
 from rigrunner.tools.by_hand.station import ready_station
 
+pytestmark = pytest.mark.usefixtures("tester")
 HOLD = """
 import sys, tempfile
 from filelock import FileLock
@@ -50,9 +51,9 @@ def own_locks(tmp_path, monkeypatch):
 
 def planned(folder, station_id="press-1", *, simulated=False):
     folder.mkdir(exist_ok=True)
-    station = station_file(folder, ("id: simulated", f"id: {station_id}"))
+    station = station_file(folder, ("id: bench", f"id: {station_id}"))
     found = plan_run(
-        find_procedure("no_load_inertia_sweep"), station, load_registry(), SimulatedClock(START)
+        procedure_file(folder, "idle"), station, load_registry(), SimulatedClock(START)
     )
     return found if simulated else dataclasses.replace(found, registry=RealDevices(found.registry))
 
@@ -61,7 +62,7 @@ def test_a_rig_in_use_is_refused_naming_who_has_it(tmp_path):
     rig = planned(tmp_path / "one")
     with (
         rig_lock(rig),
-        pytest.raises(DeviceError, match=r"press-1 is in use: SSPB-NLI, process \d+") as caught,
+        pytest.raises(DeviceError, match=r"press-1 is in use: T-IDLE, process \d+") as caught,
         rig_lock(rig),
     ):
         pass
@@ -130,7 +131,7 @@ def test_a_folder_that_cannot_be_written_is_an_error_of_the_device_and_says_wher
 
 
 def by_hand(folder, tape=None):
-    ready = ready_station(station_file(folder, ("id: simulated", "id: press-1")), tape=tape)
+    ready = ready_station(station_file(folder, ("id: bench", "id: press-1")), tape=tape)
     return dataclasses.replace(ready, registry=RealDevices(ready.registry))
 
 
@@ -142,7 +143,7 @@ def test_by_hand_too_a_rig_is_used_by_one_alone(tmp_path):
         rig_lock(rig),
     ):
         pass
-    with rig_lock(rig), pytest.raises(DeviceError, match="in use: SSPB-NLI"):
+    with rig_lock(rig), pytest.raises(DeviceError, match="in use: T-IDLE"):
         by_hand(tmp_path).held("devices").__enter__()
 
 

@@ -21,12 +21,12 @@ FLIPS = 24
 
 
 @pytest.fixture
-def copied(finished, tmp_path):
+def copied(tester_runs, tmp_path):
     """Give a copy of a loaded run's folder, with a file that can be written."""
-    _, _, loaded = finished
-    folder = tmp_path / loaded.folder.name
+    loaded = tester_runs.loaded
+    folder = tmp_path / loaded.name
     folder.mkdir()
-    shutil.copyfile(loaded.folder / "run.h5", folder / "run.h5")
+    shutil.copyfile(loaded / "run.h5", folder / "run.h5")
     return folder
 
 
@@ -70,9 +70,9 @@ def test_show_says_which_recording_is_damaged_and_which_are_sound(copied):
     assert "recover --salvage" in shown.err
 
 
-def test_what_is_sound_is_saved_in_a_new_run_that_says_what_is_lost(copied, finished):
+def test_what_is_sound_is_saved_in_a_new_run_that_says_what_is_lost(copied, tester_runs):
     names, content = hit(copied)
-    whole = {each.name: each for each in read(finished[2].folder).recordings}
+    whole = {each.name: each for each in read(tester_runs.loaded).recordings}
     done = call("recover", copied, "--salvage", "--by", "A. Jones", "--reason", "bad sector")
     assert done.code == ExitCode.PASS, done.err
 
@@ -80,7 +80,7 @@ def test_what_is_sound_is_saved_in_a_new_run_that_says_what_is_lost(copied, fini
     saved = read(new)
     assert [each.name for each in saved.recordings] == [names[0], *names[2:]]
     assert all(same(each, whole[each.name]) for each in saved.recordings)
-    assert "no_load" in saved.partners
+    assert "tare" in saved.partners
     assert saved.result_document is None
     assert saved.info.outcome == "error"
     known = saved.header.salvaged
@@ -129,8 +129,8 @@ def test_what_the_manifest_alone_protects_is_not_taken_for_sound(copied):
 
 
 @pytest.mark.thorough
-def test_bits_flipped_anywhere_cost_what_they_hit_and_the_file_stays(copied, finished):
-    whole = {each.name: each for each in read(finished[2].folder).recordings}
+def test_bits_flipped_anywhere_cost_what_they_hit_and_the_file_stays(copied, tester_runs):
+    whole = {each.name: each for each in read(tester_runs.loaded).recordings}
     original = (copied / "run.h5").read_bytes()
     rng = random.Random(19)  # noqa: S311  (seeded, to be repeated)
     saved_at_all = 0
@@ -141,7 +141,7 @@ def test_bits_flipped_anywhere_cost_what_they_hit_and_the_file_stays(copied, fin
             new = salvage(copied, SimulatedClock(START), "A. Jones")
         except UsageError:
             # nothing is lost: the bit is one that nobody reads, and the run is what it was
-            assert read(copied).digest == read(finished[2].folder).digest
+            assert read(copied).digest == read(tester_runs.loaded).digest
             continue
         except DataError:
             with pytest.raises(DataError):

@@ -21,8 +21,6 @@ HEAD = """\
 rigrunner: station/1
 id: {id}
 title: T
-rig: {{mandrel: m, eccentric: 2 mm, centre_distance: 45 mm, inertia: 0.002 kg·m²,
-  support_friction: 0 N·m, support_damping: 0 N·m·s/rad}}
 devices:
   {role}: {{type: t, plugin: {plugin}, settings: {settings}{more}}}
 """
@@ -133,7 +131,7 @@ CELL = {"rtu": {"port": "/dev/ttyUSB0"}, **SPEED}
             },
             ["tcp:localhost:1502/unit 3", "serial:/dev/ttyUSB0"],
         ),
-        ("swing_tester_sim", {}, []),
+        ("tabulated", {}, []),
         ("modbus", {"simulated": True, "simulator": "inverter", **SPEED}, []),
     ],
 )

@@ -11,7 +11,8 @@ from dataclasses import replace
 
 import pytest
 
-from helpers_workflow import START, quick_procedure, station_file
+from helpers_tester import STATION, procedure_file, station_file
+from helpers_workflow import START
 from rigrunner.api.devices import ChannelInfo, Identity
 from rigrunner.api.driver import Driver
 from rigrunner.api.errors import (
@@ -32,7 +33,6 @@ from rigrunner.documents.certifying.certify import read_source
 from rigrunner.engine import Choice, Decision, Override, UnattendedAnswers
 from rigrunner.registry import Plugin, Provider, Registry, load_registry
 from rigrunner.run.inputs import answer_inputs
-from rigrunner.run.locate import find_station
 from rigrunner.run.partners import partners_for
 from rigrunner.run.prepare import plan_run
 from rigrunner.run.record import execute
@@ -42,13 +42,14 @@ from rigrunner.run.taping import inputs_on, on_tape, overrides_on, tape_for
 from rigrunner.runfile import read
 from rigrunner.tape import RecordedTape, ReplayedTape
 
+pytestmark = pytest.mark.usefixtures("tester")
 TWO = ("[8 Hz, 15 Hz, 20 Hz, 25 Hz, 35 Hz]", "[8 Hz, 15 Hz]")
 
 
 def run(tape, procedure, runs, *, station=None, registry=None, answers=None, stop=None, **people):
     """Run on a tape; `people` are listeners and pauses."""
     clock = SimulatedClock(START if isinstance(tape, RecordedTape) else tape.manifest.began_utc)
-    where = station or find_station("simulated")
+    where = station or STATION
     planned = plan_run(procedure, where, registry or load_registry(), clock, tape)
     answers = answers or UnattendedAnswers()
     with tape:
@@ -73,7 +74,7 @@ def both(folder, procedure, **known):
 @pytest.fixture(scope="module")
 def taped(tmp_path_factory):
     folder = tmp_path_factory.mktemp("taped")
-    procedure = quick_procedure(folder, "no_load_inertia_sweep")
+    procedure = procedure_file(folder, "idle")
     return folder, procedure, *both(folder, procedure)
 
 
@@ -106,13 +107,13 @@ def test_a_replay_gives_the_same_events_at_the_same_times(taped):
 
 def test_a_replay_asks_no_device(taped, monkeypatch):
     folder, procedure, *_ = taped
-    from rigrunner_bearings.devices.simulated.tester import SimulatedTester  # noqa: PLC0415
+    from tester_of_tests import Tester  # noqa: PLC0415  (within the fixture alone)
 
     def asked(*_):
         raise AssertionError("a device was asked")
 
-    for name in ("connect", "read", "set", "read_back", "stream", "make_safe", "close", "truth"):
-        monkeypatch.setattr(SimulatedTester, name, asked)
+    for name in ("connect", "read", "set", "read_back", "stream", "make_safe", "close"):
+        monkeypatch.setattr(Tester, name, asked)
     again = run(ReplayedTape(folder / "tape"), procedure, folder / "more")
     assert again.outcome is Outcome.COMPLETED
 
@@ -143,26 +144,26 @@ def test_a_certificate_on_a_replay_is_a_specimen_and_says_why(taped):
     assert found["replayed"] == other.stored.header.provenance["replayed"]
 
 
-def test_a_replay_is_no_no_load_run_for_a_measurement(taped):
+def test_a_replay_is_no_partner_of_a_measurement(taped):
     folder, procedure, _, again, _ = taped
     planned = plan_run(
-        quick_procedure(folder, "starting_torque_1000n"),
-        find_station("simulated"),
+        procedure_file(folder, "loaded"),
+        STATION,
         load_registry(),
         SimulatedClock(START),
     )
-    named = {"no_load": again.folder.name}
+    named = {"tare": again.folder.name}
     with pytest.raises(DataError, match="it is the replay of a tape"):
         partners_for(planned, folder / "runs", named)
     of_replay = replace(planned, tape=ReplayedTape(folder / "tape"))
-    assert partners_for(of_replay, folder / "runs", named) == {"no_load": again.folder}
+    assert partners_for(of_replay, folder / "runs", named) == {"tare": again.folder}
     assert procedure.exists()
 
 
 def test_one_changed_command_is_the_first_difference(taped, tmp_path):
     folder, *_ = taped
-    changed = quick_procedure(
-        tmp_path, "no_load_inertia_sweep",
+    changed = procedure_file(
+        tmp_path, "idle",
         ("[8 Hz, 15 Hz, 20 Hz, 25 Hz, 35 Hz]", "[8 Hz, 15 Hz, 21 Hz, 25 Hz, 35 Hz]"),
     )  # fmt: skip
     finished = run(ReplayedTape(folder / "tape"), changed, tmp_path / "runs")
@@ -239,12 +240,12 @@ def test_a_clock_that_was_interrupted_ends_the_replay_in_order(taped, tmp_path, 
 
 
 def test_a_failure_in_the_lab_is_the_same_failure_at_the_desk(tmp_path):
-    faulty = "{plugin: swing_tester_sim, settings: {seed: 1}, faults: [%s]}"
+    faulty = "{plugin: tester_of_tests, settings: {seed: 1}, faults: [%s]}"
     lost = faulty % "{kind: lost, at: {frequency: 15 Hz}}"
-    plain = "plugin: swing_tester_sim\n    settings: {seed: 1}"
+    plain = "plugin: tester_of_tests\n    settings: {seed: 1}"
     wrapped = (plain, f"plugin: fault\n    settings: {lost}")
     station = station_file(tmp_path, wrapped)
-    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    procedure = procedure_file(tmp_path, "idle", TWO)
     first, again, tape = both(tmp_path, procedure, station=station)
     assert isinstance(first.error, DeviceLostError)
     assert (type(again.error), str(again.error)) == (type(first.error), str(first.error))
@@ -255,8 +256,8 @@ def test_a_failure_in_the_lab_is_the_same_failure_at_the_desk(tmp_path):
 
 def test_an_interlock_that_tripped_in_the_lab_trips_at_the_desk(tmp_path):
     """Interlocks go by time: how long a value was too high, and how often it was looked at."""
-    station = station_file(tmp_path, ("above: 60 °C, every: 1 s", "above: 23 °C, every: 0.7 s"))
-    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    station = station_file(tmp_path, ("above: 60 °C, every: 1 s", "above: 22 °C, every: 0.7 s"))
+    procedure = procedure_file(tmp_path, "idle", TWO)
     first, again, tape = both(tmp_path, procedure, station=station)
     assert first.outcome is again.outcome is Outcome.ABORTED
     assert "tester.temperature is 23" in first.reason
@@ -276,7 +277,7 @@ def test_what_persons_answered_is_answered_again(tmp_path):
         def ask(self, step, question):  # noqa: ARG002  (the engine's)
             return "B. Smith"
 
-    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    procedure = procedure_file(tmp_path, "idle", TWO)
     tape = RecordedTape(tmp_path / "tape")
     first = run(tape, procedure, tmp_path / "runs", answers=Person())
     again = run(ReplayedTape(tmp_path / "tape"), procedure, tmp_path / "runs")
@@ -289,10 +290,10 @@ def test_what_persons_answered_is_answered_again(tmp_path):
 
 
 def test_what_was_let_pass_in_the_lab_is_let_pass_at_the_desk(tmp_path):
-    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    procedure = procedure_file(tmp_path, "idle", TWO)
     tape = RecordedTape(tmp_path / "tape")
     clock = SimulatedClock(START)
-    planned = plan_run(procedure, find_station("simulated"), load_registry(), clock, tape)
+    planned = plan_run(procedure, STATION, load_registry(), clock, tape)
     let_pass = (Override("overdue tester.torque", "it was due", "A. Jones", "urgent"),)
     on_tape(planned, tape, {"operator": "B. Smith"}, let_pass, UnattendedAnswers())
     played = ReplayedTape(tmp_path / "tape")
@@ -322,7 +323,7 @@ class StopAt:
 
 
 def test_a_run_that_was_stopped_is_stopped_again_at_the_same_place(tmp_path):
-    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    procedure = procedure_file(tmp_path, "idle", TWO)
     stop = StopAt("002")
     tape = RecordedTape(tmp_path / "tape")
     first = run(tape, procedure, tmp_path / "runs", listeners=[stop], stop=stop)
@@ -376,7 +377,7 @@ class Pausing:
     ids=["resume", "note and repeat", "skip", "abort", "nobody"],
 )  # fmt: skip
 def test_a_run_that_was_paused_is_paused_again_and_goes_on_so(tmp_path, decisions, outcome):
-    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    procedure = procedure_file(tmp_path, "idle", TWO)
     pauses = Pausing("002", *decisions)
     tape = RecordedTape(tmp_path / "tape")
     first = run(tape, procedure, tmp_path / "runs", listeners=[pauses], pauses=pauses)
@@ -402,7 +403,7 @@ def test_a_replay_can_be_stopped_too(taped, tmp_path):
 
 
 def test_a_full_disk_costs_the_tape_and_not_the_run(tmp_path, monkeypatch):
-    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    procedure = procedure_file(tmp_path, "idle", TWO)
     write, told = os.write, []
 
     def full(descriptor, line):
@@ -461,7 +462,7 @@ def wired(tmp_path, monkeypatch):
 
 def test_the_tape_of_a_wired_device_is_its_wire(wired, tmp_path):
     registry, station, monkeypatch = wired
-    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    procedure = procedure_file(tmp_path, "idle", TWO)
     known = {"station": station, "registry": registry}
     first = run(RecordedTape(tmp_path / "tape"), procedure, tmp_path / "runs", **known)
     lines = (tmp_path / "tape/devices/room.jsonl").read_text().splitlines()
@@ -479,7 +480,7 @@ def test_the_tape_of_a_wired_device_is_its_wire(wired, tmp_path):
 
 def test_an_instrument_that_hung_in_the_lab_hangs_at_the_desk(wired, tmp_path):
     registry, station, monkeypatch = wired
-    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    procedure = procedure_file(tmp_path, "idle", TWO)
     known = {"station": station, "registry": registry}
     answer = threading.Event()
 
@@ -498,7 +499,7 @@ def test_an_instrument_that_hung_in_the_lab_hangs_at_the_desk(wired, tmp_path):
 
 def test_a_command_of_a_driver_that_was_changed_is_the_first_difference(wired, tmp_path):
     registry, station, monkeypatch = wired
-    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    procedure = procedure_file(tmp_path, "idle", TWO)
     known = {"station": station, "registry": registry}
     run(RecordedTape(tmp_path / "tape"), procedure, tmp_path / "runs", **known)
     monkeypatch.setattr(Thermometer, "get", lambda self, _: float(self._ask("T?")))
@@ -525,7 +526,7 @@ def test_a_tape_is_one_or_the_other_and_in_a_folder_of_its_own(tmp_path):
 
 def test_a_tape_that_cannot_be_made_keeps_the_run_from_starting(tmp_path):
     (tmp_path / "file").touch()
-    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    procedure = procedure_file(tmp_path, "idle", TWO)
     with pytest.raises(DataError, match="cannot make the tape"):
         run(RecordedTape(tmp_path / "file/tape"), procedure, tmp_path / "runs")
     assert not (tmp_path / "runs").exists()

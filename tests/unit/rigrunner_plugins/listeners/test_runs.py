@@ -7,19 +7,21 @@ import time
 
 import pytest
 
-from helpers_workflow import quick_procedure, run, station_file
+from helpers_tester import procedure_file, run, station_file
 from rigrunner.api import PluginError
 from rigrunner.api.events import Alarm, Outcome, Samples
 from rigrunner.runfile import read
 from rigrunner_plugins.listeners import notifier
 from unit.rigrunner_plugins.listeners.helpers_listeners import SECRET, unkind, web
 
+pytestmark = pytest.mark.usefixtures("tester")
+
 
 def lab(folder, *listeners):
     """Return a procedure and a station that names listeners, as YAML's flow mappings."""
     named = "".join(f"\n  - {each}" for each in listeners)
-    changed = ("id: simulated\n", f"id: simulated\nlisteners:{named}\n")
-    return quick_procedure(folder, "no_load_inertia_sweep"), station_file(folder, changed)
+    changed = ("id: bench\n", f"id: bench\nlisteners:{named}\n")
+    return procedure_file(folder, "idle"), station_file(folder, changed)
 
 
 def hook(port, more=""):
@@ -47,7 +49,7 @@ def test_a_receiver_is_told_of_a_real_run_and_its_secret_is_in_no_file_of_it(tmp
     told = [json.loads(body) for _, _, body in receiver.got]
     assert [each["kind"] for each in told] == ["disk_low", "run_ended"]
     assert (told[1]["outcome"], told[1]["run"]) == ("completed", finished.folder.name)
-    assert told[1]["station"] == "simulated"
+    assert told[1]["station"] == "bench"
     files = [each for each in tmp_path.rglob("*") if each.is_file()]
     assert len(files) > 5
     assert not [each for each in files if SECRET.encode() in each.read_bytes()]
@@ -56,7 +58,7 @@ def test_a_receiver_is_told_of_a_real_run_and_its_secret_is_in_no_file_of_it(tmp
 @pytest.mark.parametrize("closes", [True, False])
 def test_a_receiver_that_hangs_or_closes_changes_nothing_of_the_run(tmp_path, closes, caplog):
     (tmp_path / "quiet").mkdir()
-    quiet = run(quick_procedure(tmp_path / "quiet", "no_load_inertia_sweep"), tmp_path / "q")
+    quiet = run(procedure_file(tmp_path / "quiet", "idle"), tmp_path / "q")
     with unkind(closes=closes) as port:
         mail = (
             f"{{plugin: mail, settings: {{host: 127.0.0.1, port: {port}, security: none,"
