@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -55,6 +56,30 @@ def kill_at_40_volts(lab):
     return run_names(lab.runs)[-1]
 
 
+@pytest.fixture(scope="module")
+def killed(tmp_path_factory):
+    """Kill a run at 40 V once: return its lab, its name, and a copy of what it left."""
+    folder = tmp_path_factory.mktemp("killed")
+    place, copy = folder / "place", folder / "copy"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("RIGRUNNER_LOCKS", str(place / "rigs"))
+        lab = SupplyLab(place / "lab")
+        name = kill_at_40_volts(lab)
+    shutil.copytree(place, copy)
+    return lab, name, copy
+
+
+@pytest.fixture
+def left(killed, monkeypatch):
+    """Return the lab as that run left it, files and marker, and the run's name."""
+    lab, name, copy = killed
+    place = lab.folder.parent
+    monkeypatch.setenv("RIGRUNNER_LOCKS", str(place / "rigs"))
+    shutil.rmtree(place)
+    shutil.copytree(copy, place)
+    return lab, name
+
+
 def attended(monkeypatch, *answers):
     monkeypatch.setattr("sys.stdin", io.StringIO("".join(f"{each}\n" for each in answers)))
 
@@ -70,8 +95,8 @@ def found_of(lab, name):
     return found
 
 
-def test_an_unattended_run_makes_it_safe_before_it_asks_and_puts_it_on_record(lab):
-    killed = kill_at_40_volts(lab)
+def test_an_unattended_run_makes_it_safe_before_it_asks_and_puts_it_on_record(left):
+    lab, killed = left
     assert read_marker("supply").run_name == killed
     called = call(*words(lab, "--unattended"))
     assert called.code == ExitCode.PASS, called.err
@@ -87,8 +112,8 @@ def test_an_unattended_run_makes_it_safe_before_it_asks_and_puts_it_on_record(la
     assert read_marker("supply") is None
 
 
-def test_who_starts_a_run_is_asked_about_the_rig_before_the_specimen(lab, monkeypatch):
-    kill_at_40_volts(lab)
+def test_who_starts_a_run_is_asked_about_the_rig_before_the_specimen(left, monkeypatch):
+    lab, _ = left
     attended(monkeypatch, "yes", "yes")
     called = call(*words(lab))
     assert called.code == ExitCode.PASS, called.err
@@ -98,8 +123,8 @@ def test_who_starts_a_run_is_asked_about_the_rig_before_the_specimen(lab, monkey
     assert found_of(lab, run_names(lab.runs)[-1]).by == "operator"
 
 
-def test_a_rig_that_is_to_stay_as_it_is_keeps_its_marker_and_nothing_starts(lab, monkeypatch):
-    kill_at_40_volts(lab)
+def test_a_rig_that_is_to_stay_as_it_is_keeps_its_marker_and_nothing_starts(left, monkeypatch):
+    lab, _ = left
     stood, runs = lab.stands(), run_names(lab.runs)
     attended(monkeypatch, "no")
     called = call(*words(lab))
@@ -111,8 +136,8 @@ def test_a_rig_that_is_to_stay_as_it_is_keeps_its_marker_and_nothing_starts(lab,
     assert run_names(lab.runs) == runs
 
 
-def test_resume_and_its_dry_run_tell(lab):
-    killed = kill_at_40_volts(lab)
+def test_resume_and_its_dry_run_tell(left):
+    lab, killed = left
     dry = call("resume", killed, "--runs", lab.runs, "--station", lab.station, "--dry-run")
     assert dry.code == ExitCode.PASS, dry.err
     assert f"left energised by STEPS (run {killed})" in dry.err
@@ -124,15 +149,15 @@ def test_resume_and_its_dry_run_tell(lab):
     assert read_marker("supply") is None
 
 
-def test_the_list_of_runs_tells(lab):
-    killed = kill_at_40_volts(lab)
+def test_the_list_of_runs_tells(left):
+    lab, killed = left
     told = call("runs", "--runs", lab.runs).err
     assert f"the rig of station supply was left energised by STEPS (run {killed})" in told
     assert "nothing has confirmed since that it is safe" in told
 
 
-def test_jog_tells_and_makes_safe_first(lab):
-    kill_at_40_volts(lab)
+def test_jog_tells_and_makes_safe_first(left):
+    lab, _ = left
     log = lab.folder / "jog.log"
     called = call("jog", lab.station, "psu", "--set", "voltage=5 V", "--log", log)
     assert called.code == ExitCode.PASS, called.err
@@ -142,8 +167,8 @@ def test_jog_tells_and_makes_safe_first(lab):
     assert lab.stands() == (0.0, 0.0)
 
 
-def test_devices_tells_and_the_next_run_has_it_on_record(lab):
-    kill_at_40_volts(lab)
+def test_devices_tells_and_the_next_run_has_it_on_record(left):
+    lab, _ = left
     called = call("devices", lab.station)
     assert called.code == ExitCode.PASS
     assert "left energised by STEPS" in called.err
@@ -155,8 +180,8 @@ def test_devices_tells_and_the_next_run_has_it_on_record(lab):
     assert "left energised" not in call("runs", "--runs", lab.runs).err
 
 
-def test_a_rig_that_cannot_be_reached_starts_nothing_until_a_person_has_looked(lab):
-    kill_at_40_volts(lab)
+def test_a_rig_that_cannot_be_reached_starts_nothing_until_a_person_has_looked(left):
+    lab, _ = left
     state = lab.state.read_text()
     lab.state.unlink()
     called = call(*words(lab, "--unattended"))
@@ -173,8 +198,8 @@ def test_a_rig_that_cannot_be_reached_starts_nothing_until_a_person_has_looked(l
     assert "Ann says that it is safe: unplugged, and replaced" in found.subject
 
 
-def test_a_drive_that_stays_on_keeps_every_run_from_its_start(lab):
-    kill_at_40_volts(lab)
+def test_a_drive_that_stays_on_keeps_every_run_from_its_start(left):
+    lab, _ = left
     lab.put(stuck="speed")
     called = call(*words(lab, "--unattended"))
     assert called.code == ExitCode.DEVICE
@@ -236,8 +261,8 @@ def test_the_panel_raises_an_alarm_when_the_process_of_a_run_dies(lab):
         screen.close()
 
 
-def test_a_person_says_at_the_panel_that_a_rig_is_safe_which_cannot_be_reached(lab):
-    kill_at_40_volts(lab)
+def test_a_person_says_at_the_panel_that_a_rig_is_safe_which_cannot_be_reached(left):
+    lab, _ = left
     standing = lab.state.read_text()
     lab.state.unlink()
     with served(lab.folder, lab.runs) as server:
@@ -258,8 +283,8 @@ def test_a_person_says_at_the_panel_that_a_rig_is_safe_which_cannot_be_reached(l
     assert "says that it is safe: unplugged, and replaced" in found.subject
 
 
-def test_a_panel_that_is_started_after_a_kill_shows_the_rig(lab):
-    kill_at_40_volts(lab)
+def test_a_panel_that_is_started_after_a_kill_shows_the_rig(left):
+    lab, _ = left
     with served(lab.folder, lab.runs) as server:
         screen = Screen(server, "b" * 16)
         state = screen.until(lambda state: state["alarms"])
