@@ -11,7 +11,7 @@ from benchmarks.frame import Scale
 pytestmark = pytest.mark.figures
 
 
-LONG = {"report", "acquisition", "start_up", "long_recording", "setpoints", "waiting"}
+LONG = {"report", "acquisition", "start_up", "long_recording", "setpoints", "waiting", "many_steps"}
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ import pytest
 
 from e2e.helpers_panel import INPUTS, Screen, process_is_gone, ready, rig_process, served
 from e2e.helpers_terminal import Terminal
+from helpers_thorough import first
 from helpers_workflow import edited, quick_procedure, run, station_file
 from rigrunner.api.events import Intervention, MadeSafe, RunEnded
 from rigrunner.clock import SimulatedClock
@@ -81,7 +82,7 @@ def events_of(run, kind):
     return [each for each in run.events if isinstance(each, kind)]
 
 
-@pytest.mark.parametrize("delay_s", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("delay_s", first(1, [0.0, 0.3, 1.0]))
 def test_a_stop_while_the_process_still_starts_ends_it_in_order(screen, server, delay_s):
     start(screen)
     time.sleep(delay_s)
@@ -245,6 +246,7 @@ def test_a_run_s_process_that_dies_is_told_and_the_next_run_can_start(screen, se
     screen.phase("asking")
 
 
+@pytest.mark.thorough
 def test_by_hand_a_point_is_set_watched_recorded_and_kept_apart_from_procedures(screen, lab):
     pair = ready(screen, LOADED)
     screen.post("manual/set", 409, drive="tester.load", value="1000 N")

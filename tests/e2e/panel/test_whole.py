@@ -20,7 +20,6 @@ from e2e.panel.helpers_screen import (
 )
 from e2e.panel.helpers_whole import UNREADABLE
 from helpers_cli import call
-from helpers_thorough import first
 
 SIZES = {"desk": (1280, 720), "tablet": (820, 1180)}
 WAYS = ["desk de-DE light", "tablet en-GB dark", "tablet de-DE light", "desk en-GB dark"]
@@ -131,7 +130,8 @@ def walk(new_screen, studied_lab, pictures):
         each.__exit__(None, None, None)
 
 
-@pytest.mark.parametrize("way", first(1, WAYS))
+@pytest.mark.thorough
+@pytest.mark.parametrize("way", WAYS)
 def test_before_during_and_after_a_run(walk, way):  # noqa: PLR0915  (a walk)
     at = walk(*way.split())
     page = at.page
@@ -217,7 +217,8 @@ def test_before_during_and_after_a_run(walk, way):  # noqa: PLR0915  (a walk)
     assert at.wrong == []
 
 
-@pytest.mark.parametrize("way", first(1, WAYS))
+@pytest.mark.thorough
+@pytest.mark.parametrize("way", WAYS)
 def test_what_is_stored(walk, way):  # noqa: PLR0915  (a walk)
     at = walk(*way.split())
     page = at.page
@@ -277,7 +278,8 @@ def test_what_is_stored(walk, way):  # noqa: PLR0915  (a walk)
     assert at.wrong == []
 
 
-@pytest.mark.parametrize("way", first(1, WAYS))
+@pytest.mark.thorough
+@pytest.mark.parametrize("way", WAYS)
 def test_queue_hand_and_procedures(walk, way):
     at = walk(*way.split())
     page = at.page
