@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rigrunner.analysis.verdict.evidence import as_judged
 from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import Check, Compensation, Consequence
 from rigrunner.api.checks import forbidden
@@ -121,3 +122,21 @@ def test_a_running_torque_below_zero_is_decisive(no_load):
     found = positive(points, [-0.1] * len(points))
     _, judged = bind(Compensation("t", points), [found])
     assert forbidden(judged).startswith("The check 'torque above zero' failed: 2 Hz: -0.1")
+
+
+@pytest.mark.parametrize(
+    ("is_decisive", "consequence", "expected"),
+    [
+        (True, None, Consequence.INCONCLUSIVE),
+        (True, Consequence.NOTE, Consequence.INCONCLUSIVE),
+        (False, None, Consequence.NOTE),
+        (False, Consequence.BUDGET, Consequence.BUDGET),
+    ],
+)
+def test_a_check_that_is_not_met_forbids_to_decide_where_it_is_decisive(
+    is_decisive, consequence, expected
+):
+    check = Check("spikes", ok=False, text="", decisive=is_decisive, consequence=consequence)
+    judged = as_judged(check)
+    assert judged.consequence is expected
+    assert bool(forbidden([judged])) == is_decisive

@@ -1,10 +1,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
-from helpers_devices import FakeTester
+from helpers_devices import DRIVES, FakeTester
 from rigrunner.api.calling import ThreadCaller
 from rigrunner.api.errors import DeviceTimeoutError
 from rigrunner.clock import SimulatedClock
@@ -45,6 +46,8 @@ def test_a_call_may_take_its_own_time_and_the_usual_one_beyond(pulse, announced)
 def test_a_short_call_is_not_announced(pulse, announced):
     with pulse.call(10.0):
         assert pulse.left_s() == 40.0
+    with pulse.call(USUAL_S):
+        assert pulse.left_s() == 2 * USUAL_S
     assert announced == []
 
 
@@ -93,6 +96,25 @@ def test_a_call_of_a_rig_is_allowed_the_patience_of_its_station(pulse):
     rig.read("tester", ["load"])
     rig.close()
     assert left == [100.0 + USUAL_S] * 2
+
+
+def test_a_pause_is_allowed_the_time_in_which_all_drives_reach_their_ends(pulse):
+    left = []
+    slow = tuple(replace(each, rate_per_s=10.0, settle_s=1.0) for each in DRIVES)
+
+    class Pausing(FakeTester):
+        def pause(self):
+            left.append(pulse.left_s())
+
+        resume = pause
+
+    tester = Pausing(non_blocking=False, drives=slow)
+    rig = Rig({"tester": tester}, SimulatedClock(), Patience(answer_s=100.0), pulse=pulse)
+    rig.connect()
+    rig.pause()
+    rig.resume()
+    rig.close()
+    assert left == [100.0 + (3000.0 / 10.0 + 1.0) + (35.0 / 10.0 + 1.0) + USUAL_S] * 2
 
 
 def test_a_rig_connects_what_answers_and_says_why_the_rest_does_not():

@@ -25,3 +25,10 @@ def test_a_file_with_a_second_name_is_refused(tmp_path):
     (tmp_path / "press.lock").hardlink_to(tmp_path / "ours")
     with pytest.raises(OSError, match="is a link, or no file"):
         folder.open_plain(tmp_path / "press.lock", os.O_RDWR)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes are of POSIX")
+def test_what_is_no_file_is_refused(tmp_path):
+    os.mkfifo(tmp_path / "press.lock")
+    with pytest.raises(OSError, match="is a link, or no file"):
+        folder.open_plain(tmp_path / "press.lock", os.O_RDWR)

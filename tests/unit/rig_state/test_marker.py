@@ -112,6 +112,15 @@ def test_a_rig_that_is_set_again_after_it_was_made_safe_is_marked_again():
     assert read_marker("press").set_points == "tester.load 30 N"
 
 
+def test_who_found_no_marker_does_not_remove_one_that_was_written_since():
+    mine = marks_of()
+    rig = rig_with(marks_of(), FakeTester())
+    rig.connect()
+    rig.set("tester", "load", 40.0)
+    mine.put_on_record()
+    assert read_marker("press").set_points == "tester.load 40 N"
+
+
 def test_a_simulated_device_is_not_marked():
     rig = rig_with(RigMarks(OWNER, ["oven"]), FakeTester(), FakeTester())
     rig.connect()
