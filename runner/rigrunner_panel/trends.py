@@ -77,11 +77,12 @@ def figure(found: Trend, series: TrendSeries) -> Figure:
               if each.rules and not each.baseline]  # fmt: skip
     marked = Series.over([n for n, _ in alarms], [y for _, y in alarms], "alarm", "marked")
     last = series.points[-1]
-    limits = (series.individuals.centre, last.lower, last.upper)
+    centre = Mark("y", series.individuals.centre, name="centre")
+    limits = (Mark("y", at, is_limit=True) for at in (last.lower, last.upper))
     return Figure(
         series.name,
         Axis("run"),
         Axis(found.quantity, found.unit),
         (shown, marked) if alarms else (shown,),
-        tuple(Mark("y", at, is_limit=True) for at in limits),
+        (centre, *limits),
     )

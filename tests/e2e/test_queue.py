@@ -55,7 +55,7 @@ def test_a_run_that_cannot_begin_holds_its_entry(runs, tmp_path):
     add = ("queue", "add", "starting_torque_1000n", "--station", "simulated", *runs)
     refused = call(*add, "--file", broken)
     assert refused.code == 3
-    assert "broken.yaml:3: error: got 1 cells, expected 2: specimen, lot" in refused.err
+    assert "broken.yaml:3: error: got 1 cell, expected 2: specimen, lot" in refused.err
     broken.write_text("specimen,lot\nSN-2,L\nSN-3,L\n", encoding="utf-8")
     assert call(*add, "--file", broken).code == 0
     assert call("queue", "move", "3", "--before", "2", *runs).code == 0

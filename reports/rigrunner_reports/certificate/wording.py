@@ -146,6 +146,10 @@ class Wording:
             return stated.named
         return self.texts.or_else(f"conformity.of.{stated.of}", self.number(stated.of))
 
+    def limit(self, stated: str) -> str:
+        """Return a limit such as '≤ 0.95 N·m' or '-0.3 K to 0.3 K', as recorded in English."""
+        return self.number(stated).replace(" to ", f" {self.texts('conformity.until')} ")
+
     def place(self, stated: LimitStatement) -> str:
         """Return where the result holds that a limit applies to."""
         places = (f"{name} = {at.printed}" for name, at in stated.coordinates.items())

@@ -112,7 +112,9 @@ def _cells(line: str, delimiter: str) -> list[str]:
 
 def _inputs(cells: list[str], names: list[str], asked: Mapping[str, Input]) -> dict[str, str]:
     if len(cells) != len(names):
-        raise AnswerError(f"got {len(cells)} cells, expected {len(names)}: {', '.join(names)}")
+        count, columns = len(cells), ", ".join(names)
+        words = f"got {count} {'cell' if count == 1 else 'cells'}, expected {len(names)}: {columns}"
+        raise AnswerError(words)
     found = dict(_accepted(cells, names, asked))
     if not found.get(_key(asked)):
         raise AnswerError(f"has no {_key(asked)}")

@@ -54,7 +54,8 @@ def plan(settle: SettleStep, planning: Planning) -> None:
     frequency_hz = planning.scene.drives.cycle_frequency_hz(None, planning.path("cycles"))
     if frequency_hz and settle.cycles:
         seconds = settle.cycles / frequency_hz
-        text = f"Settle for {settle.cycles} cycles ({seconds:.3g} s)"
+        count = settle.cycles
+        text = f"Settle for {count} {'cycle' if count == 1 else 'cycles'} ({seconds:.3g} s)"
         planning.emit(Settle(seconds), text, seconds)
 
 

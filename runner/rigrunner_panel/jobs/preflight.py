@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from rigrunner_panel.process.link import Link
     from rigrunner_panel.process.messages import Job
 
+_GB = 1e9
 _TWICE = 2
 """The journal and the finished file are there at the same time."""
 _PLENTY_BYTES = 1e9
@@ -80,7 +81,7 @@ def _partners(planned: Planned, job: Job) -> Iterator[PreflightItem]:
 
 def _disk(planned: Planned, runs: Path) -> PreflightItem:
     free, need = free_bytes(runs), _TWICE * planned.prediction().disk_bytes
-    text = f"{free / 1e9:.1f} GB free, the run needs {need / 1e9:.2f} GB"
+    text = f"{_size(free)} free, the run needs {_size(need)}"
     if free < need:
         fix = f"make room where {runs.absolute()} is, or choose another folder with --runs"
         return PreflightItem(
@@ -90,6 +91,10 @@ def _disk(planned: Planned, runs: Path) -> PreflightItem:
     fix = "little is left for the next run: make room" if short else ""
     state = "warn" if short else "ok"
     return PreflightItem(kind="disk", name="disk", state=state, text=text, fix=fix)
+
+
+def _size(count: float) -> str:
+    return f"{count / _GB:.1f} GB" if count >= _GB else f"{count / 1e6:.1f} MB"
 
 
 def free_bytes(folder: Path) -> int:

@@ -86,7 +86,7 @@ def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(open_queue, lab):
         page.get_by_text("From a list").click()
         page.get_by_label("One specimen per line").fill("specimen;lot\nSN-4;L-8\nSN-5")
         page.get_by_role("button", name="Add the list").click()
-        expect(page.locator("#queue-list-note")).to_contain_text("got 1 cells, expected 2")
+        expect(page.locator("#queue-list-note")).to_contain_text("got 1 cell, expected 2")
         page.get_by_label("One specimen per line").fill("specimen;lot\nSN-4;L-8\nSN-5;L-8")
         page.get_by_role("button", name="Add the list").click()
         row(page, "SN-5").wait_for()

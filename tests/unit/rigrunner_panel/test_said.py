@@ -212,6 +212,18 @@ def translated(tmp_path_factory):
     [
         ("Set tester.load to 1000 N", "tester.load auf 1000 N setzen"),
         ("Wait for 300 s: warm up", "300 s warten: warm up"),
+        ("Settle for 1 cycle (0.2 s)", "1 Zyklus einschwingen lassen (0,2 s)"),
+        (
+            "B-101 is in the queue already: entry 2, held",
+            "B-101 steht schon in der Warteschlange: Eintrag 2, zurückgestellt",
+        ),
+        ("type GE20, lot L-1", "Typ GE20, Los L-1"),
+        (
+            "type GE20, lot L-1: there is 1 value, and the baseline is the first 10",
+            "Typ GE20, Los L-1: es gibt 1 Wert, die Grundlage sind die ersten 10",
+        ),
+        ("65.2 GB free, the run needs 1.1 MB", "65,2 GB frei, die Prüfung braucht 1,1 MB"),
+        ("see GET /api/v1/runs", "neu laden und noch einmal wählen"),
         (
             "Scan tester.load between 10 N and 1 kN, 9 points, reading tester.load, a.b",
             "tester.load zwischen 10 N und 1 kN durchfahren, 9 Punkte, tester.load, a.b lesen",
@@ -344,7 +356,10 @@ def translated(tmp_path_factory):
         ),
         (
             "no chart can be made. all runs: there are 8 values, and the baseline is the first 20",
-            "keine Karte möglich. all runs: es gibt 8 Werte, die Grundlage sind die ersten 20",
+            (
+                "keine Karte möglich. alle Prüfungen: es gibt 8 Werte,"
+                " die Grundlage sind die ersten 20"
+            ),
         ),
         (
             "no no-load recording within 2.0% of 10.5 Hz (live); the no-load run has 10 Hz, 20 Hz",

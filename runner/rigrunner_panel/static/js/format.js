@@ -13,6 +13,11 @@ export function shownNumber(text) {
   return text.replace(/(\d)\.(?=\d)/g, `$1${sign}`);
 }
 
+// A text that may be a quantity: "22.5 °C" is shown as a number, "GE20.1" as it is.
+export function shownQuantity(text) {
+  return /^[+\u2212-]?\d[\d.]*(e[+-]?\d+)? \S+$/.test(text) ? shownNumber(text) : text;
+}
+
 // What a person typed, with the decimal point that the server reads.
 export function typedNumber(text) {
   return sign === "," ? text.replace(/^(\s*[+\u2212-]?\d+),(?=\d)/, "$1.") : text;

@@ -25,7 +25,7 @@ export function translator(english, words, number = String) {
     .concat(Object.keys(english).filter((key) => INSTEAD.test(key)).map((key) => ({ ...pattern(english[key], words[key.replace(/\.of$/, "")]), literal: Infinity })))
     .sort((one, other) => other.literal - one.literal);
 
-  const ways = { said: (text) => say(text), number, value: number };
+  const ways = { said: (text) => say(text), name: (text) => whole(text) ?? text, number, value: number };
 
   function whole(text) {
     for (const { shape, into } of patterns) {

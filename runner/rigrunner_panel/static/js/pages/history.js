@@ -23,7 +23,7 @@ export function historyPage() {
   const rows = h("tbody", {});
   const nothing = h("p", { class: "nothing", hidden: true }, t("history.nothing"));
   const more = button(t("history.more"), () => load(true), { kind: "big" });
-  const compare = button(t("history.compare"), () => go(`#/compare/${[...chosen].sort().map(encodeURIComponent).join("/")}`), { kind: "primary big" });
+  const compare = button(t("history.compare"), () => go(`#/compare/${[...chosen].sort().map(encodeURIComponent).join("/")}`), { kind: "primary" });
   const overlay = button(t("history.overlay"), () => go(`#/overlay/${chosen.map(encodeURIComponent).join("/")}`));
   let timer = 0;
   let last = "";

@@ -16,6 +16,7 @@ import { frequencyChart } from "../plots/frequency.js";
 import { steer, steerOrRefuse } from "../steer.js";
 import { listen, store } from "../store.js";
 import { said, t } from "../texts.js";
+import { titlesOf } from "../titles.js";
 
 const CYCLES = 10;
 const FEWEST_CYCLES = 3;
@@ -106,7 +107,8 @@ function pointRow(point) {
 
 function openCard() {
   const { procedure, station } = draft();
-  const text = h("p", {}, procedure && station ? t("manual.with", { procedure, station }) : t("manual.choose"));
+  const text = h("p", {}, procedure && station ? "" : t("manual.choose"));
+  if (procedure && station) Promise.all([titlesOf("procedures"), titlesOf("stations")]).then(([tests, rigs]) => setText(text, t("manual.with", { procedure: tests.get(procedure) ?? procedure, station: rigs.get(station) ?? station })));
   const open = button(t("manual.open"), () => steer("manual/open", { procedure, station, operator: personName() }), { kind: "primary big" });
   const choose = h("a", { class: "button big", href: "#/" }, t("choose.title"));
   const ended = h("div", { class: "stack", hidden: true });
@@ -118,7 +120,7 @@ function openCard() {
     const phase = store.state?.phase;
     const inUse = isBusy(store.state) && phase !== "checking";
     open.disabled = !preflight?.may() || preflight.override() !== null || !(phase === "idle" || phase === "finished");
-    setText(why, inUse ? t("setup.in_use") : preflight && !preflight.done() ? t("setup.needs_preflight") : preflight && !preflight.may() ? t("setup.needs_fixing") : "");
+    setText(why, inUse ? t("manual.in_use") : preflight && !preflight.done() ? t("setup.needs_preflight") : preflight && !preflight.may() ? t("setup.needs_fixing") : "");
   }
 
   if (preflight) preflight.onchange = judge;

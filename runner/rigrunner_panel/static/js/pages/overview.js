@@ -64,7 +64,7 @@ function rigCard({ station }) {
     stop.classList.toggle("idle", !busy && rig.phase !== "checking");
     setText(word, text);
     setText(specimen, rig.specimen || (rig.kind && rig.kind !== "preflight" ? t("rigs.no_specimen") : ""));
-    setText(procedure, rig.procedure);
+    setText(procedure, rig.kind === "preflight" ? "" : rig.procedure);
     setText(step, busy && rig.step && rig.phase !== "asking" ? `${rig.number}/${rig.steps}  ${stepWords(rig.step)}` : "");
     show(progress, busy && rig.steps > 0);
     const whole = rig.done_s + rig.left_s;

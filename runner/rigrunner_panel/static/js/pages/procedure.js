@@ -30,7 +30,7 @@ export function procedurePage(name) {
   const station = h("select", { id: "procedure-station", onchange: () => stationChosen() });
   const problems = h("div", { class: "problems-box", role: "status" });
   const plan = h("div", {});
-  const changes = h("div", {});
+  const changes = h("div", {}, h("p", { class: "soft" }, t("loading")));
   const save = button(t("procedure.save"), () => saveText(), { kind: "primary" });
   const approve = button(t("procedure.approve"), () => approveText());
   const copy = button(t("procedure.copy"), () => copyText());
@@ -129,7 +129,7 @@ export function procedurePage(name) {
   }
 
   function showChanges(compared) {
-    if (!compared) return;
+    if (!compared) return fill(changes);
     const against = compared.run ? t(`procedure.against.${compared.against}`, { run: compared.run }) : t("procedure.against.nothing");
     fill(changes, h("p", { class: "soft" }, against),
       compared.run && compared.same ? h("p", {}, said(compared.verdict)) : null,

@@ -13,6 +13,7 @@ import { verdictText } from "../parts/verdict.js";
 import { steer, steerOrRefuse, tried } from "../steer.js";
 import { listen, store } from "../store.js";
 import { said, t } from "../texts.js";
+import { titlesOf } from "../titles.js";
 
 const SPECIMEN = "specimen";
 const MOST_BYTES = 60000; // of a list in one request
@@ -33,6 +34,7 @@ export function queuePage() {
   const table = h("table", { class: "queue-table" },
     h("thead", {}, h("tr", {}, head.map((key) => h("th", { scope: "col" }, t(key))), h("th", { scope: "col" }, h("span", { class: "visually-hidden" }, t("queue.actions"))))), rows);
   let shown = "";
+  let titles = new Map();
 
   function update() {
     const { state } = store;
@@ -58,7 +60,7 @@ export function queuePage() {
     if (newest === shown) return;
     shown = newest;
     const focused = document.activeElement?.id;
-    fill(rows, queue.entries.map((entry, i) => row(entry, i, queue)));
+    fill(rows, queue.entries.map((entry, i) => row(entry, i, queue, titles)));
     if (focused?.startsWith("queue-")) document.getElementById(focused)?.focus();
   }
 
@@ -66,6 +68,11 @@ export function queuePage() {
     if (changed.has("queue") || changed.has("phase")) update();
   });
   queueMicrotask(update);
+  titlesOf("procedures").then((found) => {
+    titles = found;
+    shown = "";
+    update();
+  });
   return {
     title: t("queue.title"),
     element: h("div", { class: "page queue" },
@@ -83,7 +90,7 @@ function named(entry) {
   return entry.specimen || entry.procedure;
 }
 
-function row(entry, i, { entries, next }) {
+function row(entry, i, { entries, next }, titles) {
   const before = entries.slice(0, i).findLast((each) => MOVABLE.has(each.status));
   const later = entries.slice(i + 1).filter((each) => MOVABLE.has(each.status));
   const can = MOVABLE.has(entry.status);
@@ -106,7 +113,7 @@ function row(entry, i, { entries, next }) {
   const note = [entry.repeats ? t("queue.repeats", { entry: entry.repeats }) : "", said(entry.reason), entry.by].filter(Boolean).join(" · ");
   const link = (text) => (entry.run ? h("a", { class: "row-link", href: `#/runs/${encodeURIComponent(entry.run)}` }, text) : text);
   return h("tr", { class: `${OVER.has(entry.status) ? "over" : ""} ${entry.id === next ? "next" : ""}`.trim() },
-    h("td", { class: "number" }, String(entry.id)), h("td", { class: "what" }, h("strong", {}, link(entry.specimen || UNKNOWN)), h("span", { class: "soft block" }, `${entry.procedure} · ${entry.station}`)),
+    h("td", { class: "number" }, String(entry.id)), h("td", { class: "what" }, h("strong", {}, link(entry.specimen || UNKNOWN)), h("span", { class: "soft block" }, titles.get(entry.procedure) ?? entry.procedure)),
     h("td", { class: "status" }, h("span", { class: `mark ${kind.replaceAll(" ", "-")}` }, word), h("span", { class: "note block" }, note)), h("td", { class: "act" }, h("div", { class: "queue-buttons" }, buttons)));
 }
 

@@ -4,7 +4,7 @@ import { go, goToRig } from "../address.js";
 import { get } from "../client.js";
 import { button, fill, h } from "../dom.js";
 import { newDraft } from "../draft.js";
-import { bytes, localTime, plain, shownNumber, withUncertainty } from "../format.js";
+import { bytes, localTime, plain, shownNumber, shownQuantity, withUncertainty } from "../format.js";
 import { certificateForm } from "../parts/certificate.js";
 import { certificateList } from "../parts/certificates.js";
 import { endedBanners } from "../parts/ended.js";
@@ -72,7 +72,7 @@ function head({ item, reason }, again) {
 }
 
 function facts(found) {
-  const rows = Object.entries(found.inputs).flatMap(([name, value]) => [h("dt", {}, said(name)), h("dd", {}, value)]);
+  const rows = Object.entries(found.inputs).flatMap(([name, value]) => [h("dt", {}, said(name)), h("dd", {}, shownQuantity(value))]);
   return h("section", { class: "card" }, h("h2", {}, t("result.facts")),
     h("dl", { class: "facts" }, rows,
       h("dt", {}, t("result.run")), h("dd", {}, found.item.run),

@@ -64,7 +64,8 @@ export function trendsPage() {
   function group(each, found) {
     const plot = resultCharts(1);
     shown.push(plot);
-    plot.show([{ ...each.figure, x: { ...each.figure.x, name: t("trends.run") }, y: { ...each.figure.y, name: said(each.figure.y.name) } }]);
+    const series = each.figure.series.map((one) => ({ ...one, name: one.kind === "marked" ? t("trends.alarm") : said(one.name) }));
+    plot.show([{ ...each.figure, series, title: said(each.figure.title), x: { ...each.figure.x, name: t("trends.run") }, y: { ...each.figure.y, name: said(each.figure.y.name) } }]);
     const numbers = [["trends.centre", each.centre], ["trends.lower", each.lower], ["trends.upper", each.upper]];
     return h("section", { class: "card trend-card" }, h("h2", {}, said(each.name)),
       h("p", {}, numbers.map(([key, value]) => `${t(key)} ${plain(value)} ${found.unit}`).join(" · ")),

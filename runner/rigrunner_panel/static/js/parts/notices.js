@@ -38,13 +38,18 @@ export function refusedWords(error) {
   return [error.message, error.hint].filter(Boolean).map(said).join(" \u00b7 ");
 }
 
+// A line of the list that was typed or pasted, which is no file.
+function place(where) {
+  return where?.replace(/^list:(\d+)$/, (_, line) => t("procedure.line", { line }));
+}
+
 export function problemList(problems) {
   if (!problems.length) return null;
   const item = (problem) =>
     h(
       "li",
       {},
-      h("span", { class: "where" }, [problem.where, problem.field].filter(Boolean).join(" ")),
+      h("span", { class: "where" }, [place(problem.where), problem.field].filter(Boolean).join(" ")),
       h("span", {}, said(problem.message)),
       problem.hint ? h("span", { class: "hint" }, said(problem.hint)) : null,
     );

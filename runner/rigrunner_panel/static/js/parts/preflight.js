@@ -73,6 +73,7 @@ export function preflightCard({ procedure, station }) {
       if (event.target.checked) passed.add(item.override);
       else passed.delete(item.override);
       show(override, passed.size > 0);
+      event.target.closest("li").scrollIntoView({ block: "nearest" }); // not below the fields that have come
       card.onchange();
     } }), h("span", {}, t("preflight.let_pass"))) : null;
     const safe = item.asks_safe ? button(t("preflight.safe"), sayItIsSafe) : null;

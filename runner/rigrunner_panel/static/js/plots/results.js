@@ -10,6 +10,7 @@ const POINT_PX = 4.5;
 const BAND = 0.15;
 const COLOURS = ["compensated", "raw", "ink-soft", "good", "bad", "ink"];
 const DASH_PX = 11;
+const WHOLE = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000]; // steps of a count, such as of runs
 
 // Shows the figures that the server sends as data; a chart is made anew where its axes are others.
 export function resultCharts(most = 2) {
@@ -40,13 +41,13 @@ function figureChart(figure) {
   const hidden = () => ({ stroke: "transparent", paths: () => null, points: { show: false } });
   const options = () => ({
     scales: { x: { time: false, range: padded(0.08) }, y: { range: padded(0.12) } },
-    axes: [axis({ size: 26 }), axis({ size: 62, space: 24 })],
+    axes: [axis({ size: 26, ...(figure.x.unit ? {} : { incrs: WHOLE }) }), axis({ size: 62, space: 24 })],
     series: [{}, hidden(), hidden(), hidden()],
     hooks: { draw: [(plot) => draw(plot, now)] },
   });
   const made = chart(figure.title, t("plot.of_over", { y: words(figure.y), x: words(figure.x) }), options, columns([]));
   const limit = legend([["limit", t("plot.limit")]]);
-  const keys = figure.series.map((each, i) => [`${COLOURS[i % COLOURS.length]} ${each.kind === "line" ? "" : "point"}`, each.name || t("plot.result_u")]);
+  const keys = figure.series.map((each, i) => [`${paint(each, i)} ${each.kind === "line" ? "" : "point"}`, each.name || t("plot.result_u")]);
   made.element.append(h("div", { class: "legends" }, legend(keys), limit));
   return {
     ...made,
@@ -58,6 +59,11 @@ function figureChart(figure) {
       made.set(columns(points, limits));
     },
   };
+}
+
+// What is marked is an alarm.
+function paint({ kind }, i) {
+  return kind === "marked" ? "bad" : COLOURS[i % COLOURS.length];
 }
 
 function words({ name, unit }) {
@@ -101,7 +107,7 @@ function draw(plot, figure) {
   };
   ctx.save();
   figure.series.forEach(({ kind, points }, i) => {
-    ctx.strokeStyle = colour(COLOURS[i % COLOURS.length]);
+    ctx.strokeStyle = colour(paint({ kind }, i));
     ctx.fillStyle = ctx.strokeStyle;
     if (kind === "line") band(ctx, points, across, up);
     if (kind === "line" || kind === "joined") {
@@ -121,6 +127,12 @@ function draw(plot, figure) {
       ctx.fill();
     }
   });
+  ctx.strokeStyle = colour("ink-soft");
+  path(() => {
+    for (const mark of figure.marks) {
+      if (!mark.is_limit && !mark.end && mark.axis === "y") line(plot.bbox.left, up(mark.at), plot.bbox.left + plot.bbox.width, up(mark.at));
+    }
+  }, 1);
   ctx.strokeStyle = colour("raw");
   path(() => {
     for (const { x, lower, upper } of figure.series.flatMap((each) => each.points)) {
