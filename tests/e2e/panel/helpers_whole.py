@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 UNREADABLE = """() => {
     const found = [];
     const words = (e) => `${e.tagName.toLowerCase()}.${e.className}: ${e.textContent.slice(0, 60)}`;
@@ -46,3 +48,32 @@ UNREADABLE = """() => {
     return found;
 }"""
 """A script: a list of what cannot be read, in words."""
+WORDS = """() => {
+    const seen = (e) => e.getClientRects().length && getComputedStyle(e).visibility !== 'hidden';
+    const nodes = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+    const found = [];
+    while (nodes.nextNode()) {
+        const e = nodes.currentNode.parentElement;
+        if (e.closest('script, style, .cm-editor')) continue;
+        if (e.tagName === 'OPTION' || seen(e)) found.push(nodes.currentNode.nodeValue.trim());
+    }
+    for (const name of ['title', 'aria-label', 'placeholder', 'alt'])
+        for (const e of document.querySelectorAll(`[${name}]`)) found.push(e.getAttribute(name));
+    return found.filter(Boolean);
+}"""
+"""A script: all words of a page that a person reads or hears."""
+_ENGLISH = re.compile(
+    r"(?<![\w.])(the|is|of|and|to|no|not|with|for|from|this|that|are|by|must|expected|unknown|held|"
+    r"when|cannot)(?![\w.])",
+    re.IGNORECASE,
+)
+
+
+def english_of(texts: list[str], own: str) -> list[str]:
+    """Return what has an English word in it, without texts of the lab's own files."""
+    lines = {each.strip(" -'\"") for each in own.split("\n") if each.strip()}
+    values = {each.partition(": ")[2].strip("'\"") for each in lines} | lines
+    for each in sorted(values - {""}, key=len, reverse=True):
+        if " " in each:
+            texts = [text.replace(each, "") for text in texts]
+    return sorted({text for text in texts if _ENGLISH.search(re.sub(r"\S*/\S*", "", text))})

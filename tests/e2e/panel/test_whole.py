@@ -18,13 +18,14 @@ from e2e.panel.helpers_screen import (
     quick_lab,
     running_panel,
 )
-from e2e.panel.helpers_whole import UNREADABLE
+from e2e.panel.helpers_whole import UNREADABLE, WORDS, english_of
 from helpers_cli import call
 
 SIZES = {"desk": (1280, 720), "tablet": (820, 1180)}
 WAYS = ["desk de-DE light", "tablet en-GB dark", "tablet de-DE light", "desk en-GB dark"]
 LEVELS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
 RUNS = 4
+REASON = "inner ring is dirty"
 ORDER = {
     "customer": "C",
     "customer_contact": "Street 1",
@@ -69,7 +70,7 @@ def fill_queue(folder) -> None:
     for words in (
         ("add", *pair, "B-100", "B-101", "B-102", *more, *by),
         ("add", *pair, "B-104", "--propose", "--by", "LIMS"),
-        ("hold", "2", "--reason", "inner ring is dirty", *by),
+        ("hold", "2", "--reason", REASON, *by),
         ("skip", "1", "--reason", "lost", *by),
     ):
         assert call("queue", *words, *runs).code == 0
@@ -81,6 +82,9 @@ class Walk:
     def __init__(self, screen, pictures, way: str) -> None:
         self.screen, self.page, self.pictures, self.way = screen, screen.page, pictures, way
         self.wrong: list[str] = []
+        lab = screen.panel.folder
+        files = "\n".join(each.read_text("utf-8") for each in lab.rglob("*.yaml"))
+        self.own = f"{files}\n{REASON}\n{lab}"
         self.page.add_init_script(path=axe_script())
 
     def look(self, name: str) -> None:
@@ -89,6 +93,9 @@ class Walk:
         self.page.screenshot(path=self.pictures / f"whole-{name}-{self.way}.png")
         self.wrong += [f"{name}: {each}" for each in self.page.evaluate(UNREADABLE)]
         wanted = {"resultTypes": ["violations"], "runOnly": LEVELS}
+        if "de-DE" in self.way:
+            english = english_of(self.page.evaluate(WORDS), self.own)
+            self.wrong += [f"{name}: English: {each[:200]}" for each in english]
         found = self.page.evaluate("wanted => axe.run(document, wanted)", wanted)
         self.wrong += [
             f"{name}: {each['id']}: {each['nodes'][0]['html'][:120]}"

@@ -59,8 +59,8 @@ function rigCard({ station }) {
     const busy = IN_USE.has(rig.phase);
     const { kind, text } = stateOf(rig);
     element.className = `rig ${kind}`;
-    setText(name, rig.title);
-    stop.setAttribute("aria-label", t("rigs.stop", { name: rig.title }));
+    setText(name, said(rig.title));
+    stop.setAttribute("aria-label", t("rigs.stop", { name: said(rig.title) }));
     stop.classList.toggle("idle", !busy && rig.phase !== "checking");
     setText(word, text);
     setText(specimen, rig.specimen || (rig.kind && rig.kind !== "preflight" ? t("rigs.no_specimen") : ""));

@@ -4,7 +4,7 @@ import { station } from "../address.js";
 import { button, h, setText, show } from "../dom.js";
 import { releaseControl, stopNow, takeControl, tried } from "../steer.js";
 import { hasControl, listen, store } from "../store.js";
-import { chooseLanguage, languages, t } from "../texts.js";
+import { chooseLanguage, languages, said, t } from "../texts.js";
 import { chooseTheme, themeNow } from "../theme.js";
 
 const PAGES = [["#/", "nav.run"], ["#/queue", "nav.queue"], ["#/manual", "nav.manual"], ["#/procedures", "nav.procedures"], ["#/history", "nav.history"]];
@@ -48,7 +48,7 @@ export function topBar() {
     const several = store.rigs.length > 1;
     show(rigs, several || !station());
     show(name, several && Boolean(station()));
-    setText(name, store.rigs.find((rig) => rig.station === station())?.title ?? "");
+    setText(name, said(store.rigs.find((rig) => rig.station === station())?.title ?? ""));
     name.title = name.textContent; // a long one is cut off
     const waiting = store.rigs.filter((rig) => rig.station !== station() && (rig.waits_for || rig.alarms.length)).length;
     show(count, Boolean(station()) && waiting > 0);
