@@ -65,6 +65,36 @@ def test_scans_that_do_not_wait_for_each_other_are_all_added_in_order(open_queue
         expect(note).not_to_contain_text("already")
 
 
+def test_a_german_list_with_decimal_commas_is_added_as_it_is_pasted(new_screen, lab):
+    text = (lab / "procedures/quick_torque.yaml").read_text(encoding="utf-8")
+    title = "Quick torque at a room temperature"
+    asks = "inputs:\n  room: {ask: Temperature of the room, unit: °C, min: 15 °C, max: 30 °C}\n"
+    text = text.replace(LOADED, title).replace("id: QUICK-ST", "id: QUICK-ROOM")
+    own = lab / "procedures/quick_room.yaml"
+    own.write_text(text.replace("inputs:\n", asks, 1), encoding="utf-8")
+    with running_panel(lab) as panel:
+        screen = new_screen(panel, locale="de-DE")
+        screen.open("#/queue")
+        page = screen.page
+        page.locator("#queue-procedure").select_option(label=title)
+        page.locator("#input-type").fill("GE20")
+        page.locator("#input-operator").fill(NAME)
+        page.locator(".queue-add details > summary").click()
+        page.locator("#queue-list").fill("specimen;room;lot\nSN-1;22,5 °C;L 1,2\nSN-2;50,5 °C;L-2")
+        page.locator(".queue-add details .primary").click()
+        expect(page.locator("#queue-list-note li")).to_have_count(1)  # what is too hot
+        expect(page.locator("#queue-list-note li")).to_contain_text("50,5 °C")
+        page.locator("#queue-list").fill("specimen;room;lot\nSN-1;22,5 °C;L 1,2\nSN-2;23 °C;L-2")
+        page.locator(".queue-add details .primary").click()
+        row(page, "SN-2").wait_for()
+        found = [each["inputs"] for each in panel.get("queue")["entries"]]
+        given = {"type": "GE20", "operator": NAME}
+        assert found == [
+            {**given, "specimen": "SN-1", "room": "22.5 °C", "lot": "L 1,2"},
+            {**given, "specimen": "SN-2", "room": "23 °C", "lot": "L-2"},
+        ]
+
+
 @pytest.mark.thorough
 def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(open_queue, lab):
     with running_panel(lab) as panel:
