@@ -188,11 +188,8 @@ class Story:
         """Take note that the process is gone without a word of its end."""
         if not self.is_over:
             how = f"with code {code}" if code is not None else "without a word"
-            self.take(Failed(f"the process of the run ended {how}", self._after_loss()))
-
-    def _after_loss(self) -> str:
-        """Return what to do now that the process is gone: only a run that began can be resumed."""
-        return AFTER_LOSS if self._has_begun else AFTER_EARLY_LOSS
+            hint = AFTER_LOSS if self._has_begun else AFTER_EARLY_LOSS  # nothing else is resumed
+            self.take(Failed(f"the process of the run ended {how}", hint))
 
     def _take_samples(self, event: Samples) -> None:
         event = event if event.recording else structs.replace(event, recording=UNKEPT)

@@ -57,11 +57,9 @@ class Settings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Overridable:
+class LookedAt:
     """The files of the last preflight, by which a start knows that they are the same."""
 
-    procedure: str
-    station: str
     digest: str
     at_s: float
 
@@ -78,7 +76,7 @@ class Rig:
         self.desk = Desk(self.board, panel.settings.runs, self._left_energised)
         self.queue = Queue(panel.settings.runs)
         self.sequence = Sequence()
-        self.looked_at: Overridable | None = None
+        self.looked_at: LookedAt | None = None
 
     @property
     def name(self) -> str:

@@ -17,7 +17,7 @@ from rigrunner_panel.process.messages import Job
 from rigrunner_panel.view.sections import JobView, PreflightItem
 from rigrunner_panel.web.answers import Done, Stopped
 from rigrunner_panel.web.choosing import files
-from rigrunner_panel.web.panel import Overridable
+from rigrunner_panel.web.panel import LookedAt
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -86,9 +86,7 @@ def begin_preflight(rig: Rig, body: StartPreflight, by: str) -> None:
         reason=body.safe.strip(),
     )
     rig.desk.start(job, rig.panel)
-    rig.looked_at = Overridable(
-        procedure=body.procedure, station=body.station, digest=digest, at_s=time.monotonic()
-    )
+    rig.looked_at = LookedAt(digest=digest, at_s=time.monotonic())
 
 
 def ready_preflight(rig: Rig, body: Pair) -> bool:
