@@ -6,6 +6,7 @@ import { button, fill, h } from "../dom.js";
 import { draft, newDraft } from "../draft.js";
 import { localTime } from "../format.js";
 import { isBusy } from "../parts/bar.js";
+import { working } from "../parts/working.js";
 import { tried } from "../steer.js";
 import { listen, store } from "../store.js";
 import { said, t } from "../texts.js";
@@ -35,7 +36,7 @@ export function choosePage() {
     busy.hidden = !running;
     if (!running) return;
     const kind = store.state.job.kind === "manual" ? "#/manual" : "#/run";
-    fill(busy, h("span", {}, t("choose.busy", { title: store.state.job.title })), h("a", { class: "button", href: kind }, t("choose.watch")));
+    fill(busy, h("span", {}, t("choose.busy", { title: said(store.state.job.title) })), h("a", { class: "button", href: kind }, t("choose.watch")));
   }
 
   const forget = listen((changed) => {
@@ -56,6 +57,7 @@ export function choosePage() {
 
 function list(path, kind, chosen, changed) {
   const search = h("input", { type: "search", id: `search-${kind}`, autocomplete: "off", placeholder: t(`choose.search_${kind}`), oninput: later });
+  const doing = h("div", { role: "status" });
   const items = h("div", { class: "items", role: "radiogroup", "aria-label": t(`choose.${kind}`) });
   let timer = 0;
   let asked = 0;
@@ -67,7 +69,7 @@ function list(path, kind, chosen, changed) {
 
   async function load() {
     const mine = ++asked;
-    const found = await tried(() => get(path, { search: search.value.trim() }));
+    const found = await working(doing, t("loading"), () => tried(() => get(path, { search: search.value.trim() })));
     if (!found || mine !== asked) return;
     const known = found.items.map((item) => item.name);
     if (!chosen[kind] && found.items.length) chosen[kind] = found.items.find((item) => !item.problem)?.name ?? "";
@@ -96,5 +98,5 @@ function list(path, kind, chosen, changed) {
   return h("section", { class: "card" },
     h("h2", {}, t(`choose.${kind}`)),
     h("label", { class: "visually-hidden", for: `search-${kind}` }, t(`choose.search_${kind}`)),
-    search, items);
+    search, doing, items);
 }

@@ -3,14 +3,15 @@
 import { get } from "../client.js";
 import { fill, h } from "../dom.js";
 import { changesBySection } from "../parts/changes.js";
+import { working } from "../parts/working.js";
 import { tried } from "../steer.js";
 import { said, t } from "../texts.js";
 
 export function comparePage(before, after) {
-  const body = h("div", {}, h("p", { class: "soft" }, t("loading")));
+  const body = h("div", { role: "status" });
 
   async function load() {
-    const found = await tried(() => get("compare", { before, after }));
+    const found = await working(body, t("loading"), () => tried(() => get("compare", { before, after })));
     if (!found) return fill(body, h("p", { class: "banner warn" }, t("compare.failed")));
     return fill(body,
       h("p", { class: `banner ${found.same ? "info" : "warn"}` }, said(found.verdict) || t(found.same ? "compare.same" : "compare.different")),

@@ -6,6 +6,7 @@ import { button, fill, h, setText, show } from "../dom.js";
 import { localTime, shownNumber, withUncertainty } from "../format.js";
 import { field } from "../parts/field.js";
 import { verdictText } from "../parts/verdict.js";
+import { working } from "../parts/working.js";
 import { tried } from "../steer.js";
 import { said, t } from "../texts.js";
 
@@ -21,6 +22,7 @@ export function historyPage() {
     outcome: choice("history-outcome", "outcome.any", ["completed", "stopped at a limit", "aborted", "error"], (name) => t(`outcome.${name}`)),
   };
   const rows = h("tbody", {});
+  const doing = h("div", { role: "status" });
   const nothing = h("p", { class: "nothing", hidden: true }, t("history.nothing"));
   const more = button(t("history.more"), () => load(true), { kind: "big" });
   const compare = button(t("history.compare"), () => go(`#/compare/${[...chosen].sort().map(encodeURIComponent).join("/")}`), { kind: "primary" });
@@ -41,7 +43,7 @@ export function historyPage() {
   async function load(onwards) {
     const mine = ++asked;
     const query = { search: filters.search.value.trim(), verdict: filters.verdict.value, outcome: filters.outcome.value, limit: PAGE, before: onwards ? last : "" };
-    const found = await tried(() => get("runs", query));
+    const found = await working(doing, t("history.reading"), () => tried(() => get("runs", query)));
     if (!found || mine !== asked) return;
     if (!onwards) fill(rows);
     rows.append(...found.items.map(row));
@@ -85,6 +87,7 @@ export function historyPage() {
       h("div", { class: "head" }, h("h1", {}, t("history.title")), h("div", { class: "row" }, h("a", { class: "button", href: "#/trends" }, t("trends.title")), overlay, compare)),
       h("div", { class: "filters" },
         Object.entries(filters).map(([name, control]) => field(t(`history.${name}`), control).element)),
+      doing,
       h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": t("history.title") }, h("table", { class: "runs" }, h("thead", {}, h("tr", {}, head.map((key) => h("th", { scope: "col" }, t(key))))), rows), nothing, more)),
   };
 }

@@ -10,6 +10,7 @@ import { changesBySection } from "../parts/changes.js";
 import { askText } from "../parts/dialogs.js";
 import { forgetErrors, tell } from "../parts/notices.js";
 import { planFacts } from "../parts/plan.js";
+import { working } from "../parts/working.js";
 import { person, tried } from "../steer.js";
 import { listen, store } from "../store.js";
 import { said, t } from "../texts.js";
@@ -29,6 +30,7 @@ export function procedurePage(name) {
   const place = h("div", { class: "editor-place" });
   const station = h("select", { id: "procedure-station", onchange: () => stationChosen() });
   const problems = h("div", { class: "problems-box", role: "status" });
+  const doing = h("div", { role: "status" });
   const plan = h("div", {});
   const changes = h("div", {}, h("p", { class: "soft" }, t("loading")));
   const save = button(t("procedure.save"), () => saveText(), { kind: "primary" });
@@ -70,7 +72,7 @@ export function procedurePage(name) {
     opened = found;
     setText(state, [found.shipped ? t("procedure.shipped") : said(found.approval), found.changed_utc && !found.shipped ? t(found.changed_by ? "procedure.saved_by" : "procedure.saved_elsewhere", { name: found.changed_by, time: localTime(found.changed_utc) }) : ""].filter(Boolean).join(" · "));
     const heading = /^title:\s*["']?(.*?)["']?\s*$/m.exec(found.text)?.[1];
-    setText(title, heading || name);
+    setText(title, said(heading) || name);
   }
 
   // Others are told that this file is open here, where it can be changed.
@@ -100,7 +102,7 @@ export function procedurePage(name) {
     const mine = ++asked;
     const text = editor.text();
     const body = { procedure: name, text };
-    const found = await quietly(post("procedures/check", { ...body, station: station.value }));
+    const found = await working(doing, t("procedure.checking"), () => quietly(post("procedures/check", { ...body, station: station.value })));
     if (mine !== asked || !found) return;
     editor.mark(found.problems);
     showProblems(found);
@@ -111,7 +113,7 @@ export function procedurePage(name) {
     }
     const preview = station.value ? quietly(post("plan", { ...body, station: station.value })) : null;
     const different = quietly(post("procedures/compare", body));
-    const [planned, compared] = await Promise.all([preview, different]);
+    const [planned, compared] = await working(doing, t("procedure.previewing"), () => Promise.all([preview, different]));
     if (mine !== asked) return;
     fill(plan, planned ? planFacts(planned) : h("p", { class: "soft" }, t("procedure.choose_station")));
     showChanges(compared);
@@ -237,7 +239,7 @@ export function procedurePage(name) {
       notes,
       h("div", { class: "editor-columns" }, place,
         h("div", { class: "stack editor-side" },
-          h("section", { class: "card" }, h("h2", {}, t("procedure.check")), h("div", { class: "field" }, h("label", { for: "procedure-station" }, t("procedure.on_station")), station), problems),
+          h("section", { class: "card" }, h("h2", {}, t("procedure.check")), h("div", { class: "field" }, h("label", { for: "procedure-station" }, t("procedure.on_station")), station), problems, doing),
           h("section", { class: "card" }, h("details", { open: true }, h("summary", {}, h("h2", {}, t("procedure.changes"))), changes)),
           h("section", { class: "card" }, h("details", {}, h("summary", {}, h("h2", {}, t("procedure.plan"))), plan))))),
     leave() {

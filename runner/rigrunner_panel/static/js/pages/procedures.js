@@ -4,6 +4,7 @@ import { go } from "../address.js";
 import { get } from "../client.js";
 import { fill, h, show } from "../dom.js";
 import { localTime } from "../format.js";
+import { working } from "../parts/working.js";
 import { tried } from "../steer.js";
 import { said, t } from "../texts.js";
 
@@ -11,6 +12,7 @@ const TYPING_MS = 150;
 
 export function proceduresPage() {
   const rows = h("tbody");
+  const doing = h("div", { role: "status" });
   const nothing = h("p", { class: "nothing", hidden: true }, t("choose.nothing"));
   const search = h("input", { type: "search", id: "search-procedures", autocomplete: "off", oninput: later });
   let timer = 0;
@@ -23,7 +25,7 @@ export function proceduresPage() {
 
   async function load() {
     const mine = ++asked;
-    const found = await tried(() => get("procedures", { search: search.value.trim() }));
+    const found = await working(doing, t("loading"), () => tried(() => get("procedures", { search: search.value.trim() })));
     if (!found || mine !== asked) return;
     fill(rows, found.items.map(row));
     show(nothing, found.items.length === 0);
@@ -36,6 +38,7 @@ export function proceduresPage() {
     element: h("div", { class: "page procedures" },
       h("div", { class: "head" }, h("h1", {}, t("nav.procedures"))),
       h("div", { class: "field" }, h("label", { for: "search-procedures" }, t("choose.search_procedure")), search),
+      doing,
       h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": t("nav.procedures") },
         h("table", { class: "runs" }, h("thead", {}, h("tr", {}, head.map((key) => h("th", { scope: "col" }, t(key))))), rows), nothing)),
   };

@@ -9,6 +9,7 @@ import { isBusy } from "../parts/bar.js";
 import { askReason } from "../parts/dialogs.js";
 import { inputForm } from "../parts/inputs.js";
 import { problemList } from "../parts/notices.js";
+import { working } from "../parts/working.js";
 import { verdictText } from "../parts/verdict.js";
 import { steer, steerOrRefuse, tried } from "../steer.js";
 import { listen, store } from "../store.js";
@@ -134,7 +135,8 @@ function addCard() {
   const others = h("div", {});
   const pasted = h("textarea", { id: "queue-list", rows: "5", spellcheck: "false", "aria-describedby": "queue-list-note" });
   const listNote = h("div", { class: "field-note", id: "queue-list-note", role: "status" }, t("queue.list.hint"));
-  const listField = h("div", { class: "field" }, h("label", { for: "queue-list" }, t("queue.list")), pasted, listNote);
+  const importing = h("div", { role: "status" });
+  const listField = h("div", { class: "field" }, h("label", { for: "queue-list" }, t("queue.list")), pasted, listNote, importing);
   const file = h("input", { type: "file", id: "queue-file", accept: ".csv,.txt,text/csv,text/plain", onchange: read });
   const realtime = h("input", { type: "checkbox", id: "queue-realtime", checked: draft().realtime !== false, onchange: () => keepDraft({ realtime: realtime.checked }) });
   const simulated = h("label", { class: "check", for: "queue-realtime", hidden: true }, realtime, h("span", {}, t("setup.realtime")));
@@ -222,7 +224,8 @@ function addCard() {
   }
 
   async function addList() {
-    if (await add(typedList(pasted.value, measured), listNote, listField)) pasted.value = "";
+    const list = typedList(pasted.value, measured);
+    if (await working(importing, t("queue.importing"), () => add(list, listNote, listField))) pasted.value = "";
   }
 
   if (chosen.procedure && chosen.station) changed();

@@ -10,6 +10,7 @@ import { certificateList } from "../parts/certificates.js";
 import { endedBanners } from "../parts/ended.js";
 import { resultTables, storedResults } from "../parts/results.js";
 import { SIGNS, verdictText } from "../parts/verdict.js";
+import { working } from "../parts/working.js";
 import { tried } from "../steer.js";
 import { store } from "../store.js";
 import { said, t } from "../texts.js";
@@ -20,11 +21,11 @@ const CONCLUDED = ["completed", "stopped at a limit"]; // how a run ends that ha
 const MOST_LIMITS = 50;
 
 export function resultPage(run) {
-  const body = h("div", { class: "result-body" }, h("p", { class: "soft" }, t("loading")));
+  const body = h("div", { class: "result-body" });
   const element = h("div", { class: "page result" }, body);
 
   async function load() {
-    const found = await tried(() => get(`runs/${encodeURIComponent(run)}`));
+    const found = await working(body, t("loading"), () => tried(() => get(`runs/${encodeURIComponent(run)}`)));
     if (found) show(found);
     else fill(body, h("p", { class: "banner warn" }, t("result.gone")));
   }

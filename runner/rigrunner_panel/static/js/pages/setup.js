@@ -9,6 +9,7 @@ import { inputForm } from "../parts/inputs.js";
 import { problemList } from "../parts/notices.js";
 import { planFacts } from "../parts/plan.js";
 import { preflightCard } from "../parts/preflight.js";
+import { working } from "../parts/working.js";
 import { steer } from "../steer.js";
 import { listen, store } from "../store.js";
 import { said, t } from "../texts.js";
@@ -29,7 +30,7 @@ export function setupPage() {
   async function load() {
     let plan;
     try {
-      plan = await post("plan", { procedure, station });
+      plan = await working(body, t("loading"), () => post("plan", { procedure, station }));
     } catch (error) {
       fill(body, h("section", { class: "card bad-card" }, h("h2", {}, t("setup.invalid")), h("p", {}, said(error.message)), error.hint ? h("p", { class: "hint" }, said(error.hint)) : null, problemList(error.problems ?? [])));
       return;

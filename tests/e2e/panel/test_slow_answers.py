@@ -1,0 +1,53 @@
+"""Where the panel takes its time, the screen says what it does and for how long."""
+
+from __future__ import annotations
+
+import pytest
+from playwright.sync_api import expect
+
+from e2e.panel.helpers_screen import BENCH, LOADED
+
+SLOW = {"offline": False, "latency": 2500, "downloadThroughput": -1, "uploadThroughput": -1}
+"""Milliseconds for each answer: eight times what it takes until a bar is shown."""
+
+
+@pytest.fixture
+def slow(screen):
+    """A page whose answers come late, with a procedure and a station chosen."""
+    screen.open()
+    screen.choose(LOADED)
+    page = screen.page
+    page.context.new_cdp_session(page).send("Network.emulateNetworkConditions", SLOW)
+    return page
+
+
+def waits(page):
+    """See the bar, and that it goes."""
+    bar = page.locator(".working progress")
+    expect(bar.first).to_be_visible()
+    expect(bar).to_have_count(0)
+
+
+def test_every_page_says_that_it_reads(slow, panel):
+    first, *_, last = sorted(each.name for each in panel.runs.iterdir() if each.is_dir())
+    for place in (
+        *("#/history", "#/procedures", "#/", "#/setup", "#/trends"),
+        *(f"#/runs/{last}", f"#/compare/{first}/{last}", f"#/overlay/{first}/{last}"),
+        "#/procedures/procedures%2Fquick_torque.yaml",
+    ):
+        slow.evaluate("place => { location.hash = place; }", place)
+        waits(slow)
+
+
+def test_a_list_says_that_it_is_added(slow, panel):
+    slow.evaluate("location.hash = '#/queue'")
+    slow.locator("#queue-procedure").select_option(label=LOADED)
+    slow.locator("#input-type").fill("GE20")
+    slow.locator(".queue-add details > summary").click()
+    slow.locator("#queue-list").fill("SN-1\nSN-2")
+    slow.locator(".queue-add details .primary").click()
+    slow.locator("#dialog-text").fill("Ann")
+    slow.keyboard.press("Enter")
+    waits(slow)
+    slow.locator(".queue-table tbody tr").nth(1).wait_for()
+    assert len(panel.get("queue", BENCH)["entries"]) >= 2
