@@ -1,1 +1,1 @@
-"""From a result to a report that people can read and check."""
+"""Reports of results, for people to read and check."""

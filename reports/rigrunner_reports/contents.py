@@ -1,4 +1,4 @@
-"""Which sections a report has, in their order."""
+"""The sections of a report, in order."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def contents(report: ReportInput, page: Page) -> Iterator[tuple[Section, object]]:
-    """Yield each section of a report with what it shows; those that show nothing are left out."""
+    """Yield each section of a report with its content; empty ones are left out."""
     found: list[tuple[Section, Any]] = [(each, page) for each in (*_sections(), *_given(report))]
     for sections, own in page.brought:
         found += [(each, own) for each in sections.sections if not each.inside]
@@ -30,7 +30,7 @@ def contents(report: ReportInput, page: Page) -> Iterator[tuple[Section, object]
 
 
 def _given(report: ReportInput) -> Iterator[Section]:
-    """Yield the sections that analyses give, which stand after the results."""
+    """Yield the sections of analyses, which come after the results."""
     for number, each in enumerate(report.result.sections, 1):
         shown = given_view(each)
         yield Section("given", each.title, 6, lambda *_, v=shown: v, anchor=f"given-{number}")

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class GivenView:
-    """A section that an analysis gave."""
+    """A section of an analysis."""
 
     title: str
     paragraphs: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""The reports that ship with Rigrunner; nothing here loads numpy, matplotlib or jinja2."""
+"""The shipped report formats. This module loads neither numpy nor matplotlib nor jinja2."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ api_version = 1
 
 @hookimpl
 def rigrunner_report_formats() -> list[ReportFormatRecord]:
-    """Return the formats that a result can be written in."""
+    """Return the formats of results."""
     return [
         ReportFormatRecord(
             name="html",
@@ -56,7 +56,7 @@ def rigrunner_certificate_formats() -> list[CertificateFormatRecord]:
 
 @hookimpl
 def rigrunner_study_formats() -> list[StudyFormatRecord]:
-    """Return the formats that a study of many runs can be written in."""
+    """Return the formats of studies of many runs."""
     return [
         StudyFormatRecord(
             name="html",

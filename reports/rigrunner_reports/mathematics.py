@@ -1,4 +1,4 @@
-"""Equations set as mathematics: MathML, which browsers show and print by themselves."""
+"""Equations as MathML, which browsers show and print."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 _SHOWN = {"arcsin": "arcsin", "arccos": "arccos", "arctan": "arctan", "log": "ln", "log10": "lg"}
 _RANK = {"+": 1, "-": 1, "*": 2, "/": 4, "**": 3}
-"""How strongly an operation binds; a fraction stands by itself."""
+"""Precedence of an operation; a fraction needs no parentheses."""
 _SIGN = {"+": "+", "-": "\N{MINUS SIGN}", "*": "\N{DOT OPERATOR}"}
 
 
 def equation(formula: Formula) -> Markup:
-    """Return `symbol = text` as MathML; its text stands in `alttext`."""
+    """Return `symbol = text` as MathML, with the text in `alttext`."""
     root = parse_any(formula.text).root
     left = _name(formula.symbol)
     right = _node(root, formula.quantities)
@@ -95,7 +95,7 @@ def _name(name: str) -> Markup:
 
 
 def _letter(name: str) -> str:
-    """Return the Greek letter that a name is, or the name."""
+    """Return the Greek letter with that name, or the name."""
     case = "SMALL" if name.islower() else "CAPITAL"
     spelled = "lamda" if name.lower() == "lambda" else name
     try:

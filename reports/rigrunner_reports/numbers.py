@@ -1,4 +1,4 @@
-"""Numbers as a person reads them: never more digits than the uncertainty bears."""
+"""Numbers with the digits that their uncertainty justifies."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LOWEST, HIGHEST = -3, 5
 
 @dataclass(frozen=True)
 class Stated:
-    """An estimate as it is printed: U has two significant digits, the value the same place."""
+    """An estimate as printed: U has two significant digits, the value the same place."""
 
     value: str
     expanded: str
@@ -41,7 +41,7 @@ class Stated:
 
 
 def stated(estimate: Estimate) -> Stated:
-    """Return the estimate as it is printed (rounding: GUM 7.2.6)."""
+    """Return the estimate as printed (rounding: GUM 7.2.6)."""
     width = expanded(estimate)
     digits = places(width)
     shown = fixed(width, digits) if isfinite(width) else UNKNOWN
@@ -58,13 +58,13 @@ def fixed(value: float, decimals: int) -> str:
 
 
 def with_sign(value: float, decimals: int) -> str:
-    """Return a number with that many decimals and its sign, as differences are written."""
+    """Return a number with that many decimals and its sign, for differences."""
     text = fixed(value, decimals)
     return text if text.startswith(MINUS) or not isfinite(value) else f"+{text}"
 
 
 def significant(value: float, digits: int = 4) -> str:
-    """Return a number with so many significant digits, with a power of ten far from 1."""
+    """Return a number with that many significant digits, with a power of ten far from 1."""
     if not isfinite(value):
         return fixed(value, 0)
     if value == 0:
@@ -77,7 +77,7 @@ def significant(value: float, digits: int = 4) -> str:
 
 
 def with_standard_uncertainty(value: float, u: float, unit: str) -> str:
-    """Return value ± u and unit, u with two significant digits, in brackets before a power."""
+    """Return value ± u and unit, u with two significant digits, in parentheses before a power."""
     scale, power = _scale(value, u)
     digits = places(u * scale)
     text = f"{fixed(value * scale, digits)} ± {fixed(u * scale, digits)}"
@@ -91,7 +91,7 @@ def to_place_of(value: float, u: float) -> str:
 
 
 def _scale(value: float, u: float) -> tuple[float, str]:
-    """Return what to multiply by, and the power of ten that undoes it: that of the larger one."""
+    """Return the factor, and the power of ten that undoes it: that of the larger one."""
     largest = max((abs(each) for each in (value, u) if isfinite(each)), default=0.0)
     power = floor(log10(largest)) if largest else 0
     if LOWEST < power < HIGHEST:
@@ -100,7 +100,7 @@ def _scale(value: float, u: float) -> tuple[float, str]:
 
 
 def plain(value: float) -> str:
-    """Return a set value as a person wrote it: 35, not 35.0."""
+    """Return a set value as it was written: 35, not 35.0."""
     return _signed(f"{value:.6g}") if isfinite(value) else fixed(value, 0)
 
 

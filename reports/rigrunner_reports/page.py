@@ -1,4 +1,4 @@
-"""Puts the parts of a report together: what is shown depends on what the run has."""
+"""Assemble the parts of a report from the data of a run."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Figures:
-    """The pictures; none where the run has nothing to plot."""
+    """The figures; none if the run has nothing to plot."""
 
     results: Mapping[str, tuple[Picture, ...]]
-    """Of named results, by their name."""
+    """Figures of named results, by their name."""
     tables: Mapping[str, Picture]
-    """Of tables without limits, by their name."""
+    """Figures of tables without limits, by their name."""
     recordings: tuple[Picture, ...]
-    """Of a run whose recordings no analysis shows."""
+    """Figures of recordings that no analysis shows."""
 
 
 @dataclass(frozen=True)
 class Page:
-    """All that the templates show, but what other packages bring."""
+    """All that the templates show, except the content of other packages."""
 
     title: str
     run_id: str
@@ -62,9 +62,9 @@ class Page:
     provenance: run.Facts
     figures: Figures
     brought: tuple[tuple[Sections, Any], ...]
-    """What other packages bring, each with its own page."""
+    """The sections of other packages, each with its own page."""
     inside: Mapping[str, list[tuple[Section, object]]]
-    """What of that stands inside the section of the result, with what it shows, by its place."""
+    """Those inside the section of the result, with their content, by their place."""
 
 
 def make_page(report: ReportInput) -> Page:

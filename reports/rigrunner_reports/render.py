@@ -1,4 +1,4 @@
-"""From a page to the bytes of one self-contained HTML file."""
+"""Render a page as one self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def html(report: ReportInput) -> bytes:
 
 
 def filled(template: str, **values: object) -> bytes:
-    """Return a template of ours with the house's style, filled, as UTF-8."""
+    """Return one of our templates, filled in, with the shared style, as UTF-8."""
     style = files(PACKAGE).joinpath("templates", "style.css").read_text(encoding="utf-8")
     # the style sheet is ours; what a lab wrote enters it by css_string alone
     common = {"style": Markup(style), "css_string": css_string}  # noqa: S704  (see above)
@@ -41,9 +41,9 @@ def filled(template: str, **values: object) -> bytes:
 
 
 def css_string(text: str) -> Markup:
-    """Return a CSS string that cannot end itself, nor the <style> element that it stands in.
+    """Return a CSS string that cannot end itself, nor its <style> element.
 
-    A blank ends each escape: without it, one that follows in the text would be taken for that end.
+    A blank ends each escape: otherwise the next letter could become part of it.
     """
     safe = "".join(
         char if char.isascii() and (char.isalnum() or char in " .-_") else f"\\{ord(char):06x} "
@@ -53,12 +53,12 @@ def css_string(text: str) -> Markup:
 
 
 def unbroken(markup: str) -> Markup:
-    """Return a part of a page whose numbers keep unit and sign beside them (SI Brochure, 5.4.3)."""
+    """Return a part of a page whose numbers keep unit and sign on the line (SI Brochure, 5.4.3)."""
     return Markup(_BESIDE_A_NUMBER.sub("\N{NO-BREAK SPACE}", markup))  # noqa: S704  (it was escaped)
 
 
 def _of_others() -> dict[str, PackageLoader]:
-    """Return the folders `templates` of the packages that bring sections, by their names."""
+    """Return the folders `templates` of the packages with sections, by their names."""
     names = {section.package for each in brought() for section in each.sections}
     return {name: PackageLoader(name) for name in names if name}
 

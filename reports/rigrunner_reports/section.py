@@ -1,8 +1,8 @@
-"""A section of the report, as a record: what it shows, and where it stands.
+"""A section of the report, as a record: its content and its place.
 
-Another package brings sections by an entry point of the group `rigrunner_reports.sections`, which
-names its `Sections`. A section that is text, figures and tables alone needs none of this: an
-analysis gives it as data (`Findings.sections`).
+Another package adds sections by an entry point of the group `rigrunner_reports.sections`, which
+names its `Sections`. A section of text, figures and tables alone needs none of this: an analysis
+gives it as data (`Findings.sections`).
 """
 
 from __future__ import annotations
@@ -27,39 +27,40 @@ TILES, BELOW = "tiles", "below"
 
 @dataclass(frozen=True)
 class Section:
-    """A section; its template is given what `view` returned as `view`, and the page as `page`.
+    """A section; its template gets the value of `view` as `view`, and the page as `page`.
 
     Those of `rigrunner_reports` itself are the `SECTIONS` of the modules of its package `view`.
     """
 
     name: str
-    """Of its template `templates/NAME.html.j2`, and its anchor in the page."""
+    """The name of its template `templates/NAME.html.j2`, and its anchor in the page."""
     title: str
-    """In the contents."""
+    """The title in the contents."""
     place: int
-    """Sections stand in this order, from 0, the result, to 120, what made the report. In the tiles
-    the limit stands at 50."""
+    """Sections are in this order, from 0, the result, to 120, software and versions. Among the
+    tiles the limit is at 50."""
     view: Callable[[ReportInput, Any], object]
-    """Returns what the section shows, of the report's input and the page of its package; nothing
-    leaves it out."""
+    """Returns the content, from the report's input and the page of its package; with nothing, the
+    section is left out."""
     unbroken: bool = False
-    """Whether each number keeps its unit beside it on one line."""
+    """Whether each number keeps its unit on the same line."""
     anchor: str = ""
-    """In the page, where it is not the name."""
+    """The anchor in the page, if it is not the name."""
     inside: str = ""
-    """Where it stands inside the section of the result, `TILES` or `BELOW`; '' of its own."""
+    """Its place inside the section of the result, `TILES` or `BELOW`; '' for a section of its own.
+    """
     package: str = ""
-    """The package with its template; '' of `rigrunner_reports` itself."""
+    """The package with its template; '' for `rigrunner_reports` itself."""
 
     @property
     def template(self) -> str:
-        """The template by its name for the loader."""
+        """The name of the template for the loader."""
         return "/".join(filter(None, (self.package, f"{self.name}.html.j2")))
 
 
 @dataclass(frozen=True)
 class Headline:
-    """The large number: value and interval, or words where there is none."""
+    """The large number: value and interval, or a text if there is none."""
 
     label: str
     symbol: str
@@ -72,10 +73,10 @@ class Headline:
 
 @dataclass(frozen=True)
 class Sections:
-    """What a package brings to the report."""
+    """The sections of a package."""
 
     page: Callable[[ReportInput], Any]
-    """Returns what its sections take what they show from; None: it brings nothing to this one."""
+    """Returns the page for its sections; None: it adds nothing to this report."""
     sections: tuple[Section, ...]
     headline: Callable[[ReportInput, Any], Headline | None]
     """Returns the large number of the report; None leaves it to others."""
@@ -83,7 +84,7 @@ class Sections:
 
 @cache
 def brought() -> tuple[Sections, ...]:
-    """Return what installed packages bring, in the order of their names; raise PluginError."""
+    """Return the sections of installed packages, in the order of their names; raise PluginError."""
     return tuple(map(_loaded, sorted(entry_points(group=GROUP), key=lambda each: each.name)))
 
 

@@ -1,4 +1,4 @@
-"""The conformance kit: what every plugin must keep to, as checks that a test can call.
+"""The conformance kit: the requirements on every plugin, as checks that a test can call.
 
 For a package's own tests there is a pytest plugin, `rigrunner_testing.pytest_plugin`; on the
 command line it is `rigrunner check-plugin NAME`.
@@ -22,7 +22,8 @@ _LAZY = {
     "replayed": "rigrunner_testing.replays",
     "subject": "rigrunner_testing.kinds",
 }
-"""What tests ask for, and where it is: imported then, since the command's line of help is here."""
+"""The names for tests, and their modules. They are imported on access, since the command's help
+line is here."""
 
 __all__ = [
     "AnyCheck",
@@ -42,12 +43,12 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Return a name of the kit (PEP 562); `__init__.pyi` tells editors of it."""
+    """Return a name of the kit (PEP 562); `__init__.pyi` lists them for editors."""
     if name not in _LAZY:
         raise AttributeError(f"module 'rigrunner_testing' has no attribute '{name}'")
     return getattr(import_module(_LAZY[name]), name)
 
 
 def __dir__() -> list[str]:
-    """Return all names, for those who complete them."""
+    """Return all names, for completion."""
     return sorted({*globals(), *_LAZY})

@@ -1,4 +1,4 @@
-"""Checks on analyses that name their results."""
+"""Checks on analyses with named results."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ if TYPE_CHECKING:
     from rigrunner_testing.subjects import Subject
 
 PLACES, ROWS = 3, 4
-"""A made-up run has so many places, and so many rows at each."""
+"""The numbers of places of a generated run, and of rows at each."""
 START = "2026-01-05T10:00:{second:02d}+00:00"
 LATER = "2026-01-06"
 FULL_SCALE = 100.0
-"""Of each made-up instrument, in the SI unit; its readings may be off by 0.1 % of it."""
+"""Full scale of each generated instrument, in the SI unit; its error limit is 0.1 % of it."""
 RATE_HZ, SAMPLES = 100.0, 40
-"""Of a made-up recording."""
+"""Of a generated recording."""
 NOISE = 0.01
-"""Standard deviation of a made-up reading, in the SI unit."""
+"""Standard deviation of a generated reading, in the SI unit."""
 TRIALS, MOST_MISSED = 40, 8
 MOST_TRIED = 3
 """Results of a run whose coverage is counted: each takes a while."""
@@ -46,7 +46,7 @@ MOST_TRIED = 3
 
 @check(fix="give `yields` one ResultDefinition for each result, with a name and a unit")
 def says_what_it_yields(subject: Subject) -> None:
-    """From its settings alone it says which results it names, each in a unit."""
+    """Its settings alone tell which results it names, each with a unit."""
     named = _definitions(subject)
     demand(named, "it yields no result")
     for each in named:
@@ -61,7 +61,7 @@ def says_what_it_yields(subject: Subject) -> None:
 
 @check(fix="let `requires` give Requirements: a NeededChannel for each channel, as 'role.name'")
 def says_what_it_requires(subject: Subject) -> None:
-    """From its settings alone it says which channels and results it needs."""
+    """Its settings alone tell which channels and results it needs."""
     needs = _needs(subject)
     if _record(subject).trial_run:
         raise NotApplicable("it finds its channels by their units")
@@ -80,7 +80,7 @@ def says_what_it_requires(subject: Subject) -> None:
     needs=("says_what_it_yields", "says_what_it_requires"),
 )
 def gives_what_it_yields(subject: Subject) -> None:
-    """Of a made-up run it gives each result that it names, in its unit, with its uncertainty."""
+    """From a generated run it gives each declared result, in its unit, with its uncertainty."""
     found = _found(subject, _run(subject))
     given = {each.name for each in found.results}
     due = {each.name for each in _definitions(subject)}
@@ -89,7 +89,7 @@ def gives_what_it_yields(subject: Subject) -> None:
 
 @check(fix="raise DataError with what is missing", needs=("gives_what_it_yields",))
 def refuses_a_run_that_lacks_a_channel(subject: Subject) -> None:
-    """Of a run without what it requires it raises DataError."""
+    """A run without a required channel is refused with a DataError."""
     if not _needed(subject):
         raise NotApplicable("it requires no channel by its name")
     for each in _needed(subject):
@@ -105,7 +105,7 @@ def refuses_a_run_that_lacks_a_channel(subject: Subject) -> None:
 
 @check(fix="raise DataError with what is missing", needs=("gives_what_it_yields",))
 def refuses_a_partner_run_that_lacks_a_channel(subject: Subject) -> None:
-    """Of a partner run without what it requires of it, it raises DataError."""
+    """A partner run without a required channel is refused with a DataError."""
     if not any(each.channels for each in _needs(subject).partners):
         raise NotApplicable("it requires no channel of a partner run")
     for partner in _needs(subject).partners:
@@ -123,7 +123,7 @@ def refuses_a_partner_run_that_lacks_a_channel(subject: Subject) -> None:
 
 @check(fix="keep nothing between two calls, and change no array", needs=("gives_what_it_yields",))
 def is_pure(subject: Subject) -> None:
-    """Asked twice it gives the same, whatever it was asked between."""
+    """Called twice it gives the same, whatever it was called with in between."""
     analysis, run = _made(subject), _run(subject)
     first = _numbers(analysis(run))
     analysis(_run(subject, seed=2))
@@ -132,7 +132,7 @@ def is_pure(subject: Subject) -> None:
 
 @check(fix="use the register: see `RunData.reading_errors`", needs=("is_pure",))
 def a_worse_instrument_is_no_surer(subject: Subject) -> None:
-    """With limits of error that are ten times as wide, no result has a smaller uncertainty."""
+    """With error limits ten times as wide, no result has a smaller uncertainty."""
     good, bad = (_found(subject, _run(subject, widen=w)).results for w in (1.0, 10.0))
     for one, other in zip(good, bad, strict=True):
         surer = other.estimate.u < one.estimate.u * (1 - 1e-9)
@@ -141,7 +141,7 @@ def a_worse_instrument_is_no_surer(subject: Subject) -> None:
 
 @check(fix="sort by time or by place, not by the order in which it is given", needs=("is_pure",))
 def the_order_of_recordings_means_nothing(subject: Subject) -> None:
-    """The recordings, or rows, of a made-up run in another order give the same."""
+    """The order of the recordings, or rows, does not change the results."""
     for run in _runs(subject):
         recordings, rows = run.recordings[::-1], run.measurements[::-1]
         turned = replace(run, recordings=recordings, measurements=rows)
@@ -150,7 +150,7 @@ def the_order_of_recordings_means_nothing(subject: Subject) -> None:
 
 @check(fix="use differences of times alone", needs=("is_pure",))
 def a_shift_of_time_means_nothing(subject: Subject) -> None:
-    """The same rows or recordings a day later give the same."""
+    """The same rows or recordings a day later give the same results."""
     run = _run(subject)
     rows = tuple(replace(e, utc=_a_day_later(e.utc)) for e in run.measurements)
     recordings = tuple(
@@ -165,10 +165,10 @@ def a_shift_of_time_means_nothing(subject: Subject) -> None:
     needs=("gives_what_it_yields", "is_pure"),
 )
 def covers_the_truth(subject: Subject) -> None:
-    """Of runs with noise and errors within the register's limits U holds the truth.
+    """Over runs with noise and errors within the register's limits, U covers the true value.
 
-    The truth is what it gives of the same run without noise and errors. 95 % should; that of 40
-    runs fewer than 32 do happens once in 10 000 (binomial).
+    The true value is its result for the same run without noise and errors. 95 % should be covered;
+    fewer than 32 of 40 runs happen once in 10 000 (binomial).
     """
     ideal = _found(subject, _run(subject, ideal=True))
     truth = {(each.name, each.place): each.estimate for each in ideal.results}
@@ -184,7 +184,7 @@ def covers_the_truth(subject: Subject) -> None:
 
 @check(fix="let `live` show the same statistic as the analysis", needs=("gives_what_it_yields",))
 def live_shows_what_it_finds(subject: Subject) -> None:
-    """What it shows live of whole recordings is what it finds, however the blocks are cut."""
+    """Its live result of whole recordings is its final result, for any size of blocks."""
     record = _record(subject)
     if record.live is None:
         raise NotApplicable("it shows nothing live")
@@ -244,7 +244,7 @@ def _needed(subject: Subject) -> tuple[NeededChannel, ...]:
 
 
 def _made(subject: Subject) -> Any:
-    """Return the analysis as a run has it: what it gives is looked at."""
+    """Return the analysis as a run has it, with checks of what it gives."""
     return Scrutiny(subject.registry).make(subject.kind, subject.name, subject.settings)
 
 
@@ -281,7 +281,7 @@ def _in_recordings(run: RunData, rate_hz: float, rng: np.random.Generator, noise
 
 
 def _runs(subject: Subject) -> Iterator[RunData]:
-    """Yield a made-up run, and one of recordings where the analysis takes these too."""
+    """Yield a generated run, and one with recordings if the analysis accepts them."""
     yield _run(subject)
     if _record(subject).trial_run:
         return
@@ -304,12 +304,12 @@ def _run(
     off: bool = False,
     recorded: bool = False,
 ) -> RunData:
-    """Return a made-up run: rows of every channel at some places, and instruments for them.
+    """Return a generated run: rows of every channel at some places, and instruments for them.
 
     Its partner runs have half its values, at the same places, and the same instruments. `without`
-    leaves a channel out, of this run or `of` a partner run. `ideal`: without noise; `off`: each
-    instrument is off by what its limits allow, in all rows. `recorded`: recordings in place of
-    rows, which an analysis has that needs cycles or a rate.
+    leaves out a channel, of this run or `of` a partner run. `ideal`: without noise; `off`: each
+    instrument has an error within its limits, the same in all rows. `recorded`: recordings in place
+    of rows, for an analysis that needs cycles or a rate.
     """
     if place := _record(subject).trial_run:
         if without or widen != 1.0 or ideal or off or recorded:

@@ -1,4 +1,4 @@
-"""Kinds of plugins that a package brings: the checks of their plugins, and checks on the kinds."""
+"""Kinds of plugins that packages bring: checks on their plugins, and on the kinds themselves."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ class Conformance(Protocol):
 
     CHECKS: Sequence[AnyCheck]
     SUBJECT: type[Subject]
-    """What the checks are given."""
+    """The argument of the checks."""
 
 
 def conformance(registry: Registry, kind: str) -> Conformance | None:
-    """Return the module with the checks of a kind that a plugin brings; None where it has none."""
+    """Return the module with the checks of a kind that a plugin brings, or None."""
     for each in registry.kinds:
         if each.name == kind and each.conformance:
             return cast("Conformance", import_module(each.conformance))
@@ -34,14 +34,14 @@ def conformance(registry: Registry, kind: str) -> Conformance | None:
 
 @check(needs=(), fix="call the hook 'rigrunner_' and a plural noun, and derive from PluginRecord")
 def hook_is_named_as_hooks_are(subject: Subject) -> None:
-    """Its hook begins with 'rigrunner_', so that a function of another name is found out."""
+    """The name of its hook begins with 'rigrunner_', so that a misspelt hook is detected."""
     hook = subject.record_as(KindRecord).hook
     demand(re.fullmatch(r"rigrunner_[a-z_]+s", hook), f"its hook is called '{hook}'")
 
 
 @check(fix="let `conformance` name a module with CHECKS, of `rigrunner_testing.check`, and SUBJECT")
 def brings_checks(subject: Subject) -> None:
-    """Whoever makes a plugin of the kind can check it: there are checks, each with its fix."""
+    """It has checks for plugins of its kind, each with a remedy."""
     record = subject.record_as(KindRecord)
     applies(record.conformance, "its plugins have no checks of their own")
     try:

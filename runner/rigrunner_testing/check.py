@@ -1,4 +1,4 @@
-"""What a check is: a demand in one sentence, the work that shows whether it is met, a way out."""
+"""A check: a requirement in one sentence, the code that tests it, and a remedy."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ SubjectT = TypeVar("SubjectT")
 
 
 class Nonconformity(AssertionError):  # noqa: N818  (the word of ISO 9000, 3.6.9)
-    """A demand is not met; the text says what was found, with numbers.
+    """A requirement is not met; the text says what was found, with numbers.
 
-    `fix` says what to do, where that is known better than the check knows it.
+    `fix` is a remedy that is more precise than that of the check.
     """
 
     def __init__(self, text: str, *, fix: str = "") -> None:
@@ -24,7 +24,7 @@ class Nonconformity(AssertionError):  # noqa: N818  (the word of ISO 9000, 3.6.9
 
 
 class NotApplicable(Exception):  # noqa: N818  (it is no error)
-    """The check has nothing to look at; the text says why."""
+    """The check does not apply; the text says why."""
 
 
 class State(StrEnum):
@@ -34,29 +34,29 @@ class State(StrEnum):
     FAIL = "fail"
     NOT_APPLICABLE = "not applicable"
     NOT_JUDGED = "not judged"
-    """What it needs has failed, so that it would only fail for the same reason."""
+    """A required check failed, so this one would fail for the same reason."""
 
 
 @dataclass(frozen=True)
 class Check(Generic[SubjectT]):
-    """One demand on a plugin."""
+    """One requirement on a plugin."""
 
     name: str
     holds: str
-    """What is demanded, in one sentence."""
+    """The requirement, in one sentence."""
     fix: str
-    """What to do where it is not met."""
+    """The remedy."""
     work: Callable[[SubjectT], None]
-    """Raises Nonconformity or NotApplicable; whatever else it raises is a failure too."""
+    """Raises Nonconformity or NotApplicable; any other exception is a failure too."""
     moves: bool = False
     """Whether it sets the drives of a device."""
     needs: tuple[str, ...] = ()
-    """The checks that must not have failed before this one can be judged."""
+    """The checks that must not have failed before."""
     always: bool = False
-    """Whether it is done on an instrument even so: that a rig is safe is always looked at."""
+    """Whether it runs on a real instrument even so: a rig must always be confirmed safe."""
 
     def __str__(self) -> str:
-        """Return the name, by which a test is chosen."""
+        """Return the name, which selects a test."""
         return self.name
 
 
@@ -65,14 +65,14 @@ AnyCheck = Check[Any]
 
 @dataclass(frozen=True)
 class Finding:
-    """What one check found."""
+    """The result of one check."""
 
     check: AnyCheck
     state: State
     text: str = ""
-    """What was found wrong, or why there was nothing to look at."""
+    """What is wrong, or why the check does not apply."""
     fix: str = ""
-    """What to do about it, where something failed."""
+    """The remedy, after a failure."""
 
 
 def check(
@@ -82,7 +82,7 @@ def check(
     needs: tuple[str, ...] = ("can_be_made",),
     always: bool = False,
 ) -> Callable[[Callable[[SubjectT], None]], Check[SubjectT]]:
-    """Make a check of a function: its name is the check's, its docstring the demand."""
+    """Make a check of a function: its name is the check's, its docstring the requirement."""
 
     def made(work: Callable[[SubjectT], None]) -> Check[SubjectT]:
         holds = " ".join((work.__doc__ or "").split())

@@ -21,20 +21,20 @@ if TYPE_CHECKING:
 
 U = 0.05
 FEW = 4.0
-"""Degrees of freedom of a result that few cycles make up."""
+"""Degrees of freedom of a result from few cycles."""
 LIMITS = (Limits(-inf, 1.0), Limits(-1.0, inf), Limits(-1.0, 1.0))
 NARROW = Limits(-0.04, 0.04)
-"""Nearer to each other than the uncertainty is wide."""
+"""Limits that are closer together than the uncertainty is wide."""
 FAR = 40 * U
 STEP = U / 50
 DRAWS = 200_000
 CLOSE = 0.02
-"""What counted draws and the steps between values may differ from a stated risk."""
+"""Tolerance of a stated risk, for the number of draws and the steps between values."""
 
 
 @check(fix="give a list of Zone of rigrunner.api.verdict, the best verdict first")
 def gives_zones(subject: Subject) -> None:
-    """It gives zones with falling margins and ever worse verdicts, none of them `fail`."""
+    """It gives zones with falling margins and increasingly worse verdicts, none of them `fail`."""
     for limits in (*LIMITS, NARROW):
         for dof in (inf, FEW):
             try:
@@ -45,7 +45,7 @@ def gives_zones(subject: Subject) -> None:
 
 @check(fix="give `words` a sentence in English: {'en': '...'}, and others that you know")
 def says_what_it_does(subject: Subject) -> None:
-    """It says in one sentence what it does, in English at least."""
+    """It describes itself in one sentence, in English at least."""
     try:
         words = _rule(subject).zones.words
     except PluginError as error:
@@ -74,7 +74,7 @@ def passes_the_good_and_fails_the_bad(subject: Subject) -> None:
     needs=("gives_zones",),
 )
 def farther_within_is_no_worse(subject: Subject) -> None:
-    """A value that is farther within its limits never gets a worse verdict."""
+    """A value further within its limits never gets a worse verdict."""
     for limits in (*LIMITS, NARROW):
         before = 0
         for value in _values(limits):
@@ -104,7 +104,7 @@ def lower_and_upper_limit_are_alike(subject: Subject) -> None:
 
 @check(fix="take no absolute distances: a unit of the limits may be any", needs=("gives_zones",))
 def the_unit_does_not_matter(subject: Subject) -> None:
-    """In another unit, value, uncertainty and limits get the same verdict."""
+    """In another unit, value, uncertainty and limits give the same verdict."""
     rule = _rule(subject)
     for limits in LIMITS:
         milli = Limits(1000 * limits.lower, 1000 * limits.upper, "mN·m")
@@ -119,7 +119,7 @@ def the_unit_does_not_matter(subject: Subject) -> None:
     needs=("gives_zones",),
 )
 def passes_nothing_outside_the_limits(subject: Subject) -> None:
-    """Nothing outside its limits passes, unless the record says that it may."""
+    """Nothing outside its limits passes, unless the record allows it."""
     if subject.record_as(DecisionRuleRecord).passes_outside:
         return
     for limits in (*LIMITS, NARROW):
@@ -131,7 +131,7 @@ def passes_nothing_outside_the_limits(subject: Subject) -> None:
 
 @check(fix="let no margin within the limits fall with the uncertainty", needs=("gives_zones",))
 def less_certain_is_no_better(subject: Subject) -> None:
-    """Of the same value within its limits, a greater uncertainty never makes a better verdict."""
+    """For the same value within its limits, a greater uncertainty never gives a better verdict."""
     rule = _rule(subject)
     for limits in LIMITS:
         for value in _values(limits):
@@ -150,7 +150,7 @@ def less_certain_is_no_better(subject: Subject) -> None:
     needs=("farther_within_is_no_worse",),
 )
 def stated_risks_are_those_of_its_verdicts(subject: Subject) -> None:
-    """Counted over random true values, no risk of a wrong verdict is other than is stated."""
+    """Over random true values, the counted risks of wrong verdicts are the stated ones."""
     rule = _rule(subject)
     for dof in (inf, FEW):
         errors = _errors(dof)
@@ -201,7 +201,7 @@ def _errors(dof: float) -> Array:
 
 
 def _share_within(limits: Limits, value: float, sorted_errors: Array) -> float:
-    """Return for which part of its sorted errors a value is within the limits."""
+    """Return the fraction of its sorted errors with which a value is within the limits."""
     low, high = np.searchsorted(sorted_errors, [limits.lower - value, limits.upper - value])
     return float(high - low) / len(sorted_errors)
 

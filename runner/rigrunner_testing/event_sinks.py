@@ -25,7 +25,7 @@ BLOCKS = 50
 
 @check(fix="take every Event, also one that you have no use for")
 def takes_every_event(subject: Subject) -> None:
-    """It takes each kind of event, those of a run that fails as well, in the order of a run."""
+    """It accepts each kind of event, also those of a failed run, in the order of a run."""
     sink = _sink(subject)
     for event in run():
         sink(event)
@@ -36,7 +36,7 @@ def takes_every_event(subject: Subject) -> None:
     needs=("takes_every_event",),
 )
 def comes_back_at_once(subject: Subject) -> None:
-    """It comes back from each event within 0.1 s: it is called in the run's own time."""
+    """It returns from each event within 0.1 s, since it is called during the run."""
     least: dict[str, float] = {}
     for _ in range(3):
         sink = _sink(subject)
@@ -54,7 +54,7 @@ def comes_back_at_once(subject: Subject) -> None:
     needs=("takes_every_event",),
 )
 def leaves_samples_alone(subject: Subject) -> None:
-    """The samples are the same afterwards: the run file is written from them."""
+    """It does not change samples: the run file is written from them."""
     sink = _sink(subject)
     for event in run():
         before = event.block.channels["tester.torque"].copy() if _has_block(event) else None

@@ -1,4 +1,4 @@
-"""Runs checks: each in time, and none whose result an earlier failure has decided already."""
+"""Run checks, each with a time limit; skip those that an earlier failure decides."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
     from rigrunner_testing.subjects import Subject
 
 LONGEST_S = 120.0
-"""A check that takes longer is given up as hanging."""
+"""A check that takes longer is abandoned as hanging."""
 RELEASE_S = 30.0
-"""So long what it left behind may take to be made safe and closed."""
+"""Time limit for making safe and closing what it left open."""
 
 
 def examine(
     subject: Subject, checks: Iterable[AnyCheck], longest_s: float = LONGEST_S
 ) -> Iterator[Finding]:
-    """Yield what each check found, one after the other.
+    """Yield the result of each check, one after the other.
 
-    One mistake of the plugin is one failure: a check that needs another one which failed is not
-    judged, nor one that fails in the very same way.
+    One mistake of the plugin is one failure: a check that requires a failed one is not judged, nor
+    one that fails in the same way.
     """
     causes: dict[str, str] = {}  # by check that failed or was not judged, the one that failed first
     failures: dict[str, str] = {}  # by what was found, the check that found it first
@@ -52,10 +52,10 @@ def examine(
 
 
 def examine_one(subject: Subject, check: AnyCheck, longest_s: float = LONGEST_S) -> Finding:
-    """Return what a check found; whatever the plugin does, it comes back.
+    """Return the result of a check; it returns whatever the plugin does.
 
-    Raises MissingPackageError where what the plugin needs is not installed: that says nothing of
-    the plugin.
+    Raises MissingPackageError if a package that the plugin needs is not installed, which says
+    nothing about the plugin.
     """
     try:
         raised = _in_time(lambda: check.work(subject), longest_s)
@@ -77,7 +77,7 @@ def examine_one(subject: Subject, check: AnyCheck, longest_s: float = LONGEST_S)
 
 
 def conform(subject: Subject, check: AnyCheck) -> str:
-    """Raise AssertionError unless the check is met; return why it does not apply, else nothing.
+    """Raise AssertionError unless the check passes; return why it does not apply, else ''.
 
     For a test of your own: `assert not conform(subject, check)`, or skip with the reason.
     """
@@ -88,14 +88,14 @@ def conform(subject: Subject, check: AnyCheck) -> str:
 
 
 def useful_hint(error: RigrunnerError) -> str:
-    """Return an error's hint, unless it sends the author of a plugin to these very checks."""
+    """Return an error's hint, unless it refers to these very checks."""
     return "" if "check-plugin" in error.hint else error.hint
 
 
 def _in_time(work: Callable[[], None], longest_s: float) -> Exception | None:
-    """Return what the work raises, a Nonconformity if it does not end in time, or None.
+    """Return the exception of a call, a Nonconformity if it does not end in time, or None.
 
-    In a thread of its own, so that what breaks off the wait is never taken for the work's error.
+    It runs in a thread, so that an interruption of the wait is not taken for its error.
     """
     raised: list[Exception] = []
 
@@ -116,7 +116,7 @@ def _in_time(work: Callable[[], None], longest_s: float) -> Exception | None:
 
 
 def _hangs(thread: threading.Thread, longest_s: float) -> Nonconformity:
-    """Return that a call did not come back, and in which line of the plugin it waits."""
+    """Return that a call does not return, and the line of the plugin in which it waits."""
     frame = sys._current_frames().get(thread.ident or 0)  # noqa: SLF001  (Python's own way)
     place = whereabouts(frame) if frame else ""
     waits = f": it waits in {place}" if place else ""
@@ -125,7 +125,7 @@ def _hangs(thread: threading.Thread, longest_s: float) -> Nonconformity:
 
 
 def _crash(error: BaseException) -> str:
-    """Return the error with the place in the plugin's code, or else that which raised it."""
+    """Return the error with its place in the plugin's code, or else where it was raised."""
     frames = traceback.extract_tb(error.__traceback__)
     innermost = f"{frames[-1].filename}:{frames[-1].lineno}" if frames else ""
     place = culprit(error) or innermost

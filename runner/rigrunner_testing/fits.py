@@ -1,4 +1,4 @@
-"""Checks on fits, with data of their own and with data made from the fit's own curve."""
+"""Checks on fits, with data of their own and with data from the fit's own curve."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ BETWEEN_HZ = np.array([2.0, 12.5, 19.0, 28.0, 34.0])
 U_NM = 0.01
 REPETITIONS = 300
 SCATTER = 0.2
-"""Of a standard deviation of 300 normal values five standard errors, 1/sqrt(2 * 299) each."""
+"""Five standard errors of a standard deviation of 300 normal values, 1/sqrt(2 * 299) each."""
 SAME, U_SAME = 1e-6, 1e-4
 _OF_A_CURVE = (
     "formula",
@@ -49,7 +49,7 @@ def no_load_torque_nm(frequency_hz: Array) -> Array:
     needs=("curve_is_whole",),
 )
 def recovers_its_own_curve(subject: Subject) -> None:
-    """Data that lie on a curve of the fit's own give that curve again."""
+    """Data on a curve of the fit's own reproduce that curve."""
     fit = _fit(subject)
     first = fit(_points())
     value, _ = first.predict(X_HZ)
@@ -63,7 +63,7 @@ def recovers_its_own_curve(subject: Subject) -> None:
 
 @check(fix="correct the formula, or the example that the record states", needs=("curve_is_whole",))
 def published_examples_hold(subject: Subject) -> None:
-    """The examples that the record states, such as certified data sets, give what is stated."""
+    """The published examples in the record, such as certified data sets, are reproduced."""
     record = subject.record_as(FitRecord)
     applies(record.examples, "its record states no examples")
     for example in record.examples:
@@ -82,7 +82,7 @@ def _near(source: str, what: str, found: Array, stated: Array) -> None:
 
 @check(fix="give one name, one unit and one row of the covariance for each coefficient")
 def curve_is_whole(subject: Subject) -> None:
-    """Names, units, coefficients and covariance belong together; residuals are the curve's own."""
+    """Names, units, coefficients and covariance are consistent; residuals are the curve's."""
     given = _noisy(1)
     curve = _fit(subject)(given)
     missing = [name for name in _OF_A_CURVE if not hasattr(curve, name)]
@@ -112,7 +112,7 @@ def curve_is_whole(subject: Subject) -> None:
     needs=("curve_is_whole",),
 )
 def units_are_kept(subject: Subject) -> None:
-    """In other units the curve is the same, or the points are refused: never taken for others."""
+    """In other units the curve is the same, or the points are refused."""
     fit, given = _fit(subject), _noisy(2)
     demand(given.u_y is not None, "")
     assert given.u_y is not None  # noqa: S101  (just seen)
@@ -173,7 +173,7 @@ def order_does_not_matter(subject: Subject) -> None:
 
 @check(fix="use no absolute tolerances or limits on y and u(y)", needs=("curve_is_whole",))
 def scale_does_not_matter(subject: Subject) -> None:
-    """Points three times as high give a curve three times as high; larger u(y) alone, the same."""
+    """Points three times as high give such a curve; a larger u(y) alone, the same curve."""
     fit, given = _fit(subject), _noisy(4)
     assert given.u_y is not None  # noqa: S101  (it was made so)
     curve = fit(given)
@@ -197,7 +197,7 @@ def scale_does_not_matter(subject: Subject) -> None:
     needs=("curve_is_whole",),
 )
 def never_extrapolates(subject: Subject) -> None:
-    """It says where it may be used, within the points, and refuses any other x."""
+    """It states its range, within the points, and refuses any other x."""
     curve = _fit(subject)(_noisy(5))
     low, high = curve.valid_x
     inside = X_HZ[0] <= low < high <= X_HZ[-1]
@@ -215,7 +215,7 @@ def never_extrapolates(subject: Subject) -> None:
     needs=("curve_is_whole",),
 )
 def too_few_points_refused(subject: Subject) -> None:
-    """Of too few points it says so; what it does fit is finite."""
+    """Too few points are refused; any result is finite."""
     fit, given = _fit(subject), _noisy(6)
     assert given.u_y is not None  # noqa: S101  (it was made so)
     p = len(fit(given).coefficients) if not _interpolates(fit, given) else 1
@@ -248,7 +248,7 @@ def not_a_number_refused(subject: Subject) -> None:
 
 @check(fix="copy what you change", needs=("curve_is_whole",))
 def leaves_the_points_alone(subject: Subject) -> None:
-    """The points are the same afterwards."""
+    """It does not change the points."""
     given = _noisy(7)
     assert given.u_y is not None  # noqa: S101  (it was made so)
     before = [array.copy() for array in (given.x, given.y, given.u_y)]

@@ -1,4 +1,4 @@
-"""Checks on importers: of whatever file, the columns that are wanted or a DataError."""
+"""Checks on importers: for any file, the wanted columns or a DataError."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 Wanted = dict[str, "int | str"]
 WANTED: Wanted = {"tester.torque": "torque", "tester.angle": "angle"}
 CUTS = 25
-"""At so many places an example is cut short."""
+"""The number of places at which an example is cut."""
 FOREIGN = {
     "empty": b"",
     "zeros": bytes(4096),
@@ -47,7 +47,7 @@ FOREIGN = {
 
 @check(fix="catch OSError and raise DataError with the file's name")
 def missing_file_refused(subject: Subject) -> None:
-    """A file that is not there, or is a folder, is refused by its name."""
+    """A missing file, or a folder, is refused by its name."""
     with TemporaryDirectory() as folder:
         for path in (Path(folder) / "missing.dat", Path(folder)):
             told = _refusal(_importer(subject), path, WANTED, "")
@@ -60,7 +60,7 @@ def missing_file_refused(subject: Subject) -> None:
     needs=("missing_file_refused",),
 )
 def foreign_files_refused(subject: Subject) -> None:
-    """Whatever is in a file: finite numbers of each column wanted, or a DataError naming it."""
+    """Any file gives finite numbers of each wanted column, or a DataError naming it."""
     importer = _importer(subject)
     with TemporaryDirectory() as folder:
         for what, content in FOREIGN.items():
@@ -72,7 +72,7 @@ def foreign_files_refused(subject: Subject) -> None:
 
 @check(fix="close the file in every case: `with open(...)`", needs=("foreign_files_refused",))
 def closes_its_files(subject: Subject) -> None:
-    """It leaves no file open, of those that it refuses as well."""
+    """It leaves no file open, also of refused ones."""
     importer = _importer(subject)
     with TemporaryDirectory() as folder:
         paths = []
@@ -93,7 +93,7 @@ def closes_its_files(subject: Subject) -> None:
     needs=("missing_file_refused",),
 )
 def examples_are_read(subject: Subject) -> None:
-    """The files that the record states as examples give the numbers that it states."""
+    """The example files in the record give the stated numbers."""
     for example, path in _examples(subject):
         found = _importer(subject).read(path, example.columns, example.group)
         _whole(found, dict(example.columns), example.source)
@@ -108,7 +108,7 @@ def examples_are_read(subject: Subject) -> None:
     needs=("examples_are_read",),
 )
 def missing_columns_are_named(subject: Subject) -> None:
-    """A column that an example does not have is refused by its name."""
+    """A column that an example lacks is refused by its name."""
     for example, path in _examples(subject):
         name = next(iter(example.columns))
         try:
@@ -130,7 +130,7 @@ def missing_columns_are_named(subject: Subject) -> None:
     needs=("examples_are_read",),
 )
 def cut_files_refused(subject: Subject) -> None:
-    """An example that is cut short anywhere gives a DataError, or fewer whole rows."""
+    """A truncated example gives a DataError, or fewer complete rows."""
     for example, path in _examples(subject):
         whole, importer = path.read_bytes(), _importer(subject)
         for length in np.linspace(0, len(whole) - 1, CUTS).astype(int):
@@ -155,7 +155,7 @@ def _importer(subject: Subject) -> Importer:
 
 
 def _refusal(importer: Importer, path: Path, wanted: Wanted, group: str) -> str:
-    """Return with which words the file is refused; '' if it is read."""
+    """Return the message with which the file is refused; '' if it is read."""
     try:
         importer.read(path, wanted, group)
     except DataError as error:
@@ -170,7 +170,7 @@ def _refusal(importer: Importer, path: Path, wanted: Wanted, group: str) -> str:
 def _read_or_refusal(
     importer: Importer, path: Path, what: str, example: ImporterExample | None = None
 ) -> str:
-    """Return with which words the file is refused; '' if what was read is whole."""
+    """Return the message with which the file is refused; '' if the data are complete."""
     wanted, group = (WANTED, "") if example is None else (dict(example.columns), example.group)
     try:
         found = importer.read(path, wanted, group)

@@ -1,4 +1,4 @@
-"""Which checks there are for which kind of plugin, and how a plugin is chosen."""
+"""The checks of each kind of plugin, and how a plugin is selected."""
 
 from __future__ import annotations
 
@@ -49,13 +49,13 @@ OF_KIND: dict[str, tuple[AnyCheck, ...]] = {
     "lab": labs.CHECKS,
     "kind": brought.CHECKS,
 }
-"""Those of Rigrunner's own kinds: whoever brings a kind brings its checks."""
+"""The checks of Rigrunner's own kinds. A package that brings a kind brings its checks."""
 
 
 def checks(kind: str, registry: Registry | None = None) -> tuple[AnyCheck, ...]:
-    """Return all checks for plugins of that kind, 'device', 'fit', ..., in their order.
+    """Return all checks for plugins of that kind, 'device', 'fit', ..., in order.
 
-    `registry` knows the kinds that plugins bring; left out, it is that of all installed plugins.
+    `registry` has the kinds that plugins bring; by default it is that of all installed plugins.
     """
     made = () if kind == "step" else making.CHECKS  # it makes nothing, but a plan
     if kind in OF_KIND:
@@ -73,11 +73,11 @@ def subject(
     drop_in: Path | None = None,
     folder: Path | None = None,
 ) -> Subject:
-    """Return a plugin, ready to be checked with the settings that are given as in YAML.
+    """Return a plugin, ready for its checks, with settings in the form of YAML.
 
-    Left out, they are those that its record gives for trying it. `drop_in` is a lab's folder of
-    plugins, `folder` that to which paths in the settings refer. Raises PluginError where there is
-    no such plugin, or the settings are not valid.
+    By default they are those under `trial` of its record. `drop_in` is a lab's folder of plugins;
+    paths in the settings are relative to `folder`. Raises PluginError for an unknown plugin or
+    invalid settings.
     """
     known = load_registry() if registry is None else registry
     if drop_in is not None:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @check(fix="put station.yaml and README.md into `files`, and name shipped procedures")
 def is_whole(subject: Subject) -> None:
-    """It has a station, a page that says what is where, and a procedure to run first."""
+    """It has a station, a page that describes its files, and a procedure to run first."""
     with _made(subject) as (folder, procedures):
         missing = [each for each in (STATION, "README.md") if not (folder / each).is_file()]
         demand(not missing, f"it has no {' and no '.join(missing)}")

@@ -1,4 +1,4 @@
-"""The check that comes before all that look at what a plugin's factory makes."""
+"""The check on a plugin's factory, which comes before all checks on its product."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @check(needs=(), fix="let the factory return what it makes of its settings, and raise nothing")
 def can_be_made(subject: Subject) -> None:
-    """Its factory makes something of its settings; of a device, with the methods it must have."""
+    """Its factory makes something from its settings; for a device, with the required methods."""
     factory: Any = subject.any_record.factory  # type: ignore[attr-defined]  # every kind has one
     try:
         made = subject.make()
@@ -38,7 +38,7 @@ def can_be_made(subject: Subject) -> None:
 
 
 def _not_usable(made: Any, subject: Subject) -> str:
-    """Return why what was made cannot be called as it will be; '' if it can, or is a device."""
+    """Return why the product cannot be called as required; '' if it can, or is a device."""
     what = getattr(made, "__name__", type(made).__name__)
     if subject.kind == "importer":
         read = getattr(made, "read", None)
@@ -54,7 +54,7 @@ def _not_usable(made: Any, subject: Subject) -> str:
 
 
 def _named(factory: Any) -> str:
-    """Return the name of what makes it, and where that begins."""
+    """Return the name of the factory, and where it is defined."""
     name = getattr(factory, "__name__", type(factory).__name__)
     place = place_of(factory)
     if isinstance(factory, type):

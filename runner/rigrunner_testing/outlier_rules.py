@@ -25,7 +25,7 @@ SAMPLES = 200
 
 @check(fix="return a list of Rejection of rigrunner.api.analysis, an empty one for no gross error")
 def gives_rejections(subject: Subject) -> None:
-    """It gives a list of what it rejects, each a Rejection."""
+    """It gives a list of rejections, each a Rejection."""
     found = _rule(subject)(np.append(_normal(1), GROSS))
     demand(isinstance(found, (list, tuple)), f"it gave {found!r}, expected a list of Rejection")
     strange = [each for each in found if not isinstance(each, Rejection)]
@@ -37,7 +37,7 @@ def gives_rejections(subject: Subject) -> None:
     needs=("gives_rejections",),
 )
 def nothing_of_constant_values(subject: Subject) -> None:
-    """Of values that are all the same, but for rounding, it rejects nothing."""
+    """Of values that are equal but for rounding, it rejects none."""
     for constant in (0.0, 2.0, 0.1, -1e9):
         values = np.full(CYCLES, constant)
         _keeps(subject, values, f"{CYCLES} times {constant:g}")
@@ -56,7 +56,7 @@ def _keeps(subject: Subject, values: Array, what: str) -> None:
     needs=("gives_rejections",),
 )
 def finds_a_gross_error(subject: Subject) -> None:
-    """It finds one gross error, 100 standard deviations away, and says by which numbers."""
+    """It finds one gross error, 100 standard deviations away, and gives its statistics."""
     record = subject.record_as(OutlierRuleRecord)
     applies(record.rejects, "its record says that it rejects nothing")
     values = _normal(1)
@@ -72,7 +72,7 @@ def finds_a_gross_error(subject: Subject) -> None:
 
 @check(fix="correct the rule, or the example that the record states", needs=("gives_rejections",))
 def published_rejections_hold(subject: Subject) -> None:
-    """The examples that the record states, such as a standard's, give what is stated."""
+    """The published examples in the record, such as a standard's, are reproduced."""
     examples = subject.record_as(OutlierRuleRecord).examples
     applies(examples, "its record states no examples")
     for example in examples:
@@ -86,7 +86,7 @@ def published_rejections_hold(subject: Subject) -> None:
 
 @check(fix="let nothing depend on the order of the values", needs=("gives_rejections",))
 def order_of_values_does_not_matter(subject: Subject) -> None:
-    """In another order the same values are rejected, for the same numbers."""
+    """In another order the same values are rejected, with the same statistics."""
     rule = _rule(subject)
     for seed in range(20):
         values = np.random.default_rng(seed).standard_t(2, CYCLES)
@@ -98,7 +98,7 @@ def order_of_values_does_not_matter(subject: Subject) -> None:
 
 @check(fix="use no absolute tolerances", needs=("gives_rejections",))
 def shift_and_scale_do_not_matter(subject: Subject) -> None:
-    """Shifted, scaled or mirrored, the same values are rejected, for the same numbers."""
+    """Shifted, scaled or mirrored, the same values are rejected, with the same statistics."""
     rule = _rule(subject)
     for seed in range(20):
         values = np.random.default_rng(seed).standard_t(2, CYCLES)
@@ -113,7 +113,7 @@ def shift_and_scale_do_not_matter(subject: Subject) -> None:
     needs=("gives_rejections",),
 )
 def leaves_as_many_as_it_says(subject: Subject) -> None:
-    """It never leaves fewer values than its record says, nor names one twice."""
+    """It never leaves fewer values than its record states, nor names one twice."""
     least = subject.record_as(OutlierRuleRecord).leaves_at_least
     rule = _rule(subject)
     for seed in range(SAMPLES):
@@ -133,7 +133,7 @@ def leaves_as_many_as_it_says(subject: Subject) -> None:
 
 @check(fix="copy what you change", needs=("gives_rejections",))
 def leaves_the_values_alone(subject: Subject) -> None:
-    """The values are the same afterwards."""
+    """It does not change the values."""
     values = np.append(_normal(1), GROSS)
     before = values.copy()
     _rule(subject)(values)
@@ -154,7 +154,7 @@ def _statistics(found: Sequence[Rejection]) -> dict[int, float]:
 
 
 def _same(found: dict[int, float], again: dict[int, float], how: str) -> None:
-    """Demand the same rejections with the same statistics, whatever order they come in."""
+    """Require the same rejections with the same statistics, in any order."""
     same = set(found) == set(again) and all(
         np.isclose(again[index], statistic, rtol=1e-6) for index, statistic in found.items()
     )

@@ -36,7 +36,7 @@ MARKER = "conformance"
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Make the marker known."""
+    """Register the marker."""
     config.addinivalue_line(
         "markers",
         "conformance(kind, name, settings=None, drop_in=None): the plugin that `conformance`"
@@ -61,14 +61,14 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 @pytest.fixture
 def conformance_check(request: pytest.FixtureRequest) -> AnyCheck:
-    """Give the check that this test is."""
+    """Return the check of this test."""
     check: AnyCheck = request.param
     return check
 
 
 @pytest.fixture
 def conformance_settings(request: pytest.FixtureRequest) -> Mapping[str, Any] | None:
-    """Give the settings of the marker; define it anew where they are known only in the test."""
+    """Return the settings of the marker; redefine it if they are known only in the test."""
     return _of(request)[2]
 
 
@@ -79,7 +79,7 @@ def conformance(
     conformance_settings: Mapping[str, Any] | None,
     tmp_path: Path,
 ) -> Callable[[], None]:
-    """Give what does the check: it fails, or is skipped where the check does not apply."""
+    """Return a function that runs the check: it fails, or skips if the check does not apply."""
     kind, name, _, drop_in = _of(request)
     found = subject(kind, name, conformance_settings, drop_in=drop_in, folder=tmp_path)
     return partial(_do, partial(conform, found, conformance_check))

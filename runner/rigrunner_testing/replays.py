@@ -1,4 +1,4 @@
-"""A device that plays a tape back, for the tests of its plugin's author."""
+"""A device that replays a tape, for the tests of a plugin's author."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ def replayed(
     role: str = "",
     registry: Registry | None = None,
 ) -> Iterator[Device]:
-    """Give a device whose exchanges come from a tape that `--record` made.
+    """Yield a device whose exchanges come from a tape that `--record` made.
 
-    Of a `wired` plugin the author's own code works on them; what it asks must be what the tape has,
-    in order, or DeviceRejectedError tells the first difference. What is left on the tape is no
-    error. The role, or 'role/part', need only be said where the plugin drives none or several on
-    the tape. Raises DataError where there is no tape, UsageError for a role that is not on it.
+    For a `wired` plugin the author's own code runs on them; its requests must be those of the tape,
+    in order, or DeviceRejectedError reports the first difference. The rest of the tape is no error.
+    The role, or 'role/part', is needed only if the plugin has none or several on the tape. Raises
+    DataError without a tape, UsageError for a role that is not on it.
     """
     with ReplayedTape(Path(tape)) as played:
         name = role or _role(plugin, played.manifest)

@@ -1,4 +1,4 @@
-"""Checks on what every plugin declares: its name, its line of help, its settings."""
+"""Checks on the declaration of every plugin: its name, its help line, its settings."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ WRONG = ["a list", ["where none can stand"]]
 
 @check(needs=(), fix="give the record a name such as 'spring_scale'")
 def name_fits_yaml(subject: Subject) -> None:
-    """The name is of small letters, digits and '_', so that YAML needs no quotes for it."""
+    """The name has small letters, digits and '_' only, so that YAML needs no quotes for it."""
     demand(re.fullmatch(PLUGIN_NAME, subject.name), f"the name is '{subject.name}'")
 
 
 @check(needs=(), fix="write one line of at most 100 characters into the record's `help`")
 def help_line(subject: Subject) -> None:
-    """There is one line of help, for the list of plugins."""
+    """There is a help line, for the list of plugins."""
     text = subject.any_record.help
     demand(text.strip(), "the record's help is empty")
     demand("\n" not in text, "the record's help has several lines")
@@ -39,7 +39,7 @@ def help_line(subject: Subject) -> None:
 
 @check(needs=(), fix="write a docstring under the field, or Annotated[..., Field(description=...)]")
 def settings_explained(subject: Subject) -> None:
-    """Every setting is explained, and editors get a JSON Schema of them."""
+    """Every setting has a description, and editors get a JSON Schema of them."""
     model = subject.any_record.settings_model
     json.dumps(settings_schema(model))
     bare = [name for name, field in all_fields(model) if not field.help.strip()]
@@ -51,7 +51,7 @@ def settings_explained(subject: Subject) -> None:
     fix="derive the settings from rigrunner.api.settings.Settings, which forbids other keys",
 )
 def unknown_setting_refused(subject: Subject) -> None:
-    """A setting that is not known, such as a mistyped one, is refused by its name."""
+    """An unknown setting, such as a misspelt one, is refused by its name."""
     _refused(subject, NO_SUCH, 1, {**subject.settings, NO_SUCH: 1})
 
 

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 @contextmanager
 def bound_subject(station: Path, role: str, plugin: str) -> Iterator[DeviceSubject]:
-    """Give the device that fills a role, ready to be checked within the station's limits.
+    """Yield the device of a role, ready for its checks within the station's limits.
 
     The rig is held meanwhile, and marked as energised while the device is in use. Raises UsageError
-    where the station has no such role, or another plugin in it, and DeviceError where a run has the
-    rig, or it was left energised.
+    for an unknown role, or one with another plugin, and DeviceError if a run has the rig, or it was
+    left energised.
     """
     loaded = load_station(station)
     devices = loaded.model.devices

@@ -1,4 +1,4 @@
-"""Checks on kinds of steps: each is planned and done on a simulated swing tester."""
+"""Checks on kinds of steps: each is planned and executed on a simulated rig."""
 
 from __future__ import annotations
 
@@ -43,25 +43,25 @@ instruments:
      low_pass: {{order: 2, corner: 1 kHz}}}}
 """
 LITTLE_S = 0.5
-"""By how much the time that a step takes may differ from its plan: that is looked at in naps."""
+"""Tolerance of the duration of a step: it is checked at intervals."""
 LITTLE = 0.05
-"""The same of long ones, as a part of the planned time."""
+"""The same for long ones, as a fraction of the planned time."""
 MIDDLE = 0.37
-"""Where a step is stopped, as a part of its time: hardly ever between two actions."""
+"""Where a step is stopped, as a fraction of its time: hardly ever between two actions."""
 PROMPT_S = 1.0
-"""How soon a step must end once the run is asked to stop."""
+"""Time limit for the end of a step after the run is asked to stop."""
 
 
 @dataclass(frozen=True)
 class Done:
-    """A plan that was run, and what came of it."""
+    """A plan that was run, and its outcome."""
 
     plan: Plan
     summary: RunSummary
     events: list[Event] = field(repr=False)
     seconds: float = 0.0
     late_s: float = 0.0
-    """How long after the stop the last step ended."""
+    """The time from the stop to the end of the last step."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ def _done(subject: Subject, stop_after_s: float = math.inf) -> Done:
 
 @check(fix="call planning.emit with each action, a frozen dataclass of numbers and text", needs=())
 def is_planned(subject: Subject) -> None:
-    """It plans at least one action, each a frozen dataclass with a keyword, in words and time."""
+    """It plans at least one action: a frozen dataclass with a keyword, a text and a duration."""
     plan, _ = _planned(subject, SimulatedClock())
     demand(plan.steps, "it plans nothing")
     kinds = step_kinds(subject.registry)
@@ -142,7 +142,7 @@ def is_planned(subject: Subject) -> None:
 
 @check(fix="let the planned time be what the step takes", needs=("is_planned",))
 def takes_its_time(subject: Subject) -> None:
-    """It is done, and takes as long as it is planned, within 5 % or half a second."""
+    """It is executed, and takes the planned time within 5 % or half a second."""
     done = _done(subject)
     demand(done.summary.outcome is Outcome.COMPLETED, f"it ended as: {done.summary.reason}")
     planned_s = done.plan.estimated_s
@@ -154,7 +154,7 @@ def takes_its_time(subject: Subject) -> None:
 
 @check(fix="let time pass by doing.wait, or call doing.check often", needs=("takes_its_time",))
 def stops_when_asked(subject: Subject) -> None:
-    """Asked to stop in the middle, it ends within a second, and the run is aborted."""
+    """Stopped in the middle, it ends within a second, and the run is aborted."""
     planned_s = _planned(subject, SimulatedClock())[0].estimated_s
     applies(planned_s > PROMPT_S, "it takes no time in which it could be stopped")
     done = _done(subject, MIDDLE * planned_s)
@@ -166,7 +166,7 @@ def stops_when_asked(subject: Subject) -> None:
     fix="let what `doing` raises pass, and move drives by doing.set alone", needs=("is_planned",)
 )
 def leaves_the_rig_safe(subject: Subject) -> None:
-    """Done, or stopped before and in the middle of it, the rig is read back as safe."""
+    """After it, or if it is stopped before or in the middle, the rig is read back as safe."""
     planned_s = _planned(subject, SimulatedClock())[0].estimated_s
     for stop_after_s in (math.inf, 0.0, MIDDLE * planned_s):
         done = _done(subject, stop_after_s)

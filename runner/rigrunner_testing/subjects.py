@@ -1,4 +1,4 @@
-"""What is checked: one plugin with its settings, made anew as often as a check needs it."""
+"""The subject of checks: one plugin with its settings, created as often as a check needs it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ RecordT = TypeVar("RecordT")
 
 @dataclass(frozen=True)
 class Subject:
-    """One plugin of a registry; the settings are as YAML has them."""
+    """One plugin of a registry; the settings have the form of YAML."""
 
     plugin: Plugin
     registry: Registry
@@ -42,16 +42,16 @@ class Subject:
 
     @property
     def simulated(self) -> bool:
-        """Whether there is no instrument behind it."""
+        """Whether there is no instrument."""
         return True
 
     def make(self, **changes: Any) -> Any:
-        """Return what the factory makes of the settings and the changes; raise PluginError."""
+        """Return a new plugin with the settings and the changes; raise PluginError."""
         return self.registry.make(self.kind, self.name, {**self.settings, **changes})
 
     @cached_property
     def made(self) -> Any:
-        """What the factory made once, for checks that do not change it."""
+        """One plugin for all checks that do not change it."""
         return self.make()
 
     def record_as(self, kind: type[RecordT]) -> RecordT:
@@ -61,4 +61,4 @@ class Subject:
         return self.plugin.record
 
     def release(self) -> None:
-        """Give back what a check left open; devices have something to give back."""
+        """Release what a check left open, such as devices."""

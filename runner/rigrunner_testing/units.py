@@ -17,7 +17,7 @@ NUMBER = 3.0
 
 @check(fix="give it a symbol of its own, its kind of quantity, and that kind's base units")
 def can_be_known(subject: Subject) -> None:
-    """Its symbol and spellings are free, and its dimension is that of its kind of quantity."""
+    """Its symbol and spellings are unused, and its dimension is that of its kind of quantity."""
     try:
         define([subject.record_as(UnitRecord).definition], subject.plugin.provider.name)
     except QuantityError as error:
@@ -26,7 +26,7 @@ def can_be_known(subject: Subject) -> None:
 
 @check(fix="let no other plugin define the same symbol", needs=("can_be_known",))
 def comes_back_as_written(subject: Subject) -> None:
-    """A quantity in each of its spellings is read, and shown in its symbol."""
+    """A quantity in each of its spellings is parsed, and shown with its symbol."""
     wanted = subject.record_as(UnitRecord).definition
     for spelling in (wanted.symbol, *wanted.spellings):
         try:

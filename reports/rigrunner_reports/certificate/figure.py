@@ -1,4 +1,4 @@
-"""The pictures of a certificate: results with their uncertainty and limits, in its language."""
+"""The figures of a certificate: results with their uncertainty and limits, in its language."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 FEWEST_POINTS = 2
 LONGEST = 24
-"""Letters of a text that somebody wrote: a longer one would leave no room for the plot."""
+"""Longest text of a person, in letters: a longer one would leave no room for the plot."""
 
 
 def over_frequency(certificate: Certificate, wording: Wording) -> Picture | None:
-    """Return the picture of the points; None where there are too few for one."""
+    """Return the figure of the points; None if there are too few."""
     results = certificate.results
     if results is None or len(results.points) < FEWEST_POINTS:
         return None
@@ -55,7 +55,7 @@ def over_frequency(certificate: Certificate, wording: Wording) -> Picture | None
 
 
 def named_figures(certificate: Certificate, wording: Wording) -> dict[str, Picture]:
-    """Return the picture of each result that has several values over one number, by its name."""
+    """Return the figure of each result with several values over one number, by its name."""
     return {
         name: _figure(certificate, results, wording)
         for name, results in wording.by_name(certificate)

@@ -1,4 +1,4 @@
-"""From a certificate to a tagged PDF with bookmarks, page numbers and the data attached."""
+"""Render a certificate as a tagged PDF with bookmarks, page numbers and the data attached."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rigrunner.api import CertificateInput
 
 VARIANT = "pdf/ua-1"
-"""Tagged, with title and language, as PDF/UA asks; validators may still find fault."""
+"""Tagged, with title and language, as PDF/UA requires; validators may still report errors."""
 MATHEMATICS = """
 math { display: block; text-align: center; font-family: "DejaVu Serif", serif; }
 mi { font-style: italic; } mo { margin: 0 0.15em; }
@@ -29,7 +29,7 @@ msup > :last-child { font-size: 70%; vertical-align: super; }
 msub > :last-child { font-size: 70%; vertical-align: sub; }
 msqrt::before { content: "√("; } msqrt::after { content: ")"; }
 """
-"""MathML, which WeasyPrint does not know, by style alone."""
+"""The style of MathML, which WeasyPrint does not know."""
 MISSING = "WeasyPrint is not installed"
 HINT = "pip install 'rigrunner[pdf]', or print the HTML from a browser"
 
@@ -50,7 +50,7 @@ def pdf_maker() -> Callable[[CertificateInput], bytes]:
 
 
 def pdf(given: CertificateInput) -> bytes:
-    """Return the certificate as PDF; nothing is fetched from anywhere."""
+    """Return the certificate as PDF; nothing is fetched."""
     from weasyprint import CSS, HTML, Attachment  # noqa: PLC0415  (see `pdf_maker`)
     from weasyprint.urls import URLFetcher  # noqa: PLC0415  (see `pdf_maker`)
 

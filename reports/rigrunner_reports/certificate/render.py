@@ -1,4 +1,4 @@
-"""From a certificate and a letterhead to one self-contained HTML page."""
+"""Render a certificate with a letterhead as one self-contained HTML page."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ PACKAGE = "rigrunner_reports"
 TEMPLATES = "certificate/templates"
 TEMPLATE = "certificate.html.j2"
 _OF_STYLE = str.maketrans({"<": "\\3c "})
-"""What must not stand in a <style> element, as CSS escapes it."""
+"""Characters that must not be in a <style> element, as CSS escapes."""
 
 
 def html(given: CertificateInput) -> bytes:
-    """Return the certificate as UTF-8, its JSON inside it; the same input gives the same bytes.
+    """Return the certificate as UTF-8, with its JSON; the same input gives the same bytes.
 
-    Raises InvalidFileError where the letterhead's texts or templates are wrong.
+    Raises InvalidFileError for wrong texts or templates of the letterhead.
     """
     certificate, letterhead = given.certificate, given.letterhead
     wording = Wording(texts(certificate.appearance.language, letterhead.texts))
@@ -85,13 +85,13 @@ def page_counter(wording: Wording) -> Markup:
 
 @lru_cache(maxsize=8)
 def _drawn(picture: Picture) -> Plot:
-    """Return the drawing of a picture: the same in each form of a certificate, and on trial."""
+    """Return the drawing of a figure: the same in each form of a certificate, and on trial."""
     return draw(picture)
 
 
 @lru_cache(maxsize=2)  # a certificate is made in two forms, twice each: compiling takes longest
 def _environment(own: tuple[tuple[str, str], ...]) -> SandboxedEnvironment:
-    """Return what renders; a laboratory's own templates are found first, and can do no harm."""
+    """Return the template environment. A laboratory's own templates come first, in a sandbox."""
     return SandboxedEnvironment(
         loader=ChoiceLoader([DictLoader(dict(own)), PackageLoader(PACKAGE, TEMPLATES)]),
         autoescape=True,
@@ -110,7 +110,7 @@ def _logo(logo: Logo | None) -> dict[str, str] | None:
 
 
 def _problem(error: Exception, letterhead: Letterhead) -> Problem:
-    """Return where in the laboratory's own templates something went wrong."""
+    """Return where in the laboratory's own templates an error occurred."""
     name = line = None
     if isinstance(error, TemplateSyntaxError):
         name, line = error.name, error.lineno

@@ -1,4 +1,4 @@
-"""The fixed texts of certificates: shipped languages, and what a laboratory puts before them."""
+"""The fixed texts of certificates: shipped languages, and a laboratory's own."""
 
 from __future__ import annotations
 
@@ -38,22 +38,22 @@ class Texts:
         return self.by_key[key].format(**values)
 
     def or_else(self, key: str, other: str) -> str:
-        """Return a text, or another where there is no such key."""
+        """Return a text, or another one if there is no such key."""
         return self.by_key.get(key, other)
 
 
 @dataclass(frozen=True)
 class Said:
-    """Recorded English sentences in another language, by patterns with {names} in their places.
+    """Recorded English sentences in another language, by patterns with {names}.
 
-    {number} and {value} (a number with its unit) match these alone, {said} what is a sentence
-    itself, any other name any text.
+    {number} and {value} (a number with its unit) match only these, {said} matches a sentence, any
+    other name any text.
     """
 
     sentences: tuple[tuple[re.Pattern[str], str], ...] = ()
 
     def __call__(self, text: str) -> str:
-        """Return a sentence, or several with '; ' between, as it is where it is not known."""
+        """Return a sentence, or several with '; ' between, translated; unchanged if unknown."""
         whole = self._whole(text)
         if whole is not None:
             return whole
@@ -77,7 +77,7 @@ _OTHERS = "(?:(?!; ).)+?"
 
 
 def _sentences(said: Mapping[str, str]) -> Said:
-    """Return sentences in the order of how much of each is literal, the most first."""
+    """Return the patterns, those with the most literal text first."""
     fixed = sorted(said, key=lambda english: -len(re.sub(r"\{\w+\}", "", english)))
     return Said(tuple((re.compile(_shape(english)), said[english]) for english in fixed))
 
@@ -92,7 +92,7 @@ def _shape(english: str) -> str:
 
 @cache
 def shipped(language: str) -> Mapping[str, str]:
-    """Return the shipped texts of a language; none where it is not shipped."""
+    """Return the shipped texts of a language, or none."""
     file = _FOLDER / f"{language}.yaml"
     if not file.is_file():
         return {}
@@ -111,15 +111,15 @@ def _content(file: Traversable) -> dict[str, dict[str, str]]:
 
 
 def shipped_languages() -> list[str]:
-    """Return the languages that are shipped."""
+    """Return the shipped languages."""
     names = (file.name for file in _FOLDER.iterdir())
     return sorted(name.removesuffix(".yaml") for name in names if name.endswith(".yaml"))
 
 
 def texts(language: str, own: Mapping[str, Mapping[str, str]]) -> Texts:
-    """Return the texts of a language, a laboratory's own before the shipped ones.
+    """Return the texts of a language; a laboratory's own take precedence.
 
-    Raises InvalidFileError with everything that is wrong or missing in the laboratory's own.
+    Raises InvalidFileError with all errors in the laboratory's own.
     """
     given = own.get(language, {})
     found = {**shipped(language), **given}

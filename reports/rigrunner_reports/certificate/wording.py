@@ -1,4 +1,4 @@
-"""How a certificate's facts are written in a language: numbers, dates, verdicts, rules."""
+"""The facts of a certificate in a language: numbers, dates, verdicts, rules."""
 
 from __future__ import annotations
 
@@ -43,17 +43,17 @@ class Wording:
     texts: Texts
 
     def number(self, printed: str) -> str:
-        """Return a printed number, or words with numbers, with the language's decimal sign."""
+        """Return a printed number, or a text with numbers, with the language's decimal sign."""
         with_minus = _NEGATIVE.sub(MINUS, printed)
         return _POINT.sub(self.texts("decimal"), with_minus)
 
     def said(self, recorded: str) -> str:
-        """Return a sentence that a run recorded, in this language where it is known."""
+        """Return a recorded sentence in this language, if it is known."""
         told = self.texts.said(recorded)
         return self.number(told) if told != recorded else recorded
 
     def plain(self, value: float) -> str:
-        """Return a set value as a person wrote it."""
+        """Return a set value as it was written."""
         return self.number(plain(value))
 
     def load(self, newtons: float) -> str:
@@ -70,7 +70,7 @@ class Wording:
         return equation(formula)
 
     def model_of(self, certificate: Certificate, model: MeasurementModel) -> NamedResult:
-        """Return the value whose budget a model has."""
+        """Return the value that a model computes, which has the budget."""
         return next(
             each
             for each in certificate.named
@@ -78,7 +78,7 @@ class Wording:
         )
 
     def shares(self, model: MeasurementModel) -> list[tuple[BudgetLine, str]]:
-        """Return the lines of a budget, each with what it makes up of the variance."""
+        """Return the lines of a budget, each with its share of the variance."""
         total = sum(each.contribution**2 for each in model.budget)
         return [
             (each, self.number(fixed(100 * each.contribution**2 / total, 1)) if total else "")
@@ -86,7 +86,7 @@ class Wording:
         ]
 
     def day(self, utc: str) -> str:
-        """Return the date of a time: ISO 8601, which every language reads alike."""
+        """Return the date of a time in ISO 8601, which is the same in every language."""
         return utc[:10]
 
     def moment(self, utc: str) -> str:
@@ -113,7 +113,7 @@ class Wording:
         return self.number(f"{100 * probability:.2f}".rstrip("0").rstrip("."))
 
     def verdict(self, verdict: str) -> str:
-        """Return a verdict in words."""
+        """Return a verdict as text."""
         return self.texts.or_else(f"verdict.{verdict}", verdict)
 
     def symbol(self, verdict: str) -> str:
@@ -125,7 +125,7 @@ class Wording:
         return verdict.replace(" ", "-") if verdict in SYMBOL_OF else "inconclusive"
 
     def rule(self, name: str, words: str, words_in: Mapping[str, str] | None = None) -> str:
-        """Return a decision rule in words: those of the texts, or else the rule's own.
+        """Return a decision rule as text: of the language's texts, or else the rule's own.
 
         `words` are in English, `words_in` in other languages by their names.
         """
@@ -151,7 +151,7 @@ class Wording:
         return self.number(stated).replace(" to ", f" {self.texts('conformity.until')} ")
 
     def place(self, stated: LimitStatement) -> str:
-        """Return where the result holds that a limit applies to."""
+        """Return the coordinates of the result that a limit applies to."""
         places = (f"{name} = {at.printed}" for name, at in stated.coordinates.items())
         return self.number(", ".join(places))
 
@@ -167,7 +167,7 @@ class Wording:
         ]
 
     def validity(self, condition: ValidityCondition) -> str:
-        """Return a condition of validity in words; of one that is not known its code."""
+        """Return a condition of validity as text; for an unknown one its code."""
         told = self.texts.or_else(f"validity.{condition.code}", condition.code)
         allowed = self.number(condition.allowance)
         return f"{told} ({allowed})" if allowed else told
@@ -177,7 +177,7 @@ class Wording:
         return [each for each in certificate.instruments if each.channel.endswith(".load")]
 
     def used(self, point: PointResult) -> str:
-        """Return how many cycles of all are in a mean."""
+        """Return the number of cycles in a mean, of all."""
         used = point.cycles - point.cycles_rejected
         return self.texts("points.cycles.of", used=used, all=point.cycles)
 
@@ -203,7 +203,7 @@ class Wording:
         return [(name, [e for e in certificate.named if e.name == name]) for name in names]
 
     def entered(self, certificate: Certificate) -> list[tuple[str, str]]:
-        """Return what was entered at the run and does not stand elsewhere."""
+        """Return the inputs of the run that are not stated elsewhere."""
         told = {certificate.item.identification, certificate.performance.operator}
         inputs = certificate.performance.inputs
         return [(self.said(name), value) for name, value in inputs.items() if value not in told]

@@ -1,1 +1,1 @@
-"""The figures of a report as data, each with a text that says its numbers."""
+"""The figures of a report as data, each with its numbers as text."""

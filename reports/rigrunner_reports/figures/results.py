@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 MOST_POINTS = 100
-"""Of the set-points of a run, so many are drawn at most."""
+"""The most set-points that are drawn."""
 THINNED = (
     " Of the many set-points, those of the least and the greatest values in equal stretches are "
     "drawn; result.json has all."
@@ -31,7 +31,7 @@ THINNED = (
 def over_coordinate(
     results: Sequence[MeasurementResult], parts: Sequence[LimitDecision]
 ) -> tuple[Picture, ...]:
-    """Return the pictures of results of one name; none where no coordinate is a number."""
+    """Return the figures of results of one name; none if no coordinate is a number."""
     own = {id(part.result): part for part in parts}
     found = []
     for each in results:
@@ -43,7 +43,7 @@ def over_coordinate(
 
 
 def given(figure: Figure) -> Picture:
-    """Return the picture of a figure that an analysis gave."""
+    """Return a figure of an analysis."""
     alt = "; ".join(
         f"{each.name}: {figure.y} from {min(y):.4g} to {max(y):.4g}"
         for each in figure.series

@@ -1,1 +1,1 @@
-"""Reports on many runs: control charts, capabilities, gauge studies."""
+"""Reports on many runs: control charts, capability, gauge studies."""

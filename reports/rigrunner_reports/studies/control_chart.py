@@ -1,4 +1,4 @@
-"""The picture of a control chart: values with their limits, and below them their differences."""
+"""The figure of a control chart: values with their limits, and below them their differences."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from rigrunner.api.studies import ChartPoint, Trend, TrendSeries
 
 MOST = 400
-"""Points that are drawn; no eye tells more apart."""
+"""The most points that are drawn."""
 MOST_WITH_BARS = 120
-"""With more, bars of uncertainty would be a band."""
+"""The most points with bars of uncertainty: more would make a band."""
 
 
 def control_chart(trend: Trend, series: TrendSeries) -> Picture:
-    """Return the picture of one series, a run's number in the series across."""
+    """Return the figure of one series, over the number of a run in the series."""
     weighted = trend.chart == "ewma"
     shown = _shown(series)
     run = Axis("run", low=0, high=len(series.points) + 1)
@@ -39,7 +39,7 @@ def control_chart(trend: Trend, series: TrendSeries) -> Picture:
 
 
 def _shown(series: TrendSeries) -> list[int]:
-    """Return the places to draw: all, or of very many the extremes, also of those with a rule."""
+    """Return the indices to draw: all, or for very many the extremes and those with a rule."""
     values = np.array([each.observed.value for each in series.points])
     plotted = np.array([each.plotted for each in series.points])
     met = np.flatnonzero([bool(each.rules) for each in series.points])

@@ -1,4 +1,4 @@
-"""The picture of golden runs: how results moved, over all runs and at each set-point."""
+"""The figure of golden runs: changes of results, over all runs and at each set-point."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _RIGHT = " Right, the mean over the runs and the largest of any run, at each set
 
 
 def in_u(value: float | None) -> str:
-    """Return a shift in expanded uncertainties."""
+    """Return a change in expanded uncertainties."""
     if value is None:
         return "unknown"
     return f"{with_sign(value, 2)} U" if abs(value) >= 0.01 or not value else f"{value:+.1e} U"  # noqa: PLR2004  (two decimals)
 
 
 def shifts(study: GoldenStudy) -> Picture:
-    """Return the picture of the shifts."""
+    """Return the figure of the changes."""
     values = np.array(study.shifts_in_u)
     alt = f"{len(values)} results moved by {in_u(values.min())} to {in_u(values.max())}"
     caption = _CAPTION.format(*(("Left, h", _RIGHT) if study.set_points else ("H", "")))

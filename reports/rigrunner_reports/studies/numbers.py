@@ -1,4 +1,4 @@
-"""Numbers of studies: with the decimals that their scatter bears."""
+"""Numbers of studies, with the decimals that their scatter justifies."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from rigrunner_reports.numbers import fixed
 
 
 def as_scattered(value: float, deviation: float) -> str:
-    """Return a value with one decimal more than its standard deviation deserves."""
+    """Return a value with one decimal more than its standard deviation justifies."""
     return fixed(value, max(0, places(deviation) + 1))
 
 
 def percent(part: float, of: float) -> str:
-    """Return a share in percent."""
+    """Return a fraction in percent."""
     return fixed(100.0 * part / of, 1)

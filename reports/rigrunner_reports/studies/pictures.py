@@ -1,7 +1,7 @@
-"""The pictures of a capability and of a gauge study.
+"""The figures of a capability and of a gauge study.
 
-Names that people gave stand in the page, not in figures, whose font lacks most of the world's
-letters: parts have numbers here and operators letters.
+Names of people and parts are on the page, not in figures, whose font lacks many letters: there
+parts have numbers and operators letters.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def distribution(study: CapabilityStudy, series: CapabilitySeries) -> Picture:
-    """Return the picture of the values of one group, with the limits and the normal curve."""
+    """Return the figure of the values of one group, with the limits and the normal curve."""
     values = np.array([each.value for each in series.observed])
     mean, deviation = series.capability.mean, series.capability.standard_deviation
     limits = [each for each in (series.lower, series.upper) if each is not None]
@@ -51,7 +51,7 @@ def distribution(study: CapabilityStudy, series: CapabilitySeries) -> Picture:
 
 
 def readings(study: GaugeStudy) -> Picture:
-    """Return the picture of all readings, by part and operator."""
+    """Return the figure of all readings, by part and operator."""
     figure = Figure(
         "",
         Axis("part", ticks=tuple((place, f"{place + 1}") for place in range(len(study.parts)))),
@@ -73,7 +73,7 @@ def readings(study: GaugeStudy) -> Picture:
 
 
 def components(study: GaugeStudy) -> Picture:
-    """Return the picture of what the total variation consists of."""
+    """Return the figure of the components of the total variation."""
     found = study.analysis.components
     named = {
         "gauge R&R": found.gauge,

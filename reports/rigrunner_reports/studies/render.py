@@ -1,4 +1,4 @@
-"""From a study to the bytes of one self-contained HTML file."""
+"""Render a study as one self-contained HTML file."""
 
 from __future__ import annotations
 

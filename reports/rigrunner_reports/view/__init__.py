@@ -1,1 +1,1 @@
-"""What the template shows, as texts: every number is rounded and every word chosen here."""
+"""The content of the templates as texts: every number is rounded and every word chosen here."""

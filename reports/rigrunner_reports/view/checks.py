@@ -1,4 +1,4 @@
-"""The diagnostics: what needs attention first."""
+"""The checks: those that need attention first."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ class CheckRow:
     is_note: bool
     text: str
     effect: str
-    """On the result, in words."""
+    """The effect on the result, as text."""
     advice: str
 
 
 def check_rows(result: Result) -> tuple[CheckRow, ...]:
-    """Return all checks of the run and its methods: those that bind, then notes."""
+    """Return all checks of the run and its methods: those with consequences, then notes."""
     found = [("", check) for check in result.checks]
     for details in result.details:
         for name, checks in details.checks_by_method.items():

@@ -1,4 +1,4 @@
-"""What was decided on a run: the verdict, by which limit and rule, and at what risk."""
+"""The decision on a run: the verdict, with its limit, rule and risk."""
 
 from __future__ import annotations
 
@@ -46,26 +46,26 @@ NO_VERDICT = VerdictView("?", "no verdict")
 
 @dataclass(frozen=True)
 class LimitView:
-    """What one limit says of one result, as a page prints it."""
+    """A limit on a result, ready to print."""
 
     found: LimitDecision
     of: str = ""
-    """What it is a limit of, in a table of several."""
+    """The result, in a table of several limits."""
 
     @property
     def verdict(self) -> VerdictView:
-        """By the rule."""
+        """The verdict by the rule."""
         return shown_verdict(self.found.verdict)
 
     @property
     def uncompensated(self) -> VerdictView | None:
-        """By the same rule, of the raw torque; None of another quantity."""
+        """By the same rule, for the raw torque; None for another quantity."""
         raw = self.found.uncompensated
         return None if raw is None else shown_verdict(raw)
 
     @property
     def result(self) -> str:
-        """What was judged."""
+        """The result."""
         return "-" if self.found.result is None else str(stated(self.found.result))
 
     @property
@@ -75,7 +75,7 @@ class LimitView:
 
     @property
     def guard_band(self) -> str:
-        """The guard band with its unit; '' where there is none to state."""
+        """The guard band with its unit; '' if there is none to state."""
         band = self.found.guard_band
         if isnan(band):
             return ""
@@ -84,7 +84,7 @@ class LimitView:
 
     @property
     def measurand(self) -> str:
-        """Of what the limit is a limit; '' where it does not say."""
+        """The measurand; '' if the limit has none."""
         if self.found.measurand is None:
             return ""
         load = "" if self.found.load_n is None else f" under {self.found.load_n:g} N"
@@ -106,7 +106,7 @@ class LimitView:
 
 @dataclass(frozen=True)
 class DecisionView:
-    """The decision, as a page prints it; of a run that was not completed there is no verdict."""
+    """The decision, ready to print; a run that was not completed has no verdict."""
 
     found: Decision
     complete: bool
@@ -118,12 +118,12 @@ class DecisionView:
 
     @property
     def verdict(self) -> VerdictView:
-        """The verdict, where there is one."""
+        """The verdict, if there is one."""
         return self.deciding.verdict if self.complete else NO_VERDICT
 
     @property
     def reason(self) -> str:
-        """Why, or what the rule would say."""
+        """The reason, or what the rule would give."""
         if self.complete:
             return self.found.reason
         would = f"On what was recorded the rule would say: {self.found.verdict}."
@@ -131,12 +131,12 @@ class DecisionView:
 
     @property
     def all_named(self) -> bool:
-        """Whether every limit is one of a result by its name, which has its own table."""
+        """Whether every limit applies to a named result, which has its own table."""
         return all(part.uncompensated is None for part in self.found.parts)
 
     @property
     def parts(self) -> tuple[LimitView, ...]:
-        """Every limit, where there are several."""
+        """Every limit, if there are several."""
         if len(self.found.parts) == 1:
             return ()
         return tuple(LimitView(each, self.found.words(each)) for each in self.found.parts)
@@ -144,15 +144,15 @@ class DecisionView:
 
 @dataclass(frozen=True)
 class OverallView:
-    """The verdict on the run, ready to print: of its measured values and of the decision."""
+    """The verdict on the run, ready to print: on its measured values and by the decision."""
 
     verdict: VerdictView
     reasons: tuple[str, ...]
-    """A sentence for each of the two that there is."""
+    """A sentence for each of the two, if present."""
 
 
 def overall(result: Result, latest: Sequence[LaterDecision]) -> OverallView | None:
-    """Return the verdict in force, by the latest decision; None where nothing is decided."""
+    """Return the verdict in force, by the latest decision; None without a decision."""
     if result.run.outcome not in CONCLUDED:
         return None if result.decision is None else OverallView(NO_VERDICT, ())
     decided = result.decision.verdict if result.decision else None
@@ -170,7 +170,7 @@ def overall(result: Result, latest: Sequence[LaterDecision]) -> OverallView | No
 
 @dataclass(frozen=True)
 class LaterView:
-    """A later decision, as a page prints it."""
+    """A later decision, ready to print."""
 
     found: LaterDecision
 
@@ -181,7 +181,7 @@ class LaterView:
 
     @property
     def verdict(self) -> VerdictView:
-        """What was decided."""
+        """The verdict."""
         return shown_verdict(Verdict(self.found.verdict))
 
 

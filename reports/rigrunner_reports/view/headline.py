@@ -1,4 +1,4 @@
-"""The one number of a run, where no package that knows its analysis has one."""
+"""The main number of a run, unless a package of its analysis gives one."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def headline(result: Result) -> Headline:
-    """Return the named result that decides; or what was measured or recorded."""
+    """Return the deciding named result; or what was measured or recorded."""
     if result.other_results:
         return _named(result)
     return _counted(result) if result.limits.values else _recorded(result)
@@ -45,7 +45,7 @@ def _named(result: Result) -> Headline:
 
 
 def _recorded(result: Result) -> Headline:
-    """Return what was recorded: of a run without results and limits."""
+    """Return what was recorded, for a run without results and limits."""
     recordings, rows = len(result.run.recordings), len(result.run.measurements)
     value = f"{recordings}" if recordings else f"{rows}"
     return Headline(
@@ -59,7 +59,7 @@ def _recorded(result: Result) -> Headline:
 
 
 def _counted(result: Result) -> Headline:
-    """Return how many measured values are within their limits: of a run without an analysis."""
+    """Return how many measured values are within their limits, for a run without an analysis."""
     missed, judged = len(result.limits.missed), len(result.limits.values)
     return Headline(
         label="Measured values out of limits" if missed else "Measured values within limits",

@@ -1,4 +1,4 @@
-"""The instrument register: what each instrument is, and what its calibration says."""
+"""The instrument register: each instrument with its calibration."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _IN_ONE_LINE = {
 
 
 def instruments(run: RunData) -> tuple[Facts, ...]:
-    """Return the register's entries, each as name and text of what is known of it."""
+    """Return the register's entries, each as name and text."""
     return tuple(tuple(_facts(run, each)) for each in run.instruments.values())
 
 
@@ -112,7 +112,7 @@ def _accuracy(each: Instrument) -> Iterator[tuple[str, str]]:
 
 
 def _words(name: str, limit: ErrorLimit) -> str:
-    """Return a limit with its distribution and source, where these are not the usual ones."""
+    """Return a limit with its distribution and source, if these are not the usual ones."""
     number, share, of = limit.limit.partition("%")
     words = {"FS": " of full scale", "reading": "" if name == "gain" else " of reading"}
     shown = f"{number.strip()} %{words[of.strip()]}" if share else limit.limit

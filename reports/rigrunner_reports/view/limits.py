@@ -1,4 +1,4 @@
-"""The limits on measured values, each with the decision on it, ready to print."""
+"""The limits on measured values, with their decisions, ready to print."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rigrunner.api.results import JudgedValue, MeasuredLimits
 
 MOST_ROWS = 200
-"""So many rows of a table are shown; `rigrunner show` and the run file have all."""
+"""The most rows of a table; `rigrunner show` and the run file have all."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class LimitRow:
 
 @dataclass(frozen=True)
 class MeasuredTable:
-    """A table of measured values: its columns, and its rows, each with its verdict."""
+    """A table of measured values: its columns, and its rows with verdicts."""
 
     name: str
     columns: tuple[str, ...]
@@ -62,7 +62,7 @@ class LimitsView:
 
 
 def limits_view(limits: MeasuredLimits, measured: Sequence[Measurement]) -> LimitsView | None:
-    """Return the limits with the tables that the values are rows of; None where there is none.
+    """Return the limits with the tables of their values; None if there are none.
 
     Of very many values those out of limits are shown first.
     """

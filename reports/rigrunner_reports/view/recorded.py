@@ -1,4 +1,4 @@
-"""Recordings and measured values without limits: curves and tables."""
+"""Recordings and measured values without limits, as curves and tables."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from rigrunner.api.results import Result
 
 MOST_RECORDINGS = 6
-"""Of more recordings only the first are drawn."""
+"""Of more recordings only the first ones are drawn."""
 
 
 @dataclass(frozen=True)
 class RecordedView:
-    """What the section shows."""
+    """The content of the section."""
 
     tables: tuple[MeasuredTable, ...]
     recordings: int
@@ -28,7 +28,7 @@ class RecordedView:
 
 
 def recorded_view(report: ReportInput) -> RecordedView | None:
-    """Return what no other section shows; None for nothing."""
+    """Return what no other section shows, or None."""
     tables = unlimited_tables(report.result)
     drawn = len(drawn_recordings(report.result))
     count = len(report.result.run.recordings) if drawn else 0

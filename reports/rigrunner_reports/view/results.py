@@ -1,4 +1,4 @@
-"""The results that analyses name, by their coordinates, each with its limits; ready to print."""
+"""The named results of analyses by their coordinates, with their limits, ready to print."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ if TYPE_CHECKING:
     from rigrunner_reports.numbers import Stated
 
 TABLE_DIGITS = 8
-"""Significant digits at most of the numbers of a table; result.json has all."""
+"""Most significant digits in a table; result.json has all."""
 _TRAILING_ZEROS = re.compile(r"(?:(\.\d*[1-9])|\.)0+(?!\d)")
 MOST_ROWS = 200
-"""So many results of one name are shown, those out of limits first; result.json has all."""
+"""The most results of one name, those out of limits first; result.json has all."""
 
 
 @dataclass(frozen=True)
 class ResultRow:
-    """One result, and what its own limit says of it."""
+    """One result, with its own limit."""
 
     coordinates: tuple[str, ...]
     shown: Stated
@@ -67,13 +67,13 @@ class BudgetView:
 
 @dataclass(frozen=True)
 class TableView:
-    """A table that belongs to results."""
+    """A table of a result."""
 
     title: str
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     of_texts: tuple[bool, ...]
-    """Of each column, whether all that it holds is text."""
+    """For each column, whether it holds text only."""
 
 
 @dataclass(frozen=True)
@@ -88,10 +88,10 @@ class ResultView:
     rows: tuple[ResultRow, ...]
     left_out: int
     limits: tuple[LimitView, ...]
-    """Of their mean, or of the worst of them."""
+    """Limits of their mean, or of the worst of them."""
     budget: BudgetView | None
     formulas: tuple[Markup, ...]
-    """The equations by which they were computed, as MathML."""
+    """The equations of the results, as MathML."""
     tables: tuple[TableView, ...]
 
 

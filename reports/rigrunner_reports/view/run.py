@@ -1,4 +1,4 @@
-"""What identifies a run: procedure, station, specimen, instruments, settings."""
+"""The identification of a run: procedure, station, specimen, instruments, settings."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ if TYPE_CHECKING:
 APPROVED = "approved"
 OVERRIDE = "override"
 STEP = " \N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK} "
-"""Between the parts of a setting's path."""
+"""Separates the parts of a setting's path."""
 
 FIRST, LAST = 200, 100
-"""Of very many events, so many are shown; the run's log has all."""
+"""Events that are shown of very many; the run's log has all."""
 
 Facts = tuple[tuple[str, str], ...]
 
 
 def facts(result: Result) -> Facts:
-    """Return what stands at the head of the report."""
+    """Return the facts at the head of the report."""
     run = result.run
     pairs = [
         ("Run", run.run_id),
@@ -45,7 +45,7 @@ def facts(result: Result) -> Facts:
 
 
 def warnings(result: Result) -> tuple[str, ...]:
-    """Return what must stand above the number: a run that did not end as it should."""
+    """Return the warnings above the main number: a run that did not end as it should."""
     runs = [(_capital(name), run) for name, run in _runs(result)]
     return tuple(
         f"{name} stopped at a limit: what the procedure does after it was not measured."
@@ -57,7 +57,7 @@ def warnings(result: Result) -> tuple[str, ...]:
 
 
 def shown_events(events: Sequence[Mapping[str, str]]) -> tuple[Mapping[str, str], ...]:
-    """Return the events to show: all, or the first and the last, and how many were between."""
+    """Return the events to show: all, or the first and the last, and the number between."""
     between = events[FIRST:-LAST]
     if not between:
         return tuple(events)
@@ -70,7 +70,7 @@ def shown_events(events: Sequence[Mapping[str, str]]) -> tuple[Mapping[str, str]
 
 
 def replayed(provenance: Mapping[str, str]) -> tuple[str, ...]:
-    """Return that the run is no measurement, where it is a replay."""
+    """Return the warning that the run is no measurement, if it is a replay."""
     if not provenance.get(REPLAYED):
         return ()
     words = "this run is a replay, and no instrument was asked; Provenance names its tape"
@@ -78,7 +78,7 @@ def replayed(provenance: Mapping[str, str]) -> tuple[str, ...]:
 
 
 def restrictions(result: Result) -> tuple[str, ...]:
-    """Return for what the run must not be used, as its procedure was no approved one."""
+    """Return the restrictions on the use of the run, if its procedure was not approved."""
     return tuple(
         f"Not for certification: the procedure of {name} was a draft{_why(run)}."
         for name, run in _runs(result)
@@ -87,7 +87,7 @@ def restrictions(result: Result) -> tuple[str, ...]:
 
 
 def imported(result: Result) -> tuple[str, ...]:
-    """Return by whom else the recordings were made, and by whose word the rest is known."""
+    """Return who made imported recordings, and who is responsible for the rest."""
     runs: dict[tuple[str, str], list[str]] = {}
     for name, run in _runs(result):
         if run.imported:
@@ -102,7 +102,7 @@ def imported(result: Result) -> tuple[str, ...]:
 
 
 def _runs(result: Result) -> tuple[tuple[str, RunData], ...]:
-    """Return the run and its partner runs, in words."""
+    """Return the run and its partner runs, as text."""
     partners = ((f"the {partner_words(n)}", each) for n, each in result.run.partners.items())
     return (("this run", result.run), *partners)
 
@@ -117,7 +117,7 @@ def _why(run: RunData) -> str:
 
 
 def overrides(events: Iterable[Mapping[str, str]]) -> tuple[str, ...]:
-    """Return what was let pass before the run, by whom and why."""
+    """Return the overrides before the run, with person and reason."""
     return tuple(event["text"] for event in events if event["kind"] == OVERRIDE)
 
 
@@ -129,7 +129,7 @@ def _state(run: RunData) -> str:
 
 
 def moment(utc: str) -> str:
-    """Return '2026-03-02 09:15:00' of an ISO time."""
+    """Return '2026-03-02 09:15:00' for an ISO time."""
     return utc[:19].replace("T", " ")
 
 
@@ -140,7 +140,7 @@ def _period(start_utc: str, end_utc: str) -> str:
 
 
 def settings(result: Result) -> Facts:
-    """Return the settings of the analysis, one a line."""
+    """Return the settings of the analysis, one per line."""
     return tuple(_flat(result.settings, ()))
 
 

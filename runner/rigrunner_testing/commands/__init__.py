@@ -1,4 +1,4 @@
-"""The commands of the conformance kit, with their line of help: imported when called."""
+"""The commands of the conformance kit, with their help lines: imported when called."""
 
 COMMANDS = {
     "Develop": {

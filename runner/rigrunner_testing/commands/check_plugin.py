@@ -1,4 +1,4 @@
-"""`rigrunner check-plugin`: the conformance kit on one plugin, as a table."""
+"""`rigrunner check-plugin`: run the conformance kit on one plugin."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def _kinds(registry: Registry, name: str) -> list[str]:
 
 
 def _not_loaded(name: str, unloaded: DisabledPlugin, *, as_json: bool) -> ExitCode:
-    """Say why a plugin cannot be loaded, in the form of a check that failed."""
+    """Report why a plugin cannot be loaded, in the form of a failed check."""
     found = unloaded.reason.removesuffix(f" ({unloaded.fix})")
     fix = unloaded.fix or "see where its hooks are, and what they return"
     provider = str(unloaded.provider)
@@ -163,7 +163,7 @@ def _settings(file: Path | None) -> Mapping[str, Any] | None:
 
 
 def _checked(subject: Subject, *, read_only: bool, yes: bool, quiet: bool) -> list[Finding]:
-    """Do the checks, say what each found as it ends, and leave the device safe."""
+    """Run the checks, report each result as it ends, and leave the device safe."""
     from rigrunner_testing import State, checks, examine
 
     known = checks(subject.kind, subject.registry)
@@ -189,7 +189,7 @@ def _checked(subject: Subject, *, read_only: bool, yes: bool, quiet: bool) -> li
 def _careful(
     subject: Subject, chosen: Sequence[AnyCheck], *, read_only: bool, yes: bool
 ) -> Subject:
-    """Return the subject as it may be treated; ask before drives of a real device are set."""
+    """Return the subject with its restrictions; ask before drives of a real device are set."""
     from rigrunner_testing.device import DeviceSubject
 
     if not isinstance(subject, DeviceSubject):
@@ -221,7 +221,7 @@ def _farthest(info: Any) -> str:
 
 
 def _make_safe(subject: Subject, chosen: Sequence[AnyCheck]) -> None:
-    """Say whether a device that was interrupted is safe."""
+    """Report whether an interrupted device is safe."""
     from rigrunner_testing import examine_one
 
     for each in chosen:

@@ -1,4 +1,4 @@
-"""Checks on connecting, identifying, and giving the connection back."""
+"""Checks on connecting, identifying and closing."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 GIVEN_S = 1.0
 GRACE_S = 1.0
-"""What connecting may take beyond its time-out: a process that starts, a packet on its way."""
+"""Time allowed beyond the time-out of connecting: a process that starts, a delayed packet."""
 ROUNDS = 3
 
 
 @check(fix="open sockets, ports and threads in `connect`; the constructor keeps what it is given")
 def construction_touches_nothing(subject: DeviceSubject) -> None:
-    """Making the device opens no connection: a plan is made without the rig."""
+    """Creating the device opens no connection, so that a plan can be made without the rig."""
     subject.make()  # what the factory imports is loaded now
     before = census()
     with watched() as touched:
@@ -36,7 +36,7 @@ def construction_touches_nothing(subject: DeviceSubject) -> None:
 
 @check(fix="fill in `maker`, `model` and `serial` of the Identity; `simulated=True` of a simulator")
 def connects_and_says_who_it_is(subject: DeviceSubject) -> None:
-    """It connects, and says maker, model and serial number, and whether it is simulated."""
+    """It connects, and gives maker, model and serial number, and whether it is simulated."""
     device = subject.make()
     try:
         identity = device.connect(5.0)
@@ -67,7 +67,7 @@ def connects_and_says_who_it_is(subject: DeviceSubject) -> None:
     needs=("connects_and_says_who_it_is",),
 )
 def gives_up_in_time(subject: DeviceSubject) -> None:
-    """Where nobody answers, connecting ends within its time-out with a DeviceError."""
+    """If nobody answers, connecting ends within its time-out with a DeviceError."""
     applies(subject.record.absent, "its record says not with which settings nobody answers")
     device = subject.make(**subject.record.absent)
     began_s = time.monotonic()
@@ -84,7 +84,7 @@ def gives_up_in_time(subject: DeviceSubject) -> None:
 
 @check(fix="raise DeviceLostError where it is not connected; `Driver` does that by itself")
 def needs_a_connection(subject: DeviceSubject) -> None:
-    """Without a connection everything but making safe and closing is refused."""
+    """Without a connection every call except making safe and closing is refused."""
     device = subject.make()
     channels = names(device.channels)
     if isinstance(device, Readable) and channels:
@@ -105,7 +105,7 @@ def needs_a_connection(subject: DeviceSubject) -> None:
     needs=("connects_and_says_who_it_is",),
 )
 def closes_in_every_state(subject: DeviceSubject) -> None:
-    """Closing works before connecting, twice, and connecting works after it."""
+    """Closing works before connecting and twice, and connecting works after it."""
     device = subject.make()
     device.close()
     for _ in range(2):
@@ -124,7 +124,7 @@ def closes_in_every_state(subject: DeviceSubject) -> None:
     ),
 )
 def gives_back_what_it_took(subject: DeviceSubject) -> None:
-    """Once closed it leaves no thread, no open file and no socket behind."""
+    """After closing it leaves no thread, no open file and no socket."""
     _use(subject)  # what is loaded once is loaded now
     before = census()
     for _ in range(ROUNDS):

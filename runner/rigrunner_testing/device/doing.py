@@ -1,4 +1,4 @@
-"""What several checks do with a device: set, stream, and see what it refuses."""
+"""Shared by several checks: set and stream a device, and see what it refuses."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ if TYPE_CHECKING:
     from rigrunner_testing.device.subject import DeviceSubject
 
 CHANNELS_STREAMED = 8
-"""Of a device with more channels than that, the first ones are streamed."""
+"""Of a device with more channels, the first ones are streamed."""
 PROBE_S = 0.02
 LEAD_S = 0.2
-"""Between two steps of a drive that is led."""
+"""Time between two steps of a drive that is moved slowly."""
 SMALL_STEP = 0.1
-"""The part of the range by which a drive is moved away from its safe value."""
+"""The fraction of the range by which a drive is moved away from its safe value."""
 
 
 def refusal(what: str, work: Callable[[], object]) -> DeviceError:
-    """Return the DeviceError with which the work is refused; raise Nonconformity if it is not."""
+    """Return the DeviceError of the refused call; raise Nonconformity if it is not refused."""
     try:
         work()
     except DeviceError as error:
@@ -42,7 +42,7 @@ def refusal(what: str, work: Callable[[], object]) -> DeviceError:
 
 
 def safely(what: str, work: Callable[[], object]) -> bool:
-    """Return whether the work succeeds; raise Nonconformity where it raises no DeviceError."""
+    """Return whether the call succeeds; raise Nonconformity if it raises no DeviceError."""
     try:
         work()
     except DeviceError:
@@ -55,27 +55,27 @@ def safely(what: str, work: Callable[[], object]) -> bool:
 
 
 def at(device: Device, method: str) -> str:
-    """Return where a device's own class has a method, as ' (file:line)'; '' if it has none."""
+    """Return where a device's own class defines a method, as ' (file:line)'; '' if it does not."""
     own = type(device).__dict__.get(method)
     return f" ({place_of(own)})" if own is not None else ""
 
 
 def reader(device: Device) -> Readable:
-    """Return the device as one that can be read; raise NotApplicable."""
+    """Return the device if it can be read; raise NotApplicable."""
     applies(isinstance(device, Readable) and device.channels, "it gives no single values")
     assert isinstance(device, Readable)  # noqa: S101  (just seen)
     return device
 
 
 def setter(device: Device) -> Settable:
-    """Return the device as one with drives; raise NotApplicable."""
+    """Return the device if it has drives; raise NotApplicable."""
     applies(isinstance(device, Settable) and device.drives, "it has no drives")
     assert isinstance(device, Settable)  # noqa: S101  (just seen)
     return device
 
 
 def streamer(device: Device) -> Streaming:
-    """Return the device as one that streams; raise NotApplicable."""
+    """Return the device if it streams; raise NotApplicable."""
     applies(isinstance(device, Streaming), "it does not stream")
     assert isinstance(device, Streaming)  # noqa: S101  (just seen)
     return device
@@ -87,7 +87,7 @@ def names(infos: Sequence[ChannelInfo] | Sequence[DriveInfo]) -> list[str]:
 
 
 def streamed_names(device: Device) -> list[str]:
-    """Return the channels that the checks stream: all, or those that go together."""
+    """Return the channels that the checks stream: all, or those that can be streamed together."""
     known = [info.name for info in device.channels if info.streams][:CHANNELS_STREAMED]
     if _go_together(device, known):
         return known
@@ -99,7 +99,7 @@ def streamed_names(device: Device) -> list[str]:
 
 
 def _go_together(device: Device, channels: list[str]) -> bool:
-    """Say whether these can be streamed at once; those of two clocks, for one, cannot."""
+    """Return whether these can be streamed at once; those of two clocks, for example, cannot."""
     stream = None
     try:
         stream = iter(streamer(device).stream(channels, PROBE_S, threading.Event()))
@@ -112,21 +112,24 @@ def _go_together(device: Device, channels: list[str]) -> bool:
 
 
 def leave(stream: Iterator[Block] | None) -> None:
-    """Leave a stream where it is."""
+    """Leave a stream before its end."""
     close = getattr(stream, "close", None)
     if close is not None:
         close()
 
 
 def place(info: DriveInfo, part: float = SMALL_STEP) -> float:
-    """Return a set-point that is so much of the range away from the safe value."""
+    """Return a set-point at that fraction of the range away from the safe value."""
     room_above = info.maximum - info.safe_value >= info.safe_value - info.minimum
     step = part * (info.maximum - info.minimum)
     return info.safe_value + step if room_above else info.safe_value - step
 
 
 def move(subject: DeviceSubject, device: Device, part: float = SMALL_STEP) -> dict[str, float]:
-    """Set every drive away from its safe value, as the station allows; return the set-points."""
+    """Move every drive away from its safe value, within the station's limits.
+
+    Returns the set-points.
+    """
     if not isinstance(device, Settable):
         return {}
     set_points = {info.name: place(info, part) for info in subject.drives_of(device)}
@@ -142,7 +145,7 @@ def move(subject: DeviceSubject, device: Device, part: float = SMALL_STEP) -> di
 
 
 def is_led(subject: DeviceSubject, info: DriveInfo) -> bool:
-    """Say whether the station wants the drive to be slower than it is by itself."""
+    """Return whether the station requires a lower rate than that of the drive."""
     return subject.rules.is_led(Member(subject.role, info.name), info)
 
 
@@ -159,12 +162,12 @@ def _lead(subject: DeviceSubject, device: Settable, info: DriveInfo, value: floa
 
 
 def blocks(device: Device, duration_s: float, stop: StopToken | None = None) -> list[Block]:
-    """Return what a stream of that duration gives."""
+    """Return the blocks of a stream of that duration."""
     token = stop or threading.Event()
     return list(streamer(device).stream(streamed_names(device), duration_s, token))
 
 
 def off(device: Settable, info: DriveInfo, value: float) -> float | None:
-    """Return where the drive stands instead, if that is not the value within its tolerance."""
+    """Return where the drive is, if it is not at the value within its tolerance."""
     actual = device.read_back(info.name)
     return None if abs(actual - value) <= info.allowed_deviation else actual

@@ -1,6 +1,6 @@
 """Checks on a device whose exchanges with the instrument fail, one after the other.
 
-Only where the record says that every exchange goes over the wire: the kit is the wire then.
+Only if the record declares that every exchange goes over the wire: the kit is then the wire.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 _Answer = TypeVar("_Answer")
 MOST_EXCHANGES = 25
-"""How many exchanges of a session are failed, one at a time."""
+"""The most exchanges of a session that are failed, one at a time."""
 FAILURES: tuple[type[DeviceError], ...] = (DeviceTimeoutError, DeviceLostError, DeviceRejectedError)
 
 
@@ -38,13 +38,13 @@ class FaultyWire:
 
     fails_at: int = -1
     failure: type[DeviceError] | None = None
-    """What that exchange raises; None: its answer is nonsense."""
+    """The exception of that exchange; None: its answer is nonsense."""
     exchanges: int = 0
     failed: str = ""
     """The request that failed."""
 
     def exchange(self, request: str, perform: Callable[[], _Answer]) -> _Answer:
-        """Do the exchange, unless it is the one that fails."""
+        """Exchange, unless it is the one that fails."""
         number, self.exchanges = self.exchanges, self.exchanges + 1
         if number != self.fails_at:
             return perform()
@@ -56,7 +56,7 @@ class FaultyWire:
 
 
 def nonsense(answer: Any) -> Any:
-    """Return an answer of the same type that means nothing."""
+    """Return a meaningless answer of the same type."""
     if isinstance(answer, bytes):
         return b"\xff\x00"
     if isinstance(answer, str):
@@ -72,7 +72,7 @@ def nonsense(answer: Any) -> Any:
     needs=("readings_are_true", "drives_go_where_they_are_set"),
 )
 def exchanges_go_over_the_wire(subject: DeviceSubject) -> None:
-    """What says that it is wired exchanges nothing past the wire: what it does is seen there."""
+    """A wired device exchanges nothing past the wire."""
     applies(subject.record.wired, "its record does not say that it is wired")
     made_of_others = issubclass(subject.record.settings_model, MadeOfOthers)
     applies(not made_of_others, "the exchanges are those of the devices that it is made of")
@@ -94,7 +94,7 @@ def exchanges_go_over_the_wire(subject: DeviceSubject) -> None:
     needs=("exchanges_go_over_the_wire",),
 )
 def only_device_errors_leave_it(subject: DeviceSubject) -> None:
-    """Whichever exchange fails, or is answered with nonsense: a DeviceError, and it can close."""
+    """If an exchange fails, or is answered with nonsense, it raises a DeviceError and can close."""
     applies(subject.record.wired, "its record does not say that it is wired")
     whole = FaultyWire()
     _session(subject, whole)

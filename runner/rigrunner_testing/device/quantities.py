@@ -1,4 +1,4 @@
-"""Checks on channels and drives: declared in SI units, and true."""
+"""Checks on channels and drives: declared in SI units, and correct."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def quantities_declared(subject: DeviceSubject) -> None:
 
 
 def _objection(symbol: str) -> str:
-    """Say which unit it should be instead; '' for a coherent SI unit."""
+    """Return which unit it should be instead; '' for a coherent SI unit."""
     try:
         known = unit(symbol)
     except QuantityError:
@@ -101,7 +101,7 @@ def _stays_declared(subject: DeviceSubject, device: Device) -> None:
     needs=("quantities_declared",),
 )
 def readings_are_true(subject: DeviceSubject) -> None:
-    """A reading gives each channel that is asked one finite number, in the range of its drive."""
+    """A reading gives each requested channel one finite number, in the range of its drive."""
     with subject.connected() as device:
         wanted = names(device.channels)[::-1]
         values = reader(device).read(wanted)
@@ -127,7 +127,7 @@ def readings_are_true(subject: DeviceSubject) -> None:
     needs=("quantities_declared",),
 )
 def readings_are_told(subject: DeviceSubject) -> None:
-    """A reading that is not a number is of its declared kind: a text, a yes or no, an array."""
+    """A reading that is not a number is of its declared kind: a text, a truth value, an array."""
     with subject.connected() as device:
         applies(isinstance(device, Observing) and device.readings, "it tells nothing but numbers")
         assert isinstance(device, Observing)  # noqa: S101  (just seen)
@@ -151,7 +151,7 @@ def readings_are_told(subject: DeviceSubject) -> None:
 
 
 def _made_a_float(value: object) -> str:
-    """Return what to do about a reading of another type; '' where the check's own words do."""
+    """Return the remedy for a reading of another type; '' if that of the check applies."""
     if value is None:
         return "return the value: is there a `return`?"
     if isinstance(value, (str, bytes, int)):
@@ -196,7 +196,7 @@ def drives_go_where_they_are_set(subject: DeviceSubject) -> None:
 
 
 def _moved(subject: DeviceSubject, device: Device, part: float) -> dict[str, float]:
-    """Set every drive; a set-point that does not take effect is most likely `put`'s."""
+    """Set every drive; if a set-point has no effect, `put` is the likely cause."""
     try:
         return move(subject, device, part)
     except DeviceError as error:
@@ -213,7 +213,7 @@ def _moved(subject: DeviceSubject, device: Device, part: float) -> dict[str, flo
     needs=("drives_go_where_they_are_set",),
 )
 def drives_are_waited_for_by_asking(subject: DeviceSubject) -> None:
-    """`begin` returns before the drive is there, and `arrived` says when it is."""
+    """`begin` returns before the drive is there, and `arrived` reports when it is."""
     clock = subject.clock()
     with subject.connected(clock=clock) as device:
         setter(device)
@@ -244,7 +244,7 @@ def drives_are_waited_for_by_asking(subject: DeviceSubject) -> None:
     needs=("drives_go_where_they_are_set",),
 )
 def limits_hold(subject: DeviceSubject) -> None:
-    """Below, above and not a number: refused with the limits, and the drive stays where it was."""
+    """Set-points below, above or not a number are refused with the limits, and the drive stays."""
     with subject.connected() as device:
         drives = setter(device)
         stands = move(subject, device)
@@ -274,7 +274,7 @@ def _refused_in_place(
     needs=("readings_are_true",),
 )
 def unknown_names_refused(subject: DeviceSubject) -> None:
-    """A channel or drive that does not exist is refused, and those that do are named."""
+    """An unknown channel or drive is refused, and the existing ones are named."""
     with subject.connected() as device:
         channels, drives = names(device.channels), names(device.drives)
         if isinstance(device, Readable):

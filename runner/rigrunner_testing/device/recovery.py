@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 TIMEOUT_S = 0.2
 LATE_S = 3 * TIMEOUT_S
 TRIES = 3
-"""Readings after a failure; the second and third would show an answer that is one behind."""
+"""Readings after a failure: the second and third would show an answer that is one behind."""
 
 
 @check(
@@ -48,7 +48,7 @@ def recovers_after_a_failure(subject: DeviceSubject) -> None:
 
 
 def _reads_again(device: Device, after: str) -> None:
-    """Read once, which may fail, and then until it is certain that the answers are in step."""
+    """Read once, which may fail, and then until the answers are certainly in step."""
     readable, channels = reader(device), names(device.channels)
     safely(f"reading with {after}", lambda: readable.read(channels))
     for _ in range(TRIES):
@@ -59,7 +59,7 @@ def _reads_again(device: Device, after: str) -> None:
 
 
 def _recovers_over_a_socket(subject: DeviceSubject) -> None:
-    """Talk to a peer that answers as the driver's simulator does, but once late, or not at all."""
+    """Talk to a peer that answers like the driver's simulator, but once late, or not at all."""
     known = subject.make()
     assert isinstance(known, LineDriver)  # noqa: S101  (just seen)
     with _serving(_Peer(known)) as peer:
@@ -76,7 +76,7 @@ def _recovers_over_a_socket(subject: DeviceSubject) -> None:
 
 @contextmanager
 def _answers_compared(device: LineDriver, peer: _Peer) -> Iterator[None]:
-    """See that what `ask` returns was the answer to that very line."""
+    """Check that `ask` returns the answer to that very line."""
     ask = device.ask
 
     def compared(request: str) -> str:
@@ -92,7 +92,7 @@ def _answers_compared(device: LineDriver, peer: _Peer) -> Iterator[None]:
 
 
 class _Peer:
-    """Answers lines as the simulator of a driver does; the next answer may come late or not."""
+    """Answers lines like the simulator of a driver; the next answer may be late or missing."""
 
     def __init__(self, driver: LineDriver) -> None:
         self._instrument = driver.simulator()
@@ -105,7 +105,7 @@ class _Peer:
         self.fault = ""
 
     def serve(self) -> None:
-        """Take connections, one after the other or several at once, until it is closed."""
+        """Accept connections, one after the other or several at once, until it is closed."""
         while True:
             try:
                 connection, _ = self._listener.accept()
@@ -114,7 +114,7 @@ class _Peer:
             threading.Thread(target=self._talk, args=(connection,), daemon=True).start()
 
     def close(self) -> None:
-        """Take no more connections."""
+        """Accept no more connections."""
         self._over.set()
         with suppress(OSError):
             self._listener.shutdown(socket.SHUT_RDWR)
@@ -131,7 +131,7 @@ class _Peer:
                         return
 
     def _answer(self, connection: socket.socket, request: str) -> bool:
-        """Answer a line; return False where the connection is to be dropped."""
+        """Answer a line; return False to drop the connection."""
         fault, self.fault = self.fault, ""
         if fault == "dropped":
             return False

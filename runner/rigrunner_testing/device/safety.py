@@ -1,4 +1,4 @@
-"""Checks on making safe: in every state, as often as wanted, confirmed by read-back."""
+"""Checks on making safe: in every state, repeatedly, confirmed by read-back."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ NO_SUCH = "no_such_name"
     fix="return every drive's read-back; where nothing is known raise DeviceLostError",
 )
 def safe_before_connecting(subject: DeviceSubject) -> None:
-    """Before it is connected, making safe does no harm: it says where drives stand, or cannot."""
+    """Before connecting, making safe does no harm: it reports the drives, or that it cannot."""
     device = subject.make()
     read_back: list[Mapping[str, float]] = []
     if safely("making safe before connecting", lambda: read_back.append(device.make_safe())):
@@ -52,7 +52,7 @@ def safe_before_connecting(subject: DeviceSubject) -> None:
     needs=("drives_go_where_they_are_set",),
 )
 def safe_is_confirmed(subject: DeviceSubject) -> None:
-    """Making safe brings every drive to its safe value, says what it read back, and again."""
+    """Making safe, also repeated, sets every drive to its safe value and reports read-backs."""
     with subject.connected() as device:
         drives = setter(device)
         move(subject, device)
@@ -67,7 +67,7 @@ def safe_is_confirmed(subject: DeviceSubject) -> None:
     needs=("safe_is_confirmed", "blocks_are_whole"),
 )
 def safe_while_streaming(subject: DeviceSubject) -> None:
-    """In the middle of a stream it is made safe, and the next stream begins anew."""
+    """Making safe works during a stream, and the next stream starts from the beginning."""
     with subject.connected() as device:
         streaming, drives = streamer(device), setter(device)
         move(subject, device)
@@ -88,7 +88,7 @@ def safe_while_streaming(subject: DeviceSubject) -> None:
     needs=("safe_is_confirmed",),
 )
 def safe_after_a_failed_call(subject: DeviceSubject) -> None:
-    """After a call that was refused it is made safe as ever."""
+    """Making safe works after a refused call."""
     with subject.connected() as device:
         drives = setter(device)
         move(subject, device)
@@ -108,7 +108,7 @@ def safe_after_a_failed_call(subject: DeviceSubject) -> None:
     needs=("safe_is_confirmed",),
 )
 def safe_though_one_drive_fails(subject: DeviceSubject) -> None:
-    """Whatever a call of one drive, or all of `make_safe`, raises: the others are made safe."""
+    """If a call of one drive, or all of `make_safe`, raises, the other drives are made safe."""
     with subject.connected() as device:
         setter(device)
         for method, error in _broken_calls(device):
@@ -124,7 +124,7 @@ def safe_though_one_drive_fails(subject: DeviceSubject) -> None:
 
 
 def _broken_calls(device: Device) -> list[tuple[str, BaseException]]:
-    """Return the methods by which its own `make_safe` is known to work, and what they raise."""
+    """Return the methods on which its own `make_safe` depends, and their exceptions."""
     if not isinstance(device, Driver):
         return []
     return [("actual", IndexError("made by the check")), ("put", SystemExit(1))]
@@ -139,7 +139,7 @@ def _others_are_safe(device: Device, broken: str, why: str) -> None:
 
 @contextmanager
 def _raising(device: Device, method: str, broken: str, error: BaseException) -> Iterator[None]:
-    """Let a method of a device raise, for one of its drives or without one always."""
+    """Let a method of a device raise, for one of its drives or for a device without drives."""
     usual: Callable[..., object] = getattr(device, method)
 
     def spoilt(*arguments: object) -> object:
@@ -160,7 +160,7 @@ def _raising(device: Device, method: str, broken: str, error: BaseException) -> 
     needs=("safe_is_confirmed",),
 )
 def safe_after_closing(subject: DeviceSubject) -> None:
-    """After closing, making safe tells the truth: safe values that hold, or that it cannot."""
+    """After closing, making safe reports the truth: safe values that hold, or that it cannot."""
     with subject.connected() as device:
         setter(device)
         move(subject, device)
@@ -178,7 +178,7 @@ def safe_after_closing(subject: DeviceSubject) -> None:
     needs=("safe_is_confirmed",),
 )
 def pauses_and_goes_on(subject: DeviceSubject) -> None:
-    """A paused device stands still and then resumes; once made safe, it does not resume."""
+    """A paused device stands still and then resumes; after it is made safe, it does not resume."""
     with subject.connected() as device:
         drives = setter(device)
         applies(isinstance(device, Pausable), "it does not pause")
@@ -207,7 +207,7 @@ def pauses_and_goes_on(subject: DeviceSubject) -> None:
     always=True,
 )
 def left_safe(subject: DeviceSubject) -> None:
-    """After all the checks its drives are at their safe values."""
+    """After all checks its drives are at their safe values."""
     with subject.connected() as device:
         setter(device)
         try:

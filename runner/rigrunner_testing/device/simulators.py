@@ -1,4 +1,4 @@
-"""Checks on what exists only in the program, and on what says that it never waits."""
+"""Checks on simulators, and on devices that declare that they never block."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 STREAMED_S = 0.3
 TRIES = 3
 WAITS_S = 0.2
-"""A call that spends more than that without computing waits for something."""
+"""A call that spends more time than this without computing waits for something."""
 BUSY = 3.0
-"""On a machine with more to do than processors, a call may stand aside so much longer."""
+"""On a busy machine a call may be suspended for this much longer."""
 
 
 @check(
@@ -65,7 +65,7 @@ def other_seed_other_samples(subject: DeviceSubject) -> None:
     needs=("blocks_are_whole",),
 )
 def continues_after_streams(subject: DeviceSubject) -> None:
-    """Told which streams a run has behind it, it gives the one that comes next, not the first."""
+    """Given the streams of a run so far, it gives the next one, not the first."""
     with subject.connected() as device:
         streamer(device)
         applies(isinstance(device, CountsStreams), "it does not count streams")
@@ -84,7 +84,7 @@ def continues_after_streams(subject: DeviceSubject) -> None:
 
 @check(fix="leave `truth` out of what is not simulated")
 def only_a_simulator_knows_the_truth(subject: DeviceSubject) -> None:
-    """Only a simulator tells true values, and they are finite numbers."""
+    """Only a simulator gives true values, and they are finite numbers."""
     with subject.connected() as device:
         applies(isinstance(device, KnowsTruth), "it tells no truth")
         assert isinstance(device, KnowsTruth)  # noqa: S101  (just seen)
@@ -100,7 +100,7 @@ def only_a_simulator_knows_the_truth(subject: DeviceSubject) -> None:
     needs=("readings_are_true", "drives_go_where_they_are_set", "blocks_are_whole"),
 )
 def non_blocking_is_true(subject: DeviceSubject) -> None:
-    """What says that it never waits for hardware comes back at once from every call."""
+    """A device that declares that it never blocks returns at once from every call."""
     applies(subject.make().non_blocking, "it may wait: it is called in a thread of its own")
     least = min((_waiting(subject) for _ in range(TRIES)), key=lambda found: found[0])
     waited_s, what = least
@@ -108,7 +108,7 @@ def non_blocking_is_true(subject: DeviceSubject) -> None:
 
 
 def _waiting(subject: DeviceSubject) -> tuple[float, str]:
-    """Return the longest time for which a call did not compute, and which call that was."""
+    """Return the longest time for which a call did not compute, and that call."""
     with subject.connected() as device:
         calls: dict[str, Callable[[], object]] = {"making safe": device.make_safe}
         if isinstance(device, Readable):
@@ -131,7 +131,7 @@ def _idle_s(work: Callable[[], object]) -> float:
 
 
 def _voluntary_pauses() -> int | None:
-    """Return how often this thread has given the processor away; None where nobody counts that."""
+    """Return how often this thread yielded the processor; None if the system does not count it."""
     if sys.platform != "linux":
         return None
     import resource  # noqa: PLC0415  (there is none under Windows)

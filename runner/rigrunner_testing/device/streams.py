@@ -1,4 +1,4 @@
-"""Checks on streams: gapless, in time, ended when asked."""
+"""Checks on streams: gapless, in time, stopped on request."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 STREAMED_S = 0.55
 TIME_OFF_S, TIME_OFF_PART = 0.5, 0.25
-"""By which a stream may take longer or shorter than its samples last, seen from outside."""
+"""Tolerance of the duration of a stream, seen from outside."""
 
 
 @check(
@@ -47,7 +47,7 @@ def streams_are_gapless(subject: DeviceSubject) -> None:
     needs=("streams_are_gapless",),
 )
 def blocks_are_whole(subject: DeviceSubject) -> None:
-    """Every block has the channels that were asked, equally long, finite, at the stated rate."""
+    """Every block has the requested channels, of equal length, finite, at the stated rate."""
     with subject.connected() as device:
         rate_hz, wanted = _rate(device), streamed_names(device)
         found, as_they_came = [], []
@@ -103,7 +103,7 @@ def streams_take_their_time(subject: DeviceSubject) -> None:
     needs=("blocks_are_whole",),
 )
 def stops_in_time(subject: DeviceSubject) -> None:
-    """Asked to stop, a stream ends within the latency that the record states."""
+    """On request, a stream ends within the latency that the record states."""
     clock, stop, latency_s = subject.clock(), threading.Event(), subject.record.stop_latency_s
     with subject.connected(clock=clock) as device:
         rate_hz = _rate(device)
@@ -126,7 +126,7 @@ def stops_in_time(subject: DeviceSubject) -> None:
     needs=("blocks_are_whole",),
 )
 def streams_may_be_left(subject: DeviceSubject) -> None:
-    """A stream that is left in the middle does not spoil the next one."""
+    """A stream that is left before its end does not disturb the next one."""
     with subject.connected() as device:
         streaming = streamer(device)
         for _ in range(3):
@@ -143,7 +143,7 @@ def streams_may_be_left(subject: DeviceSubject) -> None:
 
 
 def _rate(device: Device) -> float:
-    """Return the sample rate; raise NotApplicable, or Nonconformity where it is none."""
+    """Return the sample rate; raise NotApplicable, or Nonconformity if it is invalid."""
     streaming: Streaming = streamer(device)
     rate_hz = streaming.sample_rate_hz
     demand(0 < rate_hz < np.inf, f"the sample rate is {rate_hz} Hz")

@@ -1,4 +1,4 @@
-"""What a program holds and touches: threads, open files and sockets."""
+"""What a program holds and accesses: threads, open files and sockets."""
 
 from __future__ import annotations
 
@@ -19,28 +19,28 @@ if TYPE_CHECKING:
     from collections.abc import Generator
 
 PATIENCE_S = 2.0
-"""How long a thread that was told to end may take."""
+"""How long a thread that is ending may take."""
 HANDLES = (Path("/proc/self/fd"), Path("/dev/fd"))
 TOUCHING = ("socket.connect", "socket.bind", "subprocess.Popen", "os.system")
-"""Audit events by which a program reaches beyond itself (docs.python.org, audit_events)."""
+"""Audit events of access to files, sockets and processes (docs.python.org, audit_events)."""
 
 
 @dataclass(frozen=True)
 class Census:
-    """Threads by name, and what each open handle leads to."""
+    """Threads by name, and the target of each open handle."""
 
     threads: Counter[str]
     handles: Counter[str]
 
     def more_than(self, before: Census) -> str:
-        """Return in words what there is now beyond what was there before."""
+        """Return what there is now in addition, as text."""
         found = [f"thread '{name}'" for name in (self.threads - before.threads).elements()]
         found += list((self.handles - before.handles).elements())
         return ", ".join(found)
 
 
 def census() -> Census:
-    """Return what the program holds, once what nobody refers to is gone and threads have ended."""
+    """Return what the program holds, after garbage collection and the end of threads."""
     gc.collect()
     until_s = time.monotonic() + PATIENCE_S
     while (now := _count()) != (last := _settled()) and time.monotonic() < until_s:
@@ -59,7 +59,7 @@ def _count() -> Census:
 
 
 def _handles() -> list[str]:
-    """Return what each open handle leads to; nothing where the system does not tell."""
+    """Return the target of each open handle; nothing if the system does not tell."""
     folder = next((each for each in HANDLES if each.is_dir()), None)
     if folder is None:
         return []
@@ -77,7 +77,7 @@ _seen: ContextVar[list[str] | None] = ContextVar("_seen", default=None)
 
 @contextmanager
 def watched() -> Generator[list[str]]:
-    """Gather by what the code within reaches beyond the program, in this thread."""
+    """Collect the accesses of the block, in this thread."""
     _install()
     touched: list[str] = []
     token = _seen.set(touched)
@@ -89,7 +89,7 @@ def watched() -> Generator[list[str]]:
 
 @cache
 def _install() -> None:
-    """Have Python tell of what is touched; once, as an audit hook cannot be taken out again."""
+    """Install an audit hook, once: it cannot be removed."""
     sys.addaudithook(_note)
 
 

@@ -1,4 +1,4 @@
-"""Checks on what a format makes of a run: bytes, the same each time, that harm nobody."""
+"""Checks on the output of a format: bytes, reproducible and harmless."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ FETCHED = re.compile(
     r"|url\(\s*[\"']?\s*(?:https?:)?//[^)]*|@import\s[^;]*",
     re.IGNORECASE,
 )
-"""What a browser would load from elsewhere as soon as the page is shown."""
+"""What a browser would fetch as soon as the page is shown."""
 
 
 @check(fix="return `bytes`, not `str`; give the record a suffix such as '.html'")
 def makes_a_file(subject: FormatSubject) -> None:
-    """It makes bytes of every run, one with a verdict and one without, for a file with a suffix."""
+    """It makes a file with a suffix of every run, with and without a verdict."""
     record = subject.any_record
     kinds = (ReportFormatRecord, CertificateFormatRecord, StudyFormatRecord)
     assert isinstance(record, kinds)  # noqa: S101  (the kind says so)
@@ -40,7 +40,7 @@ def makes_a_file(subject: FormatSubject) -> None:
     needs=("makes_a_file",),
 )
 def same_run_same_bytes(subject: FormatSubject) -> None:
-    """The same run gives the same bytes: what is printed can be made again and compared."""
+    """The same run gives the same bytes, so that documents can be made again and compared."""
     for given, first in zip(subject.inputs, subject.written, strict=True):
         demand(subject.writer(given) == first.made, "it makes other bytes each time")
 
@@ -50,7 +50,7 @@ def same_run_same_bytes(subject: FormatSubject) -> None:
     needs=("makes_a_file",),
 )
 def names_are_escaped(subject: FormatSubject) -> None:
-    """A name that is a script is shown as text, not run, where the format is one of markup."""
+    """In a format with markup, a name that is a script is shown as text, not run."""
     for each in subject.written:
         text = _markup(each.made)
         at = text.find(TAG)
@@ -60,7 +60,7 @@ def names_are_escaped(subject: FormatSubject) -> None:
 
 @check(fix="put styles, fonts and pictures into the file itself", needs=("makes_a_file",))
 def nothing_is_fetched(subject: FormatSubject) -> None:
-    """Neither making it nor showing it asks another computer for anything."""
+    """Neither making nor showing it accesses another computer."""
     for each in subject.written:
         demand(not each.touched, f"making it did: {', '.join(each.touched)}")
         if _is_markup(each.made):
@@ -70,7 +70,7 @@ def nothing_is_fetched(subject: FormatSubject) -> None:
 
 @check(fix="close what is opened; end threads", needs=("makes_a_file",))
 def leaves_nothing_open(subject: FormatSubject) -> None:
-    """It leaves no thread and no open file behind."""
+    """It leaves no thread and no open file."""
     subject.writer(subject.inputs[0])  # what is loaded once, in each thread, is loaded now
     before = census()
     subject.writer(subject.inputs[0])

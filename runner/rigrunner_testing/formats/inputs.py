@@ -1,4 +1,4 @@
-"""What formats are given to write: runs of the simulated rigs, with names that mean mischief."""
+"""Inputs of formats: runs of the simulated rigs, with hostile names."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ if TYPE_CHECKING:
 PROCEDURE, STATION = "no_load_breakaway", "simulated_bench"
 TAG = "<script>alert(7)</script>"
 MISCHIEF = f'{TAG}"><img src=x onerror=alert(7)>\'"&amp; 20 % ünit 轴承'
-"""As the name of a specimen, of a person, and as a title."""
+"""A hostile name of a specimen, of a person, and a title."""
 
 
 @lru_cache(maxsize=1)
 def report_inputs() -> tuple[ReportInput, ...]:
-    """Return a run with its verdict, and the same run without limits, which has none."""
+    """Return a run with its verdict, and the same run without limits and verdict."""
     source = _source()
     run, lookup = _named(source.result.run), load_registry()
     procedure = load_procedure(find_procedure(PROCEDURE)).model

@@ -1,4 +1,4 @@
-"""What formats of reports on many runs are given to write: studies of made values."""
+"""Inputs of formats of reports on many runs: studies of generated values."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _START = datetime(2026, 1, 1, tzinfo=UTC)
 _RUNS = 30
 _SHIFT = 6
-"""So many of the last values are shifted, so that there are alarms to show."""
+"""The number of last values that are shifted, so that there are alarms."""
 
 
 @lru_cache(maxsize=1)

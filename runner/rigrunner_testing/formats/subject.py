@@ -1,4 +1,4 @@
-"""A format under check: what it writes of each run, written once for the checks that read it."""
+"""A format under test: its output of each run, written once for all checks."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ _INPUTS: dict[str, Callable[[], tuple[Any, ...]]] = {
 
 @dataclass(frozen=True)
 class Written:
-    """What came of writing one run."""
+    """The output of one run."""
 
     made: Any
     """Bytes, if it conforms."""
     touched: tuple[str, ...]
-    """By what it reached beyond the program meanwhile."""
+    """What it accessed meanwhile."""
 
 
 @dataclass(frozen=True)
@@ -40,12 +40,12 @@ class FormatSubject(Subject):
 
     @property
     def inputs(self) -> tuple[Any, ...]:
-        """What it is given: ReportInputs, CertificateInputs or StudyInputs."""
+        """ReportInputs, CertificateInputs or StudyInputs."""
         return _INPUTS[self.kind]()
 
     @property
     def writer(self) -> Callable[[Any], Any]:
-        """What the factory makes; NotApplicable where it needs a package that is not there."""
+        """The writer; NotApplicable if it needs a package that is not installed."""
         try:
             writer: Callable[[Any], Any] = self.made
         except MissingPackageError as error:
@@ -54,7 +54,7 @@ class FormatSubject(Subject):
 
     @cached_property
     def written(self) -> tuple[Written, ...]:
-        """What it makes of each input."""
+        """Its output for each input."""
         self.writer(self.inputs[0])  # what is loaded once is loaded now, and not watched
         return tuple(self._write(given) for given in self.inputs)
 
