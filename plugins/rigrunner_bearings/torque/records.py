@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api import AnalysisRecord, hookimpl
+from rigrunner.api.errors import PluginError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from rigrunner.api import AnalysisContext, Requirements, ResultDefinition, RunData
-    from rigrunner.api.partners import PlannedRun
+    from rigrunner.api.planned import ExpectedReading, PlannedRun, PlanProblem
     from rigrunner.procedure import AnalysisSpec
     from rigrunner_bearings.torque.analysis import TorqueAnalysis
 
@@ -30,6 +31,9 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
             yields=_definitions,
             requires=_requirements,
             partner_problems=_partner_problems,
+            plan_problems=_plan_problems,
+            entering=_entering,
+            expects=_expects,
             in_context=True,
             trial={
                 "despike": {"hampel": {"window": 11}},
@@ -48,6 +52,9 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
             yields=_definitions,
             requires=_requirements,
             partner_problems=_partner_problems,
+            plan_problems=_plan_problems,
+            entering=_entering,
+            expects=_expects,
             in_context=True,
             trial={
                 "starts": {},
@@ -68,6 +75,8 @@ def _analysis(settings: AnalysisSpec, context: AnalysisContext) -> TorqueAnalysi
 def _definitions(settings: AnalysisSpec, context: AnalysisContext) -> tuple[ResultDefinition, ...]:
     from rigrunner_bearings.torque.definition import definitions  # noqa: PLC0415  (likewise)
 
+    if settings.compensations and settings.primary_plugin is None:
+        raise PluginError("none of the compensations is the primary one")
     return definitions(settings, context)
 
 
@@ -78,9 +87,32 @@ def _requirements(settings: AnalysisSpec, context: AnalysisContext) -> Requireme
 
 
 def _partner_problems(
-    settings: AnalysisSpec, planned: PlannedRun, partner: RunData
+    settings: AnalysisSpec, planned: PlannedRun, partner: RunData, context: AnalysisContext
 ) -> Iterator[str]:
     from rigrunner_bearings.torque.partner import partner_problems  # noqa: PLC0415  (numpy)
 
-    del settings
-    return partner_problems(planned, partner)
+    return partner_problems(settings, planned, partner, context)
+
+
+def _plan_problems(
+    settings: AnalysisSpec, planned: PlannedRun, context: AnalysisContext
+) -> Iterable[PlanProblem]:
+    from rigrunner_bearings.torque.planning import plan_problems  # noqa: PLC0415  (likewise)
+
+    return plan_problems(settings, planned, context)
+
+
+def _entering(
+    settings: AnalysisSpec, planned: PlannedRun, context: AnalysisContext
+) -> Iterable[str]:
+    from rigrunner_bearings.torque.planning import entering  # noqa: PLC0415  (likewise)
+
+    return entering(settings, planned, context)
+
+
+def _expects(
+    settings: AnalysisSpec, planned: PlannedRun, context: AnalysisContext
+) -> Iterable[ExpectedReading]:
+    from rigrunner_bearings.torque.planning import expects  # noqa: PLC0415  (likewise)
+
+    return expects(settings, planned, context)

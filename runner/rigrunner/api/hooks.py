@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
     from rigrunner.api.analysis import Fit, OutlierRule
-    from rigrunner.api.data import RunData
     from rigrunner.api.devices import Device, DeviceContext
     from rigrunner.api.events import EventSink
     from rigrunner.api.findings import (
@@ -35,7 +34,7 @@ if TYPE_CHECKING:
     )
     from rigrunner.api.importing import Importer
     from rigrunner.api.letterhead import CertificateInput
-    from rigrunner.api.partners import PlannedRun
+    from rigrunner.api.planned import ExpectedReading, PlanProblem
     from rigrunner.api.results import ReportInput
     from rigrunner.api.studies import StudyInput
     from rigrunner.api.unit_tables import Unit, UnitDefinition
@@ -196,8 +195,9 @@ class AnalysisRecord(PluginRecord):
     """Makes the analysis from the settings and the fits that they name (see `FitChoice`). An
     analysis that requires results is called with these too."""
     in_context: bool = False
-    """Whether `factory`, `yields`, `requires` and `live` get an AnalysisContext after the settings:
-    it has the other plugins, and what the procedure measures."""
+    """Whether `factory`, `yields`, `requires`, `live` and the functions of a planned run get an
+    AnalysisContext as their last argument: it has the other plugins, and what the procedure
+    measures."""
     yields: Callable[..., tuple[ResultDefinition, ...]]
     """Returns, from the settings, the results that the analysis makes."""
     requires: Callable[..., Requirements] = needs_nothing
@@ -205,9 +205,18 @@ class AnalysisRecord(PluginRecord):
     objections: Callable[[Any, Mapping[str, str]], Iterable[Objection]] = nothing
     """Returns, from the settings and the units of the requirements by name, settings that do not
     fit. Channels have SI units; results have their own."""
-    partner_problems: Callable[[Any, PlannedRun, RunData], Iterable[str]] = nothing
+    partner_problems: Callable[..., Iterable[str]] = nothing
     """Returns, from the settings, a planned run and a run that could be its partner, why that run
     cannot be used, beyond what `requires` asks of it."""
+    plan_problems: Callable[..., Iterable[PlanProblem]] = nothing
+    """Returns, from the settings and a PlannedRun, why the analysis cannot use what the run will
+    measure, beyond what `requires` asks of it."""
+    entering: Callable[..., Iterable[str]] | None = None
+    """Returns, from the settings and a PlannedRun, the channels whose values enter the results and
+    that must be calibrated; None: those that `requires` names."""
+    expects: Callable[..., Iterable[ExpectedReading]] = nothing
+    """Returns, from the settings and a PlannedRun, what channels will probably show: the plan and
+    the check of calibrated ranges use it."""
     live: Callable[..., LiveAnalysis] | None = None
     """Makes, from the settings, the live view of a measurement; None for no live view."""
     trial_units: Mapping[str, str] = field(default_factory=dict)

@@ -8,7 +8,6 @@ the data as `run.partners[name]`, online, of a stored run and in a batch.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import AfterValidator, Field
@@ -18,9 +17,7 @@ from rigrunner.api.member import NAME
 from rigrunner.api.settings import Duration, ListOf, Settings
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import NeededChannel, Requirements
-    from rigrunner.api.instruments import Instrument
-    from rigrunner.api.rig import RigDescription
+    from rigrunner.api.analysis import NeededChannel
 
 _HOUR_S = 3600.0
 _IDENTIFIER = "[A-Za-z0-9][A-Za-z0-9._-]*"
@@ -83,17 +80,3 @@ class PartnerRun(Settings):
             at=at,
             within=within,
         )
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlannedRun:
-    """What is known of a run before it is made, to say whether another one can be its partner."""
-
-    rig: RigDescription
-    instruments: tuple[Instrument, ...]
-    frequencies_hz: tuple[float, ...] = ()
-    """The cycle frequencies of what is analysed."""
-    cycle_drive: str = ""
-    """The drive that sets them, 'role.name'; '' where there is none."""
-    needs: tuple[tuple[str, Requirements], ...] = ()
-    """What each part of the analysis needs, such as its rule for gross errors, by its name."""

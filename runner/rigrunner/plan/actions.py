@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import StrEnum
 from math import inf
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from rigrunner.api.coordinates import Coordinate
     from rigrunner.api.limits import ValueLimit
     from rigrunner.api.member import Member
+    from rigrunner.api.planned import RecordingAction
     from rigrunner.api.readings import ReadingLimit
     from rigrunner.api.steps import Action
     from rigrunner.api.unit_tables import Unit
@@ -110,55 +111,11 @@ class Interlock:
     overridable: bool = False
 
 
-class Recording(Protocol):
-    """An action that records channels of one device."""
-
-    @property
-    def name(self) -> str:
-        """Its name."""
-        ...
-
-    @property
-    def role(self) -> str:
-        """The role of the device."""
-        ...
-
-    @property
-    def channels(self) -> tuple[str, ...]:
-        """Their names in that role."""
-        ...
-
-    @property
-    def duration_s(self) -> float:
-        """How long it lasts."""
-        ...
-
-    @property
-    def setpoints(self) -> Mapping[str, float]:
-        """Every drive that is set by then, 'role.drive', in SI units."""
-        ...
-
-    @property
-    def units(self) -> Mapping[str, str]:
-        """The unit of each channel and drive."""
-        ...
-
-    @property
-    def cycle_frequency_hz(self) -> float | None:
-        """The set frequency of the cyclic motion; None for none."""
-        ...
-
-    @property
-    def sample_rate_hz(self) -> float | None:
-        """As the device states it before it is connected."""
-        ...
-
-
 @dataclass(frozen=True)
 class Recorded:
     """A recording with the place that asks for it."""
 
-    record: Recording
+    record: RecordingAction
     document: Document
     path: Path
     conditions: Sequence[str] = ()
@@ -166,6 +123,11 @@ class Recorded:
     coordinates: Mapping[str, Coordinate] = field(default_factory=dict)
     """As of its step."""
     coordinate_units: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def in_cycles(self) -> bool:
+        """Whether the procedure states its length in cycles."""
+        return bool(self.document.part((*self.path, "cycles")))
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from pydantic import TypeAdapter, ValidationError
 
+from rigrunner.api.analysis.requirements import SPARE_CYCLES
 from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.errors import PluginError, did_you_mean
 from rigrunner.api.fit_choice import FitChoice
@@ -18,7 +19,6 @@ from rigrunner.api.places import PlaceValue, is_at
 from rigrunner.api.units import unit, with_article
 from rigrunner.plan.actions import Phase
 from rigrunner.plan.limits import objections_to_limit
-from rigrunner.plan.requirements import Requirer, check_cycles
 from rigrunner.procedure.named_results import all_named, definitions_of
 from rigrunner.yamlfile.problems import Problems
 
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import NeededChannel, NeededResult, Requirements
     from rigrunner.api.findings import Objection, ResultDefinition
-    from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.quantity import Quantity
     from rigrunner.plan.actions import Plan, Recorded
     from rigrunner.procedure import Limit, LoadedProcedure, NamedAnalysisRef
@@ -35,6 +34,7 @@ if TYPE_CHECKING:
     from rigrunner.yamlfile.document import Path
 
 _SAME = 1e-6
+_ROUNDING = 1e-9
 _PLACE = TypeAdapter[Mapping[str, PlaceValue]](Mapping[str, PlaceValue])
 
 
@@ -63,10 +63,6 @@ class AnalysisLookup(Protocol):
         """Return the results that it names; raise PluginError."""
         ...
 
-    def yields(self, compensation: str) -> MeasurandKind | None:
-        """Return which torque a compensation yields; raise PluginError for an unknown one."""
-        ...
-
     def requires(self, kind: str, name: str, settings: Mapping[str, Any]) -> Requirements:
         """Return what a plugin needs with these settings; raise PluginError."""
         ...
@@ -89,7 +85,7 @@ def check_analyses(
     made = {each.name: (at, each) for at, each in definitions_of(procedure, lookup)}
     complete = all_named(procedure, lookup)
     uses: list[_Use] = []
-    for path, plugin in procedure.model.named_analyses_at:
+    for path, plugin in procedure.model.analyses_at:
         try:
             needs = lookup.requires("analysis", plugin.name, plugin.settings)
         except PluginError:
@@ -97,7 +93,7 @@ def check_analyses(
         uses.append(
             _Use(
                 procedure,
-                (*path, plugin.name),
+                path,
                 plugin,
                 needs,
                 measured,
@@ -208,6 +204,8 @@ class _Use:
 
     def check_coordinates(self) -> None:
         """Add a problem for each coordinate by which results cannot be told apart."""
+        if not (self.needed or self.needs.results):
+            return
         where = _where(self.plugin.settings)
         named = self.lookup.definitions(self.plugin.name, self.plugin.settings)
         per = sorted({name for each in named for name in each.per})
@@ -313,7 +311,21 @@ class _Use:
                 message += f", got {rate_hz:g}"
                 self.problems.add(each.document, each.path, message, "sample faster", key=True)
             if needs.cycles:
-                check_cycles(each, [Requirer(name, self.at, needs)], self.problems)
+                self._check_cycles(each, name)
+
+    def _check_cycles(self, recorded: Recorded, name: str) -> None:
+        """Ask for enough whole cycles: a recording is of one period more than it has whole ones."""
+        record = recorded.record
+        frequency_hz = record.cycle_frequency_hz or 0.0
+        whole = int(record.duration_s * frequency_hz + _ROUNDING) - 1
+        least = self.needs.cycles + SPARE_CYCLES
+        if whole >= least:
+            return
+        at = str(whole) if recorded.in_cycles else f"{max(whole, 0)} at {frequency_hz:g} Hz"
+        message = f"{name} needs at least {least} cycles in each recording, got {at}"
+        hint = f"{self.needs.cycles} whole ones are needed, and a spare one"
+        path = (*recorded.path, "cycles" if recorded.in_cycles else "duration")
+        self.problems.add(recorded.document, path, message, hint)
 
     @property
     def places(self) -> list[Measured]:
@@ -408,7 +420,9 @@ def _from_to(low: float, high: float, symbol: str) -> str:
 def _where(settings: Mapping[str, Any]) -> Mapping[str, Quantity | str]:
     """Return where an analysis looks, as its key `where` says; anywhere if that is no place."""
     try:
-        return _PLACE.validate_python(settings.get("where", {}))
+        return _PLACE.validate_python(
+            settings.get("where", {}) if isinstance(settings, Mapping) else {}
+        )
     except ValidationError:
         return {}
 

@@ -10,9 +10,7 @@ from rigrunner.plan.actions import Plan
 from rigrunner.plan.bench import Bench, check_roles
 from rigrunner.plan.builder import build
 from rigrunner.plan.interlocks import plan_interlocks
-from rigrunner.plan.needs import check_analysis, check_motion, check_register, check_rig
 from rigrunner.plan.safety import check_order, drive_rules
-from rigrunner.plan.selection import check_selection
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
@@ -39,13 +37,6 @@ def make_plan(
     fitting = {role: device for role, device in devices.items() if role not in other_types}
     draft = build(procedure, Bench(procedure, fitting, problems, rules), problems)
     interlocks = plan_interlocks(procedure, station, devices, problems)
-    check_analysis(procedure, draft, problems)
-    check_selection(procedure, draft, problems)
-    check_rig(station, procedure, draft, problems)
-    check_register(station, procedure, draft, problems)
-    problems.stop_if_any()
-    # Only now: a mistake above that leaves a frequency unset would be told twice.
-    check_motion(procedure, draft, problems)
     problems.stop_if_any()
     return Plan(tuple(draft.steps), interlocks, tuple(draft.recordings))
 

@@ -59,18 +59,15 @@ def asked_runs(
     Without a plan nothing is known of the places of this run. A plugin that is not there asks for
     none: the check of the plugins reports it.
     """
-    at = procedure.torque_analysis_at
-    spec = procedure.torque_analysis.no_load
-    own = () if spec is None else spec.partners()
-    found = [AskedRun(each, (*at, *each.key)) for each in own]
-    for path, plugin in procedure.named_analyses_at:
+    found = []
+    for path, plugin in procedure.analyses_at:
         try:
             needs = lookup.requires(plugin.kind, plugin.name, plugin.settings)
         except PluginError:
             continue
         for each in needs.partners:
             values = () if plan is None else _places(plan, plugin, needs, each)
-            found.append(AskedRun(each, (*path, plugin.name, *each.key), values))
+            found.append(AskedRun(each, (*path, *each.key), values))
     return tuple(found)
 
 

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import ChannelInfo
     from rigrunner.api.limits import ValueLimit
     from rigrunner.api.member import Member
+    from rigrunner.api.planned import RecordingAction
     from rigrunner.api.quantity import Quantity
     from rigrunner.api.readings import ReadingLimit
     from rigrunner.api.steps import Action, StepSettings
-    from rigrunner.plan.actions import Recording
     from rigrunner.plan.draft import Place, Scene
     from rigrunner.procedure.options import RecordedBand, ValueBand
     from rigrunner.procedure.steps import Step
@@ -150,7 +150,7 @@ class Planning:
         self.scene.draft.repeated[asked] += 1
         return self.scene.draft.repeated[asked] - 1
 
-    def record(self, recording: Recording, beside: Sequence[Member]) -> None:
+    def record(self, recording: RecordingAction, beside: Sequence[Member]) -> None:
         """Take note of a recording, and of what is read beside it."""
         known = Recorded(
             recording,

@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api.member import Member
-from rigrunner.api.quantity import Quantity
-from rigrunner.plan.needs import channels_of
-from rigrunner.procedure.limits import torque_limits
+from rigrunner.api.instruments import TORQUE
 
 if TYPE_CHECKING:
-    from rigrunner.api.rig import RigDescription
-    from rigrunner.plan.actions import Plan, Recording
-    from rigrunner.procedure import LoadedProcedure
-    from rigrunner.station import LoadedStation
+    from collections.abc import Iterable, Mapping
+
+    from rigrunner.api.instruments import Instrument
+    from rigrunner.api.planned import ExpectedReading, RecordingAction
+    from rigrunner.plan.actions import Plan
 
 _BYTES_PER_SAMPLE = 8
 
@@ -39,7 +37,7 @@ class Prediction:
     """What a plan will probably show."""
 
     torques: tuple[PredictedTorque, ...]
-    """One for each recording of a torque in cyclic motion, of a rig whose design is known."""
+    """One for each recording of which an analysis says what torque to expect."""
     disk_bytes: int
     """The samples of all recordings as the journal keeps them, before compression."""
 
@@ -49,40 +47,24 @@ class Prediction:
         return tuple(each for each in self.torques if each.share > 1)
 
 
-def predict(procedure: LoadedProcedure, station: LoadedStation, plan: Plan) -> Prediction:
+def predict(
+    plan: Plan, expected: Iterable[ExpectedReading], register: Mapping[str, Instrument]
+) -> Prediction:
     """Return the torque to be expected in each recording, and the disk that the run needs."""
-    highest = (limit.max for _, limit in torque_limits(procedure))
-    bearing_nm = max((each.si for each in highest if isinstance(each, Quantity)), default=0.0)
-    records = [each.record for each in plan.recordings]
+    records = {each.record.name: each.record for each in plan.recordings}
     torques = tuple(
-        PredictedTorque(record.name, frequency_hz, rig_nm + bearing_nm, known.full_scale)
-        for record in records
-        if (frequency_hz := record.cycle_frequency_hz)
-        and (rig_nm := rig_torque_nm(station.rig, frequency_hz)) is not None
-        for channel in channels_of(record, "torque")
-        if (known := station.register.get(Member(record.role, channel)))
+        PredictedTorque(
+            each.recording,
+            records[each.recording].cycle_frequency_hz or 0.0,
+            max(abs(each.low), abs(each.high)),
+            known.full_scale,
+        )
+        for each in expected
+        if (known := register.get(each.channel)) is not None and known.quantity == TORQUE
     )
-    return Prediction(torques, sum(map(_bytes, records)))
+    return Prediction(torques, sum(_bytes(each.record) for each in plan.recordings))
 
 
-def rig_torque_nm(rig: RigDescription, frequency_hz: float) -> float | None:
-    """Return an upper estimate of what the rig itself puts on the sensor; None: it is not known.
-
-    Inertia, friction and damping of the supports at their greatest, which do not fall together:
-    J max|alpha| + T0 + b max|omega| (torque balance of the spindle; Wang et al. 2025, section 2).
-    """
-    if rig.inertia is None or rig.support_friction is None or rig.support_damping is None:
-        return None
-    if not rig.swings:
-        return None
-    ratio = rig.eccentric_ratio
-    from rigrunner.signal.kinematics import max_acceleration, max_speed  # noqa: PLC0415  (numpy)
-
-    inertia_nm = rig.inertia * max_acceleration(frequency_hz, ratio)
-    damping_nm = rig.support_damping * max_speed(frequency_hz, ratio)
-    return inertia_nm + rig.support_friction + damping_nm
-
-
-def _bytes(record: Recording) -> int:
+def _bytes(record: RecordingAction) -> int:
     samples = round(record.duration_s * (record.sample_rate_hz or 0.0))
     return samples * len(record.channels) * _BYTES_PER_SAMPLE

@@ -13,7 +13,6 @@ from rigrunner.procedure.analysis_spec import (
 )
 from rigrunner.procedure.calls import load_procedure
 from rigrunner.procedure.consistency import analysis_contradictions
-from rigrunner.procedure.limits import MeasurandLookup, check_measurands
 from rigrunner.procedure.loading import (
     InconsistentProcedureError,
     LoadedProcedure,
@@ -38,14 +37,12 @@ __all__ = [
     "LimitMeasurand",
     "LoadedProcedure",
     "Measurand",
-    "MeasurandLookup",
     "MonteCarloSpec",
     "NamedAnalysisRef",
     "PluginRef",
     "Procedure",
     "Step",
     "analysis_contradictions",
-    "check_measurands",
     "check_result_limits",
     "load_procedure",
     "parse_procedure",

@@ -88,6 +88,16 @@ class Procedure(Settings):
         return self.torque_analysis.asks_nothing and not self.named_analyses
 
     @property
+    def analyses_at(self) -> tuple[tuple[Path, NamedAnalysisRef], ...]:
+        """All analyses, each with where its settings stand in the file."""
+        found: list[tuple[Path, NamedAnalysisRef]] = []
+        for index, each in enumerate(self.analysis):
+            at: Path = ("analysis", index, each.name)
+            refs = each.settings.as_named if each.plugin is None else (each.plugin,)
+            found += [(at, ref) for ref in refs]
+        return tuple(found)
+
+    @property
     def named_analyses(self) -> tuple[NamedAnalysisRef, ...]:
         """The analyses that name their results."""
         return tuple(plugin for _, plugin in self.named_analyses_at)

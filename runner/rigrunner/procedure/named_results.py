@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
     from rigrunner.api.conditions import Until
     from rigrunner.api.findings import ResultDefinition
-    from rigrunner.api.measurand import MeasurandKind
     from rigrunner.procedure.loading import LoadedProcedure
     from rigrunner.procedure.result_limits import Limit
     from rigrunner.yamlfile import Document
@@ -30,10 +29,6 @@ class DefinitionLookup(Protocol):
         """Return them, known from the settings alone; raise PluginError."""
         ...
 
-    def yields(self, compensation: str) -> MeasurandKind | None:
-        """Return which torque a compensation yields; raise PluginError for an unknown one."""
-        ...
-
 
 def definitions_of(
     procedure: LoadedProcedure, lookup: DefinitionLookup
@@ -43,39 +38,23 @@ def definitions_of(
     Those of an analysis that is not there, or refuses its settings, are left out: they are told by
     the check of the plugins.
     """
-    model, spec = procedure.model, procedure.model.torque_analysis
-    symbol, text = ("", "") if (it := model.measurand) is None else (it.symbol, it.name)
-    torque = spec.yields(symbol, text, _kind(procedure, lookup))
-    if torque is not None:
-        yield model.torque_analysis_at, torque
-    for path, plugin in model.named_analyses_at:
+    for path, plugin in procedure.model.analyses_at:
         try:
             found = lookup.definitions(plugin.name, plugin.settings)
         except PluginError:
             continue
         for each in found:
-            yield (*path, plugin.name), each
+            yield path, each
 
 
 def all_named(procedure: LoadedProcedure, lookup: DefinitionLookup) -> bool:
     """Say whether each analysis says what it gives: of one that is refused nobody knows."""
     try:
-        for _, plugin in procedure.model.named_analyses_at:
+        for _, plugin in procedure.model.analyses_at:
             lookup.definitions(plugin.name, plugin.settings)
     except PluginError:
         return False
     return True
-
-
-def _kind(procedure: LoadedProcedure, lookup: DefinitionLookup) -> MeasurandKind | None:
-    spec = procedure.model.torque_analysis
-    if spec.primary_plugin is None:
-        return None
-    try:
-        kind = lookup.yields(spec.primary_plugin.name)
-    except PluginError:
-        return None
-    return None if kind is None else spec.measured(kind)
 
 
 def check_result_limits(procedure: LoadedProcedure, lookup: DefinitionLookup) -> None:
@@ -88,48 +67,37 @@ def check_result_limits(procedure: LoadedProcedure, lookup: DefinitionLookup) ->
             problems.add(document, path, message, "give one of them another name", key=True)
         known.setdefault(definition.name, definition)
     complete = all_named(procedure, lookup)
-    acceptance, torque = procedure.model.acceptance, procedure.model.torque_analysis.name
+    acceptance = procedure.model.acceptance
     for index, limit in enumerate(acceptance.limits if acceptance else ()):
         path = ("acceptance", "limits", index)
-        if limit.of == torque and limit.of not in known:
-            hint = "add 'compensations' to the analysis, or leave the limit out"
-            message = "a limit needs a compensated torque to decide on"
-            problems.add(document, (*path, "of"), message, hint)
-            continue
         if limit.of in known or complete:
             _check(problems, document, path, limit, known)
-        if limit.measurand is not None and limit.of != torque:
-            message = f"'{limit.of}' does not say which torque it is"
-            problems.add(document, (*path, "measurand"), message, "leave 'measurand' out")
     for one in (procedure, *procedure.all_called()) if complete else ():
-        _check_conditions(problems, one, known, torque)
+        _check_conditions(problems, one, known)
     problems.stop_if_any()
 
 
 def _check_conditions(
-    problems: Problems,
-    procedure: LoadedProcedure,
-    known: Mapping[str, ResultDefinition],
-    torque: str,
+    problems: Problems, procedure: LoadedProcedure, known: Mapping[str, ResultDefinition]
 ) -> None:
     """Add what is wrong with loops that end by a result."""
     for path, step in steps_of(procedure.model):
         here = (*path, step.kind)
         written = procedure.document.part((*here, "until"))
         for key, until in each_until(getattr(step.settings, "until", ()), written):
-            for at, message, hint in _objections_to(until, known, torque):
+            for at, message, hint in _objections_to(until, known):
                 problems.add(procedure.document, (*here, *key, at), message, hint)
 
 
 def _objections_to(
-    until: Until, known: Mapping[str, ResultDefinition], torque: str
+    until: Until, known: Mapping[str, ResultDefinition]
 ) -> Iterator[tuple[str, str, str]]:
     """Yield what is wrong with one of them: its key, a message and a hint."""
     if until.result is None:
         return
     found = known.get(until.result)
-    if found is None or until.result == torque:
-        others = {name: each for name, each in known.items() if name != torque}
+    if found is None or found.measurand is not None:  # which is known once the run is over
+        others = {name: each for name, each in known.items() if each.measurand is None}
         message = f"there is no result '{until.result}' of what was recorded by then"
         yield "result", message, _near(until.result, others)
         return
@@ -159,6 +127,7 @@ def _check(
         problems.add(document, (*path, "of"), message, _near(limit.of, known))
         return
     _check_values(problems, document, path, limit, found)
+    _check_measurand(problems, document, path, limit, found)
     for key, places in (("where", limit.where), ("except", limit.except_)):
         for name in places:
             if name not in found.per:
@@ -171,6 +140,24 @@ def _check(
         several = f"there is a result '{found.name}' for each {' and '.join(open_)}"
         hint = f"say 'each: {open_[0]}', 'mean: yes' or 'worst: yes', or name one under 'where'"
         problems.add(document, (*path, "of"), several, hint)
+
+
+def _check_measurand(
+    problems: Problems, document: Document, path: Path, limit: Limit, found: ResultDefinition
+) -> None:
+    """Add a problem where it limits another measurand than the one that is measured."""
+    at: Path = (*path, "measurand")
+    if found.measurand is None:
+        if limit.measurand is not None:
+            message = f"'{limit.of}' does not say which torque it is"
+            problems.add(document, at, message, "leave 'measurand' out")
+    elif limit.measurand is None:
+        message = f"'{limit.of}' is a torque, and the key 'measurand' is missing"
+        hint = "say of which one: 'measurand: {nature: ..., condition: ...}'"
+        problems.add(document, path, message, hint)
+    elif objection := limit.measurand.objection(found.measurand, ()):
+        hint = "limits and results of two measurands have nothing to say to each other"
+        problems.add(document, at, objection, hint)
 
 
 def _check_values(

@@ -160,6 +160,11 @@ class Limit(Settings):
                 yield (key, *place), end.over, value
 
     @property
+    def highest(self) -> Quantity | None:
+        """The upper limit, where it is one quantity."""
+        return self.max if isinstance(self.max, Quantity) else None
+
+    @property
     def dimension(self) -> str:
         """The kind of quantity that it limits."""
         return self.written.dimension

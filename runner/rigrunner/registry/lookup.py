@@ -20,7 +20,6 @@ from rigrunner.api.hooks import (
     AnalysisRecord,
     DeviceRecord,
     KindRecord,
-    OutlierRuleRecord,
     needs_nothing,
 )
 from rigrunner.api.settings import MadeOfOthers, Reached, Settings, SimulableSettings
@@ -35,8 +34,7 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import Device, DeviceContext
     from rigrunner.api.findings import LiveAnalysis, Objection, ResultDefinition
     from rigrunner.api.hooks import PluginRecord
-    from rigrunner.api.measurand import MeasurandKind
-    from rigrunner.api.partners import PlannedRun
+    from rigrunner.api.planned import ExpectedReading, PlannedRun, PlanProblem
 
 
 _FEW = 8
@@ -192,13 +190,6 @@ class Registry:
         """Return the keys of the rig of a plugin; raise PluginError if it does not exist."""
         return self.find(kind, name).record.rig_model
 
-    def yields(self, compensation: str) -> MeasurandKind | None:
-        """Return which torque a compensation yields; None where its plugin does not say."""
-        yields: MeasurandKind | None = getattr(
-            self.find("compensation", compensation).record, "yields", None
-        )
-        return yields
-
     def record(self, kind: str, name: str) -> PluginRecord:
         """Return the record of a plugin; raise PluginError if it does not exist."""
         return self.find(kind, name).record
@@ -225,7 +216,37 @@ class Registry:
         """Return what speaks against a partner run; raise PluginError."""
         record, told = self._analysis(name), self.validated("analysis", name, settings)
         with _named(self.find("analysis", name)):
-            return tuple(record.partner_problems(told, planned, partner))
+            context = self._context(record, None)
+            return tuple(record.partner_problems(told, planned, partner, *context))
+
+    def plan_problems(
+        self, name: str, settings: Mapping[str, Any], planned: PlannedRun
+    ) -> tuple[PlanProblem, ...]:
+        """Return why an analysis cannot use what a run will measure; raise PluginError."""
+        record, told = self._analysis(name), self.validated("analysis", name, settings)
+        with _named(self.find("analysis", name)):
+            return tuple(record.plan_problems(told, planned, *self._context(record, None)))
+
+    def entering(
+        self, name: str, settings: Mapping[str, Any], planned: PlannedRun
+    ) -> tuple[str, ...] | None:
+        """Return the channels whose values enter the results; raise PluginError.
+
+        None for an analysis that does not say more than it requires.
+        """
+        record, told = self._analysis(name), self.validated("analysis", name, settings)
+        with _named(self.find("analysis", name)):
+            if record.entering is None:
+                return None
+            return tuple(record.entering(told, planned, *self._context(record, None)))
+
+    def expects(
+        self, name: str, settings: Mapping[str, Any], planned: PlannedRun
+    ) -> tuple[ExpectedReading, ...]:
+        """Return what channels will probably show; raise PluginError."""
+        record, told = self._analysis(name), self.validated("analysis", name, settings)
+        with _named(self.find("analysis", name)):
+            return tuple(record.expects(told, planned, *self._context(record, None)))
 
     def live(
         self, name: str, settings: Mapping[str, Any], context: AnalysisContext | None = None
@@ -264,11 +285,6 @@ class Registry:
                 what = f"the {kind.replace('_', ' ')} '{name}' requires {found!r:.60}"
                 raise PluginError(what, hint="return Requirements(channels=(...))")
             return found
-
-    def rejects(self, rule: str) -> bool:
-        """Return whether an outlier rule can reject anything; raise PluginError."""
-        record = self.find("outlier_rule", rule).record
-        return isinstance(record, OutlierRuleRecord) and record.rejects
 
     def make(
         self, kind: str, name: str, settings: Mapping[str, Any], context: Any = None, **fits: Fit

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from math import asin, isinf
+from math import isinf
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.api.member import Member, channel_of
 from rigrunner.api.quantity import readable
-from rigrunner.api.units import unit
-from rigrunner.plan.needs import INDEX
 from rigrunner.yamlfile.document import dotted
 
 if TYPE_CHECKING:
@@ -19,9 +17,12 @@ if TYPE_CHECKING:
     from datetime import date
 
     from rigrunner.api.instruments import Instrument
-    from rigrunner.plan.actions import Recording
+    from rigrunner.api.planned import ExpectedReading
     from rigrunner.run.prepare import Planned
     from rigrunner.yamlfile.document import Path
+
+_PULSES = "index"
+"""The name of a channel of pulses."""
 
 
 class Lack(StrEnum):
@@ -62,12 +63,14 @@ def calibration_findings(planned: Planned) -> tuple[Finding, ...]:
     be registered, but what is entered is held to. An instrument of a trial needs no calibration:
     what it measures cannot be certified.
     """
-    return tuple(_Register(planned).findings())
+    return tuple(_Register(planned, planned.expected()).findings())
 
 
 @dataclass(frozen=True)
 class _Register:
     planned: Planned
+    expected: tuple[ExpectedReading, ...]
+    """What channels will probably show."""
 
     def findings(self) -> Iterator[Finding]:
         today = self.planned.clock.utc().date()
@@ -130,34 +133,11 @@ class _Register:
 
     def _uses(self, each: Instrument) -> Iterator[_Use]:
         """Yield what the plan will put on an instrument, as far as it is known beforehand."""
-        rig = self.planned.station.rig
-        if each.quantity == "torque":
-            yield from self._torques(each.channel)
-        elif each.quantity == "angle" and rig.swings and self._swings(each.channel):
-            half_swing = asin(rig.eccentric_ratio)
-            for value in (-half_swing, half_swing):
-                yield _Use("the swing goes to", value)
-        else:
+        expected = [one for one in self.expected if one.channel == each.channel]
+        for one in expected:
+            yield from (_Use(one.text, value) for value in (one.low, one.high))
+        if not expected:
             yield from self._set_points(each.channel)
-
-    def _torques(self, channel: Member) -> Iterator[_Use]:
-        role, name = channel.role, channel.name
-        recorded = {
-            action.name
-            for action in self._recordings()
-            if action.role == role and name in action.channels
-        }
-        for each in self.planned.prediction().torques:
-            if each.recording in recorded:
-                for value in (-each.peak_nm, each.peak_nm):
-                    yield _Use(f"recording {each.recording} is expected to reach", value)
-
-    def _swings(self, channel: Member) -> bool:
-        role, name = channel.role, channel.name
-        return any(
-            action.role == role and name in action.channels and action.cycle_frequency_hz
-            for action in self._recordings()
-        )
 
     def _set_points(self, channel: Member) -> Iterator[_Use]:
         """Yield what the drive of the same name is set to; zero needs no calibration point."""
@@ -165,9 +145,6 @@ class _Register:
             action = step.action
             if action.led == channel:
                 yield from (_Use(f"{channel} is set to", value) for value in action.passes if value)
-
-    def _recordings(self) -> Iterator[Recording]:
-        return (each.record for each in self.planned.plan.recordings)
 
     def _is_simulated(self, channel: Member) -> bool:
         return self.planned.registry.is_simulated(*self._source(channel))
@@ -206,56 +183,48 @@ class _Use:
 def entering_channels(planned: Planned) -> tuple[Member, ...]:
     """Return the channels whose values enter the result, each once.
 
-    Of a procedure without an analysis these are all that it records and measures. Of one with an
-    analysis of torque: what is recorded but for index pulses, of which only the time counts; of
-    what is measured the torque; and the load that is read beside. Of one with other analyses alone:
-    the channels that these need, and those whose values have limits.
+    Of a procedure without an analysis these are all that it records and measures, but for pulses,
+    of which only the time counts. Of one with analyses: the channels that these say, or else need;
+    and, where one does not say which, those whose values have limits.
     """
-    model = planned.procedure.model
-    analysed = not model.torque_analysis.asks_nothing
-    if model.named_analyses and not analysed:
-        return tuple(dict.fromkeys(_of_named_analyses(planned)))
-    found: dict[Member, None] = {}
+    analyses = planned.procedure.model.analyses_at
+    return tuple(dict.fromkeys(_of_analyses(planned) if analyses else _measured(planned)))
+
+
+def _measured(planned: Planned) -> Iterator[Member]:
     recordings = {each.record.name: each.record for each in planned.plan.recordings}
     for step in planned.plan.steps:
         if record := recordings.get(step.action.recording):
-            names = [Member(record.role, each) for each in record.channels if each != INDEX]
-            found.update(dict.fromkeys(names))
-            if analysed:
-                found.update(dict.fromkeys(_read_loads(planned, record.role)))
+            yield from (Member(record.role, each) for each in record.channels if each != _PULSES)
         if rows := step.action.rows:
-            torque = [
-                each for each in rows.channels if unit(rows.units[each]).dimension == "torque"
-            ]
-            found.update(dict.fromkeys(torque if analysed else rows.channels))
-    return tuple(found)
+            yield from rows.channels
 
 
-def _of_named_analyses(planned: Planned) -> Iterator[Member]:
-    """Yield the channels that analyses need; a set-point alone if the register has it."""
-    rows = [step.action.rows for step in planned.plan.steps if step.action.rows]
-    known: set[str] = {name for each in rows for name in each.channels}
+def _of_analyses(planned: Planned) -> Iterator[Member]:
+    """Yield the channels that analyses say or need; a set-point alone if the register has it."""
+    registry, to_come = planned.registry, planned.to_come()
+    known: set[str] = {name for each in to_come.rows for name in each.rows.channels}
     known |= {each.channel for each in planned.station.model.instruments}
     known |= {
         f"{each.record.role}.{name}"
         for each in planned.plan.recordings
         for name in each.record.channels
     }
-    for plugin in planned.procedure.model.named_analyses:
-        needed = planned.registry.requires(plugin.kind, plugin.name, plugin.settings)
+    says_all = True
+    for _, plugin in planned.procedure.model.analyses_at:
+        entering = registry.entering(plugin.name, plugin.settings, to_come)
+        if entering is not None:
+            yield from map(channel_of, entering)
+            continue
+        says_all = False
+        needed = registry.requires(plugin.kind, plugin.name, plugin.settings)
         for each in needed.channels:
             if not each.or_coordinate or each.name in known:
                 yield channel_of(each.name)
-    for step in planned.plan.steps:
+    for step in () if says_all else planned.plan.steps:
         for limit in step.limits:
             role, name, *_ = limit.of.split(".")  # and a statistic of a recording
             yield Member(role, name)
-
-
-def _read_loads(planned: Planned, role: str) -> list[Member]:
-    """Return the role's channel of the load, where its device has one: torque scales with it."""
-    names = [channel.name for channel in planned.devices[role].channels]
-    return [Member(role, "load")] if "load" in names else []
 
 
 def _way(name: str) -> str:

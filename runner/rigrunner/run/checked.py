@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.procedure import check_measurands, check_result_limits, load_procedure, step_kinds
+from rigrunner.procedure import check_result_limits, load_procedure, step_kinds
 from rigrunner.registry import load_registry
 
 if TYPE_CHECKING:
@@ -20,6 +20,5 @@ def checked_alone(procedure: Path, text: str | None = None) -> LoadedProcedure:
     """
     registry = load_registry()
     loaded = load_procedure(procedure, step_kinds(registry), text=text)
-    check_measurands(loaded, registry)
     check_result_limits(loaded, registry)
     return loaded

@@ -20,13 +20,9 @@ from rigrunner.api.errors import (
     UsageError,
 )
 from rigrunner.api.events import Outcome
-from rigrunner.api.member import Member
-from rigrunner.api.partners import PlannedRun
 from rigrunner.api.results import REPLAYED
 from rigrunner.api.settings import own_keys
 from rigrunner.plan.partners import asked_runs, in_si
-from rigrunner.plan.requirements import points_of_plan, requirers
-from rigrunner.plan.selection import analysed
 from rigrunner.run.locate import find_run, run_names
 from rigrunner.run.stored import run_data
 from rigrunner.runfile import read, read_info
@@ -294,33 +290,12 @@ def _lacks(partner: RunData, wanted: Wanted) -> Iterator[str]:
 
 def _said_against(planned: Planned, name: str, partner: RunData) -> Iterator[str]:
     """Yield what the analyses that take a partner run of that name say against it."""
-    model, registry = planned.procedure.model, planned.registry
-    for each in (*model.torque_analysis.as_named, *model.named_analyses):
+    registry = planned.registry
+    for _, each in planned.procedure.model.analyses_at:
         needs = registry.requires(each.kind, each.name, each.settings)
         if name in {one.name for one in needs.partners}:
-            given = planned_run(planned)
+            given = planned.to_come()
             yield from registry.partner_problems(each.name, each.settings, given, partner)
-
-
-def planned_run(planned: Planned) -> PlannedRun:
-    """Return what analyses may know of a run that is planned."""
-    procedure, station = planned.procedure, planned.station
-    points = points_of_plan(analysed(planned.plan, procedure))
-    drives = (
-        Member(role, drive.name)
-        for role, device in planned.devices.items()
-        for drive in device.drives
-        if drive.sets_cycle_frequency
-    )
-    return PlannedRun(
-        rig=station.rig,
-        instruments=tuple(station.model.instruments),
-        frequencies_hz=tuple(sorted({each.frequency_hz for each in points} - {0.0})),
-        cycle_drive=next(drives, ""),
-        needs=tuple(
-            (each.name, each.needs) for each in requirers(procedure.model, planned.registry)
-        ),
-    )
 
 
 def _measured(run: RunData) -> tuple[Recording | Measurement, ...]:

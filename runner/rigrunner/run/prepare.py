@@ -13,13 +13,14 @@ from rigrunner.api.errors import InvalidFileError, PluginError, Problem
 from rigrunner.clock import SimulatedClock
 from rigrunner.plan import (
     check_analyses,
-    check_limits,
     check_partners,
+    check_plan,
     check_plugins,
-    check_requirements,
     check_station_plugins,
+    expected_readings,
     make_plan,
     predict,
+    run_to_come,
 )
 from rigrunner.procedure import (
     InconsistentProcedureError,
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.api.devices import Clock, Device
+    from rigrunner.api.planned import ExpectedReading, PlannedRun
     from rigrunner.plan import Plan, Prediction
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.registry import Registry
@@ -67,7 +69,15 @@ class Planned:
 
     def prediction(self) -> Prediction:
         """Return the expected torque at each set-point, and the disk space of the run."""
-        return predict(self.procedure, self.station, self.plan)
+        return predict(self.plan, self.expected(), self.station.register)
+
+    def to_come(self) -> PlannedRun:
+        """Return what analyses may know of the run."""
+        return run_to_come(self.procedure.model, self.station, self.plan, self.devices)
+
+    def expected(self) -> tuple[ExpectedReading, ...]:
+        """Return what channels will probably show, as the analyses say."""
+        return tuple(expected_readings(self.procedure.model, self.to_come(), self.registry))
 
 
 def plan_run(
@@ -119,10 +129,10 @@ def plan_run_in(
     plan = problems.without(
         lambda: make_plan(loaded_procedure, loaded_station, devices), but_of=missing
     )
-    problems.without(lambda: check_limits(loaded_procedure, plan, registry))
     problems.without(lambda: check_result_limits(loaded_procedure, registry))
     if plan is not None:
-        problems.without(lambda: check_requirements(loaded_procedure, plan, registry))
+        to_come = run_to_come(loaded_procedure.model, loaded_station, plan, devices)
+        problems.without(lambda: check_plan(loaded_procedure, loaded_station, to_come, registry))
         problems.without(lambda: check_analyses(loaded_procedure, loaded_station, plan, registry))
         problems.without(lambda: check_partners(loaded_procedure, loaded_station, registry))
     approval = problems.without(lambda: approval_state(loaded_procedure))

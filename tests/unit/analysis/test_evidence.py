@@ -104,7 +104,7 @@ def test_each_frequency_is_judged_with_its_own_raw_peak(no_load):
     ],
 )
 def test_every_compensation_says_which_torque_it_yields(method, words):
-    assert str(registry().yields(method)) == words
+    assert str(registry().record("compensation", method).yields) == words
 
 
 def test_a_limit_on_the_starting_torque_says_nothing_of_the_running_torque(no_load):

@@ -61,8 +61,6 @@ CASES = [
      "the device in the role 'tester' has no channel 'angel'", "did you mean 'angle'?"),
     ("tester.angle,", "tester.torque,", "[tester.torque", "main[1].sweep.steps[1].record.channels",
      "a channel stands twice", "name it once"),
-    (", tester.torque]", "]", "[tester.angle]", "main[1].sweep.steps[1].record.channels",
-     "the analysis needs one channel of torque in each recording, got none", ""),
     ("tester: swing_tester", "tester: press", "press", "uses.tester",
      "a press is needed, station 'bench-1' has a swing_tester",
      "the role is filled at s.yaml:13:11"),
@@ -162,45 +160,6 @@ def test_two_cyclic_drives_make_cycles_ambiguous_where_no_role_decides():
     assert problem.hint == "give a time"
 
 
-def test_a_recording_that_is_analysed_needs_a_set_frequency():
-    text = edited(
-        PROCEDURE,
-        ("{cycles: 5}", "{time: 1 s}"),
-        ("cycles: 30", "duration: 1 s"),
-        ("[2 Hz, 10 Hz]", "[0 Hz]"),
-    )
-    problem = only_problem(planned, text)
-
-    assert problem.message == "the analysis needs a cycle frequency, and none is set here"
-
-
-def test_an_analysis_without_a_recording():
-    start, end = PROCEDURE.index("  - sweep:"), PROCEDURE.index("teardown:")
-    problem = only_problem(planned, PROCEDURE[:start] + PROCEDURE[end:])
-
-    assert (problem.field, problem.message) == (
-        "analysis[0].swing_torque",
-        "there is no recording to analyse",
-    )
-
-
-def test_the_register_must_know_the_recorded_torque():
-    station = STATION[: STATION.index("instruments:")]
-    problem = only_problem(lambda: planned(PROCEDURE, station=station))
-
-    assert problem.message == "there is no instrument for the channel tester.torque"
-    assert problem.location.file == "s.yaml"
-    assert "it is recorded at p.yaml:24:19" in problem.hint
-
-
-def test_the_register_must_know_the_low_pass():
-    station = edited(STATION, ("    low_pass: {type: butterworth, order: 2, corner: 1 kHz}\n", ""))
-    problem = only_problem(lambda: planned(PROCEDURE, station=station))
-
-    assert problem.message == "the low_pass of the instrument for tester.torque is missing"
-    assert str(problem.location) == f"s.yaml:{place_of(station, 'channel:')}"
-
-
 def test_a_unit_that_nobody_knows_is_the_plugin_authors_fault():
     odd = Streamer((ChannelInfo("angle", "gon", ""), *TESTER.channels[1:]), TESTER.drives)
     problem = problems_of(lambda: planned(PROCEDURE, devices={"tester": odd}))[0]
@@ -242,40 +201,3 @@ def test_cycles_need_a_frequency_that_was_set_and_not_only_one_that_could_be():
     assert problem.message == (
         "cycles need a frequency, but tester.frequency is not set above 0 Hz here"
     )
-
-
-def bench_without(*lines):
-    return edited(STATION, *((line, "") for line in lines))
-
-
-@pytest.mark.parametrize(
-    ("line", "key", "part"),
-    [
-        ("  eccentric: 2 mm\n", "eccentric", "swing_torque:"),
-        ("  centre_distance: 45 mm\n", "centre_distance", "swing_torque:"),
-    ],
-)
-def test_what_the_analysis_needs_of_the_rig_is_asked_for_with_both_places(line, key, part):
-    station = bench_without(line)
-    problem = only_problem(lambda: planned(PROCEDURE, station=station))
-
-    assert problem.field == f"rig.{key}"
-    assert problem.message == f"the analysis needs the key '{key}' of the rig, which is missing"
-    assert str(problem.location) == f"s.yaml:{place_of(station, 'rig:')}"
-    assert problem.hint == f"it is needed at p.yaml:{place_of(PROCEDURE, part)}"
-
-
-NO_RIG = STATION[: STATION.index("rig:")] + STATION[STATION.index("devices:") :]
-
-
-def test_a_procedure_that_analyses_no_torque_needs_neither_rig_nor_register():
-    text = PROCEDURE[: PROCEDURE.index("analysis:")]
-    plan = planned(text, station=NO_RIG[: NO_RIG.index("instruments:")])
-    assert plan.recordings
-
-
-def test_starts_from_rest_need_no_crank():
-    start, end = PROCEDURE.index("  - swing_torque:"), PROCEDURE.index("acceptance:")
-    text = PROCEDURE[:start] + "  - breakaway: {outliers: mad}\n" + PROCEDURE[end:]
-    text = text[: text.index("acceptance:")]
-    assert planned(text, station=NO_RIG).recordings

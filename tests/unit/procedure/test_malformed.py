@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from helpers_language import PROCEDURE, edited, only_problem, place_of, problems_of
+from rigrunner.api.findings import ResultDefinition
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
-from rigrunner.procedure import check_measurands, check_result_limits, parse_procedure
+from rigrunner.procedure import check_result_limits, parse_procedure
 
 AT = "analysis[0].swing_torque"
 
@@ -236,30 +237,34 @@ def test_every_problem_is_told_at_once():
     }
 
 
-class NoAnalyses:
-    """No analysis names a result, and every compensation yields the torque at a reversal."""
+class Torque:
+    """Each analysis names a torque at a reversal."""
+
+    def definitions(self, _name, _settings):
+        kind = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
+        return (ResultDefinition(name="torque", unit="N·m", per=("frequency",), measurand=kind),)
+
+
+class Nothing:
+    """No analysis names a result."""
 
     def definitions(self, _name, _settings):
         return ()
 
-    def yields(self, _compensation):
-        return MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
 
-
-def test_a_limit_without_compensation_decides_on_nothing():
-    start = PROCEDURE.index("      compensations:")
-    text = PROCEDURE[:start] + PROCEDURE[PROCEDURE.index("acceptance:") :]
-    problem = only_problem(check_result_limits, parse_procedure(text, "p.yaml"), NoAnalyses())
+def test_a_limit_of_an_analysis_without_results_decides_on_nothing():
+    problem = only_problem(check_result_limits, parse_procedure(PROCEDURE, "p.yaml"), Nothing())
 
     assert problem.field == "acceptance.limits[0].of"
-    assert problem.message == "a limit needs a compensated torque to decide on"
+    assert problem.message == "there is no result 'torque'"
+    assert problem.hint == "results: none, as no analysis names one"
 
 
 def test_a_limit_of_a_torque_says_which_one():
     text = edited(
         PROCEDURE, ("      measurand: {nature: load_induced, condition: at_reversal}\n", "")
     )
-    problem = only_problem(check_measurands, parse_procedure(text, "p.yaml"), NoAnalyses())
+    problem = only_problem(check_result_limits, parse_procedure(text, "p.yaml"), Torque())
 
     assert problem.field == "acceptance.limits[0]"
     assert problem.message == "'torque' is a torque, and the key 'measurand' is missing"
@@ -280,7 +285,7 @@ def test_a_limit_of_a_torque_says_which_one():
 )  # fmt: skip
 def test_a_limit_of_no_such_result(old, new, field, message):
     text = edited(PROCEDURE, (old, new))
-    problem = problems_of(check_result_limits, parse_procedure(text, "p.yaml"), NoAnalyses())[0]
+    problem = problems_of(check_result_limits, parse_procedure(text, "p.yaml"), Torque())[0]
 
     assert (problem.field, problem.message) == (f"acceptance.limits[0].{field}", message)
 

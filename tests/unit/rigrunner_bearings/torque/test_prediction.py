@@ -7,18 +7,17 @@ import math
 import numpy as np
 import pytest
 
-from helpers_language import PROCEDURE, STATION, TESTER, edited
-from rigrunner.plan import make_plan, predict
-from rigrunner.procedure import parse_procedure
-from rigrunner.station import parse_station
+from helpers_language import PROCEDURE, STATION, edited
+from rigrunner.plan import expected_readings, predict
+from unit.rigrunner_bearings.torque.helpers_planning import Lookup, planned
 
 RATIO, INERTIA, FRICTION_NM, DAMPING = 2 / 45, 0.00233, 0.76, 0.31
 
 
-def prediction_of(*changes, station=STATION):
-    procedure = parse_procedure(edited(PROCEDURE, *changes), "p.yaml")
-    loaded = parse_station(station, "s.yaml")
-    return predict(procedure, loaded, make_plan(procedure, loaded, {"tester": TESTER}))
+def prediction_of(text=PROCEDURE, station=STATION):
+    procedure, loaded, plan, to_come = planned(text, station=station)
+    expected = expected_readings(procedure.model, to_come, Lookup())
+    return predict(plan, expected, loaded.register)
 
 
 def rig_torque_nm(frequency_hz):
@@ -44,10 +43,7 @@ def test_the_peak_is_rig_and_limit_together():
 
 def test_without_a_limit_it_is_the_rig_alone():
     text = PROCEDURE[: PROCEDURE.index("acceptance:")]
-    procedure, station = parse_procedure(text, "p.yaml"), parse_station(STATION, "s.yaml")
-    prediction = predict(procedure, station, make_plan(procedure, station, {"tester": TESTER}))
-
-    assert prediction.torques[1].peak_nm == pytest.approx(rig_torque_nm(10.0), rel=1e-5)
+    assert prediction_of(text).torques[1].peak_nm == pytest.approx(rig_torque_nm(10.0), rel=1e-5)
 
 
 def test_an_overload_is_found():

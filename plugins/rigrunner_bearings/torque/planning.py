@@ -1,0 +1,284 @@
+"""Whether a run will give the analysis of torque what it needs, asked before the rig moves."""
+
+from __future__ import annotations
+
+from math import asin
+from typing import TYPE_CHECKING
+
+from rigrunner.api import Member
+from rigrunner.api.coordinates import (
+    CoordinateValue,
+    coordinate_text,
+    in_si,
+    matches,
+    mixed_labels,
+)
+from rigrunner.api.errors import did_you_mean
+from rigrunner.api.places import matches as is_place
+from rigrunner.api.planned import ExpectedReading, PlanProblem, StationPart
+from rigrunner.api.units import unit
+from rigrunner_bearings.torque.channels import INDEX
+from rigrunner_bearings.torque.definition import kind_of
+from rigrunner_bearings.torque.requirements_of_plan import unmet_requirements
+from rigrunner_bearings.torque.requirers import (
+    TORQUE,
+    analysed,
+    channels_of,
+    requirers,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.api import AnalysisContext
+    from rigrunner.api.planned import PlannedLimit, PlannedRecording, PlannedRun, RecordingAction
+    from rigrunner.api.rig import RigDescription
+    from rigrunner.procedure import AnalysisSpec
+
+_ANALYSED_IN = {"torque": TORQUE, "angle": "rad", "angular velocity": "rad/s"}
+"""The units in which the analysis takes recorded channels, by dimension."""
+_FREQUENCY = "frequency"
+
+
+def plan_problems(
+    spec: AnalysisSpec, planned: PlannedRun, context: AnalysisContext
+) -> list[PlanProblem]:
+    """Return why the torque of a planned run cannot be analysed; raise PluginError.
+
+    What a no-load run of its own must have is asked when that run is chosen.
+    """
+    if not (spec.fits or spec.compensations):
+        message = "the analysis names neither a fit nor a compensation, so it has no result"
+        hint = "add 'fits: [polynomial]', or leave 'analysis' out to record only"
+        return [PlanProblem(message=message, hint=hint)]
+    chosen = analysed(planned, spec)
+    found = [*_recorded(spec, planned, chosen), *_limits(spec, chosen, context)]
+    # Only now: a mistake above that leaves a frequency unset would be told twice.
+    found = found or list(_motion(spec, chosen))
+    return found or list(unmet_requirements(spec, chosen, requirers(spec, context.plugins)))
+
+
+def entering(spec: AnalysisSpec, planned: PlannedRun, context: AnalysisContext) -> Iterator[str]:
+    """Yield the channels whose values enter the torque.
+
+    What is recorded but for index pulses, of which only the time counts; of what is measured the
+    torque; and the load that is read beside, with which the torque scales.
+    """
+    del spec, context
+    for each in planned.recordings:
+        role = each.record.role
+        yield from (Member(role, name) for name in each.record.channels if name != INDEX)
+        if "load" in planned.devices.get(role, ()):
+            yield Member(role, "load")
+    for rows in planned.rows:
+        units = rows.rows.units
+        yield from (n for n in rows.rows.channels if unit(units[n]).dimension == "torque")
+
+
+def expects(
+    spec: AnalysisSpec, planned: PlannedRun, context: AnalysisContext
+) -> Iterator[ExpectedReading]:
+    """Yield the torque and the angle to be expected in each recording of a swing."""
+    del context
+    highest = (each.highest for each in planned.limits if each.of == spec.name)
+    bearing_nm = max((each.si for each in highest if each is not None), default=0.0)
+    for each in planned.recordings:
+        record = each.record
+        if not record.cycle_frequency_hz:
+            continue
+        rig_nm = rig_torque_nm(planned.rig, record.cycle_frequency_hz)
+        if rig_nm is not None:
+            text = f"recording {record.name} is expected to reach"
+            for name in channels_of(record, "torque"):
+                yield _up_to(record, name, rig_nm + bearing_nm, text)
+        if planned.rig.swings:
+            half_swing = asin(planned.rig.eccentric_ratio)
+            for name in channels_of(record, "angle"):
+                yield _up_to(record, name, half_swing, "the swing goes to")
+
+
+def rig_torque_nm(rig: RigDescription, frequency_hz: float) -> float | None:
+    """Return an upper estimate of what the rig itself puts on the sensor; None: it is not known.
+
+    Inertia, friction and damping of the supports at their greatest, which do not fall together:
+    J max|alpha| + T0 + b max|omega| (torque balance of the spindle; Wang et al. 2025, section 2).
+    """
+    if rig.inertia is None or rig.support_friction is None or rig.support_damping is None:
+        return None
+    if not rig.swings:
+        return None
+    ratio = rig.eccentric_ratio
+    from rigrunner.signal.kinematics import max_acceleration, max_speed  # noqa: PLC0415  (numpy)
+
+    inertia_nm = rig.inertia * max_acceleration(frequency_hz, ratio)
+    damping_nm = rig.support_damping * max_speed(frequency_hz, ratio)
+    return inertia_nm + rig.support_friction + damping_nm
+
+
+def _up_to(record: RecordingAction, name: str, value: float, text: str) -> ExpectedReading:
+    return ExpectedReading(
+        recording=record.name, channel=Member(record.role, name), low=-value, high=value, text=text
+    )
+
+
+def _recorded(spec: AnalysisSpec, planned: PlannedRun, chosen: PlannedRun) -> Iterator[PlanProblem]:
+    if not (planned.recordings or planned.rows):
+        yield PlanProblem(message="there is no recording to analyse", hint="add a record step")
+    for each in chosen.recordings:
+        yield from _channels(each)
+    yield from _selection(spec, planned, chosen)
+    if spec.starts is None and chosen.recordings:
+        yield from _rig(planned.rig)
+    for each in chosen.recordings:
+        for name in channels_of(each.record, "torque"):
+            yield from _instrument(planned, Member(each.record.role, name), each)
+
+
+def _channels(recorded: PlannedRecording) -> Iterator[PlanProblem]:
+    """Ask for one torque, and for no more than one angle: without any there are fallbacks."""
+    record = recorded.record
+    for dimension, least, wanted in (
+        ("torque", 1, "one channel"),
+        ("angle", 0, "at most one channel"),
+        ("angular velocity", 0, "at most one channel"),
+    ):
+        found = channels_of(record, dimension)
+        if not least <= len(found) <= 1:
+            got = " and ".join(found) or "none"
+            message = f"the analysis needs {wanted} of {dimension} in each recording, got {got}"
+            yield PlanProblem(message=message, key=("channels",), of=recorded)
+        for name in found:
+            given = record.units[Member(record.role, name)]
+            if given != _ANALYSED_IN[dimension]:
+                hint = f"the analysis takes a device whose {dimension} is in "
+                yield PlanProblem(
+                    message=f"the device gives {name} in {given}",
+                    hint=hint + _ANALYSED_IN[dimension],
+                    key=("channels",),
+                    of=recorded,
+                )
+
+
+def _selection(
+    spec: AnalysisSpec, planned: PlannedRun, chosen: PlannedRun
+) -> Iterator[PlanProblem]:
+    """Yield what a `where` chooses that is not there, and labels that would be averaged."""
+    places = [each.coordinates for each in planned.recordings]
+    places += [each.coordinates for each in planned.rows]
+    for name, written in spec.where.items():
+        value, symbol = in_si(written)
+        there = {each[name] for each in places if name in each}
+        if not there:
+            known = dict.fromkeys(key for each in places for key in each)
+            listed = f"counters and labels: {', '.join(known) or 'none'}"
+            yield PlanProblem(
+                message=f"nothing that is recorded or measured has '{name}'",
+                hint=did_you_mean(name, known, listed),
+                key=("where", name),
+                at_key=True,
+            )
+        elif not any(matches({name: each}, {name: written}) for each in there):
+            texts = ", ".join(sorted(coordinate_text(each, symbol) for each in there))
+            message = f"nothing has {name} {coordinate_text(value, symbol)}"
+            yield PlanProblem(message=message, hint=f"there are: {texts}", key=("where", name))
+    mixed = mixed_labels(
+        (each.record.setpoints, each.coordinates, each.coordinate_units)
+        for each in chosen.recordings
+    )
+    if mixed:
+        hint = "say which ones it is of, such as 'where: {phase: final}' in the analysis"
+        message = f"recordings with the same set-points would be averaged: {mixed}"
+        yield PlanProblem(message=message, hint=hint)
+
+
+def _rig(rig: RigDescription) -> Iterator[PlanProblem]:
+    """Yield what the station leaves out of the crank, by whose law swings are read."""
+    for key in ("eccentric", "centre_distance"):
+        if getattr(rig, key) is None:
+            message = f"the analysis needs the key '{key}' of the rig, which is missing"
+            yield PlanProblem(message=message, key=(key,), of=StationPart.RIG, at_key=True)
+
+
+def _instrument(
+    planned: PlannedRun, channel: Member, recorded: PlannedRecording
+) -> Iterator[PlanProblem]:
+    register = [each.channel for each in planned.instruments]
+    part = StationPart.INSTRUMENTS
+    if channel not in register:
+        hint = did_you_mean(channel, register, f"registered: {', '.join(register) or 'none'}")
+        message = f"there is no instrument for the channel {channel}"
+        yield PlanProblem(message=message, hint=hint, of=part, at_key=True, needed_by=recorded)
+        return
+    index = register.index(channel)
+    if planned.instruments[index].low_pass is None:
+        yield PlanProblem(
+            message=f"the low_pass of the instrument for {channel} is missing",
+            hint="the filter shapes the torque at the reversals",
+            key=(index,),
+            of=part,
+            needed_by=recorded,
+        )
+
+
+def _motion(spec: AnalysisSpec, chosen: PlannedRun) -> Iterator[PlanProblem]:
+    """Yield every recording without the cyclic motion that the analysis needs."""
+    for each in () if spec.starts is not None else chosen.recordings:
+        role = each.record.role
+        if not each.record.cycle_frequency_hz:
+            message = "the analysis needs a cycle frequency, and none is set here"
+            hint = "set the drive before"
+        elif Member(role, _FREQUENCY) not in each.record.setpoints:
+            message = f"the analysis needs the set frequency of '{role}' itself"
+            hint = f"set {role}.frequency, also where another device drives it"
+        else:
+            continue
+        yield PlanProblem(message=message, hint=hint, of=each, at_key=True)
+
+
+def _limits(
+    spec: AnalysisSpec, chosen: PlannedRun, context: AnalysisContext
+) -> Iterator[PlanProblem]:
+    """Yield each limit of another torque than the planned one, or of one that is not recorded.
+
+    What speaks against it whatever the loads is reported without a plan.
+    """
+    kind = kind_of(spec, context.plugins)
+    loads = _loads(spec, chosen)
+    for limit in chosen.limits:
+        if limit.of != spec.name or not spec.primary:
+            continue
+        if limit.measurand is not None and kind is not None:
+            objection = limit.measurand.objection(kind, loads)
+            if objection and not limit.measurand.objection(kind, ()):
+                hint = "limits and results of two measurands have nothing to say to each other"
+                yield PlanProblem(message=objection, hint=hint, key=("measurand",), of=limit)
+        yield from _missing_frequencies(limit, chosen)
+
+
+def _missing_frequencies(limit: PlannedLimit, chosen: PlannedRun) -> Iterator[PlanProblem]:
+    """Yield the named frequencies of a limit at which nothing is recorded."""
+    if chosen.rows:
+        return
+    there = {hz for each in chosen.recordings for hz in _frequencies(each.record)}
+    known = [CoordinateValue(hz, "Hz") for hz in sorted(there)]
+    wanted = limit.where.get(_FREQUENCY, ())
+    missing = [each for each in wanted if not any(is_place(each, hz) for hz in known)]
+    if missing:
+        hint = f"recorded: {', '.join(map(str, known)) or 'nothing'}"
+        message = f"nothing is recorded at {', '.join(map(str, missing))}"
+        yield PlanProblem(message=message, hint=hint, key=("where", _FREQUENCY), of=limit)
+
+
+def _loads(spec: AnalysisSpec, chosen: PlannedRun) -> list[float]:
+    """Return the set loads of what is judged, as far as the procedure sets them, in N."""
+    records = [each.record for each in chosen.recordings]
+    loads = [each.setpoints.get(Member(each.role, "load")) for each in records]
+    known = [load for load in loads if load is not None]
+    own = spec.no_load is not None and spec.no_load.is_this_run
+    return [load for load in known if load > 0] if own else known
+
+
+def _frequencies(record: RecordingAction) -> Iterator[float]:
+    for name, value in record.setpoints.items():
+        if unit(record.units[name]).dimension == "frequency":
+            yield value

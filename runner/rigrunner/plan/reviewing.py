@@ -1,0 +1,118 @@
+"""What the analyses of a procedure say of its plan, asked before the rig moves."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Protocol
+
+from rigrunner.api.errors import PluginError
+from rigrunner.api.member import Member
+from rigrunner.api.planned import PlannedRows, PlannedRun, StationPart
+from rigrunner.plan.actions import Recorded
+from rigrunner.procedure import Limit
+from rigrunner.yamlfile.problems import Problems
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from rigrunner.api.devices import Device
+    from rigrunner.api.planned import ExpectedReading, PlanProblem
+    from rigrunner.plan.actions import Plan
+    from rigrunner.procedure import LoadedProcedure, Procedure
+    from rigrunner.station import LoadedStation
+    from rigrunner.yamlfile.document import Path
+
+
+class ReviewLookup(Protocol):
+    """Knows what each analysis says of a planned run."""
+
+    def plan_problems(
+        self, name: str, settings: Mapping[str, Any], planned: PlannedRun
+    ) -> tuple[PlanProblem, ...]:
+        """Return why it cannot use what the run will measure; raise PluginError."""
+        ...
+
+    def expects(
+        self, name: str, settings: Mapping[str, Any], planned: PlannedRun
+    ) -> tuple[ExpectedReading, ...]:
+        """Return what channels will probably show; raise PluginError."""
+        ...
+
+
+def run_to_come(
+    procedure: Procedure, station: LoadedStation, plan: Plan, devices: Mapping[str, Device]
+) -> PlannedRun:
+    """Return what analyses may know of a run that is planned."""
+    drives = (
+        Member(role, drive.name)
+        for role, device in devices.items()
+        for drive in device.drives
+        if drive.sets_cycle_frequency
+    )
+    return PlannedRun(
+        rig=station.rig,
+        instruments=tuple(station.model.instruments),
+        recordings=plan.recordings,
+        rows=tuple(
+            PlannedRows(rows, step.coordinates)
+            for step in plan.steps
+            if (rows := step.action.rows) is not None
+        ),
+        devices={
+            role: tuple(each.name for each in device.channels) for role, device in devices.items()
+        },
+        cycle_drive=next(drives, None),
+        limits=() if procedure.acceptance is None else procedure.acceptance.limits,
+    )
+
+
+def check_plan(
+    procedure: LoadedProcedure, station: LoadedStation, planned: PlannedRun, lookup: ReviewLookup
+) -> None:
+    """Raise InvalidFileError with all that analyses say against a plan, each with its place."""
+    problems = Problems()
+    for path, plugin in procedure.model.analyses_at:
+        try:
+            found = lookup.plan_problems(plugin.name, plugin.settings, planned)
+        except PluginError:
+            continue  # told by the check of the plugins
+        for each in found:
+            _add(problems, each, path, procedure, station)
+    problems.stop_if_any()
+
+
+def expected_readings(
+    procedure: Procedure, planned: PlannedRun, lookup: ReviewLookup
+) -> Iterator[ExpectedReading]:
+    """Yield what channels will probably show, as the analyses say; raise PluginError."""
+    for _, plugin in procedure.analyses_at:
+        yield from lookup.expects(plugin.name, plugin.settings, planned)
+
+
+def _add(
+    problems: Problems,
+    problem: PlanProblem,
+    path: Path,
+    procedure: LoadedProcedure,
+    station: LoadedStation,
+) -> None:
+    of, hint = problem.of, problem.hint
+    document, at = procedure.document, path
+    if isinstance(of, Recorded):
+        document, at = of.document, of.path
+    elif isinstance(of, Limit):
+        limits = procedure.model.acceptance.limits if procedure.model.acceptance else ()
+        at = ("acceptance", "limits", next(i for i, each in enumerate(limits) if each is of))
+    elif isinstance(of, StationPart):
+        document, at = station.document, (of.value,)
+        hint = "; ".join(filter(None, (hint, _needed(problem, path, procedure))))
+    is_whole = not problem.key and of is None
+    problems.add(
+        document, (*at, *problem.key), problem.message, hint, key=problem.at_key or is_whole
+    )
+
+
+def _needed(problem: PlanProblem, path: Path, procedure: LoadedProcedure) -> str:
+    by = problem.needed_by
+    if isinstance(by, Recorded):
+        return f"it is needed at {by.document.where(by.path)}"
+    return f"it is needed at {procedure.document.where(path, key=True)}"
