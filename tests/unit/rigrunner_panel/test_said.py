@@ -125,7 +125,7 @@ PIECES = {  # of sentences: these are put together and translated as a whole, se
     "Q, not Q", " or 'Q'", "write QQ", "Q: aborted while pausedQ", "Q again", "up to Q",
     "from Q to Q", "Q days before this run", "Q day before this run",
     "the calibration of Q was due on Q, Q", "Q is calibrated Q", "Q, but Q Q", "enter it; Q",
-    "the swing goes to", "recording Q is expected to reach", "Q is set to",
+    "Q is set to",
     "; looked at and refused: Q", "there is no Q in QQ",
     "the rig of station Q", "the instrument of 'Q' at Q", "Q is in useQ", " on station Q",
     ": QQ, process Q, since Q", "; or start with",
