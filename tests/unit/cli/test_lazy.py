@@ -15,7 +15,7 @@ MODELS = {"annotated_types", "pydantic", "pydantic_core", "typing_inspection"} |
 COMMANDS_OF_BEARINGS = {"rigrunner_bearings"}
 PLUGINS = {"pluggy", "rigrunner_plugins", "rigrunner_reports"} | COMMANDS_OF_BEARINGS
 OURS = {"rigrunner", "rigrunner_fleet", "rigrunner_panel", "rigrunner_testing"}
-FLOORS = {"api", "blas", "cli", "printable", "run"}
+FLOORS = {"api", "blas", "cli", "moved", "printable", "run"}
 
 HELP = ({"click"} | COMMANDS_OF_BEARINGS, FLOORS)
 """Other packages than those of Python and ours, and the floors of ours."""

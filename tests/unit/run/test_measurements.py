@@ -45,7 +45,7 @@ def test_values_come_back_with_their_setpoints(finished):
         ("rest", {"tester.load": 500.0}),
     ]
     room, low, high = data.measurements
-    assert room.values == {"tester.temperature": pytest.approx(296.15, abs=0.2)}
+    assert room.values == {"tester.temperature": pytest.approx(296.65, abs=0.2)}
     assert room.units == {"tester.temperature": "K"}
     assert low.values["tester.load"] == pytest.approx(100, abs=0.1)
     assert high.values["tester.load"] == pytest.approx(500, abs=0.1)
