@@ -122,13 +122,14 @@ def mistakes_without(*names):
 def test_all_sorts_of_mistakes_are_told_at_once(tmp_path):
     """But for what is looked at in the devices that could not be made.
 
-    Of a channel that is registered twice it is not known which entry is meant.
+    Of a channel that is registered twice it is not known which entry is meant. What an analysis
+    asks of the register is told once the plan can be made (decision 63).
     """
     called = told(tmp_path, **mistakes_without("tester", "second"))
     missing = {
         name: words
         for name, (_, words) in MISTAKES.items()
-        if name not in {"tester", "second"} and words not in called.err
+        if name not in {"tester", "second", "low_pass"} and words not in called.err
     }
     assert missing == {}, called.err
 
