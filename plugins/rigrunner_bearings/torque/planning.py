@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import asin
 from typing import TYPE_CHECKING
 
-from rigrunner.api import Member
+from rigrunner.api import Member, unit
 from rigrunner.api.coordinates import (
     CoordinateValue,
     coordinate_text,
@@ -16,7 +16,6 @@ from rigrunner.api.coordinates import (
 from rigrunner.api.errors import did_you_mean
 from rigrunner.api.places import matches as is_place
 from rigrunner.api.planned import ExpectedReading, PlanProblem, StationPart
-from rigrunner.api.units import unit
 from rigrunner_bearings.torque.channels import INDEX
 from rigrunner_bearings.torque.definition import kind_of
 from rigrunner_bearings.torque.requirements_of_plan import unmet_requirements
@@ -30,9 +29,8 @@ from rigrunner_bearings.torque.requirers import (
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.api import AnalysisContext
+    from rigrunner.api import AnalysisContext, RigDescription
     from rigrunner.api.planned import PlannedLimit, PlannedRecording, PlannedRun, RecordingAction
-    from rigrunner.api.rig import RigDescription
     from rigrunner.procedure import AnalysisSpec
 
 _ANALYSED_IN = {"torque": TORQUE, "angle": "rad", "angular velocity": "rad/s"}

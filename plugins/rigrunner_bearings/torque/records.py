@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api import AnalysisRecord, hookimpl
-from rigrunner.api.errors import PluginError
+from rigrunner.api import AnalysisRecord, PluginError, hookimpl
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

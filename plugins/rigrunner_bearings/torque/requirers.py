@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from rigrunner.api import Member, Requirements
+from rigrunner.api import Member, Requirements, unit
 from rigrunner.api.analysis.requirements import (
     LEAST_CYCLES,
     LEAST_CYCLES_WITH_RULE,
@@ -18,7 +18,6 @@ from rigrunner.api.analysis.requirements import (
     SPARE_CYCLES,
 )
 from rigrunner.api.coordinates import matches
-from rigrunner.api.units import unit
 from rigrunner_bearings.torque.channels import INDEX
 
 if TYPE_CHECKING:

@@ -22,13 +22,21 @@ export function preflightCard({ procedure, station }) {
   const passed = new Set();
   const items = h("ul", { class: "lights", tabindex: "0", "aria-label": t("preflight.title") });
   const note = h("p", { class: "soft", role: "status" });
-  const check = button(t("preflight.check"), () => steer("preflight", { procedure, station }), { kind: "big" });
+  let asked = false; // what was found before counts no more once it is looked again
+  const check = button(t("preflight.check"), lookAgain, { kind: "big" });
   const by = h("input", { type: "text", id: "override-by", value: personName(), autocomplete: "off", oninput: () => card.onchange() });
   const reason = h("input", { type: "text", id: "override-reason", autocomplete: "off", oninput: () => card.onchange() });
   const override = h("div", { class: "override", hidden: true },
     h("h3", {}, t("preflight.override")),
     h("div", { class: "field" }, h("label", { for: "override-by" }, t("preflight.by")), by),
     h("div", { class: "field" }, h("label", { for: "override-reason" }, t("preflight.reason")), reason));
+
+  async function lookAgain() {
+    asked = true;
+    card.onchange();
+    if (!(await steer("preflight", { procedure, station }))) asked = false; // refused
+    card.onchange();
+  }
 
   function mine() {
     const found = store.state?.preflight;
@@ -43,7 +51,7 @@ export function preflightCard({ procedure, station }) {
     element: h("section", { class: "card preflight" }, h("h2", {}, t("preflight.title")), note, items, override, check),
     onchange: () => {},
     done: () => Boolean(mine()?.done),
-    may: () => Boolean(mine()?.done) && fails().every((item) => item.override && passed.has(item.override)) && (!passed.size || Boolean(by.value.trim() && reason.value.trim())),
+    may: () => !asked && Boolean(mine()?.done) && fails().every((item) => item.override && passed.has(item.override)) && (!passed.size || Boolean(by.value.trim() && reason.value.trim())),
     override: () => (passed.size ? { what: [...passed], by: by.value.trim(), reason: reason.value.trim() } : null),
     update,
   };
@@ -51,6 +59,7 @@ export function preflightCard({ procedure, station }) {
   function update() {
     const found = mine();
     const checking = store.state?.phase === "checking";
+    if (checking) asked = false;
     check.disabled = isBusy(store.state);
     setText(check.firstChild, checking ? t("preflight.checking") : found?.done ? t("preflight.again") : t("preflight.check"));
     for (const word of [...passed]) if (!fails().some((item) => item.override === word)) passed.delete(word);
