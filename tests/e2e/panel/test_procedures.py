@@ -7,7 +7,7 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from e2e.panel.helpers_screen import axe_script
+from e2e.panel.helpers_screen import STATION, axe_script
 from e2e.panel.test_looks import DESK, assert_on_one_screen, look
 
 QUICK = "procedures/quick_torque.yaml"
@@ -68,6 +68,11 @@ def test_it_is_saved_and_approved_by_name_and_the_changes_are_told(new_screen, p
     page.get_by_text("cycles: 15").first.wait_for()
     type_at_the_end(page, "description: Slower\n")
     expect(page.locator(".editor-side .changes")).to_contain_text("Slower")
+    page.locator("#procedure-station").select_option(label=STATION)
+    preview = page.locator(".editor-side details", has_text="Duration")
+    preview.locator("summary").first.click()  # the plan of the text as it is typed
+    expect(preview).to_contain_text("QUICK-ST")
+    go_to_the_end(page)
     page.keyboard.press("Control+s")
     screen.say_name("Ann")
     expect(page.get_by_role("button", name="Save", exact=True)).to_be_disabled()
