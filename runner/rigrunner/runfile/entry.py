@@ -23,6 +23,7 @@ from rigrunner.runfile.hdf5 import (
     members,
     new_group,
     open_file,
+    pieces_of,
     read_text,
     read_texts,
     read_values,
@@ -259,16 +260,17 @@ def _write_events(entry: h5py.Group, events: tuple[Event, ...]) -> None:
     group.create_dataset("seq", data=np.array([one.seq for one in events], np.int64))
     times = group.create_dataset("monotonic_s", data=np.array([one.monotonic_s for one in events]))
     times.attrs["units"] = "s"
-    write_ascii(group, "utc", [one.utc for one in events])
-    write_ascii(group, "kind", [type(one).__name__ for one in events])
-    write_ascii(group, "step", [getattr(one, "step", "") for one in events])
-    write_ascii(group, "text", [getattr(one, "text", "") for one in events])
-    write_ascii(group, "json", [event_text(one) for one in events])
+    write_ascii(group, "utc", (one.utc for one in events))
+    write_ascii(group, "kind", (type(one).__name__ for one in events))
+    write_ascii(group, "step", (getattr(one, "step", "") for one in events))
+    write_ascii(group, "text", (getattr(one, "text", "") for one in events))
+    write_ascii(group, "json", (event_text(one) for one in events))
 
 
 def read_events(entry: h5py.Group) -> tuple[Event, ...]:
     """Read all events of a run, in order."""
-    found = (event_from(bytes(text)) for text in entry["events/json"][()])
+    texts = (text for piece in pieces_of(entry["events/json"]) for text in piece)
+    found = (event_from(bytes(text)) for text in texts)
     return tuple(event for event in found if event is not None)
 
 

@@ -19,7 +19,7 @@ from rigrunner.runfile.interrupts import uninterrupted
 from rigrunner.runfile.patient_file import PatientFile
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -235,7 +235,7 @@ def write_text(group: h5py.Group, name: str, text: str) -> None:
 def write_verbatim(group: h5py.Group, name: str, text: str) -> None:
     """Write a text, byte by byte, as a uint8 dataset."""
     data = np.frombuffer(text.encode(errors="surrogateescape"), np.uint8)
-    group.create_dataset(name, data=data, **_packed(data))
+    group.create_dataset(name, data=data, **_packed(len(data), data.itemsize))
 
 
 def read_text(group: h5py.Group, name: str) -> str:
@@ -281,17 +281,31 @@ def read_values(group: h5py.Group) -> tuple[dict[str, float], dict[str, str]]:
     return values, units
 
 
-def write_ascii(group: h5py.Group, name: str, texts: Sequence[str]) -> None:
+def write_ascii(group: h5py.Group, name: str, texts: Iterable[str]) -> None:
     """Write a column of texts as fixed-length ASCII; what is not ASCII becomes an escape."""
-    column = np.array([text.encode("ascii", "backslashreplace") for text in texts], "S")
-    data = column if len(texts) else np.empty(0, "S1")
-    group.create_dataset(name, data=data, **_packed(data))
+    cells = [text.encode("ascii", "backslashreplace") for text in texts]
+    kind = np.dtype(f"S{max(map(len, cells), default=0) or 1}")
+    packing = _packed(len(cells), kind.itemsize)
+    column = group.create_dataset(name, (len(cells),), kind, **packing)
+    rows = _rows(kind.itemsize)
+    for first in range(0, len(cells), rows):
+        piece = slice(first, first + rows)
+        column[piece] = np.array(cells[piece], kind)
 
 
-def _packed(data: NDArray[Any]) -> dict[str, Any]:
+def pieces_of(column: h5py.Dataset) -> Iterator[NDArray[Any]]:
+    """Yield the rows of a column of texts in order, some at a time, as they are packed."""
+    rows = _rows(column.dtype.itemsize)
+    return (column[first : first + rows] for first in range(0, len(column), rows))
+
+
+def _rows(itemsize: int) -> int:
+    return max(_PIECE // itemsize, 1)
+
+
+def _packed(rows: int, itemsize: int) -> dict[str, Any]:
     """Return how to store a text, or a column of texts: as it is, or packed where it is large."""
-    if data.nbytes < _PIECE:
+    if rows * itemsize < _PIECE:
         return {}
-    rows = max(_PIECE // data.itemsize, 1)
-    return {"chunks": (min(rows, len(data)),), "compression": "gzip", "compression_opts": 1,
+    return {"chunks": (min(_rows(itemsize), rows),), "compression": "gzip", "compression_opts": 1,
             "fletcher32": True}  # fmt: skip

@@ -14,6 +14,7 @@ from rigrunner.runfile.hdf5 import (
     new_group,
     objects,
     open_file,
+    pieces_of,
     read_text,
     write_ascii,
     write_text,
@@ -101,5 +102,8 @@ def test_large_texts_are_packed_and_read_back(tmp_path):
         assert read_text(file, "text") == text
         assert file["column"][:2].tolist() == [b"main[0].sweep[0].set", rb"\xb5"]
         assert file["column"].shape == (100_000,)
+        pieces = list(pieces_of(file["column"]))
+        assert len(pieces) > 1
+        assert [text.decode("unicode_escape") for each in pieces for text in each] == column
         assert file["column"].fletcher32, "damage is found"
         assert file["short"].chunks is None
