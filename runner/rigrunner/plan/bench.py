@@ -38,6 +38,12 @@ class Bench:
         self._document = procedure.document
         self._devices = devices
         self._problems = problems
+        self._readings = {
+            Member(role, info.name): info
+            for role, device in devices.items()
+            if role in self._uses and isinstance(device, Observing)
+            for info in device.readings
+        }
 
     def of(self, procedure: LoadedProcedure) -> Bench:
         """Return the same bench as another procedure sees it."""
@@ -61,9 +67,7 @@ class Bench:
 
     def reading(self, member: Member) -> ReadingInfo | None:
         """Return what a role's device tells that is not a number; None for any other name."""
-        device = self._devices.get(member.role) if member.role in self._uses else None
-        told: Sequence[ReadingInfo] = device.readings if isinstance(device, Observing) else ()
-        return next((info for info in told if info.name == member.name), None)
+        return self._readings.get(member)
 
     def drive(self, member: Member, path: Path, *, key: bool) -> DriveInfo | None:
         """Return the drive, or None after adding the problem; `key`: it is named by a key."""
