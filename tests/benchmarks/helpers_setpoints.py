@@ -10,6 +10,7 @@ import os
 import sys
 import threading
 from pathlib import Path
+from textwrap import indent
 
 from rigrunner.api.events import Event, Scanned, StepEnded
 from rigrunner.clock import WallClock
@@ -113,6 +114,11 @@ _SWEEP = """\
             channels: [press.torque]
             limits: {{press.torque: {{max: 3 N·m}}}}
 """
+_REPEATED = """\
+  - repeat:
+      times: {times}
+      steps:
+{main}"""
 
 
 def lab_of(
@@ -122,8 +128,12 @@ def lab_of(
     blocking: bool = False,
     sync: str = "each_second",
     sweep: bool = False,
+    times: int = 1,
 ) -> tuple[Path, Path]:
-    """Write procedure, station and plugin into a folder; return the first two."""
+    """Write procedure, station and plugin into a folder; return the first two.
+
+    All points are gone through so many `times`: a file has no more than 20,000 values.
+    """
     (folder / "plugins").mkdir(parents=True)
     (folder / "plugins" / "bench_press.py").write_text(_PLUGIN, encoding="utf-8")
     station, procedure = folder / "station.yaml", folder / "procedure.yaml"
@@ -131,6 +141,8 @@ def lab_of(
     station.write_text(text, encoding="utf-8")
     values = ", ".join(f"{each:.6g} N" for each in loads_n(points))
     main = (_SWEEP if sweep else _SCAN).format(values=values)
+    if times > 1:
+        main = _REPEATED.format(times=times, main=indent(main, 4 * " "))
     procedure.write_text(_PROCEDURE.format(main=main), encoding="utf-8")
     return procedure, station
 
