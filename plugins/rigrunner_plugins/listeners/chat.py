@@ -16,10 +16,12 @@ if TYPE_CHECKING:
 def apprise(settings: AppriseSettings) -> Notifier:
     """Return the listener; raise PluginError without apprise, or where it knows no address."""
     try:
-        from apprise import Apprise, AppriseAsset  # noqa: PLC0415  (an extra)
+        from apprise import Apprise, AppriseAsset, NotifyFormat  # noqa: PLC0415  (an extra)
     except ImportError as error:
         raise missing("apprise", "apprise") from error
-    services = Apprise(asset=AppriseAsset(plugin_paths=[]))  # of no folder of a user
+    asset = AppriseAsset(plugin_paths=[])  # of no folder of a user
+    asset.http_redirects = False  # unless an address says redirect=yes
+    services = Apprise(asset=asset)
     for number, url in enumerate(settings.urls.read().splitlines(), 1):
         if url.strip() and not services.add(url.strip()):
             raise PluginError(
@@ -28,7 +30,8 @@ def apprise(settings: AppriseSettings) -> Notifier:
             )
 
     def deliver(message: Message) -> None:
-        if not services.notify(title=message.title, body=message.body):
+        told = {"title": message.title, "body": message.body}
+        if not services.notify(**told, body_format=NotifyFormat.TEXT):  # no name is HTML
             raise DeliveryError("a service did not take it")
 
     return Notifier("apprise", settings, deliver)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import smtplib
 import ssl
 from email.message import EmailMessage
 from email.utils import formatdate, make_msgid
 from typing import TYPE_CHECKING
 
+from rigrunner_plugins.listeners.answers import Answer
 from rigrunner_plugins.listeners.notifier import DeliveryError, Notifier
 
 if TYPE_CHECKING:
@@ -16,6 +18,24 @@ if TYPE_CHECKING:
 
 _FOR_GOOD = 500
 """From here on an answer of the server is not another one a moment later (RFC 5321, 4.2.1)."""
+
+
+class _Server(smtplib.SMTP):
+    """A mail server of which each answer ends after a time, whatever it sends."""
+
+    _answer: Answer
+
+    def getreply(self) -> tuple[int, bytes]:
+        """Return the code and the text of an answer."""
+        if self.file is None and self.sock is not None:  # at first, and where TLS has begun
+            self._answer = Answer(self.sock)
+            self.file = io.BufferedReader(self._answer)
+        self._answer.begin()
+        return super().getreply()
+
+
+class _TlsServer(_Server, smtplib.SMTP_SSL):
+    """The same with TLS from the beginning."""
 
 
 def mail(settings: MailSettings) -> Notifier:
@@ -43,8 +63,8 @@ def _connected(settings: MailSettings) -> smtplib.SMTP:
     host, port, timeout = settings.host, settings.port, settings.timeout
     if settings.security == "tls":
         checked = ssl.create_default_context()
-        return smtplib.SMTP_SSL(host, port, timeout=timeout, context=checked)
-    server = smtplib.SMTP(host, port, timeout=timeout)
+        return _TlsServer(host, port, timeout=timeout, context=checked)
+    server = _Server(host, port, timeout=timeout)
     if settings.security == "starttls":
         try:
             server.starttls(context=ssl.create_default_context())

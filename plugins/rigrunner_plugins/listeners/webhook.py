@@ -6,23 +6,36 @@ import base64
 import binascii
 import hashlib
 import hmac
+import io
 import json
 import ssl
 import time
-from http.client import HTTPConnection, HTTPException, HTTPSConnection
+from http.client import HTTPConnection, HTTPException, HTTPResponse, HTTPSConnection
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 from rigrunner.api import PluginError
+from rigrunner_plugins.listeners.answers import Answer
 from rigrunner_plugins.listeners.notifier import DeliveryError, Notifier
 
 if TYPE_CHECKING:
+    import socket
+
     from rigrunner_plugins.listeners.messages import Message
     from rigrunner_plugins.listeners.settings import WebhookSettings
 
 PREFIX = "whsec_"
 _OK = range(200, 300)
 _AGAIN = (408, 425, 429, *range(500, 600))
+
+
+class _Response(HTTPResponse):
+    """An answer that ends after a time: a receiver may say '100 Continue' for ever."""
+
+    def __init__(self, sock: socket.socket, debuglevel: int = 0, method: str | None = None) -> None:
+        super().__init__(sock, debuglevel, method)
+        self.fp.close()
+        self.fp = io.BufferedReader(Answer(sock))
 
 
 def webhook(settings: WebhookSettings) -> Notifier:
@@ -46,6 +59,7 @@ def webhook(settings: WebhookSettings) -> Notifier:
             connection = HTTPSConnection(host, port, timeout=settings.timeout, context=checked)
         else:
             connection = HTTPConnection(host, port, timeout=settings.timeout)
+        connection.response_class = _Response
         try:
             connection.request("POST", target, body, headers(message, body, key))
             status = connection.getresponse().status

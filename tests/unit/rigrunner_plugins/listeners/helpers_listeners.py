@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 import threading
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 from rigrunner.api.events import Alarm, Outcome, RunEnded, RunFinished, RunPlanned
@@ -71,11 +71,13 @@ def web(*statuses):
 
     class Handler(BaseHTTPRequestHandler):
         def do_POST(self):
-            body = self.rfile.read(int(self.headers["Content-Length"]))
+            body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
             self.send_response(receiver.answer(self.path, dict(self.headers), body))
             self.send_header("Content-Length", "0")
             self.send_header("Location", "/elsewhere")
             self.end_headers()
+
+        do_GET = do_POST  # noqa: N815  (http.server's name)
 
         def log_message(self, *_):
             pass
@@ -117,3 +119,35 @@ def unkind(*, closes):
             thread.join()
             for each in held:
                 each.close()
+
+
+@contextmanager
+def unending(first, again, pause_s=0.0):
+    """Answer each who comes on loopback with `first`, and then with `again` for ever."""
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        listening.settimeout(0.05)
+        over, threads = threading.Event(), []
+
+        def answer(connection):
+            with connection, suppress(OSError):
+                connection.settimeout(0.1)
+                connection.sendall(first)
+                while not over.wait(pause_s):
+                    with suppress(TimeoutError):
+                        connection.sendall(again)
+
+        def work():
+            while not over.is_set():
+                with suppress(TimeoutError):
+                    connection, _ = listening.accept()
+                    threads.append(threading.Thread(target=answer, args=(connection,)))
+                    threads[-1].start()
+
+        thread = threading.Thread(target=work)
+        thread.start()
+        try:
+            yield listening.getsockname()[1]
+        finally:
+            over.set()
+            for each in (thread, *threads):
+                each.join()

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import json
+from urllib.parse import parse_qs
 
 import pytest
 
 from rigrunner.api import PluginError
 from rigrunner_plugins.listeners import notifier
 from rigrunner_plugins.listeners.settings import AppriseSettings
-from unit.rigrunner_plugins.listeners.helpers_listeners import alarm, unkind, until, web, whole
+from unit.rigrunner_plugins.listeners.helpers_listeners import (
+    alarm,
+    planned,
+    unkind,
+    until,
+    web,
+    whole,
+)
 
 pytest.importorskip("apprise")
 
@@ -61,6 +69,26 @@ def test_a_service_that_hangs_or_closes_is_given_up(to, closes):
         sink(alarm())
         until(lambda: sink.lost)
     assert sink.lost == 1
+
+
+@pytest.mark.parametrize("form", ["html", "text"])
+def test_a_service_of_html_gets_names_as_text(to, tmp_path, form):
+    with web() as (receiver, port):
+        sink = to(f"form://127.0.0.1:{port}/?format={form}")
+        sink(planned(tmp_path))
+        sink(alarm("<a href='http://evil.example'>hot</a>"))
+        sink.close()
+    body = receiver.got[0][2].decode()
+    assert ("<a" in parse_qs(body)["message"][0]) == (form == "text")
+
+
+def test_no_redirect_is_followed(to):
+    with web(302) as (receiver, port):
+        sink = to(f"json://127.0.0.1:{port}/", tries=1)
+        sink(alarm())
+        until(lambda: sink.lost)
+        sink.close()
+    assert [path for path, _, _ in receiver.got] == ["/"]
 
 
 def test_an_address_that_apprise_does_not_know_is_refused_by_its_number(to):

@@ -15,6 +15,7 @@ from unit.rigrunner_plugins.listeners.helpers_listeners import (
     finished,
     free_port,
     planned,
+    unending,
     unkind,
     until,
     whole,
@@ -142,6 +143,19 @@ def test_a_server_that_is_busy_is_asked_again_and_one_that_refuses_is_not(served
 def test_a_server_that_hangs_or_closes_is_given_up(closes, security):
     with unkind(closes=closes) as port:
         sink = to(port, timeout="0.1 s", tries=2, security=security)
+        sink(alarm())
+        until(lambda: sink.lost)
+        sink.close()
+    assert sink.lost == 1
+
+
+@pytest.mark.parametrize(
+    ("first", "again", "pause_s"),
+    [(b"220 mx\r\n", b"250-x\r\n" * 1000, 0.0), (b"", b"220-x\r\n", 0.02)],
+)
+def test_an_answer_that_never_ends_is_given_up(first, again, pause_s):
+    with unending(first, again, pause_s) as port:
+        sink = to(port, timeout="0.3 s", tries=1)
         sink(alarm())
         until(lambda: sink.lost)
         sink.close()

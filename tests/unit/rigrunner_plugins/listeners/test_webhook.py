@@ -17,6 +17,7 @@ from rigrunner_plugins.listeners.webhook import signature, signing_key, webhook
 from unit.rigrunner_plugins.listeners.helpers_listeners import (
     SECRET,
     alarm,
+    unending,
     unkind,
     until,
     web,
@@ -92,6 +93,31 @@ def test_a_receiver_that_hangs_or_closes_is_given_up(closes):
         until(lambda: sink.lost)
         sink.close()
     assert sink.lost == 1
+
+
+@pytest.mark.parametrize(
+    ("first", "again", "pause_s"),
+    [
+        (b"", b"HTTP/1.1 100 Continue\r\n\r\n" * 100, 0.0),
+        (b"HTTP/1.1 2", b"0", 0.02),
+        (b"HTTP/1.1 100 Continue\r\n", b"a: b\r\n", 0.02),
+    ],
+)
+def test_an_answer_that_never_ends_is_given_up(first, again, pause_s):
+    with unending(first, again, pause_s) as port:
+        sink = to(port, timeout="0.3 s", tries=1)
+        sink(alarm())
+        until(lambda: sink.lost)
+        sink.close()
+    assert sink.lost == 1
+
+
+def test_what_follows_the_status_is_not_read():
+    with unending(b"HTTP/1.1 200 OK\r\n\r\n", b"x" * 1000) as port:
+        sink = to(port, tries=1)
+        sink(alarm())
+        sink.close()
+    assert sink.lost == 0
 
 
 def test_a_secret_is_read_when_the_run_begins_and_said_nowhere(tmp_path, monkeypatch):
