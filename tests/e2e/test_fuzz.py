@@ -4,7 +4,9 @@ A short form of `python tests/fuzz/fuzz.py`.
 """
 
 import re
+import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -12,9 +14,21 @@ import pytest
 FUZZ = Path(__file__).resolve().parent.parent / "fuzz"
 sys.path.insert(0, str(FUZZ))
 
-from targets import TARGETS  # noqa: E402
+from targets import TARGETS, Target  # noqa: E402
 
-from fuzz import GOOD, READ, Reader, fuzz, seeds_of, verdict  # noqa: E402  (the folder is on the path only now)
+import fuzz as fuzzing  # noqa: E402  (the folder is on the path only now)
+from fuzz import (  # noqa: E402
+    ELSEWHERE,
+    GOOD,
+    OUTCOMES,
+    READ,
+    SLOW,
+    Reader,
+    fuzz,
+    measured,
+    seeds_of,
+    verdict,
+)  # fmt: skip
 
 CORPUS = sorted((FUZZ / "corpus").glob("*/*"))
 INPUTS = 60
@@ -53,6 +67,52 @@ def test_what_once_crashed_a_reader_is_refused(path, tmp_path):
     assert outcome in GOOD, where
 
 
+def test_what_takes_long_or_changes_other_files_is_a_fault(tmp_path, monkeypatch):
+    def read(path):
+        end_s = time.process_time() + float(path.read_text("utf-8"))
+        while time.process_time() < end_s:
+            pass
+
+    monkeypatch.setattr(fuzzing, "SLOW_S", 0.01)
+    target = Target("any", ".txt", lambda _: [], read)
+    assert measured(target, b"0", tmp_path, []).outcome == READ
+    assert measured(target, b"0.02", tmp_path, []).outcome == SLOW
+    assert measured(target, b"0", tmp_path, ["open /x"])[:2] == (ELSEWHERE, "open /x")
+
+
+def test_changes_of_other_files_programs_and_calls_are_noticed(tmp_path):
+    """In a program of its own: what watches a process does so until its end."""
+    (tmp_path / "own").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path)
+    text = """
+        import os, socket, subprocess, sys
+        from pathlib import Path
+        from watch import watch
+        os.chdir("own")
+        seen = watch(Path("."))
+        Path("a").write_text("1", "utf-8")
+        Path("a").rename("b")
+        Path("b").read_text("utf-8")
+        Path("../link").readlink()
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM).connect(("127.0.0.1", 9))
+        assert not seen, seen
+        Path("../c").write_text("1", "utf-8")
+        Path("../link/own/../d").mkdir()
+        Path("b").rename("../e")
+        subprocess.run([sys.executable, "-V"], stdout=subprocess.DEVNULL)
+        try:
+            socket.socket(socket.AF_INET, socket.SOCK_DGRAM).connect(("192.0.2.1", 9))
+        except OSError:  # without a network
+            pass
+        kinds = [each.split()[0] for each in seen]
+        assert kinds[:3] == ["open", "os.mkdir", "os.rename"], seen
+        assert kinds[-1] == "socket.connect" and "subprocess.Popen" in kinds, seen
+        """
+    lines = "\n".join(line[8:] for line in text.splitlines())
+    path = {"PYTHONPATH": str(FUZZ)}
+    subprocess.run([sys.executable, "-c", lines], cwd=tmp_path, env=path, check=True)
+
+
 def test_the_corpus_is_there():
     assert CORPUS
 
@@ -65,8 +125,8 @@ def test_the_page_on_security_has_every_reader_and_no_crash():
         if line.startswith("|")
     ]
     assert [row[0] for row in rows[2:]] == [target.name for target in TARGETS]
-    for _, files, read, refused, *bad in rows[2:]:
+    for _, files, read, refused, *more in rows[2:]:
         assert int(files) == int(read) + int(refused)
-        assert bad == ["0", "0", "0"]
+        assert more[: len(OUTCOMES) - 2] == ["0"] * (len(OUTCOMES) - 2)
     named = re.findall(r"`(tests/[^`]+)`", page)
     assert all((FUZZ.parent.parent / name).exists() for name in named)

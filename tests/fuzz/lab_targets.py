@@ -19,10 +19,9 @@ from target import Target
 
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.errors import DeviceError, InvalidFileError, Problem
-from rigrunner.procedure import load_procedure
+from rigrunner.procedure import check_result_limits, load_procedure, step_kinds
 from rigrunner.queue import Queue, read_list
 from rigrunner.registry import load_registry
-from rigrunner.run.checked import checked_alone
 from rigrunner.run.locate import shipped_folder
 from rigrunner.station import load_station
 from rigrunner_panel.web.app import make_app
@@ -39,6 +38,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.data import RunData
     from rigrunner.procedure import Procedure
+    from rigrunner.registry import Registry
     from rigrunner_plugins.listeners.notifier import Notifier
 
 QUEUE = """{"rigrunner": "queue/1", "next": 4, "entries": [
@@ -96,6 +96,12 @@ LARGE = 10_000
 """Bytes of a queue."""
 
 
+@cache
+def _registry() -> Registry:
+    """Return the registry of all plugins, of which a new one would take most of the time."""
+    return load_registry()
+
+
 def _queue(path: Path) -> object:
     """Read a queue as the panel shows it, and as it looks for what is next."""
     runs = path.parent / "runs"
@@ -120,16 +126,18 @@ def _text(path: Path) -> str:
 
 
 def _editor(path: Path) -> object:
-    """Check a text that is not in the file yet."""
+    """Check a text that is not in the file yet, as `checked_alone` does but for its registry."""
     procedure = path.parent / "edited.yaml"
     if not procedure.exists():
         procedure.write_bytes((shipped_folder() / "no_load_breakaway.yaml").read_bytes())
-    return checked_alone(procedure, _text(path))
+    loaded = load_procedure(procedure, step_kinds(_registry()), text=_text(path))
+    check_result_limits(loaded, _registry())
+    return loaded
 
 
 def _equation(path: Path) -> object:
     """Check the text of a model as `check` does, and evaluate it as a run does."""
-    model, registry = path.read_text("utf-8", "replace"), load_registry()
+    model, registry = path.read_text("utf-8", "replace"), _registry()
     named = set(re.findall(r"\w+", model)) | {"U"}
     results = [
         {"name": f"result_{each}", "symbol": each, "unit": unit}
@@ -189,7 +197,8 @@ REQUESTS: dict[str, dict[str, object]] = {
 @cache
 def _panel() -> tuple[TestClient, Path]:
     """Return a client of a panel with a lab folder, and its folder of runs."""
-    lab = Path(mkdtemp())
+    lab = Path(mkdtemp()) / "lab"
+    lab.mkdir()
     (lab / "mine.yaml").write_text(TEXT, "utf-8")
     panel = Panel(settings=Settings(runs=lab / "runs", procedures=lab))
     panel.rig("simulated")
@@ -199,7 +208,10 @@ def _panel() -> tuple[TestClient, Path]:
 
 
 def _request(path: Path) -> object:
-    """Post what the file has, a path in its first line and then a body; a bug raises."""
+    """Post what the file has, a path in its first line and then a body.
+
+    A bug raises, and so does a file beside the lab's folder or in a folder of it that nobody made.
+    """
     where, _, body = path.read_bytes().partition(b"\n")
     panel, runs = _panel()
     for grown in runs.glob("queue-*.json"):
@@ -208,6 +220,9 @@ def _request(path: Path) -> object:
     panel.post("/api/v1/control", json={"name": "Ann", "take_over": True})
     address, headers = f"/api/v1/{quote(where.strip())}", {"Content-Type": "application/json"}
     answer = panel.post(address, content=body, headers=headers)
+    lab = runs.parent
+    if [*lab.parent.iterdir()] != [lab] or [each for each in lab.glob("*/") if each != runs]:
+        raise RuntimeError("a request made files where none belong")
     if answer.is_error:
         raise InvalidFileError([Problem(answer.text)])
     return answer.content
@@ -226,7 +241,7 @@ def _listeners(path: Path) -> object:
     """Make the listeners that a station names, as a run does, without telling them anything."""
     station = path.parent / "station.yaml"
     station.write_bytes(_station_text() + b"\n" + path.read_bytes())
-    registry, made = load_registry(), []
+    registry, made = _registry(), []
     with ExitStack() as held:
         for each in load_station(station).model.listeners:
             sink = registry.make("event_sink", each.plugin, each.settings)

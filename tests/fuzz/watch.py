@@ -1,0 +1,47 @@
+"""What a reader must not do: write elsewhere, start a program, call another machine."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
+CHANGES = {
+    "os.chmod": 1, "os.link": 2, "os.mkdir": 1, "os.remove": 1, "os.rename": 2, "os.rmdir": 1,
+    "os.symlink": 2, "os.truncate": 1,
+}  # fmt: skip
+"""Of each event of Python that tells a change of files: how many of its values are paths."""
+PROGRAMS = ("os.exec", "os.fork", "os.forkpty", "os.posix_spawn", "os.system", "subprocess.Popen")
+HERE = ("127.0.0.1", "::1", "localhost")
+
+
+def watch(folder: Path) -> list[str]:
+    """Note from now on, for as long as the process lives, what goes beyond this folder."""
+    inside, seen = os.path.realpath(folder) + os.sep, []
+
+    def hook(event: str, values: tuple[Any, ...]) -> None:
+        if event == "open":
+            paths = values[:1] if values[2] & WRITING else ()
+        else:
+            paths = values[: CHANGES.get(event, 0)]
+        names = [os.fsdecode(each) for each in paths if isinstance(each, str | bytes | os.PathLike)]
+        seen.extend(f"{event} {name}" for name in names if _beyond(name, inside))
+        if event in PROGRAMS or (event == "socket.connect" and _elsewhere(values[1])):
+            seen.append(f"{event} {values[-1]}")
+
+    sys.addaudithook(hook)
+    return seen
+
+
+def _beyond(path: str, inside: str) -> bool:
+    """Is this a file elsewhere? The last link is not followed: it may be what is changed."""
+    head, tail = os.path.split(path)
+    return path != os.devnull and not f"{os.path.realpath(head)}{os.sep}{tail}".startswith(inside)
+
+
+def _elsewhere(address: object) -> bool:
+    return isinstance(address, tuple) and address[0] not in HERE
