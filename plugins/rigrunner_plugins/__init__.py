@@ -1,1 +1,1 @@
-"""The plugins that ship with Rigrunner; found through entry points, as any other."""
+"""The built-in plugins; they are found through entry points like any other plugin."""

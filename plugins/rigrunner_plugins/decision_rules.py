@@ -1,6 +1,6 @@
-"""The decision rules that ship: simple acceptance, guard bands, and a non-binary statement.
+"""The built-in decision rules: simple acceptance, guard bands, and a non-binary statement.
 
-JCGM 106:2012, 8, and ILAC-G8:09/2019, 4.2. Loads without scipy.
+JCGM 106:2012, 8, and ILAC-G8:09/2019, 4.2. Does not import scipy.
 """
 
 from __future__ import annotations
@@ -19,67 +19,67 @@ if TYPE_CHECKING:
 
 
 class FractionSettings(Settings):
-    """Of the rule `guard_band_fraction`."""
+    """Settings of the rule `guard_band_fraction`."""
 
     fraction: Annotated[float, Field(gt=0, le=5, description="of U: w = fraction · U")]
 
 
 @dataclass(frozen=True)
 class Simple:
-    """Simple acceptance (ILAC-G8, 4.2.1); satisfies `rigrunner.api.verdict.DecisionRule`."""
+    """Simple acceptance (ILAC-G8, 4.2.1); implements `rigrunner.api.verdict.DecisionRule`."""
 
     settings: NoSettings
 
     @property
     def words(self) -> Mapping[str, str]:
-        """What it does."""
+        """A description of the rule."""
         return {"en": "simple acceptance, the value alone decides (w = 0)"}
 
     def __call__(self, limits: Limits, estimate: Estimate) -> Sequence[Zone]:  # noqa: ARG002  (the same for all)
-        """Return the zone of what passes: all that is within the limits."""
+        """Return the pass zone: all that is within the limits."""
         return [Zone(Verdict.PASS, 0.0)]
 
 
 @dataclass(frozen=True)
 class GuardBand:
-    """Binary, with a guard band (ILAC-G8, 4.2.2)."""
+    """Binary statement with a guard band (ILAC-G8, 4.2.2)."""
 
     share: float = 1.0
-    """w over U."""
+    """The guard band w as a share of U."""
     guard: str = "U"
-    """w in words."""
+    """The guard band w in words."""
 
     @classmethod
     def of_fraction(cls, settings: FractionSettings) -> GuardBand:
-        """Return the rule with the guard band that its settings say."""
+        """Return the rule with the guard band from its settings."""
         return cls(settings.fraction, f"{settings.fraction:g} U")
 
     @property
     def words(self) -> Mapping[str, str]:
-        """What it does."""
+        """A description of the rule."""
         return {
             "en": f"guard band w = {self.guard} of 95 %; what is not within the limit by w fails"
         }
 
     def __call__(self, limits: Limits, estimate: Estimate) -> Sequence[Zone]:  # noqa: ARG002  (the same for all)
-        """Return the zone of what passes."""
+        """Return the pass zone."""
         width = "U" if self.share == 1 else f"w = {self.guard}"
         return [Zone(Verdict.PASS, self.share * _expanded(estimate), width)]
 
 
 @dataclass(frozen=True)
 class NonBinary:
-    """Conditional verdicts within a guard band on both sides of the limit (ILAC-G8, 4.2.3)."""
+    """Conditional verdicts in a guard band on both sides of the limit (ILAC-G8, 4.2.3)."""
 
     settings: NoSettings
 
     @property
     def words(self) -> Mapping[str, str]:
-        """What it does."""
+        """A description of the rule."""
         return {"en": "guard band w = U of 95 %; what is nearer to the limit than w is conditional"}
 
     def __call__(self, limits: Limits, estimate: Estimate) -> Sequence[Zone]:  # noqa: ARG002  (the same for all)
-        """Return the three zones; what is farther out fails."""
+        """Return the three zones; beyond them is a fail."""
         guard = _expanded(estimate)
         return [
             Zone(Verdict.PASS, guard, "U"),

@@ -1,1 +1,1 @@
-"""The analyses of any quantity that ship."""
+"""The built-in analyses, which work for any quantity."""

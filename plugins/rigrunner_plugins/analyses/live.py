@@ -1,4 +1,4 @@
-"""The analysis `readings` while it is measured: running statistics, block by block."""
+"""The analysis `readings` during a recording: running statistics, block by block."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from rigrunner_plugins.analyses.settings import ReadingsSettings
 
 MOST_POINTS = 400
-"""Of the curve of a recording; of more every other one is left out."""
+"""Most points in the curve of a recording; above it, every other point is dropped."""
 
 
 @dataclass
 class Running:
-    """Mean, spread and extremes of all values so far (Chan, Golub and LeVeque, 1983)."""
+    """Running mean, spread and extremes (Chan, Golub and LeVeque, 1983)."""
 
     count: int = 0
     mean: float = 0.0
@@ -36,7 +36,7 @@ class Running:
     greatest: float = -inf
 
     def take(self, values: Array) -> None:
-        """Take values of shape (n,), n at least 1."""
+        """Add values, shape (n,), n at least 1."""
         n, mean = len(values), float(values.mean())
         total, off = self.count + n, mean - self.mean
         self.squares += float(((values - mean) ** 2).sum()) + off**2 * self.count * n / total
@@ -46,7 +46,7 @@ class Running:
         self.greatest = max(self.greatest, float(values.max()))
 
     def statistic(self, name: str) -> float:
-        """Return a statistic; nan of one that needs all values at once, or more of them."""
+        """Return a statistic; nan if it needs all values at once, or more values."""
         several = self.count > 1
         return {
             "mean": self.mean,
@@ -60,7 +60,7 @@ class Running:
 
 @dataclass
 class LiveReadings:
-    """Satisfies `rigrunner.api.findings.LiveAnalysis`. It keeps a few numbers for each place."""
+    """Implements `rigrunner.api.findings.LiveAnalysis`. It stores a few numbers for each place."""
 
     settings: ReadingsSettings
     _at: dict[tuple[CoordinateValue, ...], tuple[Mapping[str, CoordinateValue], Running]] = field(
@@ -72,9 +72,9 @@ class LiveReadings:
     _blocks: int = 0
 
     def begin(self, recording: Recording, run: RunData) -> None:  # noqa: ARG002  (of any run)
-        """Begin with a recording, if it is one that the procedure chooses.
+        """Start a recording, if the procedure selects it.
 
-        A value that is compared with another run's is known when the analysis is made.
+        A value relative to a partner run is known only when the analysis is complete.
         """
         told, place = self.settings, place_of(recording)
         names = [told.of, *([told.other] if told.other else [])]
@@ -86,7 +86,7 @@ class LiveReadings:
             _, self._now = self._at.setdefault(tuple(own.values()), (own, Running()))
 
     def take(self, block: Block) -> tuple[()]:
-        """Take the next block of the recording."""
+        """Add the next block of the recording."""
         if self._now is None or not block.samples:
             return ()
         told = self.settings
@@ -101,7 +101,7 @@ class LiveReadings:
         return ()
 
     def findings(self) -> Findings:
-        """Return the statistic at each place by now, and its curve over the recording."""
+        """Return the present statistic at each place, and its curve over the recording."""
         (definition,) = self.settings.yields()
         known = [(place, each, self._shown(each)) for place, each in self._at.values()]
         results = tuple(
@@ -131,7 +131,7 @@ class LiveReadings:
         return (value - (0.0 if told.is_difference else stated.offset)) / stated.factor
 
     def _draw(self, time_s: float, value: float) -> None:
-        """Add a point to the curve, one of so many that its length is bounded."""
+        """Add a point to the curve, whose length is bounded."""
         self._blocks += 1
         if self._blocks % self._every:
             return

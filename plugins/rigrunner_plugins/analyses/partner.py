@@ -1,9 +1,9 @@
-"""Budgets of two runs that are compared: what one instrument has wrong in both enters once.
+"""Budgets of two runs that are compared: an instrument error common to both counts once.
 
-A gain or an offset of the same instrument, calibrated once, is one error. It acts in the difference
-or quotient by the sum of its two sensitivities (GUM 5.2.2 with r = 1): an offset cancels in a
-difference, a gain in a quotient. What is stated in one figure may be another error at each reading,
-and scatter is: both runs have a line of it.
+A gain or an offset of an instrument that was calibrated once is one error. Its sensitivity for the
+difference or quotient is the sum of both sensitivities (GUM 5.2.2 with r = 1): an offset cancels in
+a difference, a gain in a quotient. An error stated as one figure may differ between readings, as
+scatter does, so each run has its own budget line for it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Partner:
-    """The run that is taken off or divided by, with its values by their places."""
+    """The run that is subtracted or divided by, with its values by place."""
 
     run: RunData
     groups: Sequence[Group]
@@ -42,7 +42,7 @@ class Partner:
         raise DataError(f"the {self.words}, {self.run.run_id}, has nothing at {place}")
 
     def apart(self, run: RunData, group: Group) -> dict[str, str]:
-        """Return by what the lines of a channel are told apart that another instrument read."""
+        """Return the suffix for budget lines of a channel read by another instrument."""
         ours, theirs = run.instruments, self.run.instruments
         channels = {name: channel_of(name) for name in group.values}
         return {
@@ -55,9 +55,9 @@ class Partner:
 def joined(
     own: Sequence[Component], theirs: Sequence[Component], words: str
 ) -> Iterator[Component]:
-    """Yield the lines of both budgets, one of a name that both share.
+    """Yield the lines of both budgets; lines of the same name become one.
 
-    `theirs` have the sensitivities of the difference or quotient already.
+    `theirs` already have the sensitivities of the difference or quotient.
     """
     left = {each.name: each for each in theirs}
     for line in own:

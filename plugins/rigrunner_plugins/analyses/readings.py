@@ -1,9 +1,9 @@
-"""The analysis `readings`: a statistic of what was read, with what is known of its uncertainty.
+"""The analysis `readings`: a statistic of readings with its uncertainty.
 
-Type A is what the values show themselves (GUM 4.2); type B is what the register says of the
-instrument (GUM 4.3). An error that all readings share, a gain or an offset, is carried through the
-statistic as it is. What a register states in one figure may be another error at each reading:
-a difference of two readings then has it twice.
+Type A comes from the values themselves (GUM 4.2); type B comes from the instrument's register entry
+(GUM 4.3). An error that all readings share, a gain or an offset, is carried through the statistic.
+An error stated as one figure may differ between readings: a difference of two readings then
+contains it twice.
 """
 
 from __future__ import annotations
@@ -35,22 +35,22 @@ if TYPE_CHECKING:
     from rigrunner_plugins.analyses.statistics import Statistic
 
 SMALL = 1e-6
-"""The part of an error by which its effect is found, at which every statistic is a line."""
+"""Share of an error used to find its effect; at this size every statistic is linear."""
 
 _SPREAD = ".peak_to_peak"
-"""What a spread of samples is called: an offset cancels in it. In a root mean square an offset acts
-by mean/rms, at most 1, with which it is counted."""
+"""Statistics of spread, in which an offset cancels. In a root mean square an offset acts by
+mean/rms, at most 1, which is the factor used."""
 _WORDS = {"peak_to_peak": "peak to peak value", "rms": "root mean square"}
 
 
 @dataclass(frozen=True)
 class Readings:
-    """Satisfies `rigrunner.api.findings.Analysis`."""
+    """Implements `rigrunner.api.findings.Analysis`."""
 
     settings: ReadingsSettings
 
     def __call__(self, run: RunData) -> Findings:
-        """Return the statistic of each group; raise DataError where nothing was measured."""
+        """Return the statistic of each group; raise DataError if nothing was measured."""
         told = self.settings
         names = [told.of, *([told.other] if told.other else [])]
         found = groups(run, names, per=told.per, where=told.where, table=told.table)
@@ -120,7 +120,7 @@ class Readings:
     def _compared(
         self, run: RunData, group: Group, partner: Partner, value: float
     ) -> tuple[float, tuple[Component, ...]]:
-        """Return the difference to the partner run, or the quotient, with the lines of both."""
+        """Return the difference to the partner run, or the quotient, with both budgets."""
         other = partner.at(group)
         base = self._statistic.value(other.series(self._combined(other)))
         shown = unit(self.settings.result.unit)
@@ -151,7 +151,7 @@ class Readings:
         return si_unit(self.settings.statistic, value)
 
     def _combined(self, group: Group, changed: str = "", by: Array | float = 0.0) -> Array:
-        """Return the values of which the statistic is taken, those of one channel changed."""
+        """Return the values for the statistic, with those of one channel replaced."""
         values = {name: each + (by if name == changed else 0.0) for name, each in
                   group.values.items()}  # fmt: skip
         of = values[self.settings.of]
@@ -172,7 +172,7 @@ class Readings:
         symbol: str,
         apart: Mapping[str, str] = MappingProxyType({}),
     ) -> Iterator[Component]:
-        """Yield the lines of a group, times a scale; `apart` is added to those of a channel."""
+        """Yield the budget lines of a group, scaled; `apart` is appended to those of a channel."""
         series = group.series(self._combined(group))
         scatter = self._statistic.scatter(series)
         if scatter is not None:
@@ -218,7 +218,7 @@ class Readings:
         )
 
     def _effect(self, error: ReadingError, channel: str, group: Group) -> float:
-        """Return by how much the statistic changes with an error, per its size."""
+        """Return the change of the statistic caused by an error, per unit of its size."""
         at_rest = self._combined(group)
         value = self._statistic.value
         if error.acts == "each":

@@ -1,4 +1,4 @@
-"""The analyses of any quantity that ship, as records. Their settings load once they are named."""
+"""Registers the built-in analyses. Their settings load on first use."""
 
 from __future__ import annotations
 

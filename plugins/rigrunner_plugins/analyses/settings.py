@@ -1,4 +1,4 @@
-"""What a procedure says of the analysis `readings`. Loads without numpy."""
+"""Settings of the analysis `readings`. Does not import numpy."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ Per = Annotated[
     BeforeValidator(_one_or_several),
     WithJsonSchema({"anyOf": [_KEY, {"type": "array", "items": _KEY}]}),
 ]
-"""One coordinate, or several, by which results are told apart."""
+"""One or several coordinates that distinguish results."""
 
 
 def _symbol(text: str) -> str:
@@ -70,21 +70,21 @@ def _symbol(text: str) -> str:
 
 
 class ResultSettings(Settings):
-    """What the result is called, and in which unit it is stated."""
+    """The name and unit of the result."""
 
     name: Annotated[str, Field(pattern=f"^{NAME}$")]
-    """By which limits, report and certificate name it."""
+    """The name used by limits, report and certificate."""
     symbol: PlainText = ""
-    """Such as R."""
+    """The symbol, such as R."""
     text: PlainText = ""
     """The measurand in words, such as 'load regulation'."""
     unit: Annotated[str, AfterValidator(_symbol)]
-    """Such as mV."""
+    """The unit, such as mV."""
     id: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]*$")] | None = None
-    """The measurand for programs, by a list that they share, such as voltage.dc.regulation."""
+    """The measurand's identifier in a shared list, such as voltage.dc.regulation."""
 
     def definition(self, per: tuple[str, ...]) -> ResultDefinition:
-        """Return what an analysis yields by it, a result for each value of some coordinates."""
+        """Return what the analysis yields: one result for each value of some coordinates."""
         return ResultDefinition(
             name=self.name,
             symbol=self.symbol,
@@ -96,55 +96,57 @@ class ResultSettings(Settings):
 
 
 class ComparedRun(PartnerRun):
-    """The run whose value is taken off, or divided by."""
+    """A run whose value is subtracted or divided by."""
 
     name: PartnerName
-    """By which `--partner` and documents name it."""
+    """The name used by `--partner` and in documents."""
     per: Per = ()
-    """Its value at each of these coordinates of the analysis' own `per`; left out, one value of
-    all of it."""
+    """One value for each of these coordinates, which must be in the analysis' own `per`; if
+    omitted, one value over all."""
     where: Place = Field(default_factory=dict)
-    """Only of what was measured there in it."""
+    """Use only what was measured in that run under this condition."""
 
 
 class TareRun(ComparedRun):
-    """A run whose value is taken off: of a dark detector, an empty balance."""
+    """A run whose value is subtracted, such as a dark detector or an empty balance."""
 
     name: PartnerName = "tare"
 
 
 class ReferenceRun(ComparedRun):
-    """A run by whose value is divided: of a reference specimen."""
+    """A run by whose value is divided, such as a run of a reference specimen."""
 
     name: PartnerName = "reference"
 
 
 class ReadingsSettings(Settings):
-    """A statistic of a recorded channel, or of a column of measured values."""
+    """A statistic of a recorded channel or of a column of measured values."""
 
     of: ValueName
-    """The channel, such as meter.voltage; or a statistic that `record` keeps of one, such as
+    """The channel, such as meter.voltage, or a statistic that `record` stores, such as
     tester.torque.rms."""
     statistic: Statistic = "mean"
-    """What is taken of its values: over each group of `per`, or over all."""
+    """The statistic of the values in each group of `per`, or of all values."""
     minus: ValueName | None = None
-    """A channel that was read with it: the statistic is of the differences, value by value."""
+    """A channel read at the same time: the statistic is taken of the differences, value by value.
+    """
     divided_by: ValueName | None = None
-    """A channel that was read with it: the statistic is of the quotients, value by value."""
+    """A channel read at the same time: the statistic is taken of the quotients, value by value."""
     per: Per = ()
-    """A result for each value of these set-points or coordinates, such as [load.current]."""
+    """One result for each value of these set-points or coordinates, such as [load.current]."""
     where: Place = Field(default_factory=dict)
-    """Only of what was measured there, such as {load.current: 2 A}."""
+    """Use only what was measured under this condition, such as {load.current: 2 A}."""
     table: Annotated[str, Field(pattern=f"^{NAME}$")] | None = None
-    """Only of the rows of this table; left out, of the recordings, or else of all tables."""
+    """Use only the rows of this table; if omitted, the recordings, or all tables if there are none.
+    """
     percent: Annotated[Ratio, Field(gt=0, lt=1)] | None = None
-    """Of `percentile`: how many of the values are at most as great, such as 95 %."""
+    """For `percentile`: the share of values at or below it, such as 95 %."""
     within: Difference | None = None
-    """Of `settling_time`: how far from the last value counts as settled."""
+    """For `settling_time`: the half-width of the band around the last value."""
     tare: TareRun | None = None
-    """Another run whose same statistic is taken off this one's, such as a dark reading."""
+    """Subtract the same statistic of another run, such as a dark reading."""
     relative_to: ReferenceRun | None = None
-    """Another run by whose same statistic this one's is divided, such as a reference specimen."""
+    """Divide by the same statistic of another run, such as a run of a reference specimen."""
     result: ResultSettings
 
     @model_validator(mode="after")
@@ -170,14 +172,14 @@ class ReadingsSettings(Settings):
 
     @property
     def is_difference(self) -> bool:
-        """Whether the result is a difference of values: of temperatures in K, from no zero."""
+        """Whether the result is a difference of values; of temperatures it is in K."""
         return bool(self.minus or self.compared) or self.statistic in {
             *DIFFERENCES, "slope", "settling_time",
         }  # fmt: skip
 
     @property
     def compared(self) -> ComparedRun | None:
-        """The partner run whose value is taken off or divided by."""
+        """The partner run whose value is subtracted or divided by."""
         return self.tare or self.relative_to
 
     def yields(self) -> tuple[ResultDefinition, ...]:
@@ -202,7 +204,7 @@ class ReadingsSettings(Settings):
         return Requirements(channels=channels, partners=partners)
 
     def objections(self, units: Mapping[str, str]) -> Iterator[Objection]:
-        """Yield what does not fit the units in which the channels are measured."""
+        """Yield an error for each setting that does not fit the units of the channels."""
         of = unit(units[self.of])
         if self.minus is not None and unit(units[self.minus]).dimension != of.dimension:
             other = unit(units[self.minus])
@@ -256,7 +258,7 @@ class ReadingsSettings(Settings):
 
 
 DIFFERENCES = {"range", "standard_deviation"}
-"""The statistics that are differences of values: of temperatures they are in K."""
+"""The statistics that are differences of values; of temperatures they are in K."""
 
 
 def quotient(above: str, below: str) -> str:

@@ -1,4 +1,4 @@
-"""Where the values of an analysis come from: channels of recordings, or columns of tables."""
+"""The values of an analysis: channels of recordings or columns of tables."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """All values at one place, of each channel that is asked for, value by value: shape (n,)."""
+    """All values at one place, for each requested channel, shape (n,)."""
 
     place: Mapping[str, CoordinateValue]
     values: Mapping[str, Array]
@@ -32,21 +32,22 @@ class Group:
     step_s: float
 
     def series(self, values: Array) -> Series:
-        """Return some values of the group as a series."""
+        """Return the values of the group as a series."""
         return Series(values, self.times_s, self.in_a_row, self.step_s)
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A recording, or a row of a table."""
+    """A recording or a table row."""
 
     place: Mapping[str, CoordinateValue]
     values: Mapping[str, Array]
-    """Of each channel that is asked for, less its zero reading, shape (n,): samples, or one."""
+    """Values of each requested channel minus its zero reading, shape (n,): samples, or one value.
+    """
     units: Mapping[str, str]
     began: datetime
     step_s: float
-    """Between two samples; 0 of a row."""
+    """Time between two samples in s; 0 for a table row."""
 
 
 def groups(
@@ -57,11 +58,10 @@ def groups(
     where: Mapping[str, Quantity | str] | None = None,
     table: str | None = None,
 ) -> list[Group]:
-    """Return the values of some channels by their places, in the order in which these came first.
+    """Return the values of some channels by place, in order of first appearance.
 
-    `per` are the coordinates that tell the places apart; `where` and `table` leave all others out.
-    Zero readings are taken off. Raises DataError where nothing was measured, or a value is not a
-    finite number.
+    `per` are the coordinates that distinguish places; `where` and `table` select. Zero readings are
+    subtracted. Raises DataError if nothing was measured or a value is not finite.
     """
     measured = list(parts(run, names, table))
     chosen = [part for part in measured if is_at(where or {}, part.place)]
@@ -112,7 +112,7 @@ def _group(place: Mapping[str, CoordinateValue], parts: list[Part]) -> Group:
 
 
 def parts(run: RunData, names: Sequence[str], table: str | None = None) -> Iterator[Part]:
-    """Yield each recording with all of some channels; else each row, or those of one table."""
+    """Yield each recording with all the channels; else each row, or those of a table."""
     recordings = [each for each in run.recordings if all(name in each.channels for name in names)]
     if table is None and recordings:
         for recording in recordings:
@@ -129,7 +129,7 @@ def parts(run: RunData, names: Sequence[str], table: str | None = None) -> Itera
 
 
 def _reading(name: str, row: Measurement, run: RunData) -> float:
-    """Return a value less its zero reading; of a spread and a root mean square nothing goes off."""
+    """Return a value minus its zero reading; a spread or a root mean square is not changed."""
     channel, value = channel_of(name), row.values[name]
     follows = name.removeprefix(channel) in {"", ".mean", ".minimum", ".maximum"}
     if not follows:
@@ -149,7 +149,7 @@ def _of_recording(recording: Recording, run: RunData, names: Sequence[str]) -> P
 
 
 def place_of(of: Recording | Measurement) -> dict[str, CoordinateValue]:
-    """Return the set-points and coordinates of a recording or row, with time and cycles by then."""
+    """Return the set-points and coordinates of a recording or row, with time and cycle count."""
     known = {**of.setpoints, **of.coordinates}
     found = {
         name: CoordinateValue.of_si(value, of.units.get(name, ""), of.written_in.get(name, ""))

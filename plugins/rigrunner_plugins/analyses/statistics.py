@@ -1,4 +1,4 @@
-"""The statistics of values: each with its value, its scatter, and how an error of reading acts."""
+"""Statistics of values: each with its value, its scatter and its sensitivity to reading errors."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ LEAST_FOR_SLOPE = 3
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """The values of a group, shape (n,), in the order in which they were taken."""
+    """The values of a group, shape (n,), in the order in which they were measured."""
 
     values: Array
     times_s: Array
-    """When each was taken, on one clock, shape (n,)."""
+    """Time of each value on one clock in s, shape (n,)."""
     in_a_row: bool
-    """Whether they are samples of recordings, which know of each other."""
+    """Whether they are samples of recordings, which may be autocorrelated."""
     step_s: float = 0.0
-    """Between two samples of a recording."""
+    """Time between two samples of a recording in s."""
 
 
 Scatter = tuple[float, float]
@@ -38,17 +38,17 @@ Scatter = tuple[float, float]
 
 @dataclass(frozen=True)
 class Statistic:
-    """How a statistic is taken of a series."""
+    """A statistic of a series."""
 
     value: Callable[[Series], float]
     scatter: Callable[[Series], Scatter | None]
-    """Of type A; None where the values do not show any."""
+    """Type A uncertainty; None if the values do not show one."""
     bound: Callable[[Series], float]
-    """By how much it changes at most with an error within +/- 1 of each value; a range, of one."""
+    """Greatest change caused by an error within ±1 of each value; a range, of one value."""
 
 
 def mean_scatter(series: Series) -> Scatter | None:
-    """Return s/sqrt(n) with n - 1 (GUM 4.2.3); of samples, for the effective number."""
+    """Return s/sqrt(n) with n - 1 (GUM 4.2.3); for samples, with the effective number."""
     n = len(series.values)
     if n < 2:  # noqa: PLR2004  (of one value there is no scatter)
         return None
@@ -67,7 +67,7 @@ def _rms(series: Series) -> float:
 
 
 def _rms_scatter(series: Series) -> Scatter | None:
-    """Return that of the mean square, carried over: d rms = d(mean square)/(2 rms)."""
+    """Return the scatter of the mean square, propagated: d rms = d(mean square)/(2 rms)."""
     squares = Series(series.values**2, series.times_s, series.in_a_row, series.step_s)
     found, rms = mean_scatter(squares), _rms(series)
     return None if found is None or rms == 0 else (found[0] / (2 * rms), found[1])
@@ -80,18 +80,18 @@ def _deviation(series: Series) -> float:
 
 
 def _deviation_scatter(series: Series) -> Scatter | None:
-    """Return s/sqrt(2 (n - 1)), of normal values (GUM E.4.3)."""
+    """Return s/sqrt(2 (n - 1)) for normal values (GUM E.4.3)."""
     dof = _independent(series) - 1
     return (_deviation(series) / sqrt(2 * dof), dof) if dof > 0 else None
 
 
 def percentile(share: float) -> Statistic:
-    """Return the value that a share of all is at most as great as."""
+    """Return the value that a given share of all values does not exceed."""
 
     def scatter(series: Series) -> Scatter | None:
-        """Return half of what the order statistics n p +/- sqrt(n p q) are apart.
+        """Return half the distance between the order statistics n p ± sqrt(n p q).
 
-        Of any distribution the number of values below is binomial (David and Nagaraja, Order
+        For any distribution, the number of values below is binomial (David and Nagaraja, Order
         Statistics, 3rd edition, 7.1).
         """
         n = _independent(series)
@@ -109,7 +109,7 @@ def percentile(share: float) -> Statistic:
 
 
 def settling_time(within: float) -> Statistic:
-    """Return how long after its beginning a series stays within a band around its last value."""
+    """Return the time until a series stays within a band around its last value."""
 
     def value(series: Series) -> float:
         outside = np.flatnonzero(np.abs(series.values - series.values[-1]) > within)
@@ -118,7 +118,7 @@ def settling_time(within: float) -> Statistic:
         return float(series.times_s[outside[-1] + 1] - series.times_s[0])
 
     def scatter(series: Series) -> Scatter | None:
-        """Return that of a time known to one step (GUM F.2.2.1)."""
+        """Return the scatter of a time known to one step (GUM F.2.2.1)."""
         return (series.step_s / sqrt(12), inf) if series.step_s else None
 
     return Statistic(value, scatter, lambda _: 0.0)
@@ -129,7 +129,7 @@ def _slope(series: Series) -> float:
 
 
 def _weights(series: Series) -> Array:
-    """Return what each value counts in the slope of the least-squares line, shape (n,)."""
+    """Return the weight of each value in the least-squares slope, shape (n,)."""
     from_middle = series.times_s - series.times_s.mean()
     square = float(from_middle @ from_middle)
     if square == 0:
@@ -138,7 +138,7 @@ def _weights(series: Series) -> Array:
 
 
 def _slope_scatter(series: Series) -> Scatter | None:
-    """Return that of the slope from the residuals (GUM H.3), for the effective number of them."""
+    """Return the scatter of the slope from the residuals (GUM H.3), for their effective number."""
     n = len(series.values)
     if n < LEAST_FOR_SLOPE:
         return None

@@ -1,1 +1,1 @@
-"""The analysis `curve`: a fitted curve, and what follows from it."""
+"""The analysis `curve`: fits a curve and derives results from it."""

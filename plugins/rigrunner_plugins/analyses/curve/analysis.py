@@ -1,9 +1,9 @@
-"""The analysis `curve`: a fit of values over x, and what follows from it, each with its budget.
+"""The analysis `curve`: fits values over x and derives results, each with its uncertainty budget.
 
-Type A is the scatter about the curve (GUM H.3). Type B is what the register says of the instruments
-of y and of x: the points are fitted again with an error in all of them, so a gain or an offset acts
-on each result as it does on the curve. An error stated in one figure may be another at each
-reading: it acts with its greatest effect.
+Type A is the scatter about the curve (GUM H.3). Type B comes from the register entries of the
+instruments of y and x: the points are fitted again with an error applied to all of them, so a gain
+or an offset acts on each result as it acts on the curve. An error stated as one figure may differ
+between readings, so its greatest possible effect counts.
 """
 
 from __future__ import annotations
@@ -51,19 +51,20 @@ if TYPE_CHECKING:
     from rigrunner_plugins.analyses.settings import ResultSettings
 
 STEP = 1e-6
-"""Of the range of a channel: by how much it is moved to see what a result does."""
+"""Shift of a channel's readings used to find its effect on a result, as a share of the channel's
+range."""
 SCATTER = "scatter about the curve"
 
 
 @dataclass(frozen=True)
 class CurveAnalysis:
-    """Satisfies `rigrunner.api.findings.Analysis`."""
+    """Implements `rigrunner.api.findings.Analysis`."""
 
     settings: CurveSettings
     fit: Fit
 
     def __call__(self, run: RunData) -> Findings:
-        """Return what the curves show; raise DataError where they cannot be fitted."""
+        """Return the results of the curves; raise DataError if a curve cannot be fitted."""
         results: list[MeasurementResult] = []
         checks: list[Check] = []
         notes: dict[str, None] = {}
@@ -91,7 +92,7 @@ class _OneCurve:
     source: Source
 
     def results(self, checks: list[Check], notes: dict[str, None]) -> Iterator[MeasurementResult]:
-        """Yield each result; add a check for one that is not given, and what is to be noted."""
+        """Yield the results; collect a failed check for each one that has no value, and notes."""
         fitted = self._fitted(self.source.values)
         found: list[tuple[ResultDefinition, ResultSettings, Derived]] = []
         for definition, (_, told) in zip(
@@ -122,13 +123,13 @@ class _OneCurve:
             yield self._result(definition, told, value, lines)
 
     def figures(self, of: str) -> tuple[Figure, ...]:
-        """Return the figures of the curve, which stand with a result."""
+        """Return the figures of the curve, to be shown with a result."""
         fitted = self._fitted(self.source.values)
         over = next(iter(self.settings.over.values()))
         return figures_of(fitted, of, over, self.settings.of, self._place)
 
     def _correlations(self, fitted: Fitted) -> Iterator[str]:
-        """Yield the correlation of each two parameters that are stated (GUM H.3.3)."""
+        """Yield the correlation of each pair of parameters that are results (GUM H.3.3)."""
         named = list(self.settings.results.parameters)
         names, covariance = list(fitted.curve.names), fitted.curve.covariance
         for one, other in combinations(named, 2):
@@ -166,7 +167,7 @@ class _OneCurve:
         return derived.parameter(fitted, name)
 
     def _check_unit(self, fitted: Fitted, name: str, told: ResultSettings) -> None:
-        """Raise DataError for a parameter in a unit of another kind than the fit says."""
+        """Raise DataError if a parameter's stated unit does not match the fit's dimension."""
         names = list(fitted.curve.names)
         stated = fitted.curve.units[names.index(name)] if name in names else ""
         try:
@@ -180,7 +181,7 @@ class _OneCurve:
     def _effects(
         self, fitted: Fitted, found: Sequence[Derived]
     ) -> list[tuple[_Error, list[tuple[float, float]]]]:
-        """Return each error with its effect on each value: the greatest, upwards and downwards."""
+        """Return each error with its greatest effect on each value, upwards and downwards."""
         columns = {self.settings.of: None} | {
             name: column
             for column, name in enumerate(self.settings.over.values())
@@ -209,9 +210,9 @@ class _OneCurve:
     def _of_each(
         self, fitted: Fitted, found: Sequence[Derived], column: int | None, step: float
     ) -> list[tuple[float, float]]:
-        """Return what each value changes by if all readings that raise it are 1 too high.
+        """Return how much each value changes if all readings that raise it are too high by 1.
 
-        And what it falls by if all those are that lower it.
+        The second array is the change if all readings that lower it are too high by 1.
         """
         up, down = np.zeros(len(found)), np.zeros(len(found))
         for rows in fitted.values.rows():
@@ -270,14 +271,14 @@ class _OneCurve:
 
 @dataclass(frozen=True)
 class _Error:
-    """An error of the readings of a channel."""
+    """An error of a channel's readings."""
 
     channel: str
     unit: str
     error: ReadingError
 
     def lines(self, up: float, down: float, value: Derived) -> Iterator[Component]:
-        """Yield its lines of a budget, by its effects up and down per its size."""
+        """Yield its budget lines from its effects up and down, per unit of the error's size."""
         name = f"{self.error.name} ({self.error.source})" if self.error.source else self.error.name
         if value.is_difference and self.error.acts == "each":
             # two errors, not a larger one: see `readings`

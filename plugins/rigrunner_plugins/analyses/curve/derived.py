@@ -1,8 +1,8 @@
-"""What follows from a fitted curve: each value with its uncertainty by the scatter about it.
+"""Values derived from a fitted curve, with their uncertainty from the scatter about it.
 
-A value is made once of the points as they are. Where it holds, which deviation is the greatest and
-the like is then settled, and its `again` says what it would be of other points: by that the effect
-of an instrument's error is found.
+A value is first derived from the points as measured. This fixes choices such as the place of the
+greatest deviation. Its function `again` then recomputes the value for other points with the same
+choices, which gives the effect of an instrument's error.
 """
 
 from __future__ import annotations
@@ -33,20 +33,20 @@ if TYPE_CHECKING:
     )
 
 GRID = 1000
-"""Steps in which a curve is searched for a y."""
+"""Number of grid steps in which a curve is searched for a given y."""
 SAME_X = 0.01
-"""Of the range of x: values nearer to each other count as taken at one x."""
+"""Share of the range of x below which two values count as the same x."""
 SMALL = 1e-5
-"""Of the range of x: the step for the slope at a place."""
+"""Step for the numerical slope at a place, as a share of the range of x."""
 CERTAIN = 2.0
-"""Standard uncertainties by which the slope must differ from zero where an x is asked for."""
+"""Number of standard uncertainties by which the slope must differ from zero to solve for x."""
 LINEAR = 0.05
-"""How large (k u/slope)² may be for the first order to do (Fieller's g)."""
+"""Greatest (k u/slope)² at which a first-order uncertainty is accepted (Fieller's g)."""
 EDGE = 1e-9
 
 
 class OutOfRangeError(Exception):
-    """A value that the curve does not give; the text says why."""
+    """The curve does not give this value; the message says why."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,12 +58,12 @@ class Fitted:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The range of x, as the curve counts it."""
+        """The range of x in the units of the curve."""
         x = self.values.x[:, 0]
         return float(x.min()), float(x.max())
 
     def at(self, x: Array | float) -> tuple[Array, Array]:
-        """Return the curve and its standard uncertainty, outside the points too if it can."""
+        """Return the curve and its standard uncertainty, extrapolated if needed."""
         x = np.atleast_1d(np.asarray(x, np.float64))
         if isinstance(self.curve, Extrapolating):
             return self.curve.extrapolate(x)
@@ -90,16 +90,16 @@ class Fitted:
         return float(value[1] - value[0]) / width, float(np.sqrt(np.sum(spread**2))) / width
 
     def is_inside(self, x: Array | Sequence[float]) -> bool:
-        """Say whether x, one for each place or for each regressor, is within the points."""
+        """Return whether x is within the range of the points, for each place or each regressor."""
         columns = self.values.x if len(self.values.names) > 1 else self.values.x[:, :1]
         low, high = columns.min(axis=0), columns.max(axis=0)
         edge = EDGE * (high - low)
         return bool(np.all((np.asarray(x) >= low - edge) & (np.asarray(x) <= high + edge)))
 
     def span(self) -> float:
-        """Return how far apart the highest and lowest y of the curve at the points are.
+        """Return the difference between the highest and lowest y of the curve at the points.
 
-        Raises OutOfRangeError where y does not change: nothing is a share of that.
+        Raises OutOfRangeError if y does not change, because no share of zero can be stated.
         """
         y = self.at(self.values.x[:, 0])[0]
         span = float(np.ptp(y))
@@ -110,17 +110,17 @@ class Fitted:
 
 @dataclass(frozen=True, eq=False)
 class Derived:
-    """A value that follows from a curve, in SI units."""
+    """A value derived from a curve, in SI units."""
 
     value: float
     u: float
-    """Of type A."""
+    """Standard uncertainty, type A."""
     dof: float
     again: Callable[[Fitted], float]
     is_difference: bool = False
-    """Whether it lies between readings of one instrument at one place, of which it has two."""
+    """Whether it is a difference of readings of the same instrument at one place."""
     by_asked: float = 0.0
-    """What it changes by with an error of the one asked y alone, which was read."""
+    """Its sensitivity to an error of the measured y alone for which x was asked."""
     note: str = ""
 
 
@@ -162,10 +162,10 @@ def value_at(fitted: Fitted, told: ValueAt, at: Mapping[str, Quantity]) -> Deriv
 
 
 def x_at(fitted: Fitted, which: int, count: int) -> Derived:
-    """Return the x at which the curve takes a y; raise OutOfRangeError where none or several do.
+    """Return the x at which the curve reaches y; raise OutOfRangeError for no or several solutions.
 
-    First order: u(x)² = (u(curve)² + s²/m) / slope², m readings of y (Draper and Smith, Applied
-    Regression Analysis, 3rd edition, 3.2).
+    First order: u(x)² = (u(curve)² + s²/m) / slope², with m readings of y (Draper and Smith,
+    Applied Regression Analysis, 3rd edition, 3.2).
     """
     y = float(fitted.values.asked[which])
     grid = np.linspace(*fitted.ends, GRID + 1)
@@ -201,7 +201,7 @@ def x_at(fitted: Fitted, which: int, count: int) -> Derived:
 
 
 def slope(fitted: Fitted, told: Slope) -> Derived:
-    """Return the slope at a place, or from end to end; raise OutOfRangeError outside the points."""
+    """Return the slope at a place, or the mean slope; raise OutOfRangeError outside the points."""
     if told.at is None:
         low, high = fitted.ends
 
@@ -220,7 +220,7 @@ def slope(fitted: Fitted, told: Slope) -> Derived:
 
 
 def nonlinearity(fitted: Fitted, told: Nonlinearity) -> Derived:
-    """Return the greatest deviation from the least-squares line, of the mean at each x."""
+    """Return the greatest deviation of the mean at each x from the least-squares line."""
     x = fitted.values.x[:, 0]
     clusters = same_x(x)
     if len(clusters) <= 2:  # noqa: PLR2004  (a line goes through two)
@@ -255,11 +255,11 @@ def both_ways(
     *,
     at_zero: bool,
 ) -> Derived:
-    """Return falling less rising y at one x: the greatest by size, or that nearest to zero.
+    """Return falling minus rising y at one x: the greatest by magnitude, or that nearest to x = 0.
 
-    Of the residuals, so that x need not be quite the same both ways. Its type A is the scatter of
-    repeated values, or else about a curve of each way: about one curve of both, the hysteresis
-    itself would count as scatter.
+    Uses residuals, so x may differ slightly between the two directions. Type A is the scatter of
+    repeated values, or else the scatter about one curve per direction. With one curve for both
+    directions, the hysteresis itself would count as scatter.
     """
     x, way = fitted.values.x[:, 0], _ways(told, places)
     clusters = [
@@ -292,14 +292,14 @@ def both_ways(
 
 
 def same_x(x: Array) -> list[Array]:
-    """Return which of x (n,) are taken at one place, the lowest first."""
+    """Return which values of x (n,) were taken at the same place, sorted from the lowest place."""
     order = np.argsort(x, kind="stable")
     gaps = np.flatnonzero(np.diff(x[order]) > SAME_X * float(np.ptp(x)))
     return np.split(order, gaps + 1)
 
 
 def _ways(told: BothWays, places: Sequence[Mapping[str, CoordinateValue]]) -> Array:
-    """Return 0 for each point with rising x, 1 with falling, -1 for any other, shape (n,)."""
+    """Return 0 for each point with rising x, 1 for falling, -1 otherwise, shape (n,)."""
     found = [
         next((i for i, way in enumerate(told.ways)
               if told.label in place and matches(way, place[told.label])), -1)
@@ -311,7 +311,7 @@ def _ways(told: BothWays, places: Sequence[Mapping[str, CoordinateValue]]) -> Ar
 def _repeatability(
     fitted: Fitted, clusters: Sequence[tuple[Array, Array]]
 ) -> tuple[float, float] | None:
-    """Return the standard deviation of repeated values at one x; None where none was repeated."""
+    """Return the standard deviation of repeated values at one x; None if nothing was repeated."""
     off = fitted.values.y - fitted.at(fitted.values.x[:, 0])[0]
     same = [each for both in clusters for each in both if len(each) > 1]
     dof = float(sum(len(each) - 1 for each in same))
@@ -322,7 +322,7 @@ def _repeatability(
 
 
 def _about_each_way(fitted: Fitted, way: Array, fit: Fit) -> tuple[float, float]:
-    """Return the pooled scatter about a curve of each way; of few points, about that of both."""
+    """Return the pooled scatter about one curve per direction; with few points, about one."""
     try:
         curves = [fit(fitted.values.chosen(way == each).points()) for each in (0, 1)]
     except DataError:
@@ -334,7 +334,7 @@ def _about_each_way(fitted: Fitted, way: Array, fit: Fit) -> tuple[float, float]
 
 
 def _range(fitted: Fitted, at: Mapping[str, Quantity]) -> str:
-    """Return the range of each regressor in the unit of what is asked for."""
+    """Return the range of each regressor, in the unit of the requested value."""
     return " and ".join(
         f"{from_si(float(column.min()) + fitted.values.origin, wanted.unit.symbol):.6g} to "
         f"{from_si(float(column.max()) + fitted.values.origin, wanted.unit.symbol):.6g} "

@@ -1,4 +1,4 @@
-"""The figures of a curve: its points with the curve and its band, and the residuals."""
+"""The figures of a curve: its points with the fitted curve and its band, and the residuals."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ SAMPLES = 100
 
 
 def figures_of(fitted: Fitted, of: str, x: str, y: str, place: str) -> tuple[Figure, Figure]:
-    """Return the curve over one regressor, and its residuals; they stand with the result `of`.
+    """Return the figures of the curve over one regressor and of its residuals, for the result `of`.
 
-    The band is the coverage interval of the curve for 95 %, by the scatter about it.
+    The band is the 95 % coverage interval of the curve, from the scatter about it.
     """
     values = fitted.values
     x_unit, y_unit = _shown(values.units[0]), _shown(values.y_unit)

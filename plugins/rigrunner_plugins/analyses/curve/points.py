@@ -1,4 +1,4 @@
-"""The points of a curve: values of y over x, one of each recording or row of a table."""
+"""The points of a curve: values of y over x, one from each recording or table row."""
 
 from __future__ import annotations
 
@@ -24,31 +24,31 @@ if TYPE_CHECKING:
 
 CELSIUS = 273.15
 MOST_MOVED = 500
-"""So many points are moved one by one to see what each does; of more, neighbours together."""
+"""Up to this number, points are shifted one by one to find their effects; above it, in groups."""
 
 
 @dataclass(frozen=True, eq=False)
 class Values:
-    """The points of one curve, in SI units; x counts from `origin`."""
+    """The points of one curve, in SI units; x is relative to `origin`."""
 
     x: Array
     """Shape (n, k)."""
     y: Array
     """Shape (n,)."""
     u_y: Array | None
-    """The standard uncertainty of each y by the scatter in its recording, shape (n,)."""
+    """Standard uncertainty of each y from the scatter in its recording, shape (n,)."""
     asked: Array
-    """The y at which an x is asked for, shape (m,)."""
+    """Values of y for which x is requested, shape (m,)."""
     origin: float
     names: tuple[str, ...]
-    """Of the columns of x."""
+    """Names of the columns of x."""
     units: tuple[str, ...]
-    """The SI units of the columns of x."""
+    """SI units of the columns of x."""
     y_unit: str
     y_name: str
 
     def points(self) -> Points:
-        """Return them as a fit takes them."""
+        """Return the points in the form that a fit takes."""
         several = len(self.names) > 1
         return Points(
             self.x if several else self.x[:, 0],
@@ -62,9 +62,9 @@ class Values:
         )
 
     def with_error(self, column: int | None, acts: str, size: float, read: Array) -> Values:
-        """Return them with a gain or an offset in y (`column` None) or in a column of x.
+        """Return the values with a gain or an offset in y (`column` None) or in a column of x.
 
-        `read`: which of the asked y come of the same instrument as y, shape (m,).
+        `read` marks the requested y that come from the same instrument as y, shape (m,).
         """
         if column is None:
             y = self.y * (1 + size) if acts == "gain" else self.y + size
@@ -75,12 +75,12 @@ class Values:
         return replace(self, x=x)
 
     def chosen(self, rows: Array) -> Values:
-        """Return some of them; `rows` is a mask, shape (n,)."""
+        """Return some of the points; `rows` is a mask, shape (n,)."""
         u_y = None if self.u_y is None else self.u_y[rows]
         return replace(self, x=self.x[rows], y=self.y[rows], u_y=u_y)
 
     def moved(self, column: int | None, rows: Array, size: float) -> Values:
-        """Return them with some y, or x of a column, higher by so much."""
+        """Return the values with some y, or some x of a column, increased by a shift."""
         if column is None:
             y = self.y.copy()
             y[rows] += size
@@ -90,29 +90,29 @@ class Values:
         return replace(self, x=x)
 
     def rows(self) -> Sequence[Array]:
-        """Return which points are moved together, each alone where they are not too many."""
+        """Return which points are shifted together; each one alone if there are few."""
         order = np.lexsort(self.x.T[::-1])
         return np.array_split(order, min(len(order), MOST_MOVED))
 
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """The values of one curve, and where they were measured."""
+    """The values of one curve and where they were measured."""
 
     place: Mapping[str, CoordinateValue]
     values: Values
     places: tuple[Mapping[str, CoordinateValue], ...]
-    """Of each point."""
+    """The place of each point."""
     counts: tuple[int, ...]
-    """Of each asked y, of how many readings it is the mean; 0 of an exact one."""
+    """The number of readings that each requested y is the mean of; 0 for an exact value."""
     errors: Mapping[str, tuple[ReadingError, ...]]
-    """What readings of y, and of each x that has any, may be off by."""
+    """The possible errors of the readings of y, and of each x that has errors."""
     exact: tuple[str, ...]
-    """The set-points of which the register says nothing."""
+    """Set-points that are not in the register, taken as exact."""
 
 
 def sources(run: RunData, settings: CurveSettings) -> Iterator[Source]:
-    """Yield the points of each curve; raise DataError where nothing was measured."""
+    """Yield the points of each curve; raise DataError if nothing was measured."""
     read = tuple(
         name for name in dict.fromkeys(settings.over.values()) if _is_read(run, name, settings)
     )
@@ -201,7 +201,7 @@ def _source(
 
 
 def _divisor(unit_text: str) -> str:
-    """Return a unit so that a fit can divide by it: V/(N·m)."""
+    """Return a unit in parentheses where needed, so that it can be a divisor: V/(N·m)."""
     return f"({unit_text})" if "·" in unit_text else unit_text
 
 

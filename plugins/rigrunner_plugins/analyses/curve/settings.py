@@ -1,4 +1,4 @@
-"""Settings of the analysis `curve`. Loads without numpy."""
+"""Settings of the analysis `curve`. Does not import numpy."""
 
 from __future__ import annotations
 
@@ -61,18 +61,18 @@ class ValueAt(ResultSettings):
         Field(description="x; of several regressors a value for each by its name"),
     ]
     extrapolate: YesNo = False
-    """Whether x may be outside the points; a note is added then."""
+    """Whether x may be outside the points; the result then carries a note."""
 
 
 class XAt(ResultSettings):
-    """The x at which the curve takes a y: a calibration used backwards."""
+    """The x at which the curve reaches y, for inverse use of a calibration."""
 
     y: AnyQuantity | None = None
-    """A given value; else use `where`."""
+    """A fixed value; otherwise use `where`."""
     readings: Annotated[int, Field(ge=1)] | None = None
-    """Number of readings of the same instrument that `y` is the mean of; left out, y is exact."""
+    """Number of readings of the same instrument averaged in `y`; if omitted, y is exact."""
     where: Place = Field(default_factory=dict)
-    """Use the mean of the readings there, such as {phase: unknown}, in place of `y`."""
+    """Use the mean of the readings selected by this, such as {phase: unknown}, in place of `y`."""
 
     @model_validator(mode="after")
     def _one_of_both(self) -> Self:
@@ -87,18 +87,18 @@ class Slope(ResultSettings):
     """The slope of the curve."""
 
     at: AnyQuantity | None = None
-    """At one x; left out, the mean slope between the ends of the points."""
+    """The x of the slope; if omitted, the mean slope over the range of the points."""
 
 
 class Deviation(ResultSettings):
     """The greatest deviation of y."""
 
     of_span: YesNo = False
-    """Whether it is stated as a share of the span of y, in %."""
+    """Whether it is stated as a percentage of the span of y."""
 
 
 class Nonlinearity(Deviation):
-    """The greatest deviation of the values, their mean at each x, from the best straight line."""
+    """The greatest deviation of the mean values at each x from the best straight line."""
 
 
 class BothWays(Deviation):
@@ -123,12 +123,12 @@ class BothWays(Deviation):
 
     @property
     def label(self) -> str:
-        """The coordinate that states the direction of x."""
+        """The label that states the direction of x."""
         return next(iter(self.between))
 
     @property
     def ways(self) -> tuple[Quantity | str, ...]:
-        """The values of the label: rising, falling."""
+        """The values of the label for rising and falling x."""
         return next(iter(self.between.values()))
 
 
@@ -141,7 +141,7 @@ class ZeroReturn(BothWays):
 
 
 class CurveResults(Settings):
-    """The results to state; each one, or a list of several."""
+    """The results to state; one of each kind, or a list of several."""
 
     parameters: Annotated[
         Mapping[str, ResultSettings],
@@ -150,7 +150,7 @@ class CurveResults(Settings):
     value: OneOrSeveral[ValueAt] = ()
     """The curve at one x."""
     x_at: OneOrSeveral[XAt] = ()
-    """The x at which the curve takes a y: a calibration used backwards."""
+    """The x at which the curve reaches y, for inverse use of a calibration."""
     slope: OneOrSeveral[Slope] = ()
     """The slope of the curve."""
     nonlinearity: OneOrSeveral[Nonlinearity] = ()
@@ -177,10 +177,10 @@ class CurveResults(Settings):
 
 
 class CurveSettings(Settings):
-    """Fits a curve through y over x and states results of it."""
+    """Fits a curve through y over x and derives results from it."""
 
     of: ValueName
-    """The channel that is y, such as meter.voltage, or a statistic that `record` keeps of one."""
+    """The channel of y, such as meter.voltage, or a statistic of a channel that `record` stores."""
     over: Annotated[
         Regressors,
         Field(
@@ -189,17 +189,18 @@ class CurveSettings(Settings):
         ),
     ]
     fit: FitChoice
-    """Any fit, such as {polynomial: {degree: 1}}."""
+    """The fit, such as {polynomial: {degree: 1}}."""
     statistic: Literal["mean", "minimum", "maximum", "range", "rms"] = "mean"
-    """The statistic of each recording; a row of a table has one value."""
+    """The statistic taken of each recording; a table row has one value."""
     reference: AnyQuantity | None = None
-    """The origin of x; left out, zero; of a temperature, 0 °C."""
+    """The origin of x; if omitted, zero, or 0 °C for a temperature."""
     per: Per = ()
-    """A curve for each value of these set-points or coordinates."""
+    """Fit one curve for each value of these set-points or coordinates."""
     where: Place = Field(default_factory=dict)
-    """Use only what was measured there, such as {phase: calibration}."""
+    """Use only what was measured under this condition, such as {phase: calibration}."""
     table: Annotated[str, Field(pattern=f"^{NAME}$")] | None = None
-    """Use only the rows of this table; left out, the recordings, or else all tables."""
+    """Use only the rows of this table; if omitted, the recordings, or all tables if there are none.
+    """
     results: CurveResults
 
     @model_validator(mode="after")
@@ -221,7 +222,7 @@ class CurveSettings(Settings):
         return self
 
     def at(self, value: ValueAt) -> Mapping[str, Quantity]:
-        """Return the x of a value, by the names of the regressors."""
+        """Return the x of a value by the names of the regressors."""
         return value.at if isinstance(value.at, Mapping) else {next(iter(self.over)): value.at}
 
     def yields(self) -> tuple[ResultDefinition, ...]:
@@ -229,7 +230,7 @@ class CurveSettings(Settings):
         return tuple(each.definition(self.per) for _, each in self.results.all_of())
 
     def requires(self) -> Requirements:
-        """Return the channels and coordinates that it reads, and the range that x must cover."""
+        """Return the channels and coordinates to read, and the range that x must cover."""
         names = tuple(each.name for _, each in self.results.all_of())
         ways = {
             each.label: ("results", *key, "between")
@@ -258,12 +259,12 @@ class CurveSettings(Settings):
         return Requirements(channels=channels)
 
     def _span(self, regressor: str) -> tuple[float, float] | None:
-        """Return the least and the greatest x at which a value is asked for; None for none."""
+        """Return the least and the greatest requested x; None if none is requested."""
         at = [self.at(each)[regressor].si for each in self.results.value if not each.extrapolate]
         return (min(at), max(at)) if at else None
 
     def objections(self, units: Mapping[str, str]) -> Iterator[Objection]:
-        """Yield settings that do not fit the SI units of y and x; '' stands for no unit."""
+        """Yield an error for each setting that does not fit the units of y and x; '' is no unit."""
         y = units[self.of]
         x = {name: units[source] or "1" for name, source in self.over.items()}
         only_x = next(iter(x.values()))

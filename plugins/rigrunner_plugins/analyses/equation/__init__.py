@@ -1,1 +1,1 @@
-"""The analysis `equation`: a measurement model that a procedure writes down."""
+"""The analysis `equation`: a measurement model written in the procedure."""

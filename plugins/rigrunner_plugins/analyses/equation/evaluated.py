@@ -1,4 +1,4 @@
-"""A result of a model, the model it follows from, and what trials of the model say of it."""
+"""A result of a model, with the model and its Monte Carlo trials."""
 
 from __future__ import annotations
 
@@ -25,38 +25,38 @@ if TYPE_CHECKING:
 TRIALS = 50_000
 SEED = 1
 MOST_TRIED = 30
-"""So many places are tried by Monte Carlo, spread evenly over all."""
+"""Most places checked by Monte Carlo, spread evenly over all places."""
 
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """What the trials of one result say."""
+    """What the Monte Carlo trials of one result show."""
 
     mean: float
     u: float
     low: float
     high: float
     held: float
-    """Which share of them is within y ± U."""
+    """The share of trials within y ± U."""
     held_if_straight: float
-    """The same of the model's tangent: what it is less comes from the model's curvature."""
+    """The same share for the model's tangent; the difference to `held` is due to curvature."""
     lost: int
-    """How many gave no number."""
+    """The number of trials that gave no finite number."""
 
 
 @dataclass(frozen=True, eq=False)
 class Evaluated:
-    """A result, the model that it follows from, and what trials of it say."""
+    """A result, its model and its Monte Carlo trials."""
 
     result: MeasurementResult
     model: MeasurementModel
     first_order_u: float
     added: float
-    """Variance that the terms of second order add, in the unit of the result, squared."""
+    """Variance added by the second-order terms, in the result's unit squared."""
 
     @cached_property
     def trial(self) -> Trial | None:
-        """By Monte Carlo; None where an uncertainty is unknown, or there is none."""
+        """The Monte Carlo trials; None if an uncertainty is unknown or zero."""
         estimate = self.result.estimate
         if isnan(estimate.u) or not estimate.u:
             return None
@@ -81,7 +81,7 @@ class Evaluated:
 
     @property
     def _tangent(self) -> MeasurementModel:
-        """The model of first order, of the same inputs."""
+        """The first-order model of the same inputs."""
         slopes = sensitivities(self.model)
         effects = tuple(
             ToFirstOrder(each, float(c)) for each, c in zip(self.model.inputs, slopes, strict=True)
@@ -90,12 +90,12 @@ class Evaluated:
 
 
 def names_of(found: Sequence[Evaluated]) -> list[str]:
-    """Return the names of results, each once."""
+    """Return the names of results without repetition."""
     return list(dict.fromkeys(each.result.name for each in found))
 
 
 def tried(found: Sequence[Evaluated]) -> list[Evaluated]:
-    """Return the results that are tried by Monte Carlo: all, or some that are spread evenly."""
+    """Return the results to check by Monte Carlo: all, or some spread evenly."""
     if len(found) <= MOST_TRIED:
         return list(found)
     places = np.linspace(0, len(found) - 1, MOST_TRIED).round().astype(int)

@@ -1,7 +1,7 @@
-"""The analysis `equation`: results of a measurement model, by the GUM and by Monte Carlo.
+"""The analysis `equation`: evaluates a measurement model by the GUM and by Monte Carlo.
 
-One tree serves the law of propagation (GUM 5.1.2 and 5.2.2), its terms of second order, and the
-trials of JCGM 101, which say whether the interval of the GUM holds what it claims.
+One expression tree serves the law of propagation (GUM 5.1.2 and 5.2.2), its second-order terms, and
+the trials of JCGM 101, which check the coverage of the GUM interval.
 """
 
 from __future__ import annotations
@@ -42,20 +42,21 @@ if TYPE_CHECKING:
 
 CURVATURE = "curvature of the model (second order)"
 MOST_MISSED = 0.02
-"""Of the trials, beyond y ± U by the curvature of the model: more, and U claims too much."""
+"""Greatest share of trials that may miss y ± U because of curvature; above it the check fails."""
 MOST_ABOVE = 3.0
-"""u over that of the trials: more, and u says nothing. Few degrees of freedom make it less."""
+"""Greatest ratio of u to that of the trials; above it the check fails. Few degrees of freedom lower
+it."""
 DIGITS = 2
 
 
 @dataclass(frozen=True)
 class EquationAnalysis:
-    """Satisfies `rigrunner.api.findings.Analysis`."""
+    """Implements `rigrunner.api.findings.Analysis`."""
 
     settings: EquationSettings
 
     def __call__(self, run: RunData, results: Sequence[MeasurementResult] = ()) -> Findings:
-        """Return the results at each place; raise DataError where the model has no value."""
+        """Return the results at each place; raise DataError if the model has no value there."""
         settings = self.settings
         names = [each.of for each in settings.channels.values()]
         if missing := missing_results(results, settings):
@@ -160,7 +161,7 @@ class EquationAnalysis:
         return Evaluated(result, model, found.estimate.u, added)
 
     def _added(self, added: float, estimate: Estimate) -> float:
-        """Return how much of the variance of second order enters; 0 where it does not matter."""
+        """Return how much second-order variance to include; 0 if it is negligible."""
         whole = sqrt(max(estimate.u**2 + added, 0.0))
         matters = abs(whole - estimate.u) > numerical_tolerance(estimate.u, DIGITS)
         return added if self.settings.second_order or matters else 0.0
@@ -173,7 +174,7 @@ def _units(group: Group, results: Sequence[MeasurementResult]) -> dict[str, str]
 
 
 def _in_unit(model: MeasurementModel, component: Component, symbol: str) -> Component:
-    """Return a line of several inputs with the unit of the result, in which it stands whole."""
+    """Return a budget line of several inputs, converted to the unit of the result."""
     several = sum(each.budget_line == component.name for each in model.inputs) > 1
     return replace(component, unit=symbol) if several else component
 
@@ -192,7 +193,7 @@ def _curvature(added: float, symbol: str) -> Component:
 
 
 def _checks(found: Sequence[Evaluated]) -> Iterator[Check]:
-    """Yield, for each result, whether y ± U holds the trials that it claims to hold."""
+    """Yield a check for each result: whether y ± U covers the stated share of the trials."""
     for name in names_of(found):
         trials = [
             (each, each.trial)
@@ -227,7 +228,7 @@ def _checks(found: Sequence[Evaluated]) -> Iterator[Check]:
 
 
 def _too_wide(name: str, each: Evaluated, trial: Trial) -> Check:
-    """Return a check that fails: the terms of second order are those of a kink or a pole."""
+    """Return a failed check: the second-order terms come from a kink or a pole."""
     u = each.result.estimate.u
     place = f" at {each.result.place}" if each.result.place else ""
     return Check(
@@ -243,7 +244,7 @@ def _too_wide(name: str, each: Evaluated, trial: Trial) -> Check:
 
 
 def _missed(trial: Trial) -> float:
-    """Return which share of the trials y ± U misses by the curvature of the model."""
+    """Return the share of trials that miss y ± U because of the model's curvature."""
     return max(trial.held_if_straight - trial.held, 0.0)
 
 

@@ -1,9 +1,9 @@
-"""Which kind of quantity each part of a model is, and the first part that does not fit.
+"""The kind of quantity of each part of a model, and the first part that does not fit.
 
-A temperature is a point on a scale, and the difference of two is another thing: 20 °C - 15 °C is
-5 K. So a channel or a constant in °C can be subtracted from another and shifted by kelvins, but
-neither multiplied nor added to another; a product needs a difference, such as (t - t0), or the
-thermodynamic temperature, which is the difference from -273.15 °C.
+A temperature is a point on a scale; the difference of two temperatures is another kind: 20 °C - 15
+°C is 5 K. So a channel or constant in °C can be subtracted from another or shifted by kelvins, but
+not multiplied or added. A product needs a difference, such as (t - t0), or the thermodynamic
+temperature, which is the difference from -273.15 °C.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from rigrunner.signal.expression.syntax import Node
 
 _SECOND, _ANGLE = 2, 7
-"""Where time and angle stand among the exponents."""
+"""Positions of time and angle among the exponents."""
 _PLAIN = (Fraction(0),) * 8
 _ANGLES = {"arcsin", "arccos", "arctan"}
 TURNS = "between 1/s and rad/s is 2*pi"
@@ -31,22 +31,22 @@ _SIGNS = {"+": "added to", "-": "subtracted from"}
 
 @dataclass(frozen=True)
 class Kind:
-    """What a part of a model is: its exponents in base units, and whether it is a temperature."""
+    """The kind of a part of a model: exponents of base units, and whether it is a temperature."""
 
     exponents: tuple[Fraction, ...] = _PLAIN
     is_point: bool = False
-    """A temperature on a scale, not a difference of two."""
+    """Whether it is a temperature on a scale, not a difference of two."""
 
     @classmethod
     def of_unit(cls, symbol: str, *, is_channel: bool = False) -> Kind:
-        """Return that of values in a unit; a channel of temperature gives points of a scale."""
+        """Return the kind of values in a unit; a temperature channel gives points on a scale."""
         known = unit(symbol)
         is_point = known.dimension == "temperature" and (is_channel or bool(known.offset))
         return cls(tuple(map(Fraction, exponents_of(known.dimension))), is_point)
 
     @property
     def words(self) -> str:
-        """In words: 'a voltage', 'a number', 'a difference of temperatures'."""
+        """Return the kind in words: 'a voltage', 'a number', 'a difference of temperatures'."""
         if self.is_point:
             return "a temperature"
         if not any(self.exponents):
@@ -62,19 +62,19 @@ class Kind:
 
     @property
     def is_number(self) -> bool:
-        """Whether it is a plain number or an angle."""
+        """Return whether it is a plain number or an angle."""
         return not self.is_point and not any(_without_angle(self))
 
     def fits(self, other: Kind) -> bool:
-        """Say whether both are of one kind.
+        """Return whether both are of one kind.
 
-        rad is a number, but 1/s is no rad/s: between a frequency and an angular velocity is 2 pi.
+        rad is a number, but 1/s is not rad/s: frequency and angular velocity differ by 2 pi.
         """
         alike = self.is_point == other.is_point and _without_angle(self) == _without_angle(other)
         return alike and not self.is_a_turn_off(other)
 
     def is_a_turn_off(self, other: Kind) -> bool:
-        """Say whether one is a frequency and the other an angular velocity, or the like."""
+        """Return whether the two differ as a frequency and an angular velocity do."""
         if _without_angle(self) != _without_angle(other):
             return False
         only_time = not any(
@@ -89,7 +89,7 @@ _RADIAN = Kind(tuple(map(Fraction, exponents_of("angle"))))
 
 
 class KindError(Exception):
-    """A part of a model does not fit: which, and what is wrong with it."""
+    """A part of a model has the wrong kind; says which part, and why."""
 
     def __init__(self, node: Node, message: str, hint: str = "") -> None:
         super().__init__(message)
@@ -107,7 +107,7 @@ def kind_of_node(node: Node, kinds: Mapping[str, Kind]) -> Kind:
 
 
 def written(node: Node) -> str:
-    """Return a part of a model as it may have been written, with the parentheses that it needs."""
+    """Return a part of a model as text, with the parentheses that it needs."""
     if isinstance(node, Number):
         return "pi" if node.value == CONSTANTS["pi"] else f"{node.value:.6g}"
     if isinstance(node, Name):
@@ -191,7 +191,7 @@ def _power(node: Operation, of: list[Kind]) -> Kind:
 
 
 def _constant(node: Node) -> Fraction | None:
-    """Return the value of a power that is made of numbers alone."""
+    """Return the value of an exponent made of numbers only."""
     if isinstance(node, Number):
         return Fraction(node.value).limit_denominator(1000)
     if isinstance(node, Name):
@@ -263,4 +263,4 @@ _RULES = {
     "sqrt": _root,
     **dict.fromkeys(("min", "max", "mean", "abs", "atan2"), _alike),
 }
-"""What each operation makes of the kinds of its operands; any other takes a number."""
+"""The rule for the operand kinds of each operation; all others take a number."""

@@ -1,8 +1,8 @@
-"""The measurement model of one result at one place: its inputs, and the tree that takes them.
+"""The measurement model of one result at one place: its inputs and its expression tree.
 
-A reading is `mean (1 + gain) + offset + ...`: the mean has the scatter of the readings (type A),
-and each error that the register states is an input of its own (type B). Errors of one instrument
-are the same wherever its channel enters; what was read together keeps its observed correlation.
+A reading is `mean (1 + gain) + offset + ...`. The mean has the scatter of the readings (type A),
+and each error in the register is an input of its own (type B). Errors of one instrument are the
+same wherever its channel is used; channels read together keep their observed correlation.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ if TYPE_CHECKING:
 
 _Total = dict[str, "Array"]
 TOGETHER = "readings"
-"""The ensemble of the means that were read together."""
+"""The name of the ensemble of means that were read together."""
 
 
 @dataclass(frozen=True)
 class Effect:
-    """An input that moves a quantity: by `slope` (input - `at`), of a gain times the reading."""
+    """An input that changes a quantity by `slope` (input - `at`); for a gain, times the reading."""
 
     name: str
     is_gain: bool = False
@@ -47,28 +47,27 @@ class Effect:
 class Tree:
     """An equation of a model as a function of its inputs, with its derivatives.
 
-    Satisfies `rigrunner.api.uncertainty.Differentiable`. The result is in the unit in which it is
-    stated.
+    Implements `rigrunner.api.uncertainty.Differentiable`. The result is in its stated unit.
     """
 
     model: Model
     wanted: str
     fixed: Mapping[str, float]
-    """What has no uncertainty, in SI units."""
+    """Values without uncertainty, in SI units."""
     effects: Mapping[str, tuple[Effect, ...]]
-    """Of each channel or result, by what the model calls it."""
+    """The effects on each channel or result, by its symbol in the model."""
     factor: float
     offset: float
 
     def __call__(self, inputs: Mapping[str, Array]) -> Array:
-        """Return the result of trials of shape (n,)."""
+        """Return the result for trials, shape (n,)."""
         values = self._values(inputs)
         for each in self.model.equations:
             values[each.name] = evaluated(each.expression, values)[0]
         return np.asarray((values[self.wanted] - self.offset) / self.factor)
 
     def gradient(self, inputs: Mapping[str, Array]) -> Mapping[str, Array]:
-        """Return the derivative by each input, of trials of shape (n,)."""
+        """Return the derivative with respect to each input for trials, shape (n,)."""
         values = self._values(inputs)
         totals: dict[str, _Total] = {name: {name: np.array(1.0)} for name in inputs}
         for name, effects in self.effects.items():
@@ -108,7 +107,7 @@ class Tree:
 
 @dataclass
 class Inputs:
-    """What enters the model at one place, the same for all of its results."""
+    """The inputs of the model at one place, the same for all of its results."""
 
     inputs: list[Input] = field(default_factory=list)
     fixed: dict[str, float] = field(default_factory=dict)
@@ -116,9 +115,9 @@ class Inputs:
     r: dict[tuple[str, str], float] = field(default_factory=dict)
     """The correlation of two inputs, by their names."""
     own_lines: set[str] = field(default_factory=set)
-    """Errors that may be others at each reading: other results do not share them."""
+    """Errors that may differ between readings, so other results do not share them."""
     lines: dict[str, str] = field(default_factory=dict)
-    """Of each input that is correlated, its line in the budget."""
+    """The budget line of each correlated input."""
 
     def tree(self, settings: EquationSettings, result: ResultSettings) -> Tree:
         """Return the equation of one result."""
@@ -144,9 +143,9 @@ def inputs_of(
     group: Group,
     results: Mapping[str, MeasurementResult],
 ) -> Inputs:
-    """Return what is known of each input of the model at one place.
+    """Return the inputs of the model at one place.
 
-    `results` are those of other analyses that hold there, by what the model calls them.
+    `results` are results of other analyses at this place, by their symbols in the model.
     """
     found = Inputs()
     found.fixed |= {name: each.si for name, each in settings.parsed.literals.items()}
@@ -182,7 +181,7 @@ def inputs_of(
 
 
 def _enter_readings(found: Inputs, settings: EquationSettings, group: Group) -> None:
-    """Enter the mean of each channel, with its scatter and their observed correlation."""
+    """Add the mean of each channel, with its scatter and the observed correlations."""
     scattered: dict[str, tuple[float, float]] = {}
     for name, told in settings.channels.items():
         values = group.values[told.of]
@@ -219,7 +218,7 @@ def _enter_readings(found: Inputs, settings: EquationSettings, group: Group) -> 
 def _enter_instruments(
     found: Inputs, run: RunData, settings: EquationSettings, group: Group
 ) -> dict[str, list[Input]]:
-    """Enter each error that the register states of a channel; return them by what has them."""
+    """Add each error of a channel in the register; return the errors by instrument."""
     known: dict[str, Input] = {}
     by_input: dict[str, list[Input]] = {}
     for name, told in settings.channels.items():
@@ -245,9 +244,9 @@ def _enter_instruments(
 def _enter_result(
     found: Inputs, name: str, result: MeasurementResult, taken: Collection[str]
 ) -> None:
-    """Enter a result by the lines of its budget; a line that another input has too is one input.
+    """Add a result by its budget lines; a line that another input also has becomes one input.
 
-    `taken` are the names of the model itself.
+    `taken` are the names used in the model itself.
     """
     stated, estimate = unit(result.of.unit), result.estimate
     found.fixed[name] = estimate.value * stated.factor + stated.offset
@@ -270,7 +269,7 @@ def _enter_result(
 
 
 def _error_of(line: Component) -> Input | None:
-    """Return the error that a line is of, if another result may have the same; else None."""
+    """Return the error of a line that another result may share; otherwise None."""
     stated = isfinite(line.value) and isfinite(line.input_u) and isfinite(line.sensitivity)
     if not (line.common and line.shared and stated):
         return None
@@ -279,7 +278,7 @@ def _error_of(line: Component) -> Input | None:
 
 
 def _part_of(line: Component, result: MeasurementResult, factor: float) -> Input:
-    """Return a line as an error of the result alone, in its SI unit."""
+    """Return a line as an error of this result only, in its SI unit."""
     symbol = si_symbol(unit(result.of.unit).dimension)
     name, u = f"{line.name}, of {result.name}", line.u * factor
     return Input(name, 0.0, u, line.dof, _shape(line), symbol, common=line.common)
@@ -291,14 +290,14 @@ def _shape(line: Component) -> Distribution:
 
 
 def _whole(result: MeasurementResult) -> tuple[Component, ...]:
-    """Return the uncertainty of a result without a budget as its only line."""
+    """Return the uncertainty of a result without a budget, as its only line."""
     estimate = result.estimate
     shape = Distribution.T if estimate.dof < inf else Distribution.NORMAL
     return (Component("uncertainty", estimate.u, estimate.dof, str(shape), common=False),)
 
 
 def _pairs(one: Sequence[Input], other: Sequence[Input]) -> Iterator[tuple[str, str]]:
-    """Yield the errors of two instruments that are of one sort: gain and gain, and so on."""
+    """Yield pairs of like errors of two instruments: gain with gain, and so on."""
     for a in one:
         for b in other:
             sorts = [each.name.partition(" of ")[0] for each in (a, b)]
@@ -307,7 +306,7 @@ def _pairs(one: Sequence[Input], other: Sequence[Input]) -> Iterator[tuple[str, 
 
 
 def _group_correlated(found: Inputs) -> None:
-    """Let inputs that are correlated share a line of the budget, and one estimation's freedom."""
+    """Give correlated inputs one common budget line and common degrees of freedom."""
     groups: list[set[str]] = []
     for pair in found.r:
         joined = [each for each in groups if each & set(pair)]

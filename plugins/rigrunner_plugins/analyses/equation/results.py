@@ -1,4 +1,4 @@
-"""The results of other analyses that enter a model, and the places where they hold."""
+"""Results of other analyses as inputs of a model, and the places where they apply."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _SAME = 1e-9
 
 
 def missing_results(known: Results, settings: EquationSettings) -> Check | None:
-    """Return a check that fails where another analysis left out what the model needs."""
+    """Return a failed check if another analysis did not give a result that the model needs."""
     there = {each.name for each in known}
     missing = [each.of for each in settings.from_results.values() if each.of not in there]
     if not missing:
@@ -40,9 +40,9 @@ def missing_results(known: Results, settings: EquationSettings) -> Check | None:
 
 
 def groups_of_results(known: Results, settings: EquationSettings) -> list[Group]:
-    """Return the places where results hold, of a model that reads nothing else.
+    """Return the places where the results apply, for a model that reads no channels.
 
-    Raises DataError where they hold nowhere together.
+    Raises DataError if they have no place in common.
     """
     named = {each.of for each in settings.from_results.values()}
     places: dict[tuple[CoordinateValue, ...], Group] = {}
@@ -64,7 +64,7 @@ def results_at(
     settings: EquationSettings,
     place: Mapping[str, CoordinateValue],
 ) -> dict[str, MeasurementResult]:
-    """Return the results that hold at a place, by what the model calls them; raise DataError."""
+    """Return the results at a place, by their symbols in the model; raise DataError if missing."""
     return {
         name: _at(known, settings, told.of, place) for name, told in settings.from_results.items()
     }

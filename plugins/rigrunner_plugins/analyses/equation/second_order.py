@@ -1,12 +1,12 @@
-"""What the curvature of a model adds to the variance of its result (GUM 5.1.2, note).
+"""The second-order variance of a model's result (GUM 5.1.2, note).
 
-Of independent inputs in units of their standard uncertainties z, with the excess kurtosis k:
+For independent inputs in units of their standard uncertainties z, with excess kurtosis k:
 
     sum over i, j of [ f_ij^2/2 + f_i f_ijj ],
-    and of i = j instead:  f_ii^2 (k + 2)/4 + f_i f_iii (k + 3)/3.
+    and for i = j instead:  f_ii^2 (k + 2)/4 + f_i f_iii (k + 3)/3.
 
-With k = 0 that is the formula of the note, which is that of normal inputs. Correlated inputs go
-through the directions in which they are independent.
+With k = 0 this is the formula of the note, for normal inputs. Correlated inputs are transformed to
+independent directions.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from rigrunner.api.uncertainty import Differentiable
 
 STEP = 1e-2
-"""Of the differences of the gradient, in standard uncertainties."""
+"""Step of the gradient's differences, in standard uncertainties."""
 
 
 def added_variance(model: MeasurementModel, equation: Differentiable) -> float:
-    """Return what the terms of second order add; negative where they take away."""
+    """Return the variance that the second-order terms add; it may be negative."""
     directions, kurtosis = _independent(model)
     count = len(directions)
     if not count:

@@ -1,4 +1,4 @@
-"""What a procedure says of the analysis `equation`. Loads without numpy."""
+"""Settings of the analysis `equation`. Does not import numpy."""
 
 from __future__ import annotations
 
@@ -49,17 +49,17 @@ if TYPE_CHECKING:
     from rigrunner_plugins.analyses.equation.text import Model
 
 Symbol = Annotated[str, Field(pattern=f"^{NAME}$")]
-"""What the model calls a quantity."""
+"""The symbol of a quantity in the model."""
 OVER_U = {"rectangular": sqrt(3), "triangular": sqrt(6), "arcsine": sqrt(2)}
-"""Half-width over standard uncertainty (JCGM 101:2008, table 1)."""
+"""Half-width divided by standard uncertainty (JCGM 101:2008, table 1)."""
 _PLUS_MINUS = "±"
 _ROUNDING = 1e-9
 _THERMODYNAMIC = 200.0
-"""K: so large a shift of a temperature may be meant as a temperature."""
+"""Offset in K from which a shift of a temperature may be meant as a temperature."""
 
 
 def _width(value: object) -> object:
-    """Read '±0.02 K' as the quantity 0.02 K, and '±2 %' of whatever it is a limit of."""
+    """Return '±0.02 K' as the quantity 0.02 K, and '±2 %' as a share of the value."""
     if isinstance(value, str) and value.strip().startswith((_PLUS_MINUS, "+/-")):
         return value.strip().removeprefix(_PLUS_MINUS).removeprefix("+/-").strip()
     return value
@@ -74,7 +74,7 @@ def _positive(value: Quantity) -> Quantity:
 
 
 def _number(value: object) -> object:
-    """Read a bare number as a quantity of no unit."""
+    """Return a bare number as a dimensionless quantity."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return Quantity(float(value), unit("1"))
     return value
@@ -82,29 +82,29 @@ def _number(value: object) -> object:
 
 Number = WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "number"}]})
 Value = Annotated[AnyQuantity, BeforeValidator(_number), Number]
-"""A number with its unit; a bare one has none."""
+"""A number with its unit; a bare number is dimensionless."""
 Width = Annotated[AnyQuantity, AfterValidator(_positive), BeforeValidator(_number),
                   BeforeValidator(_width), Number]  # fmt: skip
-"""A half-width or an uncertainty: more than zero; '±' may stand before it."""
+"""A half-width or an uncertainty above zero; '±' may stand before it."""
 
 
 class ConstantSettings(Settings):
-    """A quantity that is known beforehand, and how well."""
+    """A quantity known in advance, with its uncertainty."""
 
     value: Value
-    """Such as 20 °C; alone, it is exact."""
+    """The value, such as 20 °C; without an uncertainty it is exact."""
     limits: Width | None = None
-    """It is within ± this."""
+    """The half-width of its limits."""
     distribution: Literal["rectangular", "triangular", "arcsine", "normal"] | None = None
-    """Within the limits (unless told rectangular), or of `u` and `U` (normal)."""
+    """The distribution: by default rectangular for limits, and normal for `u` and `U`."""
     U: Width | None = None
-    """The expanded uncertainty, with `k`."""
+    """The expanded uncertainty; state `k` too."""
     k: Annotated[float, Field(gt=0, le=10)] | None = None
     """The coverage factor of `U`."""
     u: Width | None = None
     """The standard uncertainty."""
     degrees_of_freedom: Annotated[float, Field(gt=0, le=1e9)] | None = None
-    """Of the uncertainty; left out, infinite."""
+    """The degrees of freedom of the uncertainty; if omitted, infinite."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
@@ -131,12 +131,12 @@ class ConstantSettings(Settings):
 
     @property
     def shape(self) -> str:
-        """How it is distributed: the name of a `Distribution`."""
+        """The name of its `Distribution`."""
         return self.distribution or ("normal" if self.limits is None else "rectangular")
 
     @property
     def standard_uncertainty(self) -> float:
-        """In the SI unit; 0 of what is exact."""
+        """The standard uncertainty in the SI unit; 0 for an exact value."""
         if self.limits is not None:
             return self._si(self.limits) / OVER_U[self.shape]
         if self.U is not None and self.k is not None:
@@ -145,7 +145,7 @@ class ConstantSettings(Settings):
 
     @property
     def dof(self) -> float:
-        """Of the uncertainty."""
+        """The degrees of freedom of the uncertainty."""
         return inf if self.degrees_of_freedom is None else self.degrees_of_freedom
 
     def _si(self, width: Quantity) -> float:
@@ -155,7 +155,7 @@ class ConstantSettings(Settings):
 
 
 def _source(value: str) -> str:
-    """Return the name of a result, or a channel."""
+    """Return the name of a result or of a channel."""
     return value if re.fullmatch(NAME, value) else Member.parse(value)
 
 
@@ -163,13 +163,13 @@ class InputSettings(Settings):
     """A channel whose readings enter the model, or a result of another analysis."""
 
     of: Annotated[str, AfterValidator(_source)]
-    """The channel, such as meter.voltage; or a result by its name, such as resistance."""
+    """The channel, such as meter.voltage, or the name of a result, such as resistance."""
     instrument: YesNo = True
-    """Whether the register says what its readings may be off by; else the constants do."""
+    """Whether the register gives the instrument's errors; if not, state them as constants."""
     scatter: Width | None = None
-    """The standard deviation of a reading, known from earlier ones (GUM 4.2.4)."""
+    """The standard deviation of a reading, known from earlier readings (GUM 4.2.4)."""
     degrees_of_freedom: Annotated[float, Field(gt=0, le=1e9)] | None = None
-    """Of `scatter`; left out, infinite."""
+    """The degrees of freedom of `scatter`; if omitted, infinite."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
@@ -181,21 +181,21 @@ class InputSettings(Settings):
 
     @property
     def is_channel(self) -> bool:
-        """Whether it is read; else it is a result of another analysis."""
+        """Whether it is a channel; otherwise it is a result of another analysis."""
         return isinstance(self.of, Member)
 
 
 class CorrelationSettings(Settings):
-    """How far two inputs or constants err together."""
+    """The correlation of the errors of two inputs or constants."""
 
     between: Annotated[ListOf[Symbol], Field(min_length=2, max_length=2)]
-    """Two constants; or two inputs: what the register states of their instruments."""
+    """Two constants, or two inputs; for inputs, the errors of their instruments are correlated."""
     r: Annotated[float, Field(ge=-1, le=1)]
     """The correlation coefficient."""
 
 
 def _in_braces(key: str) -> BeforeValidator:
-    """Read a text as the mapping that has it under a key."""
+    """Return a text as a mapping that has it under a key."""
 
     def read_one(value: object) -> object:
         return value if isinstance(value, (dict, Settings)) else {key: value}
@@ -204,7 +204,7 @@ def _in_braces(key: str) -> BeforeValidator:
 
 
 class _OrAlone:
-    """Tells editors that one value may stand for the mapping that has it."""
+    """Tells editors that a single value may replace the mapping."""
 
     def __init__(self, *types: str) -> None:
         self.types = types
@@ -220,31 +220,32 @@ AnyInput = Annotated[InputSettings, _in_braces("of"), _OrAlone("string")]
 
 
 class EquationSettings(Settings):
-    """A measurement model: what it gives, of what, and how."""
+    """A measurement model: its equations, inputs and results."""
 
     result: ResultSettings | None = None
-    """What the only result is called, and in which unit it is stated."""
+    """The name and unit of the only result."""
     results: ListOf[ResultSettings] = ()
-    """The same of several, which share their inputs."""
+    """The names and units of several results that share their inputs."""
     inputs: Annotated[Mapping[Symbol, AnyInput], Field(min_length=1, max_length=30)]
-    """The channels, by what the model calls them; all are measured at one step together. A name
+    """The channels by their symbols in the model; all are measured at one step together. A name
     without a dot is a result of another analysis, with its uncertainty."""
     constants: Annotated[Mapping[Symbol, Constant], Field(max_length=50)] = Field(
         default_factory=dict
     )
-    """What is known beforehand, such as {t0: 20 °C}."""
+    """Quantities known in advance, such as {t0: 20 °C}."""
     correlations: ListOf[CorrelationSettings] = ()
-    """Which of them err together, as far as the readings do not show it."""
+    """Correlated inputs and constants, beyond the correlation that the readings show."""
     model: Annotated[str, Field(min_length=1)]
-    """Such as R = U / I; of several results a line for each."""
+    """The equation, such as R = U / I; for several results, one line each."""
     per: Per = ()
-    """A result for each value of these set-points or coordinates, such as [load.current]."""
+    """One result for each value of these set-points or coordinates, such as [load.current]."""
     where: Place = Field(default_factory=dict)
-    """Only of what was measured there, such as {load.current: 2 A}."""
+    """Use only what was measured under this condition, such as {load.current: 2 A}."""
     table: Annotated[str, Field(pattern=f"^{NAME}$")] | None = None
-    """Only of the rows of this table; left out, of the recordings, or else of all tables."""
+    """Use only the rows of this table; if omitted, the recordings, or all tables if there are none.
+    """
     second_order: YesNo | None = None
-    """Whether the curvature of the model enters; left out: where it changes u by what is shown."""
+    """Whether to include second-order terms; if omitted, only if they change the displayed u."""
 
     @field_validator("inputs", "constants")
     @classmethod
@@ -286,7 +287,7 @@ class EquationSettings(Settings):
         return self
 
     def _refuse_impossible(self) -> None:
-        """Raise ValueError for correlations that no quantities can have together."""
+        """Raise ValueError if the correlation matrix is not positive semidefinite."""
         names = list(dict.fromkeys(name for each in self.correlations for name in each.between))
         r = {frozenset(each.between): each.r for each in self.correlations}
         rows = [[1.0 if a == b else r.get(frozenset((a, b)), 0.0) for b in names] for a in names]
@@ -323,22 +324,22 @@ class EquationSettings(Settings):
 
     @property
     def all_results(self) -> tuple[ResultSettings, ...]:
-        """The results in the order of the procedure."""
+        """The results, in the order of the procedure."""
         return _all_results(self.result, self.results)
 
     @cached_property
     def parsed(self) -> Model:
-        """The model that was read."""
+        """The parsed model."""
         names = {*self.inputs, *self.constants}
         return read(self.model, names, [_called(each) for each in self.all_results])
 
     def called(self, result: ResultSettings) -> str:
-        """Return what the model calls a result: its symbol where that is a name, else its name."""
+        """Return a result's symbol in the model; its name if it has no usable symbol."""
         return _called(result)
 
     @property
     def channels(self) -> Mapping[str, InputSettings]:
-        """The inputs that are read."""
+        """The inputs that are channels."""
         return {name: each for name, each in self.inputs.items() if each.is_channel}
 
     @property
@@ -351,7 +352,7 @@ class EquationSettings(Settings):
         return tuple(each.definition(self.per) for each in self.all_results)
 
     def requires(self) -> Requirements:
-        """Return the channels that it reads, and the results of other analyses."""
+        """Return the channels and the results of other analyses that the model reads."""
         return Requirements(
             channels=tuple(
                 NeededChannel(
@@ -375,7 +376,7 @@ class EquationSettings(Settings):
         )
 
     def objections(self, units: Mapping[str, str]) -> Iterator[Objection]:
-        """Yield what does not fit the units of the channels and of the results of others."""
+        """Yield an error for each part that does not fit the units of its inputs."""
         kinds = {name: Kind.of_unit(units[each.of], is_channel=each.is_channel)
                  for name, each in self.inputs.items()}  # fmt: skip
         for name, told in self.inputs.items():

@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from rigrunner_plugins.analyses.equation.settings import EquationSettings
 
 DIGITS = 1
-"""Significant digits of u to which both methods are to agree (JCGM 101:2008, 8.1)."""
+"""Significant digits of u to which both methods must agree (JCGM 101:2008, 8.1)."""
 
 
 def formulas(settings: EquationSettings) -> Iterator[Formula]:
-    """Yield the equations, each with the result that it is for: its own, or the next one."""
+    """Yield the equations, each with the result under which it is shown: its own, or the next."""
     stated = {settings.called(each): each.name for each in settings.all_results}
     quantities = {name: str(each) for name, each in settings.parsed.literals.items()}
     equations = settings.parsed.equations
@@ -48,7 +48,7 @@ def formulas(settings: EquationSettings) -> Iterator[Formula]:
 def tables(
     settings: EquationSettings, places: Sequence[Sequence[Evaluated]], units: Mapping[str, str]
 ) -> Iterator[Table]:
-    """Yield the tables of results, by place; those of inputs are of the first place.
+    """Yield the tables of results by place; the tables of inputs show the first place.
 
     `units` has the SI unit of each channel.
     """
@@ -74,7 +74,7 @@ def tables(
 
 
 def both_methods(tried: Sequence[Evaluated]) -> Iterator[Table]:
-    """Yield what the GUM and Monte Carlo say of results of one name."""
+    """Yield the GUM and Monte Carlo values of results of one name."""
     rows = [row for each in tried if (row := _compared(each)) is not None]
     if rows:
         of = tried[0].result.of
@@ -97,7 +97,7 @@ def correlation(one: Evaluated, other: Evaluated) -> float:
 def _on_its_scale(
     settings: EquationSettings, name: str, value: float, symbol: str
 ) -> tuple[float, str]:
-    """Return an estimate in SI as it is shown: temperatures on a scale in °C."""
+    """Return an SI estimate as displayed: temperatures on a scale in °C."""
     is_channel = name in settings.channels
     is_point = is_channel or (
         name in settings.constants and bool(settings.constants[name].value.unit.offset)

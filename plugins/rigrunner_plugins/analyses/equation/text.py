@@ -32,14 +32,14 @@ if TYPE_CHECKING:
 
 MOST_EQUATIONS = 30
 RESERVED = {*FUNCTIONS, *OF_SEVERAL, *ALIASES, *CONSTANTS, "number"}
-"""What no quantity can be called."""
+"""Names that no quantity may have."""
 _BEGINS = re.compile(rf"^[ \t]*({NAME})[ \t]*=(?!=)", re.MULTILINE)
 _QUANTITY = re.compile(r"\bnumber\(([^,()]{1,40}),((?:[^()]|\([^()]*\)){1,40})\)")
 
 
 @dataclass(frozen=True)
 class Equation:
-    """One quantity, and the formula that gives it."""
+    """One quantity and its formula."""
 
     name: str
     expression: Expression
@@ -47,24 +47,24 @@ class Equation:
 
 @dataclass(frozen=True)
 class Model:
-    """Equations in the order in which they are computed."""
+    """The equations, in the order in which they are computed."""
 
     equations: tuple[Equation, ...]
     literals: Mapping[str, Quantity]
-    """The numbers with units in the text, each by the name that stands for it in the formulas."""
+    """Numbers with units in the text, by the names that replace them in the formulas."""
     origins: tuple[int, ...]
-    """For each character of the formulas, from 0, the column of the text, from 1."""
+    """For each character of the formulas, from 0, its column in the text, from 1."""
 
     def column(self, node: Node) -> int:
-        """Return with which column of the text a part of a formula begins."""
+        """Return the column of the text where a part of a formula begins."""
         return self.origins[min(node.column, len(self.origins)) - 1]
 
 
 def read(text: str, known: Collection[str], wanted: Collection[str]) -> Model:
-    """Return the model of a text; raise ExpressionError with the column where it goes wrong.
+    """Return the model of a text; raise ExpressionError with the column of the error.
 
     `known` are the names of inputs and constants, `wanted` those of the results; a model without
-    `name =` is that of the only one.
+    `name =` gives the only result.
     """
     if len(text) > LONGEST:
         raise ExpressionError(
@@ -106,7 +106,7 @@ def _parts(
     wanted: Collection[str],
     origins: tuple[int, ...],
 ) -> list[tuple[str, int, int]]:
-    """Return each name with where its formula begins and ends."""
+    """Return each name with the start and end of its formula."""
     if not beginnings:
         (only, *others) = wanted
         if others:
@@ -127,7 +127,7 @@ def _parts(
 
 
 def _translated(text: str) -> tuple[str, tuple[int, ...], dict[str, Quantity]]:
-    """Return the text as formulas are read, where each character comes from, and its quantities."""
+    """Return the text in formula syntax, the origin of each character, and the quantities."""
     made: list[str] = []
     origins: list[int] = []
     literals: dict[str, Quantity] = {}
@@ -158,7 +158,7 @@ def _quantity(found: re.Match[str], column: int) -> Quantity:
 
 
 def _at_origin(error: ExpressionError, origins: tuple[int, ...]) -> ExpressionError:
-    """Return an error of the formulas as one of the text."""
+    """Return an error in the formulas as an error in the text."""
     column = origins[min(error.column, len(origins)) - 1]
     message = error.message.replace(f"column {error.column}: ", f"column {column}: ", 1)
     return ExpressionError(message, column=column, hint=error.hint)
