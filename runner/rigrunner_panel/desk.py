@@ -194,7 +194,7 @@ class Desk:
 
     def _refuse_second(self) -> None:
         if self.is_busy:
-            raise wrong_state("the rig is in use", "wait for the end, or abort what goes on")
+            raise wrong_state("the rig is in use", "wait until it ends, or abort it")
 
     def _going(self) -> Story:
         if self._story is None or self._story.is_over:

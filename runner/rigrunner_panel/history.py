@@ -43,6 +43,8 @@ class RunItem(BaseModel):
     operator: str = ""
     started_utc: str = ""
     outcome: str = ""
+    interrupted: bool = False
+    """Whether it is not sealed and not running: it can be resumed, or closed as it is."""
     verdict: str = ""
     headline: Value | None = None
     result: str = ""
@@ -147,6 +149,7 @@ def _item(runs: Path, name: str) -> RunItem:
         operator=header.people.get("operator") or header.inputs.get("operator", ""),
         started_utc=header.started_utc,
         outcome=listed.info.outcome if listed.info.sealed else "",
+        interrupted=listed.is_interrupted,
         verdict=verdict,
         headline=headline,
         result=result,

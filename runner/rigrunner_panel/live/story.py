@@ -53,10 +53,7 @@ if TYPE_CHECKING:
 
 UNKEPT = "-"
 """What a recording is called of which statistics alone are kept."""
-AFTER_LOSS = (
-    "look at the rig first; then 'rigrunner resume' resumes the run,"
-    " or 'rigrunner recover' closes it as it is"
-)
+AFTER_LOSS = "look at the rig first; then resume the run, or close it as it is"
 AFTER_EARLY_LOSS = (
     "no run had begun, so there is nothing to resume: look at the rig, then start again"
 )
@@ -188,7 +185,7 @@ class Story:
         """Take note that the process is gone without a word of its end."""
         if not self.is_over:
             how = f"with code {code}" if code is not None else "without a word"
-            hint = AFTER_LOSS if self._has_begun else AFTER_EARLY_LOSS  # nothing else is resumed
+            hint = AFTER_LOSS if self.job.run else AFTER_EARLY_LOSS  # nothing else is resumed
             self.take(Failed(f"the process of the run ended {how}", hint))
 
     def _take_samples(self, event: Samples) -> None:

@@ -40,6 +40,8 @@ class Job(Struct, frozen=True, kw_only=True):
     """Why it is overridden; of a preflight, why a rig that was left energised is safe."""
     entry: int | None = None
     """The entry of the queue that the run is."""
+    resumes: bool = False
+    """Whether the view's run was interrupted, and is resumed."""
 
 
 class Answer(Struct, frozen=True):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
+from rigrunner.run.interrupted import recover
 from rigrunner.runfile import read
 from rigrunner.tools.comparing.compare import compare_runs
 from rigrunner_panel.errors import not_found
@@ -12,6 +13,7 @@ from rigrunner_panel.web.answers import (
     Again,
     ChangeView,
     ComparisonAnswer,
+    Done,
     OneRun,
     Runs,
 )
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     from rigrunner_panel.history import RunItem
     from rigrunner_panel.web.asked import Asked
     from rigrunner_panel.web.panel import Panel
+    from rigrunner_panel.web.requests import Why
 
 MOST = 200
 _EXACT = ("procedure", "station", "outcome", "verdict")
@@ -56,11 +59,18 @@ def again(panel: Panel, asked: Asked) -> Again:
     header = read(panel.history.folder(asked.path["run"])).header
     inputs = {name: text for name, text in header.inputs.items() if name != "specimen"}
     return Again(
-        procedure=_named(panel, "procedure", header.procedure_id, header.procedure_text),
-        station=_named(panel, "station", header.station_id, header.station_text),
+        procedure=named_file(panel, "procedure", header.procedure_id, header.procedure_text),
+        station=named_file(panel, "station", header.station_id, header.station_text),
         inputs=inputs,
         operator=header.people.get("operator") or header.inputs.get("operator", ""),
     )
+
+
+def recover_stored(panel: Panel, asked: Asked) -> Done:
+    """Close an interrupted run as it is."""
+    body: Why = asked.body
+    recover(panel.history.folder(asked.path["run"]), panel.clock, asked.by, body.reason.strip())
+    return Done()
 
 
 def compare(panel: Panel, asked: Asked) -> ComparisonAnswer:
@@ -92,6 +102,16 @@ def picture(panel: Panel, asked: Asked) -> Path:
     return found
 
 
+def named_file(panel: Panel, what: What, identity: str, text: str) -> str:
+    """Return the file that a run was made with: the same text, or else the first of that id.
+
+    Empty where there is none. Two files of one id are two versions, or two benches.
+    """
+    fitting = [each for each in panel.catalogue.entries(what) if each.id == identity]
+    same = [each for each in fitting if each.path.read_bytes().decode("utf-8", "replace") == text]
+    return next((each.name for each in (*same, *fitting)), "")
+
+
 def _fits(item: RunItem, query: Mapping[str, str]) -> bool:
     told: dict[str, Any] = item.model_dump()
     if any(query.get(key) and told[key] != query[key] for key in _EXACT):
@@ -102,13 +122,3 @@ def _fits(item: RunItem, query: Mapping[str, str]) -> bool:
 
 def _limit(text: str) -> int:
     return min(max(int(text), 1), MOST) if text.isascii() and text.isdigit() else 50
-
-
-def _named(panel: Panel, what: What, identity: str, text: str) -> str:
-    """Return the file that a run was made with: the same text, or else the first of that id.
-
-    Empty where there is none. Two files of one id are two versions, or two benches.
-    """
-    fitting = [each for each in panel.catalogue.entries(what) if each.id == identity]
-    same = [each for each in fitting if each.path.read_bytes().decode("utf-8", "replace") == text]
-    return next((each.name for each in (*same, *fitting)), "")

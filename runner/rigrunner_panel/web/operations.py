@@ -170,6 +170,10 @@ _RUNNING = _of_rig(
         "run/start", "Start a run that the preflight lets start, or queue it.",
         queueing.start_run, requests.StartRun, answers.Started, status=_BEGUN,
     ),
+    _steer(
+        "runs/{run}/resume", "Resume an interrupted run of this rig.",
+        running.resume_stored, requests.ResumeRun, status=_BEGUN,
+    ),
     _steer("run/answer", "Answer the prompt that is up.", running.answer, requests.GiveAnswer),
     _steer("run/pause", "Pause at the next safe point.", running.pause, requests.Nothing),
     _steer(
@@ -259,6 +263,10 @@ _LOOKING = (
         answers.Again,
     ),
     _get("runs/{run}/files/{name}", "A file of a run.", looking.file, None, **_TICKET),
+    _steer(
+        "runs/{run}/recover", "Close an interrupted run as it is; its rig is not touched.",
+        looking.recover_stored, requests.Why,
+    ),
     _get("pictures/{key}", "The picture of a prompt.", looking.picture, None, **_TICKET),
     _get(
         "compare", "Differences between two runs.", looking.compare,

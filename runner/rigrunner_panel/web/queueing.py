@@ -271,7 +271,7 @@ def _claim_and_start(rig: Rig, entry: Entry, by: str, body: StartRun) -> None:
     """Mark an entry as started, on the disk, and start its run."""
     sequence, stops = rig.sequence, rig.sequence.stops
     if rig.desk.is_busy:
-        raise wrong_state("the rig is in use", "wait for the end, or abort what goes on")
+        raise wrong_state("the rig is in use", "wait until it ends, or abort it")
     with ExitStack() as claim:
         claim.enter_context(rig.queue.started(entry.id, by))
         try:

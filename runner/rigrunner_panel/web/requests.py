@@ -129,6 +129,12 @@ class StartRun(Pair):
     """The entry of the queue that it is."""
 
 
+class ResumeRun(Body):
+    """How an interrupted run is resumed."""
+
+    realtime: bool = True
+
+
 class AddEntries(Pair):
     """Specimens for the queue: one a line, or a CSV whose first line names inputs.
 

@@ -12,11 +12,13 @@ from rigrunner.clock import utc_text
 from rigrunner.engine import Choice, Interference
 from rigrunner.procedure import load_procedure
 from rigrunner.procedure.answers import AnswerError
+from rigrunner.run.interrupted import read_interrupted
 from rigrunner_panel.errors import PanelError, not_found, wrong_state
 from rigrunner_panel.process.messages import Job
 from rigrunner_panel.view.sections import JobView, PreflightItem
 from rigrunner_panel.web.answers import Done, Stopped
 from rigrunner_panel.web.choosing import files
+from rigrunner_panel.web.looking import named_file
 from rigrunner_panel.web.panel import LookedAt
 
 if TYPE_CHECKING:
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
         OpenManual,
         Overridden,
         Pair,
+        ResumeRun,
         StartPreflight,
         StartRun,
         TakeControl,
@@ -131,6 +134,39 @@ def start_job(
         entry=entry,
     )
     rig.desk.start(job, rig.panel)
+
+
+def resume_stored(rig: Rig, asked: Asked) -> Done:
+    """Resume an interrupted run where it was interrupted; the process checks what is the same."""
+    body: ResumeRun = asked.body
+    panel, run = rig.panel, asked.path["run"]
+    header = read_interrupted(panel.history.folder(run)).header
+    if header.station_id != rig.station.id:
+        message = f"{run} was on {header.station_id}, not on {rig.station.id}"
+        raise wrong_state(message, "resume it at its own rig")
+    procedure = named_file(panel, "procedure", header.procedure_id, header.procedure_text)
+    if not procedure:
+        message = f"there is no procedure {header.procedure_id} in the list"
+        raise wrong_state(message, "save the procedure of the run again, or close the run as it is")
+    view = JobView(
+        kind="run",
+        procedure=procedure,
+        station=rig.name,
+        run=run,
+        inputs=dict(header.inputs),
+        operator=asked.by,
+        realtime=body.realtime,
+        started_utc=header.started_utc,
+    )
+    paths = [
+        panel.catalogue.path("procedure", procedure),
+        panel.catalogue.path("station", rig.name),
+    ]
+    job = Job(
+        view=view, procedure=paths[0], station=paths[1], runs=panel.settings.runs, resumes=True
+    )
+    rig.desk.start(job, panel)
+    return Done()
 
 
 def answer(rig: Rig, asked: Asked) -> Done:

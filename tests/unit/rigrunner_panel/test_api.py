@@ -525,6 +525,14 @@ class TestHistory:
         same = dict.fromkeys(query, demo.loaded.name)
         assert client.get("/api/v1/compare", params=same).json()["same"]
 
+    @pytest.mark.parametrize("how", ["resume", "recover"])
+    def test_a_sealed_run_is_neither_resumed_nor_closed(self, client, demo, how):
+        client.post("/api/v1/control", json={"name": "Ann"})
+        answer = client.post(f"/api/v1/runs/{demo.loaded.name}/{how}", json={})
+        assert (answer.status_code, answer.json()["code"]) == (422, "data")
+        assert "is over and sealed" in answer.json()["message"]
+        assert client.post("/api/v1/runs/nothing/recover", json={}).status_code == 404
+
     @pytest.mark.parametrize(
         "path",
         [

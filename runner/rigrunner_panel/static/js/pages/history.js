@@ -59,7 +59,8 @@ export function historyPage() {
       else chosen.push(item.run);
       update();
     } });
-    const verdict = item.verdict || (item.outcome && item.outcome !== "completed" ? item.outcome : "");
+    const outcome = item.interrupted ? "unknown" : item.outcome;
+    const verdict = item.verdict || (outcome && outcome !== "completed" ? outcome : "");
     const open = (event) => {
       if (!event.target.closest("a, label, input") && !String(getSelection())) go(`#/runs/${encodeURIComponent(item.run)}`);
     };
@@ -67,7 +68,7 @@ export function historyPage() {
       h("td", {}, h("label", { class: "tick" }, box)),
       h("td", {}, h("a", { class: "row-link", href: `#/runs/${encodeURIComponent(item.run)}` }, localTime(item.started_utc) || item.run)),
       h("td", { class: "wrap" }, said(item.title) || item.problem || item.run), h("td", { class: "wrap" }, item.specimen), h("td", {}, item.station),
-      h("td", {}, verdict ? h("span", { class: `mark ${verdict.replaceAll(" ", "-")}` }, item.verdict ? verdictText(item.verdict) : t(`outcome.${item.outcome}`)) : ""),
+      h("td", {}, verdict ? h("span", { class: `mark ${item.interrupted ? "interrupted" : verdict.replaceAll(" ", "-")}` }, item.verdict ? verdictText(item.verdict) : t(`outcome.${outcome}`)) : ""),
       h("td", { class: "number" }, item.headline ? withUncertainty(item.headline.value_nm, item.headline.U_nm, "N·m") : shownNumber(item.result ?? "")));
   }
 

@@ -1,17 +1,18 @@
 // A finished run: verdict, numbers, checks, report and certificate, and the next specimen.
 
-import { go, goToRig } from "../address.js";
+import { go, goToRig, station } from "../address.js";
 import { get } from "../client.js";
 import { button, fill, h } from "../dom.js";
 import { newDraft } from "../draft.js";
 import { bytes, localTime, plain, shownNumber, shownQuantity, withUncertainty } from "../format.js";
 import { certificateForm } from "../parts/certificate.js";
 import { certificateList } from "../parts/certificates.js";
+import { askForm, askReason } from "../parts/dialogs.js";
 import { endedBanners } from "../parts/ended.js";
 import { resultTables, storedResults } from "../parts/results.js";
 import { SIGNS, verdictText } from "../parts/verdict.js";
 import { working } from "../parts/working.js";
-import { tried } from "../steer.js";
+import { steer, tried } from "../steer.js";
 import { store } from "../store.js";
 import { said, t } from "../texts.js";
 
@@ -41,12 +42,43 @@ export function resultPage(run) {
     goToRig(next.station, "#/setup");
   }
 
+  // Asks, at the rig of the run, and does it; what is refused is told.
+  async function finish(ask, path) {
+    const next = await tried(() => get(`runs/${encodeURIComponent(run)}/again`));
+    if (!next) return null;
+    if (next.station && next.station !== station()) {
+      goToRig(next.station, `#/runs/${encodeURIComponent(run)}`);
+      return null;
+    }
+    const asked = await ask();
+    return asked && steer(`runs/${encodeURIComponent(run)}/${path}`, asked.body);
+  }
+
+  async function resume() {
+    const ask = () => askForm(t("unfinished.resume.title"), [h("p", {}, t("unfinished.resume.text"))], { confirm: t("unfinished.resume.yes"), read: () => ({ body: {} }) });
+    if (await finish(ask, "resume")) go("#/run");
+  }
+
+  async function close() {
+    const ask = async () => {
+      const reason = await askReason(t("unfinished.close.title"), { confirm: t("unfinished.close"), required: false });
+      return reason === null ? null : { body: { reason } };
+    };
+    if (await finish(ask, "recover")) load();
+  }
+
+  function unfinished() {
+    return h("div", { class: "banner info wide" }, h("span", {}, t("unfinished.text")),
+      h("div", { class: "row" }, button(t("unfinished.resume"), resume, { kind: "primary" }), button(t("unfinished.close"), close)));
+  }
+
   function show(found) {
     const documents = certificateList(run);
     const report = found.files.find((file) => file.name === "report.html");
     const frame = report ? h("iframe", { class: "report", src: report.url, title: t("result.report") }) : h("p", { class: "soft" }, t("result.no_report"));
     fill(body,
       head(found, again),
+      found.item.interrupted ? unfinished() : null,
       h("div", { class: "result-columns" },
         h("div", { class: "stack" }, facts(found), results(found), limits(found), points(found), checks(found), files(found), documents.element, CONCLUDED.includes(found.item.outcome) ? certificateForm(run, found.inputs, documents.load) : null),
         h("section", { class: "card report-card" },
@@ -69,7 +101,7 @@ function head({ item, reason }, again) {
     h("div", { class: `verdict ${kind}` }, h("strong", { class: "verdict-word" }, word),
       h("span", { class: "verdict-value" }, item.headline ? withUncertainty(item.headline.value_nm, item.headline.U_nm, "N·m") : shownNumber(item.result ?? ""))),
     button(t("result.again"), again, { kind: "primary big" }),
-    item.outcome !== "completed" ? endedBanners(why, { isNow: Boolean(mine) }) : null);
+    item.outcome !== "completed" ? endedBanners(why, { isNow: Boolean(mine), hint: mine?.hint }) : null);
 }
 
 function facts(found) {

@@ -6,11 +6,11 @@ import { said, t } from "../texts.js";
 const UNSAFE = /^(.*?)(?:; |^)the rig is not safe: (.+)$/s; // as the engine words it
 
 // `isNow` is of the run that this panel did last: of an older one the rig may be safe since.
-export function endedBanners(why, { isNow }) {
+export function endedBanners(why, { isNow, hint = "" }) {
   if (!why) return [];
   const [, first, unsafe] = UNSAFE.exec(why) ?? [null, why, ""];
   return [
     unsafe ? h("p", { class: "banner bad wide", role: "alert" }, h("strong", {}, t(isNow ? "ended.unsafe" : "ended.was_unsafe")), h("span", {}, said(unsafe))) : null,
-    first ? h("p", { class: "banner warn wide" }, said(first)) : null,
+    first ? h("div", { class: "banner warn wide" }, h("span", {}, said(first)), hint ? h("span", {}, said(hint)) : null) : null,
   ];
 }
