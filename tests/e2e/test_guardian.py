@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -386,3 +387,47 @@ def test_a_run_at_the_panel_has_a_guardian_too(tmp_path, monkeypatch):
             assert time.monotonic() < until_s
             time.sleep(0.01)
         screen.close()
+
+
+def test_of_two_rigs_at_the_panel_the_killed_one_is_made_safe_and_the_other_runs_on(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
+    lab = SupplyLab(tmp_path / "lab", "first")
+    lab.add_station("station.yaml", "first", GUARDED)
+    lab.add_station("other.yaml", "second", GUARDED, ("supply.json", "other.json"))
+    other_state = lab.folder / "other.json"
+    other_state.write_text(lab.state.read_text())
+    text = ENERGISED_THEN_ASKED.replace("wait: {time: 12 s}", "wait: {time: 0.1 s}")
+    lab.procedure.write_text(text, encoding="utf-8")
+
+    def other_stands_at():
+        return json.loads(other_state.read_text())["voltage"]
+
+    with served(lab.folder, lab.runs) as server:
+        rigs = {"client-first": "station.yaml", "client-second": "other.yaml"}
+        screens = [Screen(server, client, rig) for client, rig in rigs.items()]
+        killed, other = screens
+        pair = ready(killed, "procedure.yaml")
+        killed.post("run/start", 202, **pair, operator="Ann")
+        killed.until(lambda state: state["prompt"])
+        doomed = rig_process(server)
+        pair = ready(other, "procedure.yaml", "other.yaml", "Bob")
+        other.post("run/start", 202, **pair, operator="Bob")
+        other.until(lambda state: state["prompt"])
+        assert (lab.stands()[0], other_stands_at()) == (40.0, 40.0)
+
+        os.kill(doomed, signal.SIGKILL)
+        killed.phase("finished")
+        until_s = time.monotonic() + PATIENCE_S
+        while lab.stands() != (0.0, 0.0):
+            assert time.monotonic() < until_s
+            time.sleep(0.01)
+        assert (other.state["phase"], other_stands_at()) == ("asking", 40.0), "untouched"
+
+        other.answer()
+        finished = other.phase("finished")["finished"]
+        assert (finished["outcome"], other_stands_at()) == ("completed", 0.0)
+        assert read(lab.runs / finished["run"]).info.sealed
+        for each in screens:
+            each.close()

@@ -234,3 +234,17 @@ def test_runs_are_found_and_compared(screen):
     page.locator(".runs tbody input:not(:checked)").first.check()
     page.get_by_role("button", name="Compare (2 of 2)").click()
     page.locator(".compare .card").first.wait_for()
+
+
+def test_a_history_row_opens_by_a_click_anywhere(screen, panel):
+    page = screen.page
+    run = panel.get("runs")["items"][0]["run"]
+    for number in range(7):
+        screen.open("#/history")
+        cell = page.locator(".runs tbody tr").first.locator("td").nth(number)
+        box = cell.bounding_box()  # at its left edge: beside the tick, the words and the number
+        cell.click(position={"x": 2, "y": box["height"] - 3})
+        page.wait_for_url(f"**#/runs/{run}")
+    screen.open("#/history")
+    page.locator(".runs tbody input").first.check()
+    assert page.url.endswith("#/history"), "a tick is no click on the row"

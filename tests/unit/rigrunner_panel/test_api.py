@@ -522,6 +522,8 @@ class TestHistory:
         found = client.get("/api/v1/compare", params=query).json()
         assert not found["same"]
         assert any("specimen" in each["text"] for each in found["changes"])
+        sections = [each["section"] for each in found["changes"]]
+        assert (sections[0], sections.count("results") > 0) == ("results", True)
         same = dict.fromkeys(query, demo.loaded.name)
         assert client.get("/api/v1/compare", params=same).json()["same"]
 

@@ -38,7 +38,7 @@ export function askForm(title, fields, { confirm, read, kind = "primary", check 
       if (allowed) end(read());
     });
     const heading = h("h2", { id: "dialog-title" }, title);
-    const box = h("section", { class: "dialog", role: "dialog", "aria-labelledby": "dialog-title" }, heading, form);
+    const box = h("section", { class: "dialog", role: "dialog", tabindex: "-1", "aria-labelledby": "dialog-title" }, heading, form);
     box.addEventListener("keydown", (event) => {
       if (event.key === "Escape") {
         event.stopPropagation();
@@ -48,7 +48,8 @@ export function askForm(title, fields, { confirm, read, kind = "primary", check 
     dismiss();
     dismiss = () => end(null);
     host.replaceChildren(box);
-    (form.querySelector("input, textarea, select") ?? accept).focus();
+    // not on a button: the Enter of a scanner, which is a keyboard, would press it
+    (form.querySelector("input, textarea, select") ?? box).focus();
   });
 }
 
