@@ -16,6 +16,8 @@ CHANGES = {
 }  # fmt: skip
 """Of each event of Python that tells a change of files: how many of its values are paths."""
 PROGRAMS = ("os.exec", "os.fork", "os.forkpty", "os.posix_spawn", "os.system", "subprocess.Popen")
+PROBE = [sys.executable, "-P", "-c"]
+"""The process in which a run file that may bring HDF5 down is tried: rigrunner.runfile.probe."""
 HERE = ("127.0.0.1", "::1", "localhost")
 
 
@@ -30,7 +32,8 @@ def watch(folder: Path) -> list[str]:
             paths = values[: CHANGES.get(event, 0)]
         names = [os.fsdecode(each) for each in paths if isinstance(each, str | bytes | os.PathLike)]
         seen.extend(f"{event} {name}" for name in names if _beyond(name, inside))
-        if event in PROGRAMS or (event == "socket.connect" and _elsewhere(values[1])):
+        is_program = event in PROGRAMS and list(*values[1:2])[:3] != PROBE
+        if is_program or (event == "socket.connect" and _elsewhere(values[1])):
             seen.append(f"{event} {values[-1]}")
 
     sys.addaudithook(hook)
