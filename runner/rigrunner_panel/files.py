@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from rigrunner_panel.catalogue import Catalogue
 
 _NAME = re.compile(r"(procedures/)?\w[\w-]*(\.[\w-]+)*\.ya?ml", re.ASCII)
+_DEVICE = re.compile(r"(.*/)?(con|prn|aux|nul|com\d|lpt\d)\..*", re.ASCII | re.IGNORECASE)
+"""Names that Windows gives to devices, whatever the ending."""
 LONGEST_NAME = 100
 
 
@@ -85,7 +87,7 @@ class ProcedureFiles:
         with suppress(PanelError):
             if not self.is_shipped(name):
                 return self.place(name).resolve()
-        if len(name) > LONGEST_NAME or not _NAME.fullmatch(name):
+        if len(name) > LONGEST_NAME or not _NAME.fullmatch(name) or _DEVICE.fullmatch(name):
             message = f"'{name[:LONGEST_NAME]}' is not a name for a procedure"
             hint = "letters, digits, '-' and '_', ending with .yaml; such as procedures/wear.yaml"
             raise PanelError(422, "invalid", message, hint)

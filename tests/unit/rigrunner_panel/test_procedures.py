@@ -113,7 +113,8 @@ def test_of_two_who_save_at_once_one_is_refused(client):
 @pytest.mark.parametrize(
     "name",
     ["../x.yaml", "/etc/x.yaml", "procedures/../../x.yaml", "a/b/x.yaml", "x.txt", ".x.yaml",
-     "x\0.yaml", "procedures/.x.yaml", "C:x.yaml", "..\\x.yaml", SHIPPED, "x" * 150 + ".yaml"],
+     "x\0.yaml", "procedures/.x.yaml", "C:x.yaml", "..\\x.yaml", "nul.yaml",
+     "procedures/Con.x.yaml", SHIPPED, "x" * 150 + ".yaml"],
 )  # fmt: skip
 def test_no_other_name_is_written(client, lab, name):
     answer = save(client, TEXT, "", procedure=name)
