@@ -10,7 +10,6 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.events import RECORDED, Scanned, StepEnded, StepStarted
 from rigrunner.api.member import channel_of
 from rigrunner.api.units import unit
-from rigrunner.printable import printable
 from rigrunner.runfile.elapsed import cycles_of, main_began, seconds_since
 
 if TYPE_CHECKING:
@@ -162,9 +161,7 @@ def _shown_in(name: str, told: Mapping[str, str]) -> str:
     try:
         channel = channel_of(name)
     except ValueError as error:
-        raise DataError(
-            f"a record of the run has a value '{printable(name)}', expected role.name"
-        ) from error
+        raise DataError(f"a record of the run has a value '{name}', expected role.name") from error
     shown, statistic = told.get(channel, ""), name.removeprefix(channel)
     follows = statistic in {"", ".mean", ".minimum", ".maximum"}
     return shown if shown and (follows or not unit(shown).offset) else ""
