@@ -7,7 +7,9 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from e2e.panel.helpers_screen import LOADED, NO_LOAD
+from e2e.panel.helpers_screen import LOADED, NO_LOAD, running_panel
+
+TWO_QUESTIONS = "Torque after two questions"
 
 
 class Held:
@@ -96,3 +98,33 @@ def test_fields_of_the_newest_choice_stay_when_an_earlier_answer_comes(screen):
     lot.focus()
     held.let_go(1)
     expect(lot).to_be_focused()
+
+
+def test_neither_a_double_click_nor_a_scan_answers_a_question(new_screen, lab):
+    text = (lab / "procedures/quick_torque.yaml").read_text(encoding="utf-8")
+    text = text.replace(LOADED, TWO_QUESTIONS).replace("id: QUICK-ST", "id: QUICK-TWO")
+    second = "main:\n  - confirm: {text: Hands out?, unattended: yes}\n"
+    two = text.replace("main:\n", second, 1)
+    (lab / "procedures/two.yaml").write_text(two, encoding="utf-8")
+    with running_panel(lab) as panel:
+        screen = new_screen(panel)
+        page = screen.page
+        screen.open()
+        screen.choose(TWO_QUESTIONS)
+        screen.fill_in()
+        screen.hurry()
+        screen.check_rig()
+        page.get_by_role("button", name="Start", exact=True).click()
+        first = page.locator(".prompt-text").inner_text()
+        page.keyboard.type("SN-17")  # a scanner is a keyboard
+        page.keyboard.press("Enter")
+        page.wait_for_timeout(500)
+        assert page.locator(".prompt-text").inner_text() == first
+        page.locator(".prompt").get_by_role("button", name="Yes").click()
+        expect(page.locator(".prompt-text")).to_have_text("Hands out?")
+        yes = page.locator(".prompt").get_by_role("button", name="Yes")
+        yes.dispatch_event("click", {"detail": 2})  # the second click, on what is new
+        page.wait_for_timeout(500)
+        expect(page.locator(".prompt-text")).to_have_text("Hands out?")
+        yes.click()
+        screen.wait_for_result()

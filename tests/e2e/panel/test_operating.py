@@ -117,7 +117,8 @@ def test_from_choosing_to_the_certificate_by_keyboard_alone(screen):
     focus_on("Start")
     press("Enter")
     page.wait_for_selector(".prompt")
-    press("Enter")  # the first answer has the focus
+    focus_on("Yes")
+    press("Enter")
     screen.wait_for_result()
     focus_on("Issue a certificate", most=200)
     press("Enter")

@@ -18,23 +18,25 @@ export function promptCard() {
   const element = h("div", { class: "prompt-cover", hidden: true });
   let shown = null;
 
-  function answer(text) {
+  // The second click of a double click is of the question before: it answers no other one.
+  function answer(text, event) {
     const { prompt } = store.state;
-    if (prompt) steer("run/answer", { prompt: prompt.id, text });
+    if (prompt && event.detail < 2) steer("run/answer", { prompt: prompt.id, text });
   }
 
   function build(prompt) {
     const picture = prompt.picture ? h("img", { class: "prompt-picture", src: prompt.picture, alt: t("prompt.picture") }) : null;
-    const card = h("section", { class: "prompt", role: "dialog", "aria-labelledby": "prompt-text" },
+    const card = h("section", { class: "prompt", role: "dialog", tabindex: "-1", "aria-labelledby": "prompt-text" },
       h("span", { class: "soft" }, stepOf(prompt.step)), h("p", { id: "prompt-text", class: "prompt-text" }, said(prompt.text)), picture,
       prompt.kind === "confirm" ? choices(prompt, prompt.choices) : prompt.choices.length ? choices(prompt, prompt.choices) : typed(prompt));
     fill(element, card);
-    (card.querySelector("input") ?? card.querySelector("button")).focus();
+    // not on a button: the Enter of a scanner, which is a keyboard, would answer
+    (card.querySelector("input") ?? card).focus();
   }
 
   function choices(prompt, words) {
     const label = (word) => (prompt.kind === "confirm" ? t(`prompt.${word}`) : word);
-    return h("div", { class: "prompt-buttons" }, words.map((word, i) => button(label(word), () => answer(word), { kind: i ? "huge" : "huge primary" })));
+    return h("div", { class: "prompt-buttons" }, words.map((word, i) => button(label(word), (event) => answer(word, event), { kind: i ? "huge" : "huge primary" })));
   }
 
   // What is refused is fixed where it stands.
