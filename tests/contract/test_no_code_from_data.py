@@ -32,7 +32,8 @@ KNOWN = {
     "plugins/rigrunner_plugins/devices/modbus/opening.py": {"socket"},
     "runner/rigrunner/api/ports.py": {"socket"},
     "runner/rigrunner/rig_state/addresses.py": {"socket"},  # one host has several names
-    "plugins/rigrunner_plugins/listeners/webhook.py": {"http", "ssl"},
+    "plugins/rigrunner_plugins/listeners/answers.py": {"socket"},  # the type of what it reads
+    "plugins/rigrunner_plugins/listeners/webhook.py": {"http", "socket", "ssl"},
     "plugins/rigrunner_plugins/listeners/mail.py": {"smtplib", "ssl"},
     "runner/rigrunner/run/rig_lock.py": {"socket"},  # the name of this machine
     "runner/rigrunner_testing/device/recovery.py": {"socket"},  # an instrument on loopback
