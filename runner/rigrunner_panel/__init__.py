@@ -1,1 +1,1 @@
-"""The operator panel: a client of the engine, on a screen."""
+"""The operator panel: a browser interface to the engine."""

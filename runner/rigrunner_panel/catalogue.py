@@ -1,4 +1,4 @@
-"""Procedures and stations to choose from: a laboratory's own, and those that are shipped."""
+"""Procedures and stations to choose from: the laboratory's own files and the shipped ones."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ What = Literal["procedure", "station"]
 
 @dataclass(frozen=True)
 class Entry:
-    """One file to choose."""
+    """A file to choose."""
 
     name: str
     path: Path
@@ -34,15 +34,15 @@ class Entry:
     title: str
     shipped: bool
     problem: str = ""
-    """Why it cannot be used as it is."""
+    """Why the file cannot be used; empty if it can."""
     note: str = ""
-    """Of a procedure: its revision and its approval."""
+    """For a procedure: its revision and approval."""
     changed_ns: int = 0
-    """When the file had been changed that was read."""
+    """Modification time of the file when it was read, in ns."""
 
 
 class Catalogue:
-    """The files of a laboratory's folder and the shipped ones. Names are those of its lists."""
+    """The files in a laboratory's folder and the shipped ones, by the names shown in the lists."""
 
     def __init__(self, folder: Path, stations: tuple[str, ...] = ()) -> None:
         self._folder = folder
@@ -50,7 +50,7 @@ class Catalogue:
         """Those that may be used; all of them where none is named."""
 
     def entries(self, what: What) -> list[Entry]:
-        """Return what there is, the laboratory's own first, each by name."""
+        """Return all entries, the laboratory's own first, each group sorted by name."""
         found: dict[Path, Entry] = {}
         for path, name, shipped in self._files():
             if path.resolve() not in found and self._is(path, name, what):
@@ -58,11 +58,11 @@ class Catalogue:
         return sorted(found.values(), key=lambda each: (each.shipped, each.name))
 
     def path(self, what: What, name: str) -> Path:
-        """Return the file of that name in the list; raise PanelError."""
+        """Return the path of a procedure by its listed name; raise PanelError."""
         return self._file(what, name)[0]
 
     def station(self, name: str) -> Entry:
-        """Return the station of that name in the list; raise PanelError."""
+        """Return the path of a station by its listed name; raise PanelError."""
         path, shipped = self._file("station", name)
         return _entry(path, name, "station", shipped=shipped)
 
@@ -73,13 +73,13 @@ class Catalogue:
         raise not_found(f"there is no {what} '{name[:80]}'", f"see GET /api/v1/{what}s")
 
     def reread(self, entry: Entry) -> Entry:
-        """Return a station's entry as its file is now."""
+        """Return a station's entry, read again from its file."""
         if _changed_ns(entry.path) == entry.changed_ns:
             return entry
         return _entry(entry.path, entry.name, "station", shipped=entry.shipped)
 
     def rigs(self) -> list[str]:
-        """Return the names of the stations that are the panel's own: named ones, or the lab's."""
+        """Return the names of the panel's own stations: the named ones, or the laboratory's."""
         if self._stations:
             return list(self._stations)
         found = {
@@ -104,7 +104,7 @@ class Catalogue:
 
 
 def kind_of(content: bytes) -> str:
-    """Return what a file with that content says that it is; empty for something else."""
+    """Return the kind that a file's content declares; empty for any other content."""
     found = _KIND.search(content[:_HEAD_BYTES].decode("utf-8", "replace"))
     return found[1] if found else ""
 

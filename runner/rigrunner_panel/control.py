@@ -1,4 +1,4 @@
-"""Who may steer a rig: one client at a time, the others watch."""
+"""Control of a rig: one client at a time has it, the others watch."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Holder:
-    """Who has control, and since when."""
+    """The client that has control, and since when."""
 
     client: str
     name: str
@@ -28,12 +28,12 @@ class Holder:
 
 
 def short_name(client: str) -> str:
-    """Return what others may know of a client's id: who knows the id could steer in its place."""
+    """Return the public part of a client's id; with the whole id others could take its place."""
     return hashlib.sha256(client.encode()).hexdigest()[:8]
 
 
 class Control:
-    """Knows who has control, and which clients are connected."""
+    """Stores which client has control and which clients are connected."""
 
     def __init__(self, board: Board) -> None:
         self._board = board
@@ -42,9 +42,9 @@ class Control:
         self._connected: Counter[str] = Counter()
 
     def take(self, client: str, name: str, now: datetime, *, take_over: bool) -> Holder | None:
-        """Give control to a client; return from whom it was taken, if from another one.
+        """Give control to a client; return the previous holder if it was another client.
 
-        Raises PanelError where another client has it and it is not taken over.
+        Raises PanelError if another client has control and `take_over` is not set.
         """
         with self._lock:
             before = self._holder
@@ -58,24 +58,24 @@ class Control:
             return before if is_other else None
 
     def release(self, client: str) -> None:
-        """Give control up; raises PanelError for one that has not got it."""
+        """Release control; raise PanelError for a client that does not have it."""
         with self._lock:
             self._required(client)
             self._holder = None
             self._tell()
 
     def required(self, client: str) -> str:
-        """Return the name of who steers; raise PanelError for a client that only watches."""
+        """Return the name of the client, which must have control; raise PanelError otherwise."""
         with self._lock:
             return self._required(client)
 
     def holds(self, client: str) -> str:
-        """Return the name under which a client has control; '' if it has not."""
+        """Return the name under which a client has control; '' if it does not have it."""
         holder = self._holder
         return holder.name if holder is not None and holder.client == client else ""
 
     def connected(self, client: str, step: int) -> None:
-        """Count a WebSocket of a client that came (1) or went (-1)."""
+        """Count a client's WebSocket that was opened (1) or closed (-1)."""
         with self._lock:
             self._connected[client] += step
             self._connected += Counter()
@@ -83,7 +83,7 @@ class Control:
             self._board.put(watchers=self._connected.total())
 
     def is_connected(self, client: str) -> bool:
-        """Say whether a client has a WebSocket."""
+        """Return whether a client has an open WebSocket."""
         with self._lock:
             return self._connected[client] > 0
 

@@ -1,4 +1,4 @@
-"""The panel's hold on the rig: one job at a time, in a process of its own."""
+"""Starts and controls jobs on the rig: one at a time, each in its own process."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ RIG_PROCESS = "rigrunner_panel.jobs.main"
 
 
 class Desk:
-    """Starts jobs, hears how they go, and passes on what people want. For any thread."""
+    """Starts jobs, receives their events, and forwards commands. Thread-safe."""
 
     def __init__(
         self, board: Board, runs: Path, left_energised: Callable[[], tuple[AlarmView, ...]]
@@ -54,19 +54,19 @@ class Desk:
 
     @property
     def name(self) -> str:
-        """What goes on, in words."""
+        """A description of the running job."""
         with self._lock:
             job = self._story.job if self._story is not None else None
         return "nothing" if job is None else job.run or f"the {job.kind} of {job.procedure}"
 
     @property
     def curves(self) -> Curves | None:
-        """The live curves of the present or last job."""
+        """The live curves of the current or last job."""
         with self._lock:
             return None if self._story is None else self._story.curves
 
     def start(self, job: Job, links: Links) -> None:
-        """Start a job; raise PanelError while another one goes on."""
+        """Start a job; raise PanelError while another one is running."""
         with self._lock:
             self._refuse_second()
             process = Process(RIG_PROCESS)
@@ -81,7 +81,7 @@ class Desk:
                 watcher.start(story, self._lock)
 
     def answer(self, prompt: int, text: str, by: str) -> None:
-        """Answer a prompt; raise PanelError for another one, or what is no answer to it."""
+        """Answer a prompt; raise PanelError for another prompt or an invalid answer."""
         with self._lock:
             self._going()
             asked = self.board.get("prompt")
@@ -96,7 +96,7 @@ class Desk:
             self._send(Answer(prompt, accepted, by))
 
     def pause(self, by: str, decision: Decision | None = None) -> None:
-        """Pause at the next safe point; with a decision, go on so at once."""
+        """Pause at the next safe point; with a decision, apply it at once."""
         with self._lock:
             story = self._going()
             if self.board.get("phase") not in ("running", "asking", "pausing"):
@@ -105,7 +105,7 @@ class Desk:
             story.asked(str(decision.choice) if decision else "pause")
 
     def decide(self, choice: Choice, by: str, reason: str) -> None:
-        """Let a paused run go on; one that is not paused is paused first to repeat or skip."""
+        """Continue a paused run as decided; to repeat or skip, a running one is paused first."""
         decision = Decision(choice, by, reason)
         with self._lock:
             self._going()
@@ -120,14 +120,14 @@ class Desk:
             self._send(Decide(decision))
 
     def abort(self, by: str, reason: str) -> None:
-        """End the run in order: teardown, and the rig is made safe."""
+        """Abort the run: its teardown is done and the rig is made safe."""
         with self._lock:
             story = self._going()
             self._send(Abort(by, reason))
             story.asked("abort")
 
     def stop(self, by: str, reason: str) -> bool:
-        """Let the rig be made safe at once; return whether anything was running."""
+        """Make the rig safe at once; return whether a job was running."""
         process = self._process  # without the lock: nothing may be waited for
         stopped = process is not None and process.send(Stop(by, reason))
         with self._lock:
@@ -137,20 +137,20 @@ class Desk:
         return False
 
     def by_hand(self, command: ByHand) -> None:
-        """Pass on what the manual page wants; raise PanelError where it is not open."""
+        """Forward a manual command; raise PanelError if the manual page is not open."""
         with self._lock:
             if self._going().job.kind != "manual":
                 raise wrong_state("the manual page has not got the rig", "open it first")
             self._send(command)
 
     def put_on_record(self, what: Interference) -> None:
-        """Let the run's record say what a person did, if a run goes on."""
+        """Record in the run what a person did, if a run is in progress."""
         with self._lock:
             if self.is_busy:
                 self._send(PutOnRecord(what))
 
     def tick(self) -> None:
-        """Let time pass on the screen, and look for rigs that were left energised."""
+        """Update the elapsed time on the screen, and check for rigs that were left energised."""
         rigs = self._left_energised()
         with self._lock:
             if self._story is None:
@@ -160,14 +160,14 @@ class Desk:
             self._story.tick()
 
     def wait(self, timeout_s: float) -> bool:
-        """Wait until nothing goes on; return whether that is so."""
+        """Wait until no job is running; return whether none is."""
         until_s = time.monotonic() + timeout_s
         while self.is_busy and time.monotonic() < until_s:
             time.sleep(0.05)
         return not self.is_busy
 
     def close(self) -> None:
-        """Let go of the process: a run that still goes on is aborted by it."""
+        """Close the connection to the process; it then aborts a run in progress."""
         if self._process is not None:
             self._process.close()
         if self._watcher is not None:

@@ -1,4 +1,4 @@
-"""Who edits which procedure, and who saved it last: so that two who edit one file know it."""
+"""Tracks who edits and who last saved each procedure, so that two editors see each other."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 MOST = 200
 GRACE_S = 10.0
-"""For which a screen is listed that has not connected its WebSocket yet."""
+"""Time in s for which a screen stays listed before it opens its WebSocket."""
 
 
 @dataclass(frozen=True)
 class Opened:
-    """A screen, and what it has open."""
+    """A screen and the procedure that it has open."""
 
     procedure: str
     by: str
@@ -35,7 +35,7 @@ class Opened:
 
 @dataclass(frozen=True)
 class Saved:
-    """A file as it was saved at this panel."""
+    """A file as it was last saved at this panel."""
 
     digest: str
     by: str
@@ -43,7 +43,7 @@ class Saved:
 
 
 class Editing:
-    """Knows the screens that edit, and tells all of them. For any thread."""
+    """Tracks the screens that edit, and notifies all of them. Thread-safe."""
 
     def __init__(
         self, tell: Callable[[tuple[EditedView, ...]], None], files: ProcedureFiles
@@ -55,7 +55,7 @@ class Editing:
         self._saved: dict[str, Saved] = {}
 
     def open(self, client: str, procedure: str, by: str, now: datetime) -> None:
-        """List a screen that edits a procedure, and none that it edited before."""
+        """List a screen as editing a procedure, in place of the one that it edited before."""
         self._files.place(procedure)
         with self._lock:
             before = self._opened.pop(client, None)
@@ -66,19 +66,19 @@ class Editing:
         self._tell()
 
     def leave(self, client: str) -> None:
-        """List a screen no more."""
+        """Remove a screen from the list."""
         with self._lock:
             self._opened.pop(client, None)
         self._tell()
 
     def saved(self, procedure: str, digest: str, by: str, now: datetime) -> None:
-        """Remember who saved a file."""
+        """Store who saved a file."""
         with self._lock:
             self._saved[procedure] = Saved(digest, by, utc_text(now))
         self._tell()
 
     def last_change(self, procedure: str) -> Saved:
-        """Return which change a file has; of another program it has no person."""
+        """Return the last change of a file; one made by another program has no person."""
         path = self._files.place(procedure)
         digest, saved = digest_of(path), self._saved.get(procedure)
         if saved is not None and saved.digest == digest:
@@ -86,7 +86,7 @@ class Editing:
         return Saved(digest, "", _changed_utc(path))
 
     def tick(self, is_connected: Callable[[str], bool], now: datetime) -> None:
-        """Forget screens that are gone, and look whether files were changed."""
+        """Remove closed screens, and check whether files were changed."""
         with self._lock:
             for client, opened in list(self._opened.items()):
                 late = (now - opened.at).total_seconds() > GRACE_S

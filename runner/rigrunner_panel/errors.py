@@ -1,4 +1,4 @@
-"""What the panel answers when it cannot do what it was asked."""
+"""Error responses of the panel."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _CODES: dict[type[RigrunnerError], str] = {
 
 
 class ProblemView(BaseModel):
-    """One thing that is wrong in a file."""
+    """One problem in a file."""
 
     message: str
     where: str
@@ -31,7 +31,7 @@ class ProblemView(BaseModel):
 
 
 class ErrorView(BaseModel):
-    """The body of every answer that is an error."""
+    """The body of every error response."""
 
     code: str
     message: str
@@ -40,7 +40,7 @@ class ErrorView(BaseModel):
 
 
 class PanelError(Exception):
-    """An answer with that status."""
+    """An error response with an HTTP status."""
 
     def __init__(
         self,
@@ -58,7 +58,7 @@ class PanelError(Exception):
 
 
 def of_ours(error: RigrunnerError) -> PanelError:
-    """Return the answer for an error of the program below."""
+    """Return the response for an error of the engine."""
     if isinstance(error, InvalidFileError):
         return PanelError(422, "invalid", error.message, error.hint, error.problems)
     code = next((code for kind, code in _CODES.items() if isinstance(error, kind)), "invalid")
@@ -70,12 +70,12 @@ def of_ours(error: RigrunnerError) -> PanelError:
 
 
 def wrong_state(message: str, hint: str = "") -> PanelError:
-    """Return the answer for what cannot be done now."""
+    """Return the response for a request that is not possible in the present state."""
     return PanelError(409, "wrong_state", message, hint)
 
 
 def not_found(message: str, hint: str = "") -> PanelError:
-    """Return the answer for what is not there."""
+    """Return the response for something that does not exist."""
     return PanelError(404, "not_found", message, hint)
 
 

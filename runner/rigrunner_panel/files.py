@@ -1,4 +1,4 @@
-"""The procedures in the lab's folder, read and written whole: these files are the only truth."""
+"""Reads and writes the procedures in the laboratory's folder; the files are the only copy."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ LONGEST_NAME = 100
 
 @dataclass(frozen=True)
 class ProcedureText:
-    """What a file had when it was read."""
+    """The content of a procedure file when it was read."""
 
     path: Path
     text: str
@@ -36,7 +36,7 @@ class ProcedureText:
 
 
 class ProcedureFiles:
-    """Reads and replaces the procedures of the lab's folder. Nothing outside of it is touched."""
+    """Reads and replaces the procedures in the laboratory's folder, and no other files."""
 
     def __init__(self, folder: Path, catalogue: Catalogue) -> None:
         self._folder = folder
@@ -55,20 +55,20 @@ class ProcedureFiles:
         return path
 
     def is_shipped(self, name: str) -> bool:
-        """Say whether a name of the list is that of a shipped procedure: these have no ending."""
+        """Return whether a listed name is a shipped procedure's, which has no file extension."""
         return not name.endswith((".yaml", ".yml"))
 
     def read(self, name: str) -> ProcedureText:
-        """Return what a file has; raise PanelError, and InvalidFileError for what is no text."""
+        """Return a file's content; raise PanelError, or InvalidFileError if it is not text."""
         path = self.place(name)
         text = read_text(path)
         return ProcedureText(path, text, digest_of(path))
 
     def write(self, name: str, text: str, digest: str) -> str:
-        """Replace a file that still has that digest, or make a new one where it is ''.
+        """Replace a file that still has the given digest, or create a new one if the digest is ''.
 
-        Returns the new digest. Raises PanelError for a name or text not of a procedure, and
-        ChangedError where the file is not as it was.
+        Returns the new digest. Raises PanelError if the name or text is not valid for a procedure,
+        and ChangedError if the file was changed.
         """
         path = self._to_write(name)
         content = text.encode()
@@ -111,11 +111,11 @@ class ProcedureFiles:
 
 
 class ChangedError(Exception):
-    """A file is not as it was when it was opened."""
+    """A file was changed after it was opened."""
 
 
 def digest_of(path: Path) -> str:
-    """Return the SHA-256 of a file, hexadecimal; '' where there is none."""
+    """Return the SHA-256 of a file, hexadecimal; '' if it does not exist."""
     try:
         with path.open("rb") as file:
             return hashlib.sha256(file.read(MAX_BYTES + 1)).hexdigest()
@@ -124,7 +124,7 @@ def digest_of(path: Path) -> str:
 
 
 def _replace(path: Path, content: bytes) -> None:
-    """Write a file so that there is always the old one or the new one; raise PanelError."""
+    """Replace a file atomically; raise PanelError."""
     part = path.with_name(f".{path.name}.part")
     try:
         part.unlink(missing_ok=True)

@@ -1,4 +1,4 @@
-"""The stored runs: searched, shown one by one, and their files."""
+"""The stored runs: search, details and files."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from rigrunner.runfile import StoredRun
 
 SHOWN = (".html", ".json", ".pdf", ".h5", ".log", ".svg", ".txt")
-"""What is given out of a run's folder; what else lies there is nobody's business here."""
+"""The files of a run's folder that may be downloaded."""
 
 
 class RunItem(BaseModel):
-    """A line of the history."""
+    """One row of the history."""
 
     run: str
     state: str
@@ -48,7 +48,7 @@ class RunItem(BaseModel):
     verdict: str = ""
     headline: Value | None = None
     result: str = ""
-    """Of a run without a headline: the named result that decides, or the only one, with its U."""
+    """For a run without a headline: the decisive or only named result, with its U."""
 
 
 class RunDetail(BaseModel):
@@ -69,7 +69,7 @@ class RunDetail(BaseModel):
 
 
 class History:
-    """The runs of one folder. What was read of a sealed run is kept: it does not change."""
+    """The runs in one folder. Data of sealed runs are cached, because they do not change."""
 
     def __init__(self, runs: Path) -> None:
         self.runs = runs
@@ -81,13 +81,13 @@ class History:
             yield self.item(name)
 
     def folder(self, run: str) -> Path:
-        """Return the folder of that run, one that the list has; raise PanelError."""
+        """Return the folder of a listed run; raise PanelError."""
         if run not in run_names(self.runs):
             raise not_found(f"there is no run '{run[:80]}'", "see GET /api/v1/runs")
         return self.runs / run
 
     def detail(self, run: str) -> RunDetail:
-        """Return all about a run but its samples; raise PanelError and DataError."""
+        """Return everything about a run except its samples; raise PanelError or DataError."""
         stored = read(self.folder(run))
         return RunDetail(
             item=self.item(run),
@@ -105,12 +105,12 @@ class History:
         )
 
     def files(self, run: str) -> list[Path]:
-        """Return the files of a run that are given out."""
+        """Return the files of a run that may be downloaded."""
         folder = self.folder(run)
         return [each for each in sorted(folder.iterdir()) if self._is_shown(each)]
 
     def file(self, run: str, name: str) -> Path:
-        """Return one of them; raise PanelError. Nothing outside of the run's folder has a name."""
+        """Return one of these files, never one outside the run's folder; raise PanelError."""
         for each in self.files(run):
             if each.name == name:
                 return each
@@ -121,7 +121,7 @@ class History:
         return inside and path.is_file() and path.suffix in SHOWN and path.name[:1] != "."
 
     def item(self, name: str) -> RunItem:
-        """Return a line of the history."""
+        """Return one row of the history."""
         sealed = self.runs / name / "run.h5"
         changed = sealed.stat().st_mtime_ns if sealed.is_file() else 0
         key = (name, changed)
@@ -157,7 +157,7 @@ def _item(runs: Path, name: str) -> RunItem:
 
 
 def _result(path: Path) -> tuple[str, Value | None, str]:
-    """Return verdict, headline and named result of a run's result.json, where it can be read."""
+    """Return verdict, headline and named result from a run's result.json, if readable."""
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
         verdict, value = verdict_in(found), found["headline"]["compensated"]

@@ -1,4 +1,4 @@
-"""Several stored runs in one figure: their results over set-points, and a channel over time."""
+"""Several stored runs in one figure: results over set-points, and a channel over time."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 Columns = tuple[list[float], list[float], list[float]]
 COLUMNS = 500
-"""Of a channel over time: the least and the greatest sample of each are drawn."""
+"""Number of columns of a channel over time; each shows its lowest and highest sample."""
 
 
 def result_figures(runs: Mapping[str, StoredRun]) -> Iterator[Figure]:
-    """Yield a figure of the torque over set-points, and of each named result over a coordinate."""
+    """Yield figures of the torque over set-points, and of each named result over a coordinate."""
     torque = [each for name, run in runs.items() if (each := _torque(name, run)) is not None]
     if torque:
         yield Figure("torque", Axis("frequency", "Hz"), Axis("torque", "N·m"), tuple(torque))
@@ -38,7 +38,7 @@ def result_figures(runs: Mapping[str, StoredRun]) -> Iterator[Figure]:
 
 
 def channel_figure(runs: Mapping[str, StoredRun], recording: str, channel: str) -> Figure | None:
-    """Return a channel of the recordings of that name over time; None where no run has it."""
+    """Return a channel of the recordings with that name over time; None if no run has it."""
     series, symbol = [], ""
     for name, run in runs.items():
         for each in run.recordings:
@@ -52,7 +52,7 @@ def channel_figure(runs: Mapping[str, StoredRun], recording: str, channel: str) 
 
 
 def recorded(runs: Mapping[str, StoredRun]) -> dict[str, list[str]]:
-    """Return the channels of each recording that any of the runs has, by its name."""
+    """Return the channels of each recording in any of the runs, by recording name."""
     found: dict[str, dict[str, None]] = defaultdict(dict)
     for run in runs.values():
         for each in run.recordings:
@@ -61,7 +61,7 @@ def recorded(runs: Mapping[str, StoredRun]) -> dict[str, list[str]]:
 
 
 def _torque(name: str, run: StoredRun) -> Series | None:
-    """Return the torque that the primary method found over the set frequency."""
+    """Return the torque by the primary method over the set frequency."""
     document: Any = run.result_document or {}
     method = (document.get("headline") or {}).get("method")
     points = ((document.get("compensations") or {}).get(method) or {}).get("points") or ()
@@ -78,7 +78,7 @@ def _torque(name: str, run: StoredRun) -> Series | None:
 
 
 def _named(run: StoredRun) -> dict[tuple[str, Axis, Axis], Columns]:
-    """Return x, y and U of each named result of which the first number it goes by is x."""
+    """Return x, y and U of each named result whose first numeric coordinate is x."""
     found: dict[tuple[str, Axis, Axis], Columns] = {}
     for each in other_results(run.result_document or {}):
         numbers = ((key, at) for key, at in coordinates_in(each).items())
@@ -100,7 +100,7 @@ def _expanded(estimate: Mapping[str, Any]) -> float:
 
 
 def _envelope(name: str, recording: Recording, channel: str, symbol: str) -> Series:
-    """Return a channel over time: all samples, or the least and the greatest of each column."""
+    """Return a channel over time: all samples, or the lowest and highest of each column."""
     samples, count = recording.channels[channel], recording.samples
     if count <= 2 * COLUMNS:
         at = np.arange(count) / recording.rate_hz

@@ -1,4 +1,4 @@
-"""What the panel is to start from the queue; after a restart nothing starts by itself."""
+"""What the panel starts from the queue; after a restart nothing starts automatically."""
 
 from __future__ import annotations
 
@@ -9,32 +9,32 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Wanted:
-    """An entry that starts once its preflight is done."""
+    """A queue entry that starts when its preflight is done."""
 
     entry: int
     by: str
     stops: int
-    """How often Stop had been pressed when it was asked for."""
+    """The count of Stop commands when the start was requested."""
 
 
 @dataclass(eq=False)
 class Sequence:
-    """What was asked for, and the entry that is running. Steps are taken under the lock."""
+    """The requested starts and the running entry. Change it only under the lock."""
 
     lock: threading.RLock = field(default_factory=threading.RLock)
     wanted: Wanted | None = None
     automatic_by: str = ""
     problem: str = ""
     entry: int | None = None
-    """The entry whose run goes on."""
+    """The entry whose run is in progress."""
     held: ExitStack = field(default_factory=ExitStack)
-    """Holds that entry's lock."""
+    """The lock of that entry."""
     stops: int = 0
     seen_ns: int = -1
-    """When the file was changed that is shown."""
+    """Modification time of the displayed file, in ns."""
 
     def stop(self) -> None:
-        """Start nothing any more that was asked for before; waits for nothing."""
+        """Cancel all requested starts, without waiting."""
         self.stops += 1
         self.automatic_by = ""
         self.wanted = None

@@ -1,4 +1,4 @@
-"""`rigrunner panel`: serves the screen until Ctrl-C, and leaves no rig unsafe."""
+"""`rigrunner panel`: serves the panel until Ctrl-C, and leaves no rig unsafe."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _NO_TOKEN = "give one: --token, or the variable RIGRUNNER_PANEL_TOKEN"  # noqa: 
 _GRACE_S = 3
 _LOOK_S = 0.1
 _AT_ONCE = 64
-"""Connections that are taken before any of them is looked at."""
+"""Most connections that may wait to be accepted."""
 
 
 def serve(
@@ -40,10 +40,10 @@ def serve(
 ) -> ExitCode:
     """Serve until Ctrl-C, SIGTERM or a closed terminal.
 
-    A run that goes on then is aborted, and safe, before the end.
+    A run in progress is aborted and the rig made safe before the end.
 
-    Raises UsageError for a host beyond this machine without a token, and where nothing can be
-    served on the port.
+    Raises UsageError for a host other than this computer without a token, and if the port cannot be
+    used.
     """
     if not is_loopback(settings.host) and not settings.token:
         message = f"--host {settings.host} lets other machines in, and there is no token"
@@ -79,7 +79,7 @@ def serve(
 
 
 def server_config(panel: Panel) -> uvicorn.Config:
-    """Return how the panel is served."""
+    """Return the configuration of the server."""
     return uvicorn.Config(
         make_app(panel),
         log_level="warning",
@@ -93,10 +93,10 @@ def server_config(panel: Panel) -> uvicorn.Config:
 
 
 class Ending:
-    """What Ctrl-C means: without a run the end, with one its abort, and after that the end.
+    """Handles Ctrl-C: without a run it ends the panel; with a run it aborts the run, then ends.
 
-    SIGTERM means the same. Of a closed terminal several may tell, the system and the shell: that
-    means an abort, and never more.
+    SIGTERM is handled in the same way. A closed terminal may send several signals, from the system
+    and the shell: it only ever aborts.
     """
 
     def __init__(self, panel: Panel, tell: Callable[[str], None]) -> None:
@@ -110,12 +110,12 @@ class Ending:
 
     @property
     def exit_code(self) -> ExitCode:
-        """How the command ends."""
+        """The exit code of the command."""
         return ExitCode.INTERRUPTED if self._aborted else ExitCode.PASS
 
     @contextlib.contextmanager
     def signals(self) -> Iterator[None]:
-        """Take the signals that end the program, and put the former handlers back."""
+        """Handle the signals that end the program, and restore the former handlers afterwards."""
         former = take_signals(ENDING, self._take)
         former[signal.SIGINT] = signal.signal(signal.SIGINT, self._take)
         try:
@@ -125,7 +125,7 @@ class Ending:
                 signal.signal(number, handler)
 
     def advance(self) -> bool:
-        """Do what the signals since the last time ask for; return whether the server is to end."""
+        """Handle the signals since the last call; return whether the server must end."""
         if not self.wanted:
             return False
         busy = [rig.desk for rig in self._panel.opened() if rig.desk.is_busy]
@@ -155,28 +155,28 @@ class Ending:
         self._presses += 1
 
     def _who(self) -> tuple[str, str]:
-        """Return who ends the run, and by what."""
+        """Return who ends the run, and by which signal."""
         if self._number == signal.SIGINT:
             return "keyboard", "Ctrl-C in the panel's terminal"
         return "signal", f"{signal_name(self._number)} to the panel"
 
     def _say(self, text: str) -> None:
-        """Tell whoever is at the terminal; where nobody is any more, that must not end this."""
+        """Print a message at the terminal; a closed terminal is not an error."""
         with contextlib.suppress(OSError):
             self._tell(text)
 
 
 class _Server(uvicorn.Server):
-    """A server that leaves the signals to us: with a run in progress they do not end it."""
+    """A server that does not handle signals itself: they do not end it during a run."""
 
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """Take none."""
+        """Capture no signals."""
         yield
 
 
 async def _served(server: _Server, listening: socket.socket, ending: Ending) -> None:
-    """Serve until the end is wanted and no run goes on."""
+    """Serve until the end is requested and no run is in progress."""
     work = asyncio.create_task(server.serve(sockets=[listening]))
     while not work.done() and not await asyncio.to_thread(ending.advance):
         await asyncio.wait({work}, timeout=_LOOK_S)
@@ -203,7 +203,7 @@ def _bound(host: str, port: int) -> socket.socket:
 
 
 def _address(settings: Settings, port: int) -> str:
-    """Return what to open; the token is behind the '#', which no browser sends anywhere."""
+    """Return the address to open; the token follows '#', which browsers do not send to servers."""
     shown = settings.host if is_loopback(settings.host) else socket.gethostname()
     host = f"[{shown}]" if ":" in shown else shown
     token = f"#token={settings.token}" if settings.token else ""

@@ -1,4 +1,4 @@
-"""Control charts of the archive of the runs' folder, and what there is to chart."""
+"""Control charts of the archive of the runs' folder."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rigrunner_fleet.monitoring.trending import trend
 from rigrunner_fleet.trends.charting import Charting
 
 RULES = ("nelson", "western-electric", "shewhart")
-"""Sets of rules that a chart of individuals is held against."""
+"""Sets of rules that a chart of individual values is checked with."""
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def update(runs: Path) -> Indexed | None:
-    """Bring the archive up to date with the folder of runs; None where there is no such folder."""
+    """Update the archive from the folder of runs; None if there is no such folder."""
     if not runs.is_dir():
         return None
     with closing(open_archive(runs)) as archive:
@@ -37,7 +37,7 @@ def update(runs: Path) -> Indexed | None:
 
 
 def quantities(runs: Path) -> list[str]:
-    """Return the names of what the archive has values of: results of runs, figures of rigs."""
+    """Return the names of the quantities in the archive: results of runs, figures of rigs."""
     everything = filters_of()
     with closing(open_archive(runs)) as archive:
         torques = {
@@ -56,19 +56,19 @@ def quantities(runs: Path) -> list[str]:
 def charts(
     runs: Path, quantity: str, by: tuple[str, ...], words: Mapping[str, str], how: Charting
 ) -> Trend:
-    """Return the charts of a quantity; raises as `trend` and `observe` do."""
+    """Return the charts of a quantity; raises the errors of `trend` and `observe`."""
     with closing(open_archive(runs)) as archive:
         found = observe(archive, quantity, filters_of(**words), by)
     return trend(found, how, {"quantity": quantity})
 
 
 def charting(chart: str, rules: str, baseline: str) -> Charting:
-    """Return how charts are made; raise UsageError for a baseline that is none."""
+    """Return the chart settings; raise UsageError for an invalid baseline."""
     return Charting(chart, rules, baseline_of(baseline))
 
 
 def figure(found: Trend, series: TrendSeries) -> Figure:
-    """Return the chart of a group: values in their order, limits, and where a rule is met."""
+    """Return the chart of a group: values in order, limits, and rule violations."""
     plotted = [each.plotted for each in series.points]
     numbers = range(1, len(plotted) + 1)
     expanded = [each.observed.expanded or nan for each in series.points]

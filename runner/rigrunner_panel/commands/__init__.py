@@ -1,4 +1,4 @@
-"""The commands of the panel, with their line of help: one module each, imported when called."""
+"""The panel's commands with their help lines; a module is imported when called."""
 
 COMMANDS = {
     "Run": {

@@ -1,4 +1,4 @@
-"""`rigrunner panel`: the operator's screen."""
+"""`rigrunner panel`: starts the operator panel."""
 
 from __future__ import annotations
 

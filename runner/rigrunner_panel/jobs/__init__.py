@@ -1,1 +1,1 @@
-"""The program of the process that has the rig, and its jobs: preflight, run, manual session."""
+"""The process that controls the rig, and its jobs: preflight, run and manual session."""

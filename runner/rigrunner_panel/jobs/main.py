@@ -1,4 +1,4 @@
-"""The program of the process that has the rig: one job, then the end."""
+"""Entry point of the process that controls the rig: does one job and exits."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _CODES: dict[type[RigrunnerError], str] = {
 
 
 def main() -> None:
-    """Take the job from stdin, do it, and tell stdout how it goes."""
+    """Read the job from stdin, do it, and report its progress on stdout."""
     switch = Switch()
     switch.install()
     channel = _own_channel()
@@ -73,12 +73,12 @@ def _done(job: Job, link: Link) -> object:
 
 
 def error_code(error: RigrunnerError) -> str:
-    """Return the word for a kind of error."""
+    """Return the code for a kind of error."""
     return next((code for kind, code in _CODES.items() if isinstance(error, kind)), "invalid")
 
 
 def _own_channel() -> Channel:
-    """Take stdout for messages alone: what a plugin prints goes to stderr."""
+    """Reserve stdout for messages: what a plugin prints goes to stderr."""
     outgoing = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     sys.stdout = sys.stderr

@@ -1,4 +1,4 @@
-"""The manual page: a person sets the rig, watches it, and records points."""
+"""The manual session: a person sets the rig, watches it, and records points."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ if TYPE_CHECKING:
 
 LOOK_S = 2.0
 CYCLES_SEEN = LEAST_CYCLES + SPARE_CYCLES
-"""What is watched at a time: so long, and so many swings, are analysed together."""
+"""Number of cycles that are recorded and analysed together while watching."""
 _GOES_ON = Terms(goes_on=True)
 
 
 def manual(job: Job, link: Link) -> Ended:
-    """Let a person have the rig until the page is closed."""
+    """Let a person control the rig until the page is closed."""
     operator = job.view.operator
     planned = planned_run(job.procedure, job.station, realtime=job.view.realtime)
     person = PanelPerson(link.sender, planned.clock, operator)
@@ -83,11 +83,11 @@ def manual(job: Job, link: Link) -> Ended:
 
 @dataclass(eq=False)
 class Hand:
-    """Turns what a person wants into steps, and watches the rig in between."""
+    """Turns manual commands into steps, and watches the rig between them."""
 
     planned: PlannedRun
     source: Record
-    """The procedure's own way to record: its role, channels and units."""
+    """How the procedure records: its role, channels and units."""
     link: Link
     set_points: dict[str, float] = field(default_factory=dict)
     recording: str = ""
@@ -95,7 +95,7 @@ class Hand:
     points: int = 0
 
     def steps(self, session: Session) -> Iterator[PlannedStep]:
-        """Yield a step for each wish; first the zeros that the procedure takes, at rest."""
+        """Yield a step for each command, after the procedure's zero readings at rest."""
         stamp = EventStamp(self.planned.clock)
         self.set_points = dict(self._standing(session))
         yield from self._zeros()
@@ -119,7 +119,7 @@ class Hand:
             self._tell(session)
 
     def __call__(self, event: Event) -> None:
-        """Take note of a point that was recorded, or that a step failed; an event sink."""
+        """Receive the result of a recorded point or failed step; an event sink."""
         if isinstance(event, StepEnded):
             if not event.ok:
                 self.refused = "it failed: see the alarms"
@@ -128,7 +128,7 @@ class Hand:
 
     @property
     def frequency_hz(self) -> float:
-        """The frequency at which the rig swings now; 0 at rest."""
+        """The present frequency of the rig; 0 at rest."""
         return self.set_points.get(self._cycle_drive, 0.0)
 
     @property
@@ -180,7 +180,7 @@ class Hand:
         yield _step("record", action, text, _GOES_ON)
 
     def _watch(self, session: Session, stamp: EventStamp) -> None:
-        """Show what the rig does for a while, unless somebody wants something."""
+        """Show the rig's readings for a while, unless a command is waiting."""
         if not self.frequency_hz > 0:
             session.rig.clock.sleep(0.05)
             return

@@ -1,4 +1,4 @@
-"""What was let pass at the panel before a job, as the run's record takes it."""
+"""Overrides made at the panel before a job, in the form that the run's record takes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def overrides_of(planned: Planned, job: Job) -> Iterator[Override]:
-    """Yield calibrations as everywhere, and what the preflight found besides."""
+    """Yield the overrides of calibrations and of other preflight checks."""
     words = [each.override for each in job.items if each.kind == "calibration"]
     by, reason = (job.by, job.reason) if words else ("", "")
     yield from overrides_for(planned, words, by, reason)

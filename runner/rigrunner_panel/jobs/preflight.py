@@ -1,4 +1,4 @@
-"""Looks at everything that a run needs, with the rig connected, before anything moves."""
+"""Preflight: checks everything that a run needs, with the rig connected, before anything moves."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
 _GB = 1e9
 _TWICE = 2
-"""The journal and the finished file are there at the same time."""
+"""Factor for disk space: the journal and the finished file exist at the same time."""
 _PLENTY_BYTES = 1e9
 
 
 def preflight(job: Job, link: Link) -> Ended:
-    """Tell the panel of each thing as it is known; raise what is wrong with the files."""
+    """Report each check to the panel when it is done; raise the errors of invalid files."""
     planned = planned_run(job.procedure, job.station, realtime=True)
     found: tuple[PreflightItem, ...] = ()
     for item in _items(planned, job):
@@ -98,6 +98,6 @@ def _size(count: float) -> str:
 
 
 def free_bytes(folder: Path) -> int:
-    """Return how much room there is where a folder is, or will be."""
+    """Return the free space of a folder, or of the folder in which it would be created."""
     there = next(each for each in (folder.absolute(), *folder.absolute().parents) if each.exists())
     return shutil.disk_usage(there).free

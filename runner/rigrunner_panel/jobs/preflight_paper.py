@@ -1,4 +1,4 @@
-"""Whether each instrument is calibrated for the run, on paper."""
+"""Checks from the register whether each instrument is calibrated for the run."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _SOON = timedelta(days=30)
 
 
 def calibrations(planned: Planned) -> Iterator[PreflightItem]:
-    """Yield what stands against an instrument, and of each other one until when it is good."""
+    """Yield each problem with an instrument's calibration; for a valid one, its due date."""
     findings = calibration_findings(planned)
     for finding in findings:
         yield PreflightItem(

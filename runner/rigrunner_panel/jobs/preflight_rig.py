@@ -1,4 +1,4 @@
-"""What the devices say: who they are, whether they read zero, and whether interlocks are good."""
+"""Checks with the devices: their identity, their zero readings, and the interlocks."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from rigrunner_panel.process.messages import Job
 
 _LOOK_S = 0.5
-"""How long a zero is looked at, at most: the run itself takes its time."""
+"""Longest time in s for checking a zero; the run takes its own time."""
 
 
 def rig_items(planned: Planned, marks: RigMarks | None = None) -> Iterator[PreflightItem]:
-    """Connect each device on its own, look, make it safe and close it."""
+    """Connect each device by itself, check it, make it safe and close it."""
     safety = planned.station.model.safety
     patience = Patience(safety.patience.connect, safety.patience.answer)
     if marks is not None and marks.left is not None:
@@ -69,7 +69,7 @@ def _left(text: str) -> PreflightItem:
 
 
 def unconfirmed(marks: RigMarks, station_file: str, job: Job) -> PreflightItem:
-    """Say which devices were not read back as safe, and take the word of a person for it."""
+    """Report devices that were not read back as safe, unless a person confirmed them."""
     known = {"kind": "device", "name": "rig"}
     text = f"not read back as safe since then: {', '.join(sorted(marks.unconfirmed))}"
     if job.reason:
@@ -82,13 +82,13 @@ def unconfirmed(marks: RigMarks, station_file: str, job: Job) -> PreflightItem:
 
 
 def _turn(order: Sequence[Member | str], role: str) -> int:
-    """Return when a device has its turn to be made safe, as the station's order says."""
+    """Return the position of a device in the station's make-safe order."""
     named = [role_of(each) for each in order]
     return named.index(role) if role in named else len(named)
 
 
 def _stands(role: str, rig: Rig) -> Iterator[PreflightItem]:
-    """Say how the drives of a device were found if they were not safe, and make it safe at once."""
+    """Report drives of a device that were not in their safe state, and make it safe at once."""
     found = [each.text for each in standing_of(rig, [role]) if not each.is_safe]
     reports = rig.make_safe()
     if problem := unsafe_text(reports):

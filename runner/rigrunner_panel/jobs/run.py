@@ -1,4 +1,4 @@
-"""A run, as the command line would do it, with the panel in the place of the terminal."""
+"""Does a run as the command line does, with the panel in place of the terminal."""
 
 from __future__ import annotations
 

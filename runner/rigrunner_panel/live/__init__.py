@@ -1,1 +1,1 @@
-"""What is known of a job that goes on: its story, its curves, and the analysis so far."""
+"""The live data of a running job: its state, curves and interim analysis."""

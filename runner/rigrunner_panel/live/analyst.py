@@ -1,4 +1,4 @@
-"""The process that analyses what was recorded so far: neither run nor screen waits for it."""
+"""The process that analyses recordings during a run, so that neither run nor screen waits."""
 
 from __future__ import annotations
 
@@ -30,16 +30,17 @@ if TYPE_CHECKING:
 
 
 MOST_BYTES = 250_000_000
-"""Of samples: more would be read again and again, and take much memory for a screen."""
+"""Most bytes of samples to analyse; above it, repeated reading would be slow and use much memory.
+"""
 MOST_AGAIN = 40_000_000
-"""Of the samples of a recording that goes on: a longer one is followed, not read again."""
+"""Most bytes of samples in a recording in progress; a longer one is followed, not read again."""
 PACKED = 5
-"""How many times smaller the samples of a finished recording are on the disk, usually."""
+"""Typical compression ratio of a finished recording."""
 TOO_MUCH = "so much is recorded that all of it is analysed at the end alone"
 
 
 class _Analyst:
-    """Keeps what does not change while a run goes on, and what was found of its recordings."""
+    """Caches data that do not change during a run, and the findings of its recordings."""
 
     def __init__(self) -> None:
         self._registries: dict[Path, Registry] = {}
@@ -49,7 +50,7 @@ class _Analyst:
         self._latest: dict[str, PointView] = {}
 
     def answer(self, asked: Analyse) -> Analysed:
-        """Return the result so far; what keeps it from being made stands in its problem."""
+        """Return the result so far; an error is stated in its `problem`."""
         began_s = time.monotonic()
         try:
             too_much = _bytes(asked.folder) > MOST_BYTES
@@ -80,7 +81,7 @@ class _Analyst:
         return Analysed(view) if corrected is None else Analysed(view, *corrected)
 
     def _of_latest(self, asked: Analyse, began_s: float) -> Analysed:
-        """Return what was found before, and the recording that goes on by its latest cycles."""
+        """Return the last result, with the recording in progress analysed by its latest cycles."""
         if self._followed is None or self._followed[0] != asked.folder:
             registry, partners = self._registry(asked.station), self._partners_of(asked.folder)
             self._followed = asked.folder, LatestCycles(asked.folder, registry, partners)
@@ -107,13 +108,13 @@ class _Analyst:
 
 
 def _bytes(folder: Path) -> int:
-    """Return about how many bytes of samples were recorded; what vanishes meanwhile is not."""
+    """Return the approximate size of the recorded samples in bytes; missing files count 0."""
     raw = sum(map(_size, folder.glob("journal/*.samples")))
     return raw + PACKED * sum(map(_size, folder.glob("recordings/*.h5")))
 
 
 def _is_long(folder: Path) -> bool:
-    """Say whether the latest recording is too long to be read again with every swing."""
+    """Return whether the latest recording is too long to read again for each swing."""
     latest = max(folder.glob("journal/*.samples"), default=None)
     return latest is not None and _size(latest) > MOST_AGAIN
 
@@ -136,7 +137,7 @@ def _problem(text: str, began_s: float) -> LiveView:
 
 
 def main() -> None:
-    """Answer what comes on stdin until it ends."""
+    """Answer requests from stdin until it closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "nice"):
         os.nice(10)  # run and screen go first

@@ -1,4 +1,4 @@
-"""From blocks of samples to the frames that screens are sent, each as often as it is of use."""
+"""Turns blocks of samples into frames for screens, and limits how often they are sent."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     Floats = NDArray[np.floating]
 
 WAITING_SWINGS = 4
-"""Swings of one block are shown one after the other; older ones are left out."""
+"""Most swings of one block to show; older ones are dropped."""
 
 _ALIGN = 4
 
@@ -32,7 +32,7 @@ _ALIGN = 4
 def frame(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.floating[Any]]]) -> bytes:
     """Return curves as a binary frame: the length of a JSON header, the header, and float32 arrays.
 
-    All are little-endian; each array is of shape (n,).
+    Numbers are little-endian; each array has the shape (n,).
     """
     listed = [[name, len(values)] for name, values in arrays.items()]
     text = json.dumps({**header, "arrays": listed}, allow_nan=False).encode()
@@ -42,7 +42,7 @@ def frame(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.floating[An
 
 
 class Curves:
-    """The live curves of one job. Filled by one thread, read by another; bounded."""
+    """The live curves of one job, bounded in size. One thread writes, another reads."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -59,14 +59,14 @@ class Curves:
         self.frequency_hz: float | None = None
 
     def begin(self, recording: str, frequency_hz: float | None) -> None:
-        """Take note that a recording begins, at a set frequency if the rig swings."""
+        """Start a recording, at a set frequency if the rig swings."""
         with self._lock:
             self._key = (recording, frequency_hz) if frequency_hz else None
             self._cutter = None
             self.frequency_hz = None
 
     def correct(self, recording: str, correction_nm: Floats) -> None:
-        """Take from the swings of a recording what the analysis took from their mean."""
+        """Subtract the correction of the analysis from the swings of a recording."""
         phases = np.arange(PHASES) * len(correction_nm) / PHASES
         places = np.arange(len(correction_nm) + 1)
         closed = np.append(correction_nm, correction_nm[0])
@@ -74,7 +74,7 @@ class Curves:
             self._corrections = (recording, np.interp(phases, places, closed))
 
     def take(self, event: Samples, start_s: float) -> None:
-        """Take a block, whose first sample was taken at `start_s` seconds of the run."""
+        """Add a block whose first sample was taken at `start_s` seconds of the run."""
         block = event.block
         torque = _channel(event, "torque")
         if not block.channels:
@@ -89,18 +89,18 @@ class Curves:
                 self._cut(event, torque)
 
     def whole(self) -> list[bytes]:
-        """Return what a screen that has nothing yet is sent."""
+        """Return the frames for a screen that has no data yet."""
         with self._lock:
             trend = self._trend_frame(0, reset=True)
             return [trend] if self._latest is None else [trend, self._latest]
 
     def next_swing(self) -> bytes | None:
-        """Return the next swing to show, if there is one."""
+        """Return the next swing to show, if any."""
         with self._lock:
             return self._swings.popleft() if self._swings else None
 
     def next_trend(self) -> bytes | None:
-        """Return the columns that changed since the last time, if any did."""
+        """Return the columns that changed since the last call, if any."""
         with self._lock:
             if self._touched is None:
                 return None
@@ -144,7 +144,7 @@ class Curves:
 
 
 def _channel(event: Samples, name: str) -> NDArray[np.float32] | None:
-    """Return the channel of that name, of whatever role."""
+    """Return the channel with that name, of any role."""
     found = (each for full, each in event.block.channels.items() if full.endswith(f".{name}"))
     shown = next(found, None)
     return None if shown is None else np.asarray(shown, np.float32)

@@ -1,4 +1,4 @@
-"""The analysis of a run that goes on: the stored analysis, fed with what is on the disk by now."""
+"""Interim analysis of a run in progress, from the data stored so far."""
 
 from __future__ import annotations
 
@@ -27,24 +27,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LiveAnalysis:
-    """The analysis that a run's procedure asks for, but for what only its end can say.
+    """The analysis that a run's procedure asks for, without what only the end of the run can give.
 
-    Nothing is decided, and no validation made, before the run is over.
+    It makes no decision and no validation before the run ends.
     """
 
     spec: AnalysisSpec
     measurand: Measurand | None
     registry: Registry
     lookup: Lookup
-    """The registry, or what remembers what its analyses have prepared."""
+    """The registry, or a wrapper that caches what its analyses prepared."""
     analyses: tuple[NamedAnalysisRef, ...] = ()
     acceptance: Acceptance | None = None
-    """What results may be, as it is shown beside them."""
+    """The limits shown with the results."""
 
     def result(self, run: RunData) -> Result:
         """Return the result of these data; raise DataError.
 
-        An analysis of other results that cannot be made as yet is left out.
+        An analysis that needs results not yet available is left out.
         """
         found = analyse(
             run,
@@ -65,7 +65,7 @@ class LiveAnalysis:
 
 
 def live_analysis(stored: StoredRun, registry: Registry) -> LiveAnalysis | None:
-    """Return the analysis of a run that goes on; None where its procedure asks for none."""
+    """Return the analysis of a run in progress; None if its procedure asks for none."""
     procedure = parse_procedure(
         stored.header.procedure_text, stored.header.procedure_id, stored=True
     ).model
@@ -88,10 +88,10 @@ def interim_result(
     recording: str = "",
     watched: Recording | None = None,
 ) -> tuple[Result, Acceptance | None] | None:
-    """Return the result of the recordings so far, and what it may be; None where there is none yet.
+    """Return the result of the recordings so far, and its limits; None if there is no result yet.
 
-    `recording` names the one that goes on: it takes part with its whole swings, once the analysis
-    accepts as few. `watched` is analysed in the place of all of them. Raises DataError.
+    `recording` names the recording in progress: its whole swings are included once the analysis
+    accepts their number. `watched` is analysed in place of all recordings. Raises DataError.
     """
     stored = read(folder)
     analysis = live_analysis(stored, registry)

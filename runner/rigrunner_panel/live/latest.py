@@ -1,7 +1,7 @@
-"""The recording that goes on, analysed by its latest whole cycles, and each cycle once.
+"""Analyses the recording in progress by its latest whole cycles, each cycle once.
 
-A recording at a high rate is soon too long to be analysed anew with every swing. What is found here
-is of the latest cycles alone; the value of the whole recording comes once it is finished.
+A recording at a high rate is soon too long to be analysed again with every swing. The interim
+result covers the latest cycles only; the value of the whole recording follows when it is finished.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
     from rigrunner_panel.live.interim import LiveAnalysis
 
 BEGINNING = 10_000
-"""Samples of a finished recording that are looked at again with each window."""
+"""Number of samples of each finished recording that are included with each window."""
 MOST_BEHIND = 400_000_000
-"""Bytes of samples that wait for an analysis that does not keep up; older ones are passed over."""
+"""Most bytes of samples that wait for a slow analysis; older ones are dropped."""
 
 
 class LatestCycles:
-    """Follows the recordings of one run, the latest at a time."""
+    """Follows the recordings of one run; only the latest is analysed."""
 
     def __init__(self, folder: Path, registry: Registry, partners: Mapping[str, StoredRun]) -> None:
         self._folder = folder
@@ -47,9 +47,9 @@ class LatestCycles:
         self._recording: _Recording | None = None
 
     def latest(self) -> tuple[Result | None, int]:
-        """Return the result of the latest window, and how many cycles of its recording were seen.
+        """Return the result of the latest window, and the number of cycles seen in its recording.
 
-        None before the first window. Raises DataError where it cannot be analysed.
+        None before the first window. Raises DataError if it cannot be analysed.
         """
         tail = tail_of(self._folder)
         if tail is None:
@@ -82,7 +82,7 @@ class LatestCycles:
 
 
 class _Recording:
-    """What was found of one recording so far."""
+    """The findings of one recording so far."""
 
     def __init__(
         self,
@@ -97,7 +97,7 @@ class _Recording:
         self.cycles = 0
 
     def take(self, block: Block) -> None:
-        """Take the next block; raise DataError."""
+        """Add the next block; raise DataError."""
         if self._analysis is None:
             return
         for window in self._windows.take(block):
@@ -107,7 +107,7 @@ class _Recording:
 
 
 class _Prepared:
-    """Prepares what is over once; each window of what goes on is new."""
+    """Prepares finished recordings once, and each window of the current one anew."""
 
     def __init__(self) -> None:
         self._whole: dict[Recording, Recording] = {}
@@ -116,9 +116,9 @@ class _Prepared:
         """How the analysis does it."""
 
     def over(self, run: RunData) -> RunData:
-        """Return a run with the beginnings of its recordings in their place.
+        """Return a run with only the beginnings of its recordings.
 
-        Checks that look at every sample would read all of them from the disk with each window.
+        Otherwise, checks of every sample would read all recordings from disk for each window.
         """
         beginnings = tuple(_beginning(each) for each in run.recordings)
         self._whole |= dict(zip(beginnings, run.recordings, strict=True))
@@ -127,7 +127,7 @@ class _Prepared:
     def __call__(
         self, recording: Recording, run: RunData, spec: AnalysisSpec, rule: OutlierRule
     ) -> PeakPoint:
-        """Return the prepared recording, all of it where it is over; raise DataError."""
+        """Return the prepared recording, the whole one if it is finished; raise DataError."""
         if recording not in self._whole:
             found: PeakPoint = self.prepare(recording, run, spec, rule)
             return found
@@ -137,7 +137,7 @@ class _Prepared:
 
 
 class _WithPrepared:
-    """The registry, whose analysis of torque prepares as this is told to."""
+    """The registry, with the preparation of the torque analysis replaced."""
 
     def __init__(self, registry: Registry, prepare: _Prepared) -> None:
         self._registry = registry

@@ -1,4 +1,4 @@
-"""How the events of a run change the state: all that a screen shows of a job is made here."""
+"""Turns the events of a run into the state that screens show."""
 
 from __future__ import annotations
 
@@ -60,11 +60,11 @@ AFTER_EARLY_LOSS = (
 
 
 CHANNELS_S = 0.1
-"""How often the latest samples are shown among the channels, while something is recorded."""
+"""Interval in s at which the latest samples appear among the channels during a recording."""
 
 
 class Links(Protocol):
-    """Knows under which addresses a screen can get files."""
+    """Returns the addresses of files for screens."""
 
     def picture(self, path: str) -> str:
         """Return the address of a procedure's picture."""
@@ -76,7 +76,7 @@ class Links(Protocol):
 
 
 class Story:
-    """One job, from its start to its end, told to the board. Called by one thread at a time."""
+    """The state of one job, from start to end, written to the board. Not thread-safe."""
 
     def __init__(
         self, board: Board, job: JobView, links: Links, left: tuple[AlarmView, ...] = ()
@@ -105,17 +105,17 @@ class Story:
 
     @property
     def job(self) -> JobView:
-        """The job, as the board has it."""
+        """The job as it is on the board."""
         job: JobView = self._board.get("job")
         return job
 
     def asked(self, what: str) -> None:
-        """Take note of what a person asked for."""
+        """Store who requested what."""
         self._board.put(asked=what)
         self._tell_phase()
 
     def take(self, message: object) -> None:
-        """Take a message of the process that does the job."""
+        """Handle a message of the job's process."""
         match message:
             case Samples():
                 self._take_samples(message)
@@ -137,7 +137,7 @@ class Story:
         self._tell_phase()
 
     def _show(self, sections: dict[str, Any]) -> None:
-        """Put sections that the process made, and what follows from them."""
+        """Show sections that the process sent, and update what depends on them."""
         for name, view in sections.items():
             match name:
                 case "plan":
@@ -154,18 +154,18 @@ class Story:
         self._board.put(**sections, progress=self._progress())
 
     def tick(self) -> None:
-        """Let time pass on the screen where the rig tells nothing."""
+        """Update the elapsed time on the screen when the rig sends nothing."""
         if self._track is not None and self.job.realtime and not self._has_ended:
             self._board.put(progress=self._progress())
 
     def left(self, rigs: tuple[AlarmView, ...]) -> None:
-        """Show which rigs of this machine were left energised."""
+        """Show which rigs of this computer were left energised."""
         if rigs != self._alarms.rigs:
             self._alarms.rigs = rigs
             self._board.put(alarms=self._alarms.all)
 
     def analysed(self, found: Analysed) -> None:
-        """Show the analysis so far, unless the run's own is there already."""
+        """Show the interim analysis, unless the run's final one is already there."""
         if self.is_over or found.view is None:
             return
         self._board.put(live=self._with_recorded(found.view))
@@ -173,7 +173,7 @@ class Story:
             self.curves.correct(found.recording, found.correction_nm)
 
     def _with_recorded(self, view: LiveView) -> LiveView:
-        """Return the analysis; by hand, what is watched stands behind what was recorded."""
+        """Return the analysis; in a manual session, watched data follow the recorded ones."""
         if self.job.kind != "manual":
             return view
         if not any(each.recording == LIVE for each in view.points):
@@ -182,7 +182,7 @@ class Story:
         return view.model_copy(update={"points": (*self._recorded, *view.points)})
 
     def lost(self, code: int | None) -> None:
-        """Take note that the process is gone without a word of its end."""
+        """Handle a process that ended without its final message."""
         if not self.is_over:
             how = f"with code {code}" if code is not None else "without a word"
             hint = AFTER_LOSS if self.job.run else AFTER_EARLY_LOSS  # nothing else is resumed
@@ -209,7 +209,7 @@ class Story:
     def _show_channels(
         self, values: Mapping[str, float], utc: str, interval_s: float | None = None
     ) -> None:
-        """Show what channels read at a time, and how often they are read now if that is known."""
+        """Show what channels read, and how often they are read if that is known."""
         known: tuple[ChannelView, ...] = self._board.get("channels")
         now = tuple(
             each.read(values[each.name], utc, interval_s) if each.name in values else each
@@ -224,7 +224,7 @@ class Story:
             self._board.put(readings=readings.model_copy(update=update))
 
     def _time_of(self, event: Event) -> str:
-        """Return when an event was; in simulated time it is as late as it is on the screen."""
+        """Return the time of an event; in simulated time, the elapsed time on the screen."""
         return event.utc if self.job.realtime else utc_text(datetime.now(UTC))
 
     def _take_event(self, event: Event) -> None:
@@ -299,7 +299,7 @@ class Story:
             self._board.put(finished=finished)
 
     def _fail(self, failed: Failed) -> None:
-        """Show a job that could not be begun, or that a bug ended."""
+        """Show a job that did not start, or that an internal error ended."""
         problems = tuple(str(each) for each in failed.problems)
         if self.job.kind == "preflight":
             text = "; ".join(problems) or failed.message

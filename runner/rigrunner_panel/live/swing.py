@@ -1,4 +1,4 @@
-"""The latest whole swings of a recording that goes on, on the crank phase, for the screen."""
+"""The latest whole swings of the current recording over the crank phase, for the screen."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ Floats = NDArray[np.float32]
 
 PHASES = 256
 LONGEST_S = 30.0
-"""A swing that takes longer is not shown: this bounds what is kept."""
+"""Longest swing in s to show; it bounds the memory."""
 HYSTERESIS = 0.3
-"""Of the half range: noise around zero is no swing."""
+"""Hysteresis as a share of the half range, so that noise around zero is not taken for a swing."""
 AGREE = 0.3
-"""Of the set period: what takes so much more or less is no swing of this rig."""
+"""Largest relative difference from the set period; beyond it, a swing is rejected."""
 _KEPT_SWINGS = 1.25
 
 
 @dataclass(frozen=True, eq=False)
 class Swing:
-    """One swing: arrays of shape (PHASES,), phase 0 where the angle rises through its middle."""
+    """One swing: arrays of shape (PHASES,); at phase 0 the angle rises through its middle."""
 
     frequency_hz: float
     end_s: float
-    """When it ended, in seconds of the recording."""
+    """Time of its end in the recording, in s."""
     raw_nm: Floats
     angle_rad: Floats | None
 
 
 class SwingCutter:
-    """Keeps the last samples of one recording and cuts whole swings from them.
+    """Stores the last samples of one recording and cuts whole swings from them.
 
-    With an angle its rise through the middle begins a swing. Without one the set frequency tells
-    how long a swing is, and where it begins means nothing.
+    With an angle, a swing starts when the angle rises through its middle. Without an angle, the set
+    frequency gives the length of a swing, and its start is arbitrary.
     """
 
     def __init__(self, rate_hz: float, frequency_hz: float) -> None:
@@ -47,7 +47,7 @@ class SwingCutter:
         self._shown = 0.0
 
     def take(self, torque_nm: Floats, angle_rad: Floats | None) -> list[Swing]:
-        """Take consecutive samples of shape (n,); return the swings that they complete."""
+        """Add consecutive samples of shape (n,); return the swings that they complete."""
         self._torque = np.concatenate((self._torque, torque_nm))
         if angle_rad is not None:
             self._angle = np.concatenate((self._angle, angle_rad))
@@ -74,7 +74,7 @@ class SwingCutter:
         return Swing(self._rate_hz / (end - start), end_s, _at(places, self._torque), angle)
 
     def _forget(self) -> None:
-        """Keep a whole swing: its range tells where the middle is."""
+        """Drop all but one whole swing, whose range gives the middle."""
         keep = min(int(_KEPT_SWINGS * self._period), int(LONGEST_S * self._rate_hz))
         since = int(self._shown - self._first) if not len(self._angle) else len(self._torque)
         drop = max(min(since, len(self._torque) - keep), 0)
@@ -87,7 +87,7 @@ def _at(places: NDArray[np.float64], values: Floats) -> Floats:
 
 
 def _rises(angle: Floats) -> NDArray[np.float64]:
-    """Return where the angle rises through the middle of its range, as fractional samples."""
+    """Return where the angle rises through the middle of its range, in fractional samples."""
     low, high = float(angle.min()), float(angle.max())
     centred = angle - (low + high) / 2
     outside = np.flatnonzero(np.abs(centred) > HYSTERESIS * (high - low) / 2)

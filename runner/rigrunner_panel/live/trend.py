@@ -1,4 +1,4 @@
-"""Torque over time for the screen: the lowest and highest sample of each column, in a window."""
+"""Torque over time for the screen: the lowest and highest sample of each column in a window."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ STEP_S = 0.05
 
 
 class Trend:
-    """A ring of columns; column i covers [i, i + 1) * STEP_S seconds. Bounded, however long."""
+    """A ring buffer of columns of bounded size; column i covers [i, i + 1) * STEP_S seconds."""
 
     def __init__(self) -> None:
         self._low = np.full(COLUMNS, np.nan, np.float32)
@@ -26,11 +26,11 @@ class Trend:
 
     @property
     def first(self) -> int:
-        """The earliest column that is still kept."""
+        """The earliest column that is still stored."""
         return max(0, self._last - COLUMNS + 1)
 
     def take(self, start_s: float, rate_hz: float, values: Floats) -> int:
-        """Take samples of shape (n,), the first at `start_s`; return the first column touched."""
+        """Add samples of shape (n,), the first at `start_s`; return the first changed column."""
         columns = ((start_s + np.arange(len(values)) / rate_hz) / STEP_S).astype(np.int64)
         keep = columns > self._last - COLUMNS
         columns, values = columns[keep], values[keep]
@@ -44,13 +44,13 @@ class Trend:
         return int(columns[0])
 
     def since(self, first: int) -> tuple[int, Floats, Floats]:
-        """Return the columns from `first` on, as far as they are kept: first, low, high."""
+        """Return the stored columns from `first` on: first, low, high."""
         first = max(first, self.first)
         places = np.arange(first, self._last + 1) % COLUMNS
         return first, self._low[places], self._high[places]
 
     def _go_to(self, column: int) -> None:
-        """Make room up to a column; what lies between was not recorded."""
+        """Advance to a column; columns in between are empty."""
         if column <= self._last:
             return
         fresh = np.arange(max(self._last + 1, column - COLUMNS + 1), column + 1) % COLUMNS

@@ -1,4 +1,4 @@
-"""Has the recordings so far analysed again and again, as fast as that goes."""
+"""Repeats the analysis of the recordings so far, as fast as possible."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def _finds_something(ended: StepEnded) -> bool:
 
 
 class Watcher:
-    """Asks the analyst's process whenever there is something new, and never twice at once."""
+    """Requests an analysis from the analyst's process when there is new data, one at a time."""
 
     def __init__(self, runs: Path, station: Path) -> None:
         self._runs = runs
@@ -37,12 +37,12 @@ class Watcher:
         self._watched: Recording | None = None
 
     def start(self, story: Story, lock: AbstractContextManager[object]) -> None:
-        """Begin to work in a thread; the lock is held while the story is told."""
+        """Start the thread; the lock is held while the state is updated."""
         work = threading.Thread(target=self._work, args=(story, lock), name="analyst", daemon=True)
         work.start()
 
     def notice(self, message: object) -> None:
-        """Take note of what may make another analysis worth it."""
+        """Receive an event that may make another analysis worthwhile."""
         match message:
             case RunStarted(run_id=name):
                 self._folder = self._runs / name
@@ -58,7 +58,7 @@ class Watcher:
                 self.close()
 
     def close(self) -> None:
-        """Ask nothing more."""
+        """Request no further analysis."""
         self._closed.set()
         self._fresh.set()
 

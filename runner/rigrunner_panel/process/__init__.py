@@ -1,1 +1,1 @@
-"""How the panel and the processes that work for it talk: what passes, and on what way."""
+"""Communication between the panel and its processes."""

@@ -1,4 +1,4 @@
-"""Objects between two processes of this program, one after the other, over a pair of pipes."""
+"""Sends Python objects between two processes of this program over a pair of pipes."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ if TYPE_CHECKING:
 
 
 class ChannelClosedError(Exception):
-    """The process at the other end is gone."""
+    """The process at the other end has ended."""
 
 
 class Channel:
-    """Sends from any thread, receives in one. Both ends are ours: what comes is what was sent."""
+    """Sends from any thread and receives in one. Both ends are trusted (pickle)."""
 
     def __init__(self, incoming: IO[bytes], outgoing: IO[bytes]) -> None:
         self._incoming = incoming
@@ -40,7 +40,7 @@ class Channel:
             raise ChannelClosedError from error
 
     def close(self) -> None:
-        """Send nothing more: the other end sees it."""
+        """Close the sending side; the other end is notified."""
         with self._lock:
             try:
                 self._outgoing.close()

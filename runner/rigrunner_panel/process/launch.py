@@ -16,7 +16,7 @@ PATIENCE_S = 10.0
 
 
 class Process:
-    """A child process with a channel; in its own session, so that Ctrl-C does not reach it."""
+    """A child process with a channel, in its own session, so that Ctrl-C does not reach it."""
 
     def __init__(self, module: str) -> None:
         self._child = subprocess.Popen(  # noqa: S603  (our own interpreter and module)

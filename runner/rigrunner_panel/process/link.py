@@ -1,4 +1,4 @@
-"""How a job talks with the panel: commands come in, events and sections of the state go out."""
+"""The job's link to the panel: receives commands, sends events and sections of the state."""
 
 from __future__ import annotations
 
@@ -34,16 +34,17 @@ if TYPE_CHECKING:
 
 LOOK_EVERY_S = 0.05
 MOST_BLOCKS = 50
-"""Blocks that wait for a panel that does not keep up; more are left out. The file has them all."""
+"""Most blocks that wait for a slow panel; more are dropped. The run file has all of them."""
 _FLUSH_S = 10.0
 _ROWS_EVERY_S = 0.05
-"""How often a screen is sent a point of a scan: there may be many thousands in a second."""
+"""Interval in s at which a point of a scan is sent; a scan may have thousands of points a second.
+"""
 GONE = "the panel is gone"
 _T = TypeVar("_T")
 
 
 class Commands:
-    """Sorts what people at the panel want; filled by one thread, looked into by the run."""
+    """Sorts commands of people at the panel. One thread writes, the run reads."""
 
     def __init__(self, channel: Channel, switch: Switch) -> None:
         self._channel = channel
@@ -56,18 +57,18 @@ class Commands:
         self._then: Decision | None = None
 
     def start(self) -> None:
-        """Begin to listen, in a thread that does not keep the process alive."""
+        """Start to receive, in a daemon thread."""
         threading.Thread(target=self._listen, name="panel", daemon=True).start()
 
     @property
     def pause_wanted(self) -> str:
-        """Who asks for a pause; empty while nobody does."""
+        """Who requests a pause; empty if nobody does."""
         return self._pause_by
 
     def pause_granted(self) -> Decision | None:
-        """Take note that the run is paused; return what was decided together with the pause.
+        """Store that the run is paused; return the decision sent with the pause.
 
-        Older decisions are forgotten: a second click must not end the next pause.
+        Older decisions are dropped: a second click must not end the next pause.
         """
         then, self._then, self._pause_by = self._then, None, ""
         while _next(self._decisions, wait=False) is not None:
@@ -75,28 +76,28 @@ class Commands:
         return then
 
     def pause_ended(self) -> None:
-        """Take note that the run goes on: nobody asks for that pause any more."""
+        """Store that the run continues: the pause request is done."""
         self._then, self._pause_by = None, ""
 
     def answer(self, prompt: int) -> Answer | None:
-        """Wait a moment for the answer to a prompt; those to others are dropped."""
+        """Wait briefly for the answer to a prompt; answers to other prompts are dropped."""
         found = _next(self._answers)
         return found if found is not None and found.prompt == prompt else None
 
     def decision(self) -> Decision | None:
-        """Wait a moment for a decision."""
+        """Wait briefly for a decision."""
         return _next(self._decisions)
 
     def by_hand(self) -> ByHand | None:
-        """Return the next command of the manual page, if there is one."""
+        """Return the next manual command, if any."""
         return _next(self._by_hand, wait=False)
 
     def has_by_hand(self) -> bool:
-        """Say whether somebody waits for the manual page to do something."""
+        """Return whether a manual command is waiting."""
         return not self._by_hand.empty()
 
     def records(self) -> list[Interference]:
-        """Return what is to be put on record."""
+        """Return what is to be recorded in the run."""
         found = []
         while (one := _next(self._records, wait=False)) is not None:
             found.append(one)
@@ -135,9 +136,9 @@ def _next(queue: SimpleQueue[_T], *, wait: bool = True) -> _T | None:
 
 
 class Sender:
-    """Sends from a thread of its own, so that the run never waits; an event sink.
+    """Sends in its own thread, so that the run never waits; an event sink.
 
-    A panel that is gone is sent nothing any more.
+    Nothing is sent once the panel has closed.
     """
 
     def __init__(self, channel: Channel) -> None:
@@ -150,16 +151,16 @@ class Sender:
         self._thread.start()
 
     def send(self, message: object) -> None:
-        """Send a message after those before it."""
+        """Send a message after the earlier ones."""
         self._queue.put(message)
 
     def send_unless_behind(self, message: object) -> None:
-        """Send what is only of use now, unless the panel has not taken much that was before it."""
+        """Send a message that is only useful now, unless too many earlier ones are waiting."""
         if self._queue.qsize() < MOST_BLOCKS:
             self.send(message)
 
     def __call__(self, event: Event) -> None:
-        """Send an event of the run; of samples and scans what a screen can show."""
+        """Send an event of the run; of samples and scans, only as many as a screen can show."""
         if isinstance(event, Scanned):
             self._scanned(event)
             return
@@ -173,7 +174,7 @@ class Sender:
             self.send(_halved(event))
 
     def _scanned(self, row: Scanned) -> None:
-        """Send a point now and then, and the last one before whatever follows."""
+        """Send a point from time to time, and the last one before the next event."""
         now_s = monotonic()
         self._row = row
         if now_s >= self._rows_due_s:
@@ -181,7 +182,7 @@ class Sender:
             self._row, self._rows_due_s = None, now_s + _ROWS_EVERY_S
 
     def close(self) -> None:
-        """Send what is left."""
+        """Send the remaining messages."""
         self._queue.put(None)
         self._thread.join(_FLUSH_S)
 
@@ -202,7 +203,7 @@ class Sender:
 
 
 def _halved(event: Samples) -> Samples:
-    """Return the block in float32, which is enough for a screen."""
+    """Return the block in float32, which is precise enough for a screen."""
     channels: dict[str, Any] = {
         name: np.asarray(values, np.float32) for name, values in event.block.channels.items()
     }
@@ -211,7 +212,7 @@ def _halved(event: Samples) -> Samples:
 
 @dataclass(frozen=True)
 class Link:
-    """Both directions, and the switch that ends the job."""
+    """Both directions of the link, and the switch that ends the job."""
 
     commands: Commands
     sender: Sender

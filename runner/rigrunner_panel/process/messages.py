@@ -1,7 +1,7 @@
-"""What passes between the panel and the processes that work for it.
+"""Messages between the panel and its processes.
 
-To the process that has the rig go commands. From it come the engine's events as they are, and
-sections of the state that it alone knows; the state itself stands on the panel's board.
+Commands go to the process that controls the rig. The process sends the engine's events unchanged,
+and the sections of the state that only it knows; the panel's board stores the state.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ if TYPE_CHECKING:
 
 
 class Job(Struct, frozen=True, kw_only=True):
-    """What a process is started for: `view` as the screen knows it, the rest as files have it."""
+    """What a process is started for: `view` as the screen shows it, the rest as in the files."""
 
     view: JobView
     procedure: Path
     station: Path
     runs: Path
     partners: Mapping[str, str] = field(default_factory=dict)
-    """Partner runs by name, in place of those that are found by themselves."""
+    """Partner runs by name, in place of those found automatically."""
     items: tuple[PreflightItem, ...] = ()
-    """What the preflight found that is overridden."""
+    """The failed preflight checks that are overridden."""
     by: str = ""
     reason: str = ""
-    """Why it is overridden; of a preflight, why a rig that was left energised is safe."""
+    """The reason for the override; in a preflight, the reason why a rig left energised is safe."""
     entry: int | None = None
     """The entry of the queue that the run is."""
     resumes: bool = False
@@ -45,7 +45,7 @@ class Job(Struct, frozen=True, kw_only=True):
 
 
 class Answer(Struct, frozen=True):
-    """An answer to the prompt of that number, accepted already."""
+    """A validated answer to a prompt."""
 
     prompt: int
     text: str
@@ -53,40 +53,40 @@ class Answer(Struct, frozen=True):
 
 
 class Pause(Struct, frozen=True):
-    """The run is to pause; with a decision that follows at once, where it is one."""
+    """Pause the run, optionally with a decision to apply at once."""
 
     by: str
     then: Decision | None = None
 
 
 class Decide(Struct, frozen=True):
-    """How a paused run goes on."""
+    """How a paused run continues."""
 
     decision: Decision
 
 
 class Abort(Struct, frozen=True):
-    """The run is to end: teardown, and the rig is made safe."""
+    """Abort the run: do its teardown and make the rig safe."""
 
     by: str
     reason: str
 
 
 class Stop(Struct, frozen=True):
-    """The rig is to be made safe at once."""
+    """Make the rig safe at once."""
 
     by: str
     reason: str
 
 
 class PutOnRecord(Struct, frozen=True):
-    """Something that a person did beside the run."""
+    """Something that a person did during the run."""
 
     what: Interference
 
 
 class SetDrive(Struct, frozen=True):
-    """A drive gets a set-point by hand, in its SI unit."""
+    """Set a drive manually, in its SI unit."""
 
     drive: str
     value: float
@@ -94,61 +94,61 @@ class SetDrive(Struct, frozen=True):
 
 
 class RecordPoint(Struct, frozen=True):
-    """A point is recorded by hand, so many cycles long."""
+    """Record a point manually, for a number of cycles."""
 
     cycles: int
     by: str
 
 
 class CloseManual(Struct, frozen=True):
-    """The manual session ends."""
+    """End the manual session."""
 
     by: str
 
 
 LIVE = "live"
-"""The name of a recording that is watched and kept nowhere."""
+"""The name of a recording that is watched but not stored."""
 ByHand = SetDrive | RecordPoint | CloseManual
 Command = Answer | Pause | Decide | Abort | Stop | PutOnRecord | ByHand
 
 
 class Show(Struct, frozen=True):
-    """Sections of the state, by name, as they are from now on."""
+    """Replace sections of the state, by name."""
 
     sections: Mapping[str, Any]
 
 
 class Values(Struct, frozen=True):
-    """What channels read while nothing is recorded, in SI units by 'role.name'."""
+    """Channel readings between recordings, in SI units by 'role.name'."""
 
     values: Mapping[str, float]
     time_s: float
-    """When they were read, in seconds since the epoch."""
+    """Time of the readings, in seconds since the epoch."""
     interval_s: float
-    """When they are read again."""
+    """Interval to the next reading, in s."""
 
 
 class Watched(Struct, frozen=True, eq=False):
-    """What was watched by hand, to be analysed; it is kept nowhere."""
+    """Data watched in a manual session, for analysis; they are not stored."""
 
     recording: Recording
 
 
 class Found(Struct, frozen=True, eq=False):
-    """What the analyses show of the recording that goes on."""
+    """The findings for the recording in progress."""
 
     findings: Findings
 
 
 class Ended(Struct, frozen=True):
-    """The process has done its job."""
+    """The process has finished its job."""
 
     finished: Finished | None = None
     live: LiveView | None = None
 
 
 class Failed(Struct, frozen=True):
-    """The job could not be begun, or a bug ended it."""
+    """The job did not start, or an internal error ended it."""
 
     message: str
     hint: str = ""
@@ -158,7 +158,7 @@ class Failed(Struct, frozen=True):
 
 
 class Analyse(Struct, frozen=True, eq=False):
-    """Analyse a run as far as it is; or what is watched, by the run's own analysis."""
+    """Analyse the run so far, or watched data by the run's own analysis."""
 
     folder: Path
     station: Path
@@ -167,7 +167,7 @@ class Analyse(Struct, frozen=True, eq=False):
 
 
 class Analysed(Struct, frozen=True, eq=False):
-    """What was found; `correction_nm` is taken from the swing of that recording, shape (N,)."""
+    """The findings; `correction_nm` is subtracted from the swing of that recording, shape (N,)."""
 
     view: LiveView | None
     recording: str = ""

@@ -1,4 +1,4 @@
-"""The person at the panel, as the engine knows one: who answers, and who pauses."""
+"""The person at the panel, as the engine's interfaces need one: answers and pauses."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ class PanelAnswers:
         self._numbers = itertools.count(1)
 
     def confirm(self, step: str, question: Confirm) -> bool:
-        """Return whether it is so; nothing is taken for granted."""
+        """Return whether it is confirmed; there is no default."""
         return self._asked(step, "confirm", question, YES_NO) == "yes"
 
     def ask(self, step: str, question: Ask) -> str:
-        """Return the answer; the panel has looked at it already."""
+        """Return the answer, which the panel has validated."""
         return self._asked(step, "ask", question, question.expected)
 
     def _asked(
@@ -79,7 +79,7 @@ class PanelAnswers:
 
 
 class PanelPerson:
-    """Shows at the panel how a rig was left; it is made safe at once, whoever is in front of it."""
+    """Shows how a rig was left; it is made safe without asking."""
 
     def __init__(self, take: EventSink, clock: Clock, operator: str) -> None:
         self.by = operator or "operator"
@@ -91,12 +91,12 @@ class PanelPerson:
         self._take(self._stamp(Alarm, source="rig", text=text))
 
     def agrees(self, question: str) -> bool:  # noqa: ARG002  (the Protocol's)
-        """Let the rig be made safe, as each preflight does."""
+        """Return that the rig may be made safe, as each preflight does."""
         return True
 
 
 class PanelPauses:
-    """Pauses that the panel asks for and ends; they also tell who took control."""
+    """Pauses requested and ended at the panel, and changes of control."""
 
     def __init__(self, link: Link, watched: WatchedChannels | None = None) -> None:
         self._link = link
@@ -108,7 +108,7 @@ class PanelPauses:
             self._watched.look(rig)
 
     def wanted(self) -> str:
-        """Return who asks for a pause."""
+        """Return who requests a pause."""
         return self._link.commands.pause_wanted
 
     def told(self) -> Iterable[Interference]:
@@ -116,7 +116,7 @@ class PanelPauses:
         return self._link.commands.records()
 
     def decide(self, paused: Paused, watch: Callable[[], None]) -> Decision:
-        """Show where the run is paused, and wait for a decision that may be taken."""
+        """Show where the run is paused, and wait for a valid decision."""
         decision = self._link.commands.pause_granted()
         view = PauseView(
             step=paused.step,

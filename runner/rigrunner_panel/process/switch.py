@@ -1,4 +1,4 @@
-"""How a run is aborted or stopped from the panel, whatever it is doing just now."""
+"""Aborts or stops a run from the panel, at any time."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 
 class Switch:
-    """A stop token for the run in the main thread, set from the thread that hears the panel.
+    """A stop token for the run in the main thread, set by the thread that receives commands.
 
     Abort sets the token: the run ends at the next block, with its teardown. Stop also interrupts
-    the main thread, as Ctrl-C does in a terminal: no device and no answer is waited for. It does so
-    only within `interruptible`, and not once the run has ended: the rig is safe then.
+    the main thread, as Ctrl-C does in a terminal, so it does not wait for a device or an answer. It
+    interrupts only within `interruptible`, and not after the end of the run, when the rig is safe.
     """
 
     def __init__(self) -> None:
@@ -34,16 +34,16 @@ class Switch:
         self._lock = threading.Lock()
 
     def install(self) -> None:
-        """Let this switch alone interrupt the process; call in the main thread.
+        """Let only this switch interrupt the process; call in the main thread.
 
-        A signal that would suspend the process ends the run: nobody could tell it to go on.
+        A signal that would suspend the process ends the run, because nobody could continue it.
         """
         signal.signal(signal.SIGINT, self._interrupted)
         take_signals((*ENDING, *SUSPENDING), self._terminated)
 
     @contextmanager
     def interruptible(self) -> Iterator[None]:
-        """Let Stop raise StopNow in this block of the main thread; one from before does at once."""
+        """Let Stop raise StopNow in this block of the main thread; an earlier one raises now."""
         self._may_interrupt = True
         try:
             with self._lock:
@@ -55,12 +55,12 @@ class Switch:
             self._may_interrupt = False
 
     def __call__(self, event: Event) -> None:
-        """Take note of the end of the run; an event sink."""
+        """Receive the end of the run; an event sink."""
         if isinstance(event, RunEnded):
             self.let_be()
 
     def let_be(self) -> None:
-        """Interrupt nothing from now on: the rig is being made safe."""
+        """Disable interrupts: the rig is being made safe."""
         with self._lock:
             self._is_safe, self._armed = True, False
 
@@ -69,17 +69,17 @@ class Switch:
         return self._event.is_set()
 
     def reason(self) -> AbortedError:
-        """Return what ended it."""
+        """Return why the run ends."""
         return self._reason or AbortedError("stopped on request")
 
     def abort(self, by: str, reason: str) -> None:
-        """Let the run end in order."""
+        """Abort the run."""
         told = f"aborted at the panel{f': {reason}' if reason else ''}"
         self._reason = self._reason or AbortedError(told, by=by)
         self._event.set()
 
     def stop(self, by: str, reason: str) -> None:
-        """Let the rig be made safe at once; a second time changes nothing."""
+        """Make the rig safe at once; a second call changes nothing."""
         told = f"stopped at the panel{f': {reason}' if reason else ''}"
         with self._lock:
             if self._stop is not None:
@@ -93,7 +93,7 @@ class Switch:
         _interrupt_main_thread()
 
     def _interrupted(self, _number: int, _frame: FrameType | None) -> None:
-        """Take the interrupt; one that the panel did not send is none, as that of a terminal."""
+        """Handle the signal; ignore one that the panel did not send, such as that of a terminal."""
         if not self._may_interrupt:
             return
         armed, self._armed = self._armed, False
@@ -105,7 +105,7 @@ class Switch:
 
 
 def _interrupt_main_thread() -> None:
-    """Break off also what waits outside of Python, where the system can."""
+    """Interrupt system calls of the main thread too, where the system can."""
     if hasattr(signal, "pthread_kill"):
         main = threading.main_thread().ident
         assert main is not None  # noqa: S101  (it runs)

@@ -1,4 +1,4 @@
-"""The channels of the rig, read for the screen while nothing is recorded."""
+"""Reads the rig's channels for the screen between recordings."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ if TYPE_CHECKING:
 
 EVERY_S = 0.1
 SHARE = 4
-"""Of the time, reading takes at most one part in so many and one: a slow device is read less."""
+"""Reading takes at most one part in this number plus one of the time; slow devices are read less
+often."""
 AFTER_FAILURE_S = 5.0
-"""How long a device that did not answer is left alone."""
+"""Time in s before a device that did not answer is read again."""
 
 
 class WatchedChannels:
@@ -36,7 +37,7 @@ class WatchedChannels:
         self._rig: Rig | None = None
 
     def look(self, rig: Rig | None = None) -> None:
-        """Read the devices whose time has come; without a rig, the one that was seen last."""
+        """Read the devices that are due; without a rig, those of the last rig."""
         self._rig = rig or self._rig
         if self._rig is None:
             return
