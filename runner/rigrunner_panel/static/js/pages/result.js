@@ -77,8 +77,7 @@ export function resultPage(run) {
     const report = found.files.find((file) => file.name === "report.html");
     const frame = report ? h("iframe", { class: "report", src: report.url, title: t("result.report") }) : h("p", { class: "soft" }, t("result.no_report"));
     fill(body,
-      head(found, again),
-      found.item.interrupted ? unfinished() : null,
+      head(found, again, found.item.interrupted ? unfinished() : null),
       h("div", { class: "result-columns" },
         h("div", { class: "stack" }, facts(found), results(found), limits(found), points(found), checks(found), files(found), documents.element, CONCLUDED.includes(found.item.outcome) ? certificateForm(run, found.inputs, documents.load) : null),
         h("section", { class: "card report-card" },
@@ -89,7 +88,7 @@ export function resultPage(run) {
   return { title: t("result.title"), element };
 }
 
-function head({ item, reason }, again) {
+function head({ item, reason }, again, unfinished) {
   const finished = store.state?.finished;
   const mine = finished?.run === item.run ? finished : null;
   const verdict = item.verdict;
@@ -101,7 +100,8 @@ function head({ item, reason }, again) {
     h("div", { class: `verdict ${kind}` }, h("strong", { class: "verdict-word" }, word),
       h("span", { class: "verdict-value" }, item.headline ? withUncertainty(item.headline.value_nm, item.headline.U_nm, "N·m") : shownNumber(item.result ?? ""))),
     button(t("result.again"), again, { kind: "primary big" }),
-    item.outcome !== "completed" ? endedBanners(why, { isNow: Boolean(mine), hint: mine?.hint }) : null);
+    item.outcome !== "completed" ? endedBanners(why, { isNow: Boolean(mine), hint: mine?.hint }) : null,
+    unfinished);
 }
 
 function facts(found) {
