@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import pytest
 from pydantic import Field
 
 from rigrunner.api.devices import ChannelInfo, DriveInfo
 from rigrunner.api.errors import InvalidFileError, PluginError, Problem
+from rigrunner.api.hooks import AnalysisRecord, PluginRecord
+from rigrunner.api.plugin_refs import FitRef, OutlierRuleRef, PluginRef
 from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import ListOf, Settings, Torque, YesNo
 
@@ -181,12 +184,30 @@ class PolynomialSettings(Settings):
     powers: ListOf[int] = ()
 
 
+class CompensationRef(PluginRef):
+    """A plugin of a kind that another package brings."""
+
+    kind = "compensation"
+
+
+class TorqueSettings(Settings):
+    """Settings of an analysis that name other plugins."""
+
+    no_load: Any = None
+    despike: Any = None
+    outliers: OutlierRuleRef | None = None
+    fits: ListOf[FitRef] = ()
+    compensations: ListOf[CompensationRef] = ()
+    primary: str = ""
+
+
 @dataclass(frozen=True)
 class Lookup:
     """Plugins by kind and name, as a registry would know them."""
 
     known: dict[tuple[str, str], type[Settings]] = field(
         default_factory=lambda: {
+            ("analysis", "swing_torque"): TorqueSettings,
             ("device", "fake"): FakeSettings,
             ("outlier_rule", "grubbs"): GrubbsSettings,
             ("decision_rule", "guard_band_u"): Settings,
@@ -202,6 +223,19 @@ class Lookup:
         if (kind, name) not in self.known:
             raise PluginError(f"there is no {kind} '{name}'", hint="did you mean another?")
         return self.known[kind, name]
+
+    def record(self, kind: str, name: str) -> PluginRecord:
+        model = self.settings_of(kind, name)
+        if kind != "analysis":
+            return PluginRecord(name=name, help="", settings=model)
+        return AnalysisRecord(
+            name=name,
+            help="",
+            settings=model,
+            factory=lambda _: None,
+            yields=lambda _: (),
+            measurand="torque",
+        )
 
     def rig_model(self) -> type[Settings]:
         return RigDescription

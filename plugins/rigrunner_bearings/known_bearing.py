@@ -103,7 +103,7 @@ def support_friction(path: Path, registry: Registry) -> SupportFriction:
     unstated = run.rig.model_copy(update={**dict.fromkeys(_STATED), "support_drift": 0.0})
     result = analyse(
         replace(run, rig=unstated),
-        procedure.torque_analysis,
+        procedure.analysis,
         acceptance=None,
         measurand=procedure.measurand,
         lookup=registry,

@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from rigrunner.api.member import Member
+from rigrunner.api.names import Name
 from rigrunner.api.quantity import Quantity
 from rigrunner.api.settings import (
     AnyQuantity,
@@ -17,7 +18,6 @@ from rigrunner.api.settings import (
     Settings,
     YesNo,
 )
-from rigrunner.yamlfile.names import Name
 
 CONDITIONS = ("above", "below", "outside", "rate", "stale")
 

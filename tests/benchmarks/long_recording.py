@@ -41,6 +41,7 @@ from rigrunner.runfile.recordings import read_facts
 from rigrunner.signal.blocks import BLOCK
 from rigrunner_bearings.torque import waveforms
 from rigrunner_bearings.torque.prepare import prepare_point
+from rigrunner_bearings.torque.settings import SwingTorque
 from unit.runfile.helpers_runfile import write_run
 
 if TYPE_CHECKING:
@@ -240,7 +241,8 @@ def _peak_bytes(samples: int) -> float:
     (long,) = (each for each in stored.recordings if each.setpoints[FREQUENCY] == LONG_HZ)
     made = repeated(with_third(long), samples)
     data = run_data(stored)
-    spec = parse_procedure(stored.header.procedure_text, "").model.torque_analysis
+    (asked,) = parse_procedure(stored.header.procedure_text, "").model.analysis
+    spec = SwingTorque.model_validate(asked.settings)
     return allocated_peak(lambda: prepare_point(made, data, spec, lambda _: []))
 
 

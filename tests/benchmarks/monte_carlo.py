@@ -35,6 +35,7 @@ from rigrunner.signal.monte_carlo.model import _grouped, output_of
 from rigrunner_bearings.signal.mean_model import mean_model
 from rigrunner_bearings.torque.draws import draw_pipeline
 from rigrunner_bearings.torque.load import with_known_load
+from rigrunner_bearings.torque.settings import SwingTorque
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -124,7 +125,8 @@ class Demo:
         (instrument,) = found.run.instruments.values()
         loads = [point.load_n for point in torque.loaded]
         rig = with_known_load(found.run, instrument.channel, loads)
-        method = parse_procedure(text, name).model.torque_analysis.primary_plugin
+        (asked,) = parse_procedure(text, name).model.analysis
+        method = SwingTorque.model_validate(asked.settings).primary_plugin
         draw_pipeline(
             registry.make("compensation", method.name, method.settings),
             Sweep(torque.loaded, torque.no_load, rig, instrument, lambda _: None),

@@ -17,9 +17,10 @@ from reference.helpers_motion import BY_ENTRY, run_by
 from rigrunner.analysis.analyse import analyse
 from rigrunner.api import TorqueDetails
 from rigrunner.api.data import Measurement
-from rigrunner.procedure import AnalysisSpec
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
+from rigrunner_bearings.study.tools import asked
+from rigrunner_bearings.torque.settings import SwingTorque
 from unit.analysis.helpers_analysis import MEASURAND, registry
 
 OF_STARTS = {"breakaway_peak"}
@@ -45,7 +46,7 @@ def plain(method):
 
 
 def compensated(method, loaded, no_load):
-    spec = AnalysisSpec.model_validate(
+    spec = SwingTorque.model_validate(
         {
             "despike": {"hampel": {"window": 11}},
             "outliers": {"grubbs": {"alpha": 0.05}},
@@ -55,7 +56,7 @@ def compensated(method, loaded, no_load):
         }
     )
     run = replace(loaded, partners={"no_load": no_load} if no_load else {})
-    result = analyse(run, spec, acceptance=None, measurand=MEASURAND, lookup=registry())
+    result = analyse(run, (asked(spec),), acceptance=None, measurand=MEASURAND, lookup=registry())
     return TorqueDetails.of(result).compensations[method]
 
 

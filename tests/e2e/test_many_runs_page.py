@@ -5,9 +5,14 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import pytest
+
 from helpers_docs import ROOT, code_blocks
+from rigrunner.api.errors import InvalidFileError
 from rigrunner.procedure import AnalysisFile
+from rigrunner.registry import load_registry
 from rigrunner.yamlfile import parse, validate
+from rigrunner_fleet.reanalysis.changes import check_settings
 
 BLOCKS = code_blocks(ROOT / "docs/how-to/analyse-many-runs.md")
 
@@ -27,6 +32,10 @@ def test_the_program_does_each_item_once(tmp_path):
 
 def test_the_file_is_an_analysis():
     by_energy, largest = (block.code for block in BLOCKS if block.language == "yaml")
-    assert validate(AnalysisFile, parse(by_energy, "energy.yaml")).analysis.primary == "energy"
+    document = parse(by_energy, "energy.yaml")
+    assert validate(AnalysisFile, document).analysis["primary"] == "energy"
+    check_settings(document, load_registry())
+    with pytest.raises(InvalidFileError, match=r"analysis\.primari: unknown key 'primari'"):
+        check_settings(parse(by_energy.replace("primary", "primari"), "e.yaml"), load_registry())
     (named,) = validate(AnalysisFile, parse(largest, "largest.yaml")).named
     assert named.name == "readings"

@@ -14,13 +14,13 @@ from rigrunner.api.data import Measurement
 from rigrunner.api.errors import DataError, ExitCode
 from rigrunner.api.verdict import Verdict
 from rigrunner.certificate.results import results_of
-from rigrunner.procedure import AnalysisSpec
 from rigrunner.run.locate import find_procedure
+from rigrunner_bearings.torque.settings import SwingTorque
 from unit.analysis.helpers_analysis import LOADED_SPEC, acceptance, analysed, recording, run_of
 
 TODAY = datetime.now(UTC).date()
 SHIPPED = "starting_torque_1000n"
-THIS_RUN = AnalysisSpec.model_validate(
+THIS_RUN = SwingTorque.model_validate(
     LOADED_SPEC
     | {
         "no_load": {"from": "this run"},

@@ -18,8 +18,9 @@ from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.document import document
 from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import Consequence
-from rigrunner.procedure import AnalysisSpec
 from rigrunner.signal.uncertainty import coverage_factor
+from rigrunner_bearings.study.tools import asked
+from rigrunner_bearings.torque.settings import SwingTorque
 from unit.analysis.helpers_analysis import MEASURAND, registry
 
 pytestmark = pytest.mark.thorough
@@ -27,7 +28,7 @@ pytestmark = pytest.mark.thorough
 HERTZ = (3.0, 10.0, 20.0, 25.0, 35.0)
 RIGS = [("closed", 1), ("closed", 2), ("ode", 3), ("ode", 4)]
 PEAKS = {"paper_peak", "peak_same_frequency"}
-SPEC = AnalysisSpec.model_validate(
+SPEC = SwingTorque.model_validate(
     {
         "despike": {"hampel": {"window": 11}},
         "outliers": {"grubbs": {"alpha": 0.05}},
@@ -55,7 +56,7 @@ def analysed(rig, seed, motion):
         run_by(motion, rig, load, HERTZ, seed=seed, cycles=15) for load in (1000.0, 0.0)
     )
     run = replace(loaded, partners={"no_load": no_load})
-    return analyse(run, SPEC, acceptance=None, measurand=MEASURAND, lookup=registry())
+    return analyse(run, (asked(SPEC),), acceptance=None, measurand=MEASURAND, lookup=registry())
 
 
 def errors_and_expanded(motion):

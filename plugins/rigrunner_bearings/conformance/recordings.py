@@ -14,7 +14,6 @@ from rigrunner.api import DeviceContext, Recording, RigDescription, RunData
 from rigrunner.api.instruments import torque_instruments
 from rigrunner.api.settings import own_keys
 from rigrunner.clock import SimulatedClock, utc_text
-from rigrunner.procedure.analysis_spec import NO_LOAD
 from rigrunner.run.locate import find_station
 from rigrunner.station import load_station
 from rigrunner_bearings.study.bench import LOAD_N, Value
@@ -22,6 +21,7 @@ from rigrunner_bearings.study.coverage import limits
 from rigrunner_bearings.study.coverage_rigs import draw
 from rigrunner_bearings.study.recording import record_bench
 from rigrunner_bearings.study.tools import tools
+from rigrunner_bearings.torque.settings import NO_LOAD
 
 if TYPE_CHECKING:
     from collections.abc import Callable

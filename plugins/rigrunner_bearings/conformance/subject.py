@@ -10,13 +10,13 @@ import numpy as np
 
 from rigrunner.analysis.analyse import analyse
 from rigrunner.api import Condition, DataError, TorqueDetails
-from rigrunner.procedure import AnalysisSpec
-from rigrunner.procedure.analysis_spec import NO_LOAD
+from rigrunner.procedure import AnalysisRef
 from rigrunner.registry import Registry, load_registry
 from rigrunner.signal.coverage import expanded
 from rigrunner_bearings.api import CompensationRecord
 from rigrunner_bearings.conformance.recordings import CLOSED_FORM, Runs, starts, swings
 from rigrunner_bearings.study.tools import tools
+from rigrunner_bearings.torque.settings import NO_LOAD
 from rigrunner_testing.check import Nonconformity, demand
 from rigrunner_testing.subjects import Subject
 
@@ -75,9 +75,7 @@ class CompensationSubject(Subject):
             "outliers": {"grubbs": {"alpha": 0.05}},
             "compensations": [{self.name: dict(self.settings)}],
         }
-        if of_starts:
-            told["starts"] = {}
-        else:
+        if not of_starts:
             told |= {
                 "despike": {"hampel": {"window": 11}},
                 "fits": [{"polynomial": {"degree": 2}}],
@@ -86,7 +84,7 @@ class CompensationSubject(Subject):
         partners = {} if runs.no_load is None else {NO_LOAD: runs.no_load}
         result = analyse(
             replace(runs.loaded, partners=partners),
-            AnalysisSpec.model_validate(told),
+            (AnalysisRef.model_validate({"breakaway" if of_starts else "swing_torque": told}),),
             acceptance=None,
             measurand=tools().measurand,
             lookup=self._lookup,

@@ -11,7 +11,6 @@ import numpy as np
 
 from rigrunner.api import DataError, Estimate, RigDescription, TorqueDetails
 from rigrunner.api.settings import own_keys
-from rigrunner.procedure.analysis_spec import CompensationRef
 from rigrunner.signal.coverage import excess_kurtosis, expanded
 from rigrunner.signal.uncertainty import combine
 from rigrunner_bearings.study.bench import LOAD_N
@@ -28,6 +27,7 @@ from rigrunner_bearings.study.recording import record_bench
 from rigrunner_bearings.study.share import Share, clustered
 from rigrunner_bearings.study.tools import tools
 from rigrunner_bearings.torque.headline import compensated_mean
+from rigrunner_bearings.torque.settings import CompensationRef
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from rigrunner.api.results import Result
-    from rigrunner.procedure import AnalysisSpec
     from rigrunner_bearings.study.bench import Bench
     from rigrunner_bearings.study.breaks import Break
     from rigrunner_bearings.study.going import Going
+    from rigrunner_bearings.torque.settings import TorqueSettings
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def _bench(case: Case, fault: Break | None) -> Bench:
     return bench if fault is None else fault.apply(bench, rng)
 
 
-def _spec(spec: AnalysisSpec, fault: Break | None) -> AnalysisSpec:
+def _spec(spec: TorqueSettings, fault: Break | None) -> TorqueSettings:
     """Return the procedure's analysis with its primary method alone, or none where none is due."""
     if fault is not None and fault.before_compensation:
         return spec.model_copy(update={"compensations": (), "primary_": None})

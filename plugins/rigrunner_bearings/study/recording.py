@@ -21,9 +21,9 @@ from rigrunner.engine import UnattendedAnswers
 from rigrunner.engine.interlocks import Guard
 from rigrunner.engine.session import Session
 from rigrunner.engine.streams import checked_stream
-from rigrunner.procedure.analysis_spec import NO_LOAD, NO_LOAD_AFTER
 from rigrunner.rig import Rig
 from rigrunner_bearings.study.bench import LOAD_N, nested
+from rigrunner_bearings.torque.settings import NO_LOAD, NO_LOAD_AFTER
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

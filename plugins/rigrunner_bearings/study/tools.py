@@ -4,24 +4,26 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.analyse import analyse
 from rigrunner.api import TorqueDetails
-from rigrunner.procedure import load_procedure
+from rigrunner.procedure import AnalysisRef, load_procedure
 from rigrunner.registry import load_registry
 from rigrunner.run.locate import find_procedure, find_station
 from rigrunner.station import load_station
+from rigrunner_bearings.torque.settings import SwingTorque
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigrunner.api import Check
     from rigrunner.api.results import Result
-    from rigrunner.procedure import AnalysisSpec, Measurand
+    from rigrunner.procedure import Measurand
     from rigrunner.registry import Registry
     from rigrunner.station import Station
     from rigrunner_bearings.study.recording import RecordedBench
+    from rigrunner_bearings.torque.settings import TorqueSettings
 
 PROCEDURE, STATION = "starting_torque_1000n", "simulated"
 SUPPORT_LIMIT = 0.01
@@ -33,7 +35,7 @@ class Tools:
     """Procedure, station and plugins."""
 
     station: Station
-    spec: AnalysisSpec
+    spec: TorqueSettings
     measurand: Measurand | None
     registry: Registry
 
@@ -47,11 +49,11 @@ class Tools:
         known = {"support_load_dependence": f"{SUPPORT_LIMIT!r} 1"}
         return self.station.model_copy(update={"rig": {**self.station.rig, **known}})
 
-    def analysed(self, recorded: RecordedBench, spec: AnalysisSpec) -> Result:
+    def analysed(self, recorded: RecordedBench, spec: TorqueSettings) -> Result:
         """Return the result of both runs; raise DataError where `analyse` does."""
         return analyse(
             recorded.whole,
-            spec,
+            (asked(spec),),
             acceptance=None,
             measurand=self.measurand,
             lookup=self.registry,
@@ -63,10 +65,18 @@ def tools() -> Tools:
     """Return them, loaded once in a process."""
     procedure = load_procedure(find_procedure(PROCEDURE)).model
     station = load_station(find_station(STATION)).model
-    return Tools(station, procedure.torque_analysis, procedure.measurand, load_registry())
+    spec = SwingTorque.model_validate(procedure.analysis[0].settings)
+    return Tools(station, spec, procedure.measurand, load_registry())
 
 
-def primary_alone(spec: AnalysisSpec) -> AnalysisSpec:
+def asked(spec: TorqueSettings) -> AnalysisRef:
+    """Return the analysis of torque with these settings."""
+    name = "swing_torque" if spec.starts is None else "breakaway"
+    told: Any = spec  # validated already
+    return AnalysisRef.model_construct(name=name, settings=told, label=name)
+
+
+def primary_alone(spec: TorqueSettings) -> TorqueSettings:
     """Return an analysis by the primary method and no other."""
     primary = tuple(each for each in spec.compensations if each.name == spec.primary)
     return spec.model_copy(update={"compensations": primary})

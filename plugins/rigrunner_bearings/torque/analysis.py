@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 from rigrunner.api import Compensation, DataError, Findings, Sweep
 from rigrunner.api.checks import forbidden
 from rigrunner.api.scrutiny import Subject
-from rigrunner.procedure.analysis_spec import NO_LOAD, NO_LOAD_AFTER
 from rigrunner_bearings.torque.binding import bind
 from rigrunner_bearings.torque.bracketing import Bracket, Recorded, bracket
 from rigrunner_bearings.torque.channels import torque_channel
@@ -29,6 +28,7 @@ from rigrunner_bearings.torque.prepare import prepare_point
 from rigrunner_bearings.torque.results import mean_torque, torque_at
 from rigrunner_bearings.torque.sampling import with_half_the_samples
 from rigrunner_bearings.torque.scrutiny import ScrutinisedMethod
+from rigrunner_bearings.torque.settings import NO_LOAD, NO_LOAD_AFTER
 from rigrunner_bearings.torque.sources import chosen, of_this_run, require_one_label, sources
 from rigrunner_bearings.torque.starts import prepare_starts
 from rigrunner_bearings.torque.study import with_study
@@ -49,15 +49,16 @@ if TYPE_CHECKING:
         Rejection,
         RunData,
     )
+    from rigrunner.api.plugin_refs import PluginRef
     from rigrunner.api.validation import Validation
-    from rigrunner.procedure import AnalysisSpec, PluginRef
+    from rigrunner_bearings.torque.settings import TorqueSettings
 
 
 class Prepare(Protocol):
     """Prepares one recording, as `prepare_point` does."""
 
     def __call__(
-        self, recording: Recording, run: RunData, spec: AnalysisSpec, rule: OutlierRule
+        self, recording: Recording, run: RunData, spec: TorqueSettings, rule: OutlierRule
     ) -> PeakPoint:
         """Return the prepared recording; raise DataError."""
         ...
@@ -67,7 +68,7 @@ class Prepare(Protocol):
 class TorqueAnalysis:
     """Analyses the torque of runs, as a procedure asks for it."""
 
-    spec: AnalysisSpec
+    spec: TorqueSettings
     context: AnalysisContext
     prepare: Prepare = prepare_point
     """May remember what it prepared before."""
@@ -88,8 +89,13 @@ class TorqueAnalysis:
         """Return what cuts a recording that goes on into whole cycles; raise DataError."""
         return Windows(empty, run)
 
+    @property
+    def uses_earlier(self) -> bool:
+        """Whether recordings of the run itself show the no-load torque."""
+        return _has_own_no_load(self.spec)
+
     @staticmethod
-    def without_load(run: RunData) -> tuple[Recording, ...]:
+    def earlier(run: RunData) -> tuple[Recording, ...]:
         """Return the recordings of a run, or its single values, that were made without load."""
         return of_this_run(run, loaded=False)
 
@@ -102,7 +108,7 @@ class _TorqueOfRun:
     """With those recordings and rows alone that the analysis is of."""
     no_load_run: RunData | None
     no_load_after: RunData | None
-    spec: AnalysisSpec
+    spec: TorqueSettings
     context: AnalysisContext
     prepare: Prepare
 
@@ -138,6 +144,8 @@ class _TorqueOfRun:
             why = f"There is no result to decide on: {problem}"
         found, plugins = self._torque(loaded, primary, headline, raw), self.context.plugins
         details = DocumentedTorque(
+            spec=self.spec,
+            plugins=plugins,
             name=self.spec.name,
             loaded=loaded,
             no_load=no_load,
@@ -194,7 +202,7 @@ class _TorqueOfRun:
 
     @property
     def _has_own_no_load(self) -> bool:
-        return self.spec.no_load is not None and self.spec.no_load.is_this_run
+        return _has_own_no_load(self.spec)
 
     def _points(self, run: RunData, found: Sequence[Recording]) -> tuple[PeakPoint, ...]:
         """Return the prepared sources; none where the procedure asks for no analysis."""
@@ -281,7 +289,7 @@ class _TorqueOfRun:
         headline: Estimate | None,
     ) -> Validation | None:
         """Return the Monte Carlo check of the primary method, where one is asked for."""
-        if self.spec.validate_ is None or headline is None:
+        if self.spec.validate_ is None or headline is None or self.context.interim:
             return None
         (primary,) = (each for each in self.spec.compensations if each.label == self.spec.primary)
         return validate(
@@ -346,3 +354,8 @@ class _TorqueOfRun:
 
 def _keep_all(values: Array) -> list[Rejection]:  # noqa: ARG001  (a rule takes values)
     return []
+
+
+def _has_own_no_load(spec: TorqueSettings) -> bool:
+    """Say whether the run itself has the set-points without load."""
+    return spec.no_load is not None and spec.no_load.is_this_run

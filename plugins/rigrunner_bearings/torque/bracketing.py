@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api import Effect, Estimate, PeakPoint, SwingPoint
-from rigrunner.procedure.analysis_spec import BY_TIME
 from rigrunner.signal.inputs import limited
 from rigrunner_bearings.signal.mean_model import with_effects
+from rigrunner_bearings.torque.settings import BY_TIME
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

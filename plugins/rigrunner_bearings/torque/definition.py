@@ -10,17 +10,17 @@ from rigrunner.api import Requirements
 if TYPE_CHECKING:
     from rigrunner.api import AnalysisContext, MeasurandKind, ResultDefinition
     from rigrunner.api.analysis_context import Plugins
-    from rigrunner.procedure import AnalysisSpec
+    from rigrunner_bearings.torque.settings import TorqueSettings
 
 
-def definitions(spec: AnalysisSpec, context: AnalysisContext) -> tuple[ResultDefinition, ...]:
+def definitions(spec: TorqueSettings, context: AnalysisContext) -> tuple[ResultDefinition, ...]:
     """Return the definition of the compensated torque; none where nothing is compensated."""
     kind = kind_of(spec, context.plugins)
     found = spec.yields(context.symbol, context.measurand, kind)
     return () if found is None else (found,)
 
 
-def kind_of(spec: AnalysisSpec, plugins: Plugins) -> MeasurandKind | None:
+def kind_of(spec: TorqueSettings, plugins: Plugins) -> MeasurandKind | None:
     """Return which torque the primary method yields of what is recorded; None if it is silent."""
     plugin = spec.primary_plugin
     if plugin is None:
@@ -29,7 +29,7 @@ def kind_of(spec: AnalysisSpec, plugins: Plugins) -> MeasurandKind | None:
     return None if kind is None else spec.measured(kind)
 
 
-def requirements(spec: AnalysisSpec, context: AnalysisContext) -> Requirements:
+def requirements(spec: TorqueSettings, context: AnalysisContext) -> Requirements:
     """Return which runs without load it takes; without one its compensations do not apply."""
     del context
     partners = () if spec.no_load is None else spec.no_load.partners()

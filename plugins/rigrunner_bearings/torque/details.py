@@ -9,20 +9,29 @@ import numpy as np
 
 from rigrunner.api import TorqueDetails
 from rigrunner.api.details import PlotColumn, RunPlot
-from rigrunner.procedure.analysis_spec import NO_LOAD
 from rigrunner.signal.as_json.budget import TORQUE
-from rigrunner_bearings.torque.document import torque_document
+from rigrunner_bearings.torque.document import settings_document, torque_document
+from rigrunner_bearings.torque.settings import NO_LOAD
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rigrunner.api import RunData
+    from rigrunner.api.analysis_context import Plugins
     from rigrunner.api.certificate import CertifiedDetails
+    from rigrunner_bearings.torque.settings import TorqueSettings
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class DocumentedTorque(TorqueDetails):
     """What the analysis of torque keeps, with what documents state of it."""
+
+    spec: TorqueSettings
+    plugins: Plugins
+
+    def settings(self) -> Mapping[str, object]:
+        """Return the settings as every result records them, with the defaults of the plugins."""
+        return settings_document(self.spec, self.plugins)
 
     def document(self) -> Mapping[str, object]:
         """Return its parts of `result.json`."""

@@ -6,6 +6,7 @@ from math import nan
 from typing import TYPE_CHECKING
 
 from rigrunner.api import SwingPoint
+from rigrunner.api.plugin_refs import LABEL
 from rigrunner.signal.as_json.budget import TORQUE, budget
 from rigrunner.signal.as_json.checks import checks_of
 from rigrunner.signal.as_json.curves import curve_of
@@ -13,6 +14,7 @@ from rigrunner.signal.as_json.values import Json, estimate, number, plain, quant
 from rigrunner_bearings.signal.swings import kept_cycles
 from rigrunner_bearings.torque.document_fits import fit
 from rigrunner_bearings.torque.document_validation import validation
+from rigrunner_bearings.torque.settings import StartsSpec
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -25,6 +27,9 @@ if TYPE_CHECKING:
         Rejection,
         TorqueDetails,
     )
+    from rigrunner.api.analysis_context import Plugins
+    from rigrunner.api.plugin_refs import PluginRef
+    from rigrunner_bearings.torque.settings import TorqueSettings
 
 
 def torque_document(found: TorqueDetails) -> Json:
@@ -37,6 +42,28 @@ def torque_document(found: TorqueDetails) -> Json:
         "fits": [fit(each) for each in found.fits],
         "validation": None if found.validation is None else validation(found.validation),
     }
+
+
+def settings_document(spec: TorqueSettings, plugins: Plugins) -> Json:
+    """Return the settings of the analysis, each plugin's with its defaults."""
+    starts, checked = spec.starts, spec.validate_
+    fields = set(StartsSpec.model_fields)
+    return {
+        **({} if starts is None else {"starts": starts.model_dump(include=fields)}),
+        "despike": None if spec.despike is None else spec.despike.model_dump(),
+        "outliers": None if spec.outliers is None else _resolved(spec.outliers, plugins),
+        "fits": [_resolved(each, plugins) for each in spec.fits],
+        "compensations": [_resolved(each, plugins) for each in spec.compensations],
+        "primary": spec.primary or None,
+        **({} if checked is None else {"validate": checked.model_dump()}),
+    }
+
+
+def _resolved(reference: PluginRef, plugins: Plugins) -> Json:
+    model = plugins.record(reference.kind, reference.name).settings_model
+    settings = model.model_validate(dict(reference.settings))
+    label = {} if reference.label == reference.name else {LABEL: reference.label}
+    return {"name": reference.name, **label, "settings": settings.model_dump(mode="json")}
 
 
 def _headline(found: TorqueDetails) -> Json:

@@ -11,11 +11,11 @@ from rigrunner_bearings.signal.peaks import peak_points
 if TYPE_CHECKING:
     from rigrunner.api import Curve, Fit, PeakPoint, Points
     from rigrunner.api.analysis_context import Plugins
-    from rigrunner.procedure import AnalysisSpec
+    from rigrunner_bearings.torque.settings import TorqueSettings
 
 
 def fitted(
-    spec: AnalysisSpec, plugins: Plugins, points: tuple[PeakPoint, ...]
+    spec: TorqueSettings, plugins: Plugins, points: tuple[PeakPoint, ...]
 ) -> tuple[FittedTorque, ...]:
     """Return every fit of the procedure through the peaks; one that failed says why."""
     peaks = peak_points(points)
@@ -25,7 +25,7 @@ def fitted(
     )
 
 
-def first_fit(spec: AnalysisSpec, plugins: Plugins) -> Fit:
+def first_fit(spec: TorqueSettings, plugins: Plugins) -> Fit:
     """Return the fit that compensations take; without any, one that raises DataError."""
     if not spec.fits:
         return _no_fit

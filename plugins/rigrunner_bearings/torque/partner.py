@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 
     from rigrunner.api import AnalysisContext, Recording, RunData
     from rigrunner.api.planned import PlannedRun
-    from rigrunner.procedure import AnalysisSpec
     from rigrunner_bearings.torque.requirers import Requirer
+    from rigrunner_bearings.torque.settings import TorqueSettings
 
 _FREQUENCY_TOLERANCE = 0.005
 """How far, relatively, a set frequency of the two runs may differ and still be the same one."""
 
 
 def partner_problems(
-    spec: AnalysisSpec, planned: PlannedRun, partner: RunData, context: AnalysisContext
+    spec: TorqueSettings, planned: PlannedRun, partner: RunData, context: AnalysisContext
 ) -> Iterator[str]:
     """Yield what speaks against a no-load run: another set-up, or what its recordings lack."""
     transducers = torque_instruments(partner.instruments.values()).values()

@@ -17,6 +17,7 @@ from rigrunner.api.errors import did_you_mean
 from rigrunner.api.places import matches as is_place
 from rigrunner.api.planned import ExpectedReading, PlanProblem, StationPart
 from rigrunner_bearings.torque.channels import INDEX
+from rigrunner_bearings.torque.contradictions import contradictions
 from rigrunner_bearings.torque.definition import kind_of
 from rigrunner_bearings.torque.requirements_of_plan import unmet_requirements
 from rigrunner_bearings.torque.requirers import (
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api import AnalysisContext, RigDescription
     from rigrunner.api.planned import PlannedLimit, PlannedRecording, PlannedRun, RecordingAction
-    from rigrunner.procedure import AnalysisSpec
+    from rigrunner_bearings.torque.settings import TorqueSettings
 
 _ANALYSED_IN = {"torque": TORQUE, "angle": "rad", "angular velocity": "rad/s"}
 """The units in which the analysis takes recorded channels, by dimension."""
@@ -39,12 +40,14 @@ _FREQUENCY = "frequency"
 
 
 def plan_problems(
-    spec: AnalysisSpec, planned: PlannedRun, context: AnalysisContext
+    spec: TorqueSettings, planned: PlannedRun, context: AnalysisContext
 ) -> list[PlanProblem]:
     """Return why the torque of a planned run cannot be analysed; raise PluginError.
 
     What a no-load run of its own must have is asked when that run is chosen.
     """
+    if found := list(contradictions(spec)):
+        return found
     if not (spec.fits or spec.compensations):
         message = "the analysis names neither a fit nor a compensation, so it has no result"
         hint = "add 'fits: [polynomial]', or leave 'analysis' out to record only"
@@ -56,7 +59,7 @@ def plan_problems(
     return found or list(unmet_requirements(spec, chosen, requirers(spec, context.plugins)))
 
 
-def entering(spec: AnalysisSpec, planned: PlannedRun, context: AnalysisContext) -> Iterator[str]:
+def entering(spec: TorqueSettings, planned: PlannedRun, context: AnalysisContext) -> Iterator[str]:
     """Yield the channels whose values enter the torque.
 
     What is recorded but for index pulses, of which only the time counts; of what is measured the
@@ -74,7 +77,7 @@ def entering(spec: AnalysisSpec, planned: PlannedRun, context: AnalysisContext) 
 
 
 def expects(
-    spec: AnalysisSpec, planned: PlannedRun, context: AnalysisContext
+    spec: TorqueSettings, planned: PlannedRun, context: AnalysisContext
 ) -> Iterator[ExpectedReading]:
     """Yield the torque and the angle to be expected in each recording of a swing."""
     del context
@@ -119,7 +122,9 @@ def _up_to(record: RecordingAction, name: str, value: float, text: str) -> Expec
     )
 
 
-def _recorded(spec: AnalysisSpec, planned: PlannedRun, chosen: PlannedRun) -> Iterator[PlanProblem]:
+def _recorded(
+    spec: TorqueSettings, planned: PlannedRun, chosen: PlannedRun
+) -> Iterator[PlanProblem]:
     if not (planned.recordings or planned.rows):
         yield PlanProblem(message="there is no recording to analyse", hint="add a record step")
     for each in chosen.recordings:
@@ -158,7 +163,7 @@ def _channels(recorded: PlannedRecording) -> Iterator[PlanProblem]:
 
 
 def _selection(
-    spec: AnalysisSpec, planned: PlannedRun, chosen: PlannedRun
+    spec: TorqueSettings, planned: PlannedRun, chosen: PlannedRun
 ) -> Iterator[PlanProblem]:
     """Yield what a `where` chooses that is not there, and labels that would be averaged."""
     places = [each.coordinates for each in planned.recordings]
@@ -218,7 +223,7 @@ def _instrument(
         )
 
 
-def _motion(spec: AnalysisSpec, chosen: PlannedRun) -> Iterator[PlanProblem]:
+def _motion(spec: TorqueSettings, chosen: PlannedRun) -> Iterator[PlanProblem]:
     """Yield every recording without the cyclic motion that the analysis needs."""
     for each in () if spec.starts is not None else chosen.recordings:
         role = each.record.role
@@ -234,7 +239,7 @@ def _motion(spec: AnalysisSpec, chosen: PlannedRun) -> Iterator[PlanProblem]:
 
 
 def _limits(
-    spec: AnalysisSpec, chosen: PlannedRun, context: AnalysisContext
+    spec: TorqueSettings, chosen: PlannedRun, context: AnalysisContext
 ) -> Iterator[PlanProblem]:
     """Yield each limit of another torque than the planned one, or of one that is not recorded.
 
@@ -267,7 +272,7 @@ def _missing_frequencies(limit: PlannedLimit, chosen: PlannedRun) -> Iterator[Pl
         yield PlanProblem(message=message, hint=hint, key=("where", _FREQUENCY), of=limit)
 
 
-def _loads(spec: AnalysisSpec, chosen: PlannedRun) -> list[float]:
+def _loads(spec: TorqueSettings, chosen: PlannedRun) -> list[float]:
     """Return the set loads of what is judged, as far as the procedure sets them, in N."""
     records = [each.record for each in chosen.recordings]
     loads = [each.setpoints.get(Member(each.role, "load")) for each in records]

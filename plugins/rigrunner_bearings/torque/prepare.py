@@ -29,11 +29,11 @@ if TYPE_CHECKING:
 
     from rigrunner.api import Array, Mask, OutlierRule, Recording, Rejection, RunData
     from rigrunner.api.data import Samples
-    from rigrunner.procedure import AnalysisSpec
+    from rigrunner_bearings.torque.settings import TorqueSettings
 
 
 def prepare_point(
-    recording: Recording, run: RunData, spec: AnalysisSpec, rule: OutlierRule
+    recording: Recording, run: RunData, spec: TorqueSettings, rule: OutlierRule
 ) -> PeakPoint:
     """Return one recording prepared: a SwingPoint where its motion was recorded.
 
@@ -95,7 +95,7 @@ def _single_value(recording: Recording, run: RunData) -> PeakPoint:
     )
 
 
-def _clean_torque(torque: Samples, spec: AnalysisSpec) -> tuple[Samples, int]:
+def _clean_torque(torque: Samples, spec: TorqueSettings) -> tuple[Samples, int]:
     if spec.despike is None:
         return torque, 0
     return despiked(torque, spec.despike.window, spec.despike.threshold)

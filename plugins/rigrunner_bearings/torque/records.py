@@ -11,10 +11,10 @@ if TYPE_CHECKING:
 
     from rigrunner.api import AnalysisContext, Requirements, ResultDefinition, RunData
     from rigrunner.api.planned import ExpectedReading, PlannedRun, PlanProblem
-    from rigrunner.procedure import AnalysisSpec
     from rigrunner_bearings.torque.analysis import TorqueAnalysis
+    from rigrunner_bearings.torque.settings import TorqueSettings
 
-SETTINGS = "rigrunner.procedure.analysis_spec:AnalysisSpec"
+_SETTINGS = "rigrunner_bearings.torque.settings"
 _RECORDINGS = "rigrunner_bearings.conformance.recordings"
 
 
@@ -25,7 +25,8 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
         AnalysisRecord(
             name="swing_torque",
             help="Torque at the reversals of swings, from recordings or from measured values",
-            settings=SETTINGS,
+            settings=f"{_SETTINGS}:SwingTorque",
+            measurand="torque",
             factory=_analysis,
             yields=_definitions,
             requires=_requirements,
@@ -33,6 +34,7 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
             plan_problems=_plan_problems,
             entering=_entering,
             expects=_expects,
+            changed=_changed,
             in_context=True,
             trial={
                 "despike": {"hampel": {"window": 11}},
@@ -46,7 +48,8 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
         AnalysisRecord(
             name="breakaway",
             help="Torque at the first movement: every recording is a start from rest",
-            settings=SETTINGS,
+            settings=f"{_SETTINGS}:Breakaway",
+            measurand="torque",
             factory=_analysis,
             yields=_definitions,
             requires=_requirements,
@@ -54,9 +57,9 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
             plan_problems=_plan_problems,
             entering=_entering,
             expects=_expects,
+            changed=_changed,
             in_context=True,
             trial={
-                "starts": {},
                 "outliers": {"grubbs": {"alpha": 0.05}},
                 "compensations": ["breakaway_peak"],
             },
@@ -65,13 +68,15 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
     ]
 
 
-def _analysis(settings: AnalysisSpec, context: AnalysisContext) -> TorqueAnalysis:
+def _analysis(settings: TorqueSettings, context: AnalysisContext) -> TorqueAnalysis:
     from rigrunner_bearings.torque.analysis import TorqueAnalysis  # noqa: PLC0415  (numpy)
 
     return TorqueAnalysis(settings, context)
 
 
-def _definitions(settings: AnalysisSpec, context: AnalysisContext) -> tuple[ResultDefinition, ...]:
+def _definitions(
+    settings: TorqueSettings, context: AnalysisContext
+) -> tuple[ResultDefinition, ...]:
     from rigrunner_bearings.torque.definition import definitions  # noqa: PLC0415  (likewise)
 
     if settings.compensations and settings.primary_plugin is None:
@@ -79,14 +84,14 @@ def _definitions(settings: AnalysisSpec, context: AnalysisContext) -> tuple[Resu
     return definitions(settings, context)
 
 
-def _requirements(settings: AnalysisSpec, context: AnalysisContext) -> Requirements:
+def _requirements(settings: TorqueSettings, context: AnalysisContext) -> Requirements:
     from rigrunner_bearings.torque.definition import requirements  # noqa: PLC0415  (likewise)
 
     return requirements(settings, context)
 
 
 def _partner_problems(
-    settings: AnalysisSpec, planned: PlannedRun, partner: RunData, context: AnalysisContext
+    settings: TorqueSettings, planned: PlannedRun, partner: RunData, context: AnalysisContext
 ) -> Iterator[str]:
     from rigrunner_bearings.torque.partner import partner_problems  # noqa: PLC0415  (numpy)
 
@@ -94,7 +99,7 @@ def _partner_problems(
 
 
 def _plan_problems(
-    settings: AnalysisSpec, planned: PlannedRun, context: AnalysisContext
+    settings: TorqueSettings, planned: PlannedRun, context: AnalysisContext
 ) -> Iterable[PlanProblem]:
     from rigrunner_bearings.torque.planning import plan_problems  # noqa: PLC0415  (likewise)
 
@@ -102,7 +107,7 @@ def _plan_problems(
 
 
 def _entering(
-    settings: AnalysisSpec, planned: PlannedRun, context: AnalysisContext
+    settings: TorqueSettings, planned: PlannedRun, context: AnalysisContext
 ) -> Iterable[str]:
     from rigrunner_bearings.torque.planning import entering  # noqa: PLC0415  (likewise)
 
@@ -110,8 +115,14 @@ def _entering(
 
 
 def _expects(
-    settings: AnalysisSpec, planned: PlannedRun, context: AnalysisContext
+    settings: TorqueSettings, planned: PlannedRun, context: AnalysisContext
 ) -> Iterable[ExpectedReading]:
     from rigrunner_bearings.torque.planning import expects  # noqa: PLC0415  (likewise)
 
     return expects(settings, planned, context)
+
+
+def _changed(settings: TorqueSettings, given: TorqueSettings) -> TorqueSettings:
+    from rigrunner_bearings.torque.contradictions import changed  # noqa: PLC0415  (likewise)
+
+    return changed(settings, given)

@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
     from rigrunner.api import Requirements
     from rigrunner.api.planned import PlannedRecording, PlannedRun
-    from rigrunner.procedure import AnalysisSpec
     from rigrunner_bearings.torque.requirers import Point, Requirer
+    from rigrunner_bearings.torque.settings import TorqueSettings
 
 _ROUNDING = 1e-9
 
 
 def unmet_requirements(
-    spec: AnalysisSpec, chosen: PlannedRun, needed: Sequence[Requirer]
+    spec: TorqueSettings, chosen: PlannedRun, needed: Sequence[Requirer]
 ) -> Iterator[PlanProblem]:
     """Yield all that parts of the analysis need and the run would not give."""
     yield from _kind(spec, needed)
@@ -43,7 +43,7 @@ def unmet_requirements(
         yield from _own_no_load(spec, points_of(chosen), needed)
 
 
-def _kind(spec: AnalysisSpec, needed: Iterable[Requirer]) -> Iterator[PlanProblem]:
+def _kind(spec: TorqueSettings, needed: Iterable[Requirer]) -> Iterator[PlanProblem]:
     for each in needed:
         if each.needs.fit and not spec.fits:
             message = f"{each.name} takes the first fit, and the procedure names none"
@@ -159,7 +159,7 @@ def _travel(
 
 
 def _own_no_load(
-    spec: AnalysisSpec, points: Sequence[Point], needed: Sequence[Requirer]
+    spec: TorqueSettings, points: Sequence[Point], needed: Sequence[Requirer]
 ) -> Iterator[PlanProblem]:
     """Ask of a run that is its own no-load run for both kinds of set-points, at fitting places."""
     if spec.no_load is None or not spec.no_load.is_this_run:
@@ -214,7 +214,7 @@ def _unmatched(needs: Requirements, loaded: Iterable[Point], no_load: Iterable[P
 
 
 def _tables(
-    spec: AnalysisSpec, chosen: PlannedRun, needed: Sequence[Requirer]
+    spec: TorqueSettings, chosen: PlannedRun, needed: Sequence[Requirer]
 ) -> Iterator[PlanProblem]:
     """Ask of a run without recordings for a torque that is measured in motion, and a load."""
     points = list(rows_of(chosen))

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis_context import Plugins
     from rigrunner.api.planned import PlannedRun, RecordingAction
-    from rigrunner.procedure import AnalysisSpec
+    from rigrunner_bearings.torque.settings import TorqueSettings
 
 TORQUE = "N·m"
 
@@ -51,7 +51,7 @@ class Point:
     """Whether a recorded channel shows the crank phase."""
 
 
-def requirers(spec: AnalysisSpec, plugins: Plugins) -> tuple[Requirer, ...]:
+def requirers(spec: TorqueSettings, plugins: Plugins) -> tuple[Requirer, ...]:
     """Return all parts of an analysis that a run cannot do without; raise PluginError."""
     found = [_analysis(spec, plugins)]
     if spec.outliers is not None:
@@ -72,7 +72,7 @@ def requirers(spec: AnalysisSpec, plugins: Plugins) -> tuple[Requirer, ...]:
     return tuple(found)
 
 
-def _analysis(spec: AnalysisSpec, plugins: Plugins) -> Requirer:
+def _analysis(spec: TorqueSettings, plugins: Plugins) -> Requirer:
     """Return what is needed whatever plugins there are; a rule may reject half of the cycles."""
     name = "the analysis"
     if spec.starts is not None:
@@ -86,7 +86,7 @@ def _analysis(spec: AnalysisSpec, plugins: Plugins) -> Requirer:
     return Requirer(name, (), Requirements(cycles=LEAST_CYCLES))
 
 
-def analysed(planned: PlannedRun, spec: AnalysisSpec) -> PlannedRun:
+def analysed(planned: PlannedRun, spec: TorqueSettings) -> PlannedRun:
     """Return of a plan what the analysis looks at."""
     if not spec.where:
         return planned

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api import MeasurementResult
 from rigrunner.api.analysis import StartPoint
 from rigrunner.api.coordinates import CoordinateValue
-from rigrunner.procedure import FREQUENCY
+from rigrunner_bearings.torque.settings import FREQUENCY
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

@@ -19,16 +19,15 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from rigrunner.api import OutlierRule, Recording, RunData
-    from rigrunner.procedure import AnalysisSpec
-    from rigrunner.procedure.analysis_spec import StartsSpec
     from rigrunner_bearings.signal.starts import Start
+    from rigrunner_bearings.torque.settings import StartsSpec, TorqueSettings
 
 
 def prepare_starts(
     found: Iterable[Recording],
     run: RunData,
     how: StartsSpec,
-    spec: AnalysisSpec,
+    spec: TorqueSettings,
     rule: OutlierRule,
 ) -> tuple[StartPoint, ...]:
     """Return one point for each speed and load at which there were starts.
@@ -56,7 +55,7 @@ def _place(recording: Recording, run: RunData) -> tuple[float, float]:
 
 
 def _start(
-    recording: Recording, run: RunData, how: StartsSpec, spec: AnalysisSpec
+    recording: Recording, run: RunData, how: StartsSpec, spec: TorqueSettings
 ) -> tuple[Start, int]:
     """Return what the recording shows, and how many of its samples were spikes."""
     torque = torque_channel(recording, run.instruments)

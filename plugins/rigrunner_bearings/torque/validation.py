@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from rigrunner.api import Array, CompensatedPoint, CompensationMethod, Estimate, Sweep
-    from rigrunner.procedure import MonteCarloSpec
     from rigrunner.signal.monte_carlo.adaptive import Propagated
     from rigrunner_bearings.torque.draws import Drawn
+    from rigrunner_bearings.torque.settings import MonteCarloSpec
 
 P = 0.95
 CONFIDENCE = 0.999

@@ -23,24 +23,24 @@ if TYPE_CHECKING:
     from rigrunner.analysis.lookup import Lookup
     from rigrunner.api.data import RunData
     from rigrunner.api.progress import Progress
-    from rigrunner.procedure import Acceptance, AnalysisSpec, Measurand, NamedAnalysisRef
+    from rigrunner.procedure import Acceptance, AnalysisRef, Measurand
 
 
 def analyse(
     run: RunData,
-    spec: AnalysisSpec,
+    analyses: Sequence[AnalysisRef],
     *,
     acceptance: Acceptance | None,
     measurand: Measurand | None,
     lookup: Lookup,
     progress: Progress = unseen,
-    analyses: Sequence[NamedAnalysisRef] = (),
+    interim: bool = False,
 ) -> Result:
     """Return the result of a run, with the partner runs that it has.
 
-    `progress` is told how far what takes minutes is; what it raises ends the analysis. `analyses`
-    are those that name their results; the spec is that of the torque. Raises DataError where a
-    recording cannot be prepared at all, or a partner run is missing.
+    `progress` is told how far what takes minutes is; what it raises ends the analysis. `interim`:
+    the run goes on, and what takes minutes is left out. Raises DataError where a recording cannot
+    be prepared at all, or a partner run is missing.
     """
     known = Scrutiny(lookup)
     context = AnalysisContext(
@@ -48,8 +48,9 @@ def analyse(
         measurand="" if measurand is None else measurand.name,
         symbol="" if measurand is None else measurand.symbol,
         progress=progress,
+        interim=interim,
     )
-    found = findings_of(run, (*spec.as_named, *analyses), known, context=context)
+    found = findings_of(run, analyses, known, context=context)
     findings = _joined(found)
     decision = None
     if acceptance is not None:
@@ -69,8 +70,8 @@ def analyse(
         sections=findings.sections,
         checks=findings.checks,
         notes=findings.notes,
-        settings=settings_as_asked(spec, known, analyses),
-        revisions=revisions_of(spec, acceptance, known, analyses),
+        settings=settings_as_asked(analyses, found, known),
+        revisions=revisions_of(analyses, acceptance, known),
     )
 
 

@@ -1,38 +1,43 @@
-"""The analysis as it was asked for, for the record: with the defaults of the plugins."""
+"""The analyses as they were asked for, for the record: with the defaults of the plugins."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from rigrunner.analysis.lookup import Lookup
-    from rigrunner.procedure import AnalysisSpec, NamedAnalysisRef, PluginRef
+    from rigrunner.api.findings import Findings
+    from rigrunner.procedure import AnalysisRef
+
+_NONE: Mapping[str, object] = {
+    "despike": None,
+    "outliers": None,
+    "fits": [],
+    "compensations": [],
+    "primary": None,
+}
+"""What documents of the format `result/1` have where no analysis records its settings itself."""
 
 
 def settings_as_asked(
-    spec: AnalysisSpec, lookup: Lookup, analyses: Sequence[NamedAnalysisRef] = ()
+    analyses: Sequence[AnalysisRef], found: Sequence[Findings], lookup: Lookup
 ) -> dict[str, object]:
-    """Return the settings of an analysis, each plugin's with its defaults, for JSON."""
-    checked = spec.validate_
-    return {
-        **({} if spec.starts is None else {"starts": spec.starts.model_dump()}),
-        "despike": None if spec.despike is None else spec.despike.model_dump(),
-        "outliers": _resolved(lookup, "outlier_rule", spec.outliers),
-        "fits": [_resolved(lookup, "fit", each) for each in spec.fits],
-        "compensations": [_resolved(lookup, "compensation", each) for each in spec.compensations],
-        "primary": spec.primary or None,
-        **({} if checked is None else {"validate": checked.model_dump()}),
-        **({"named": [_resolved_text(lookup, each) for each in analyses]} if analyses else {}),
-    }
+    """Return the settings of analyses, each plugin's with its defaults, for JSON.
+
+    `found` is what each of them found: its details may record its settings.
+    """
+    own = [{k: v for one in each.details for k, v in one.settings().items()} for each in found]
+    named = [_resolved(lookup, each) for each, told in zip(analyses, own, strict=True) if not told]
+    recorded = {key: value for told in own for key, value in told.items()}
+    return {**(recorded or _NONE), **({"named": named} if named else {})}
 
 
-def _resolved_text(lookup: Lookup, reference: PluginRef) -> dict[str, object]:
+def _resolved(lookup: Lookup, reference: AnalysisRef) -> dict[str, object]:
     """Return an analysis with its settings, quantities as they are written."""
-    model = lookup.settings_of(reference.kind, reference.name)
-    told = model.model_validate(dict(reference.settings)).model_dump(exclude_none=True)
-    return {"name": reference.name, "settings": _as_text(told)}
+    settings = lookup.validated(reference.kind, reference.name, reference.settings)
+    return {"name": reference.name, "settings": _as_text(settings.model_dump(exclude_none=True))}
 
 
 def _as_text(value: object) -> object:
@@ -41,12 +46,3 @@ def _as_text(value: object) -> object:
     if isinstance(value, list | tuple):
         return [_as_text(each) for each in value]
     return value if isinstance(value, bool | int | float | str) else str(value)
-
-
-def _resolved(lookup: Lookup, kind: str, reference: PluginRef | None) -> dict[str, object] | None:
-    if reference is None:
-        return None
-    model = lookup.settings_of(kind, reference.name)
-    settings = model.model_validate(dict(reference.settings))
-    label = {} if reference.label == reference.name else {"as": reference.label}
-    return {"name": reference.name, **label, "settings": settings.model_dump(mode="json")}

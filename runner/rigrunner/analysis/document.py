@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.analysis.verdict.document import decision, limits, verdict
 from rigrunner.api.instruments import torque_instruments
-from rigrunner.procedure.analysis_spec import NO_LOAD, NO_LOAD_AFTER
+from rigrunner.api.partners import NO_LOAD, NO_LOAD_AFTER
 from rigrunner.signal.as_json.budget import TORQUE, budget
 from rigrunner.signal.as_json.checks import checks_of
 from rigrunner.signal.as_json.values import (

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.api.fit_choice import chosen_fits
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rigrunner.api.analysis import Fit, Requirements
     from rigrunner.api.analysis_context import AnalysisContext
     from rigrunner.api.findings import ResultDefinition
@@ -34,8 +35,8 @@ class Lookup(Protocol):
         """
         ...
 
-    def settings_of(self, kind: str, name: str) -> type[Settings]:
-        """Return the settings model of a plugin; raise PluginError."""
+    def validated(self, kind: str, name: str, settings: Mapping[str, Any]) -> Settings:
+        """Return the validated settings of a plugin; raise PluginError."""
         ...
 
     def record(self, kind: str, name: str) -> PluginRecord:
@@ -59,5 +60,4 @@ class Lookup(Protocol):
 
 def fits_in(lookup: Lookup, analysis: str, settings: Mapping[str, Any]) -> Mapping[str, FitChoice]:
     """Return the fits that the settings of an analysis name, by the fields that do."""
-    told = dict(settings) if isinstance(settings, Mapping) else settings
-    return chosen_fits(lookup.settings_of("analysis", analysis).model_validate(told))
+    return chosen_fits(lookup.validated("analysis", analysis, settings))

@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis_context import AnalysisContext
     from rigrunner.api.data import RunData
     from rigrunner.api.findings import MeasurementResult
-    from rigrunner.procedure import NamedAnalysisRef
+    from rigrunner.procedure import AnalysisRef
 
 
 def findings_of(
     run: RunData,
-    analyses: Sequence[NamedAnalysisRef],
+    analyses: Sequence[AnalysisRef],
     lookup: Lookup,
     *,
     context: AnalysisContext | None = None,
@@ -52,8 +52,8 @@ def findings_of(
 
 
 def makers_of(
-    name: str, analyses: Sequence[NamedAnalysisRef], lookup: Lookup
-) -> tuple[NamedAnalysisRef, ...]:
+    name: str, analyses: Sequence[AnalysisRef], lookup: Lookup
+) -> tuple[AnalysisRef, ...]:
     """Return the analyses without which there is no result of that name; none of an unknown one."""
     by_name = _by_name(analyses, lookup)
     needed, waiting = set[int](), [name]
@@ -81,7 +81,7 @@ def _with_partners(run: RunData, analysis: str, needs: Requirements) -> RunData:
     return replace(run, partners=there)
 
 
-def _by_name(analyses: Sequence[NamedAnalysisRef], lookup: Lookup) -> dict[str, int]:
+def _by_name(analyses: Sequence[AnalysisRef], lookup: Lookup) -> dict[str, int]:
     return {
         definition.name: index
         for index, each in enumerate(analyses)
@@ -90,7 +90,7 @@ def _by_name(analyses: Sequence[NamedAnalysisRef], lookup: Lookup) -> dict[str, 
 
 
 def _in_order(
-    analyses: Sequence[NamedAnalysisRef], needed: Sequence[frozenset[str]], lookup: Lookup
+    analyses: Sequence[AnalysisRef], needed: Sequence[frozenset[str]], lookup: Lookup
 ) -> Iterable[int]:
     if not any(needed):
         return range(len(analyses))

@@ -80,9 +80,9 @@ class Scrutiny:
         """Return the results of an analysis by its settings; raise PluginError."""
         return self.lookup.definitions(name, settings, context)
 
-    def settings_of(self, kind: str, name: str) -> type[Settings]:
-        """Return the settings model of a plugin; raise PluginError."""
-        return self.lookup.settings_of(kind, name)
+    def validated(self, kind: str, name: str, settings: Mapping[str, Any]) -> Settings:
+        """Return the validated settings of a plugin; raise PluginError."""
+        return self.lookup.validated(kind, name, settings)
 
     def record(self, kind: str, name: str) -> PluginRecord:
         """Return what a plugin declares; raise PluginError."""

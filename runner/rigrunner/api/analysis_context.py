@@ -47,3 +47,5 @@ class AnalysisContext:
     """Its symbol."""
     progress: Progress = unseen
     """Is told how far what takes minutes is; what it raises ends the analysis."""
+    interim: bool = False
+    """Whether the run goes on: what takes minutes is left out then."""

@@ -102,6 +102,13 @@ class AnalysisDetails:
         del value, unit
         return ""
 
+    def settings(self) -> Mapping[str, object]:
+        """Return how documents record the settings of the analysis; plain values.
+
+        Empty: as the procedure has them, with the defaults.
+        """
+        return {}
+
     def document(self) -> Mapping[str, object]:
         """Return its part of `result.json` by key; plain values."""
         return {}

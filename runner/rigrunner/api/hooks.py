@@ -219,6 +219,14 @@ class AnalysisRecord(PluginRecord):
     the check of calibrated ranges use it."""
     live: Callable[..., LiveAnalysis] | None = None
     """Makes, from the settings, the live view of a measurement; None for no live view."""
+    measurand: str = ""
+    """The dimension of its result, such as 'torque', if that is the `measurand` of the procedure,
+    which gives it symbol, name and unit. A procedure has one such analysis at most. '' for an
+    analysis whose settings name its results."""
+    changed: Callable[[Any, Any], Settings] | None = None
+    """Returns the settings by which a stored run is analysed in another way, from its own and from
+    others of which only the fields that were set count. Raises DataError 'KEY: why' where they
+    contradict each other. None: the settings are replaced as a whole."""
     trial_units: Mapping[str, str] = field(default_factory=dict)
     """The SI unit of each channel in `trial`, for which the conformance kit makes up values."""
     trial_run: str = ""

@@ -7,26 +7,21 @@ the data as `run.partners[name]`, online, of a stored run and in a batch.
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import AfterValidator, Field
 
 from rigrunner.api.analysis.requirements import LATEST, STATION, NeededRun
 from rigrunner.api.member import NAME
+from rigrunner.api.names import Identifier
 from rigrunner.api.settings import Duration, ListOf, Settings
 
 if TYPE_CHECKING:
     from rigrunner.api.analysis import NeededChannel
 
+NO_LOAD, NO_LOAD_AFTER = "no_load", "no_load_after"
+"""The names of partner runs that results and certificates state under keys of their own."""
 _HOUR_S = 3600.0
-_IDENTIFIER = "[A-Za-z0-9][A-Za-z0-9._-]*"
-
-
-def _identifier(text: str) -> str:
-    if not re.fullmatch(_IDENTIFIER, text):
-        raise ValueError(f"'{text[:40]}' is not an id: letters, digits, '.', '_' and '-' alone")
-    return text
 
 
 def _name(text: str) -> str:
@@ -43,14 +38,7 @@ class PartnerRun(Settings):
 
     from_: Annotated[str, Field(alias="from", min_length=1)] = LATEST
     """'latest', or a run by its folder or name."""
-    procedure: (
-        Annotated[
-            str,
-            AfterValidator(_identifier),
-            Field(json_schema_extra={"pattern": f"^{_IDENTIFIER}$"}),
-        ]
-        | None
-    ) = None
+    procedure: Identifier | None = None
     """The id of its procedure."""
     max_age: Annotated[Duration, Field(gt=0)] = 8 * _HOUR_S
     """Longest time between the start of the partner run and of this one."""

@@ -23,6 +23,7 @@ from rigrunner.api.certificate import (
 )
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Outcome
+from rigrunner.api.partners import NO_LOAD, NO_LOAD_AFTER
 from rigrunner.api.results import REPLAYED
 from rigrunner.certificate.deviations import deviations_of
 from rigrunner.certificate.order import customer_of, external_of, item_of, opinions_of
@@ -35,7 +36,6 @@ from rigrunner.certificate.results import (
 )
 from rigrunner.certificate.surroundings import conditions_of, instruments_of
 from rigrunner.certificate.validity import traceability_of
-from rigrunner.procedure.analysis_spec import NO_LOAD, NO_LOAD_AFTER
 from rigrunner.signal.as_json.values import plain
 
 if TYPE_CHECKING:

@@ -18,9 +18,9 @@ from pydantic import Field
 from rigrunner.api.certificate import Laboratory
 from rigrunner.api.errors import InvalidFileError, Location, Problem, UsageError
 from rigrunner.api.letterhead import Letterhead, Logo
+from rigrunner.api.names import Text
 from rigrunner.api.settings import ListOf, PlainText, Settings
 from rigrunner.yamlfile import parse, read, validate
-from rigrunner.yamlfile.names import Text
 from rigrunner.yamlfile.reader import read_text
 
 if TYPE_CHECKING:

@@ -12,9 +12,9 @@ from pydantic import ValidationError
 
 from rigrunner.api.certificate import Customer, ExternalResult, Item, Opinion
 from rigrunner.api.errors import UsageError
+from rigrunner.api.names import Text
 from rigrunner.api.settings import IsoDate, ListOf, PlainText, Settings
 from rigrunner.yamlfile import read, validate
-from rigrunner.yamlfile.names import Text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from rigrunner.api.findings import Objection, ResultDefinition
     from rigrunner.api.quantity import Quantity
     from rigrunner.plan.actions import Plan, Recorded
-    from rigrunner.procedure import Limit, LoadedProcedure, NamedAnalysisRef
+    from rigrunner.procedure import AnalysisRef, Limit, LoadedProcedure
     from rigrunner.station import LoadedStation
     from rigrunner.yamlfile.document import Path
 
@@ -120,7 +120,7 @@ class _Use:
 
     procedure: LoadedProcedure
     at: Path
-    plugin: NamedAnalysisRef
+    plugin: AnalysisRef
     needs: Requirements
     measured: tuple[Measured, ...]
     made: Mapping[str, tuple[Path, ResultDefinition]]

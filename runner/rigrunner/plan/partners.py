@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rigrunner.api.coordinates import CoordinateValue
     from rigrunner.api.settings import Settings
     from rigrunner.plan.actions import Plan
-    from rigrunner.procedure import LoadedProcedure, NamedAnalysisRef, Procedure
+    from rigrunner.procedure import AnalysisRef, LoadedProcedure, Procedure
     from rigrunner.station import LoadedStation
     from rigrunner.yamlfile.document import Path
 
@@ -118,7 +118,7 @@ def _check_common(
 
 
 def _places(
-    plan: Plan, plugin: NamedAnalysisRef, needs: Requirements, needed: NeededRun
+    plan: Plan, plugin: AnalysisRef, needs: Requirements, needed: NeededRun
 ) -> tuple[Mapping[str, CoordinateValue], ...]:
     """Return the different places of an analysis, in those coordinates that are known before."""
     found: dict[tuple[object, ...], Mapping[str, CoordinateValue]] = {}

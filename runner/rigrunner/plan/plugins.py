@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Protocol
 from pydantic import ValidationError
 
 from rigrunner.api.errors import InvalidFileError, PluginError
-from rigrunner.api.fit_choice import chosen_fits
+from rigrunner.api.plugin_refs import plugins_in
 from rigrunner.api.settings import MadeOfOthers
+from rigrunner.plan.measurand import check_measurand
 from rigrunner.yamlfile import validate
 from rigrunner.yamlfile.problems import Problems
 
@@ -18,8 +19,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from rigrunner.api.fit_choice import FitChoice
+    from rigrunner.api.hooks import PluginRecord
+    from rigrunner.api.plugin_refs import PluginRef
     from rigrunner.api.settings import Settings
-    from rigrunner.procedure import Acceptance, AnalysisSpec, LoadedProcedure, PluginRef
+    from rigrunner.procedure import Acceptance, LoadedProcedure
     from rigrunner.station import LoadedStation
     from rigrunner.yamlfile import Document
     from rigrunner.yamlfile.document import Path
@@ -30,6 +33,10 @@ class SettingsLookup(Protocol):
 
     def settings_of(self, kind: str, name: str) -> type[Settings]:
         """Return the model of a plugin's settings; raise PluginError if there is no such plugin."""
+        ...
+
+    def record(self, kind: str, name: str) -> PluginRecord:
+        """Return what a plugin declares; raise PluginError if there is no such plugin."""
         ...
 
     def rig_model(self) -> type[Settings]:
@@ -57,10 +64,10 @@ def check_plugins(
 ) -> None:
     """Raise InvalidFileError with every plugin that is not there or refuses its settings."""
     problems = Problems()
-    uses = [*_uses_of_procedure(procedure), *_uses_of_station(station)]
-    for use in uses:
-        _check(use, lookup, problems)
+    named = [*_uses_of_procedure(procedure), *_uses_of_station(station)]
+    uses = [each for use in named for each in _check(use, lookup, problems)]
     _check_rig(station, uses, lookup, problems)
+    check_measurand(procedure, lookup, problems)
     if procedure.model.acceptance is not None:
         _check_rule(procedure.document, procedure.model.acceptance, lookup, problems)
     problems.stop_if_any()
@@ -95,9 +102,7 @@ def _check_rule(
 def check_station_plugins(station: LoadedStation, lookup: SettingsLookup) -> None:
     """Raise InvalidFileError with every plugin of a station that is not there or refuses."""
     problems = Problems()
-    uses = list(_uses_of_station(station))
-    for use in uses:
-        _check(use, lookup, problems)
+    uses = [each for use in _uses_of_station(station) for each in _check(use, lookup, problems)]
     _check_rig(station, uses, lookup, problems)
     problems.stop_if_any()
 
@@ -130,12 +135,8 @@ def _check_rig(
 
 
 def _uses_of_procedure(procedure: LoadedProcedure) -> Iterator[_Use]:
-    model = procedure.model
-    for path, plugin in (
-        *_named(model.torque_analysis, model.torque_analysis_at),
-        *model.named_analyses_at,
-    ):
-        yield _use(procedure.document, path, plugin)
+    for path, plugin in procedure.model.analyses_at:
+        yield _Use(plugin.kind, plugin.name, procedure.document, path, path)
 
 
 def _uses_of_station(station: LoadedStation) -> Iterator[_Use]:
@@ -147,15 +148,6 @@ def _uses_of_station(station: LoadedStation) -> Iterator[_Use]:
         yield _Use(
             "event_sink", listener.plugin, station.document, (*at, "plugin"), (*at, "settings")
         )
-
-
-def _named(spec: AnalysisSpec, at: Path) -> Iterator[tuple[Path, PluginRef]]:
-    if spec.outliers is not None:
-        yield (*at, "outliers"), spec.outliers
-    for index, fit in enumerate(spec.fits):
-        yield (*at, "fits", index), fit
-    for index, compensation in enumerate(spec.compensations):
-        yield (*at, "compensations", index), compensation
 
 
 def _use(document: Document, path: Path, plugin: PluginRef | FitChoice) -> _Use:
@@ -170,17 +162,21 @@ def _others(use: _Use, settings: MadeOfOthers) -> Iterator[_Use]:
         yield _Use(use.kind, other.plugin, use.document, (*at, "plugin"), (*at, "settings"))
 
 
-def _check(use: _Use, lookup: SettingsLookup, problems: Problems) -> None:
+def _check(use: _Use, lookup: SettingsLookup, problems: Problems) -> list[_Use]:
+    """Add what is wrong with a plugin's settings; return it, and the plugins that they name."""
+    used = [use]
     try:
         settings = lookup.settings_of(use.kind, use.name)
         found = validate(settings, use.document, use.settings_at)
         if isinstance(found, MadeOfOthers):
             for other in _others(use, found):
                 _check(other, lookup, problems)
-        for name, fit in chosen_fits(found).items():
-            _check(_use(use.document, (*use.settings_at, name), fit), lookup, problems)
+        for place, named in plugins_in(found):
+            inner = _use(use.document, (*use.settings_at, *place), named)
+            used += _check(inner, lookup, problems)
     except PluginError as error:
         at_key = use.named_at == use.settings_at
         problems.add(use.document, use.named_at, error.message, error.hint, key=at_key)
     except InvalidFileError as error:
         problems.include(error.problems)
+    return used

@@ -3,16 +3,9 @@
 from __future__ import annotations
 
 from rigrunner.procedure.acceptance import Acceptance, AcceptanceFile
+from rigrunner.procedure.analyses import AnalysisRef
 from rigrunner.procedure.analysis_file import AnalysisFile
-from rigrunner.procedure.analysis_spec import (
-    FREQUENCY,
-    AnalysisSpec,
-    MonteCarloSpec,
-    NamedAnalysisRef,
-    PluginRef,
-)
 from rigrunner.procedure.calls import load_procedure
-from rigrunner.procedure.consistency import analysis_contradictions
 from rigrunner.procedure.loading import (
     InconsistentProcedureError,
     LoadedProcedure,
@@ -26,23 +19,18 @@ from rigrunner.procedure.steps import Step, step_kinds
 from rigrunner.procedure.texts import texts_digest
 
 __all__ = [
-    "FREQUENCY",
     "Acceptance",
     "AcceptanceFile",
     "AnalysisFile",
-    "AnalysisSpec",
+    "AnalysisRef",
     "InconsistentProcedureError",
     "Input",
     "Limit",
     "LimitMeasurand",
     "LoadedProcedure",
     "Measurand",
-    "MonteCarloSpec",
-    "NamedAnalysisRef",
-    "PluginRef",
     "Procedure",
     "Step",
-    "analysis_contradictions",
     "check_result_limits",
     "load_procedure",
     "parse_procedure",

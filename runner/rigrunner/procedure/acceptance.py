@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from rigrunner.api.plugin_refs import PluginRef
 from rigrunner.api.settings import Difference, ListOf, Settings
-from rigrunner.procedure.analysis_spec import PluginRef
 from rigrunner.procedure.result_limits import Limit
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import Field
 
 from rigrunner.api.settings import ListOf, Settings
 from rigrunner.procedure.analyses import AnalysisRef
-from rigrunner.procedure.analysis_spec import AnalysisSpec
 
 
 class AnalysisFile(Settings):
@@ -16,7 +15,7 @@ class AnalysisFile(Settings):
 
     rigrunner: Literal["analysis/1"]
     """What this file is, and its version of the language."""
-    analysis: AnalysisSpec = Field(default_factory=AnalysisSpec)
-    """Of torque."""
+    analysis: dict[str, Any] = Field(default_factory=dict)
+    """Settings of the analysis that gives the procedure's measurand."""
     named: ListOf[AnalysisRef] = ()
     """In place of all analyses that name their results; none: they stay."""

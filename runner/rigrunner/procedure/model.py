@@ -6,15 +6,14 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field
 
+from rigrunner.api.names import Identifier, Name, Text
 from rigrunner.api.settings import ListOf, PlainText, Settings, YesNo
 from rigrunner.api.units import unit
 from rigrunner.interlock import Interlock
 from rigrunner.procedure.acceptance import Acceptance
 from rigrunner.procedure.analyses import AnalysisRef
-from rigrunner.procedure.analysis_spec import AnalysisSpec, NamedAnalysisRef
 from rigrunner.procedure.questions import Input
 from rigrunner.procedure.steps import Parameter, Step
-from rigrunner.yamlfile.names import Identifier, Name, Text
 
 if TYPE_CHECKING:
     from rigrunner.yamlfile.document import Path
@@ -32,7 +31,7 @@ class Measurand(Settings):
     name: Text
     """In words, such as 'starting torque'."""
     unit: Annotated[str, AfterValidator(_known_unit)] | None = None
-    """Of the analysis of torque a unit of torque; otherwise any."""
+    """Of the dimension that the analysis gives; without such an analysis any."""
 
 
 class Procedure(Settings):
@@ -51,7 +50,7 @@ class Procedure(Settings):
     automatic_start: YesNo = False
     """Whether the next run of a queue may start by itself; otherwise a person starts each one."""
     measurand: Measurand | None = None
-    """Of the analysis of torque; others name their results themselves."""
+    """What an analysis such as `swing_torque` gives; others name their results themselves."""
     inputs: dict[Name, Input] = Field(default_factory=dict)
     """What is asked at the start, by name."""
     uses: Annotated[dict[Name, Text], Field(min_length=1)]
@@ -71,59 +70,12 @@ class Procedure(Settings):
     acceptance: Acceptance | None = None
 
     @property
-    def torque_analysis(self) -> AnalysisSpec:
-        """What is asked of the analysis of torque; of a procedure without one: nothing."""
-        index = self._torque_index
-        return AnalysisSpec() if index is None else self.analysis[index].settings
-
-    @property
-    def torque_analysis_at(self) -> Path:
-        """Where the analysis of torque stands in the file."""
-        index = self._torque_index
-        return ("analysis",) if index is None else ("analysis", index, self.analysis[index].name)
-
-    @property
-    def asks_nothing(self) -> bool:
-        """Whether nothing is analysed: what is recorded is kept, and that is all."""
-        return self.torque_analysis.asks_nothing and not self.named_analyses
-
-    @property
-    def analyses_at(self) -> tuple[tuple[Path, NamedAnalysisRef], ...]:
+    def analyses_at(self) -> tuple[tuple[Path, AnalysisRef], ...]:
         """All analyses, each with where its settings stand in the file."""
-        found: list[tuple[Path, NamedAnalysisRef]] = []
-        for index, each in enumerate(self.analysis):
-            at: Path = ("analysis", index, each.name)
-            refs = each.settings.as_named if each.plugin is None else (each.plugin,)
-            found += [(at, ref) for ref in refs]
-        return tuple(found)
-
-    @property
-    def named_analyses(self) -> tuple[NamedAnalysisRef, ...]:
-        """The analyses that name their results."""
-        return tuple(plugin for _, plugin in self.named_analyses_at)
-
-    @property
-    def named_analyses_at(self) -> tuple[tuple[Path, NamedAnalysisRef], ...]:
-        """The same, each with where it stands in the file."""
         return tuple(
-            (("analysis", index), each.plugin)
-            for index, each in enumerate(self.analysis)
-            if each.plugin is not None
+            (("analysis", index, each.name), each) for index, each in enumerate(self.analysis)
         )
 
-    @property
-    def _torque_index(self) -> int | None:
-        return next((i for i, each in enumerate(self.analysis) if each.plugin is None), None)
-
-    def with_named_analyses(self, named: tuple[AnalysisRef, ...]) -> Self:
-        """Return the procedure with other analyses that name their results."""
-        of_torque = tuple(each for each in self.analysis if each.plugin is None)
-        return self.model_copy(update={"analysis": (*of_torque, *named)})
-
-    def with_torque_analysis(self, spec: AnalysisSpec) -> Self:
-        """Return the procedure with another analysis of torque; it has one."""
-        changed = tuple(
-            each if each.plugin is not None else AnalysisRef(each.name, spec)
-            for each in self.analysis
-        )
-        return self.model_copy(update={"analysis": changed})
+    def with_analyses(self, analyses: tuple[AnalysisRef, ...]) -> Self:
+        """Return the procedure with other analyses."""
+        return self.model_copy(update={"analysis": analyses})

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
+from rigrunner.api.names import Text
 from rigrunner.api.settings import AnyQuantity, ListOf, Settings
 from rigrunner.api.units import unit, with_article
 from rigrunner.procedure.answers import AnswerError, Expected
-from rigrunner.yamlfile.names import Text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

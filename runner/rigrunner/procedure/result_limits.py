@@ -8,13 +8,13 @@ from pydantic import Field, model_validator
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.measurand import CONDITIONS, NATURES, Condition, MeasurandKind, Nature
+from rigrunner.api.names import Name, Text
 from rigrunner.api.places import CoordinateKey, Places, is_in, places_text
 from rigrunner.api.quantity import Quantity
 from rigrunner.api.settings import Force, Settings, YesNo
 from rigrunner.api.units import unit
 from rigrunner.api.verdict import Limits
 from rigrunner.procedure.following import End, Line, Table
-from rigrunner.yamlfile.names import Name, Text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping

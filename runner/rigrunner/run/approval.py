@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field
 
 from rigrunner.api.errors import UsageError
+from rigrunner.api.names import Identifier, Text
 from rigrunner.api.settings import ListOf, Settings
 from rigrunner.clock import utc_text
 from rigrunner.run.locate import shipped_folder
 from rigrunner.yamlfile import read, validate
-from rigrunner.yamlfile.names import Identifier, Text
 
 if TYPE_CHECKING:
     from datetime import date, datetime

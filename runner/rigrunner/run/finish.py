@@ -104,7 +104,7 @@ def finish(
     with kept(errors):
         writer.close()
     result = report = None
-    asked = not (planned.procedure.model.asks_nothing or _is_empty(planned, writer))
+    asked = bool(planned.procedure.model.analysis) and not _is_empty(planned, writer)
     waited_for = {*later_partners(planned)} - partners.keys()
     waits = outcome is Outcome.COMPLETED and asked and bool(waited_for)
     with kept(errors):

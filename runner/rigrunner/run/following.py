@@ -64,7 +64,7 @@ def following(
     """
     folds = [
         (each.name, live)
-        for each in planned.procedure.model.named_analyses
+        for each in planned.procedure.model.analysis
         if (live := planned.registry.live(each.name, each.settings)) is not None
     ]
     if not folds:

@@ -16,7 +16,7 @@ from rigrunner.api.instruments import TORQUE
 from rigrunner.api.progress import unseen
 from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import own_keys
-from rigrunner.procedure import AnalysisSpec, parse_procedure, step_kinds
+from rigrunner.procedure import parse_procedure, step_kinds
 from rigrunner.run.interrupted import used_partners
 from rigrunner.runfile import read
 from rigrunner.station import parse_station
@@ -91,18 +91,17 @@ def analyse_stored(
     text, name = stored.header.procedure_text, stored.header.procedure_id
     kinds = step_kinds(registry)
     procedure = changes(parse_procedure(text, name, kinds=kinds, stored=True).model)
-    spec, limits = procedure.torque_analysis, acceptance or procedure.acceptance
+    asked, limits = procedure.analysis, acceptance or procedure.acceptance
     run, analysed = run_data(stored), is_analysed(stored, procedure)
     if not analysed:
-        spec, limits, run = AnalysisSpec(), None, replace(run, partners={})
+        asked, limits, run = (), None, replace(run, partners={})
     return analyse(
         run,
-        spec,
+        asked,
         acceptance=limits,
         measurand=procedure.measurand,
         lookup=registry,
         progress=progress,
-        analyses=procedure.named_analyses if analysed else (),
     )
 
 
@@ -111,7 +110,7 @@ def result_by_now(folder: Path, procedure: Procedure, registry: Registry, name: 
 
     Raises DataError for none.
     """
-    makers = makers_of(name, procedure.named_analyses, registry)
+    makers = makers_of(name, procedure.analysis, registry)
     if not makers:
         raise DataError(f"no analysis names the result '{name}'")
     stored = read(folder)
@@ -128,7 +127,7 @@ def is_analysed(stored: StoredRun, procedure: Procedure) -> bool:
 
     Those of a run that stopped at a limit are incomplete for the analysis.
     """
-    return not procedure.asks_nothing and stored.info.outcome != Outcome.STOPPED_AT_LIMIT
+    return bool(procedure.analysis) and stored.info.outcome != Outcome.STOPPED_AT_LIMIT
 
 
 def _operator(inputs: Mapping[str, str]) -> dict[str, str]:

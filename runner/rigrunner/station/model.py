@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from rigrunner.api.instruments import Instrument
+from rigrunner.api.names import Identifier, Name, Text
 from rigrunner.api.settings import ListOf, PlainText, Settings, YesNo
 from rigrunner.station.safety import Safety
-from rigrunner.yamlfile.names import Identifier, Name, Text
 
 
 class DeviceBinding(Settings):

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field
 
 from rigrunner.api.hooks import StepRecord
+from rigrunner.api.names import Name, Text
 from rigrunner.api.steps import StepSettings
 from rigrunner.procedure.steps import Parameter
-from rigrunner.yamlfile.names import Name, Text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

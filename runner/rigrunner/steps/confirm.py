@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import Answer, Prompt
 from rigrunner.api.hooks import StepRecord
+from rigrunner.api.names import Name, Text
 from rigrunner.api.settings import YesNo
 from rigrunner.api.steps import NOTHING, Action, Found, StepSettings
 from rigrunner.procedure.answers import Expected
 from rigrunner.procedure.questions import Picture
-from rigrunner.yamlfile.names import Name, Text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

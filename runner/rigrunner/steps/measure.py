@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 from pydantic import Field
 
 from rigrunner.api.hooks import StepRecord
+from rigrunner.api.names import Name
 from rigrunner.api.settings import PositiveDuration
 from rigrunner.api.steps import NONE, Action, Found, Rows, StepSettings
 from rigrunner.procedure.options import Channels, Limits, OnFail, Repeatable, Retries, Timeout
-from rigrunner.yamlfile.names import Name
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -12,11 +12,11 @@ from rigrunner.api.errors import DataError, DeviceError
 from rigrunner.api.events import Scanned
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.member import Member
+from rigrunner.api.names import Name
 from rigrunner.api.settings import AnyQuantity, ListOf, PositiveDuration
 from rigrunner.api.steps import NONE, Action, Found, Rows, StepSettings
 from rigrunner.procedure.options import Channels, Limits, Repeatable, Retries, Timeout
 from rigrunner.steps.set_drives import SetDrive
-from rigrunner.yamlfile.names import Name
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

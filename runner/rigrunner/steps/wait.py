@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.hooks import StepRecord
+from rigrunner.api.names import Text
 from rigrunner.api.settings import PositiveDuration
 from rigrunner.api.steps import NOTHING, Action, Found, StepSettings
-from rigrunner.yamlfile.names import Text
 
 if TYPE_CHECKING:
     from rigrunner.api.steps import Doing, Planning

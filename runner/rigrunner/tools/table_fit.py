@@ -10,7 +10,7 @@ import numpy as np
 
 from rigrunner.api.data import Points
 from rigrunner.api.errors import InvalidFileError, Location, Problem
-from rigrunner.procedure.analysis_spec import FitRef
+from rigrunner.api.plugin_refs import FitRef
 from rigrunner.yamlfile import parse, validate
 from rigrunner.yamlfile.problems import suggestion
 from rigrunner.yamlfile.reader import read_text

@@ -32,13 +32,20 @@ def changes_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return _analysis_option(_primary_option(command))
 
 
-def changes_in(file: Path | None, primary: str) -> Changes:
+def changes_in(file: Path | None, primary: str, station: str | None) -> Changes:
     """Return the changes of the options --analysis and --primary; raise InvalidFileError."""
     from rigrunner.procedure import AnalysisFile  # noqa: PLC0415  (not for help)
+    from rigrunner.run.lab_plugins import lab_registry  # noqa: PLC0415  (the same)
     from rigrunner.yamlfile import read, validate  # noqa: PLC0415  (the same)
-    from rigrunner_fleet.reanalysis.changes import Changes  # noqa: PLC0415  (the same)
+    from rigrunner_fleet.reanalysis.changes import (  # noqa: PLC0415  (the same)
+        Changes,
+        check_settings,
+    )
 
     if file is None:
-        return Changes(None, primary)
-    given = validate(AnalysisFile, read(file))
+        return Changes(primary=primary)
+    document = read(file)
+    given = validate(AnalysisFile, document)
+    if given.analysis:
+        check_settings(document, lab_registry(station))
     return Changes(given.analysis, primary, given.named)

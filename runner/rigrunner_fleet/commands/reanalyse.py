@@ -57,7 +57,11 @@ def command(
     from rigrunner_fleet.reanalysis.batch import Batch
     from rigrunner_fleet.reanalysis.selection import choose
 
-    workers, changes, runs = workers_for(jobs, dask), changes_in(file, primary), choose(paths)
+    workers, changes, runs = (
+        workers_for(jobs, dask),
+        changes_in(file, primary, station),
+        choose(paths),
+    )
     with batch_stop_on_signals() as stop, shown_count("runs") as progress:
         found = Batch(out.resolve(), changes, station, workers, stop, progress, raw=raw).run(runs)
     if as_json:

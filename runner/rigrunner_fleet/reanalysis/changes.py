@@ -3,57 +3,79 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
-from rigrunner.api.errors import DataError
-from rigrunner.procedure import AnalysisSpec, analysis_contradictions
+from rigrunner.api.errors import DataError, InvalidFileError
+from rigrunner.api.hooks import AnalysisRecord
+from rigrunner.yamlfile import validate
 
 if TYPE_CHECKING:
-    from rigrunner.procedure import Procedure
-    from rigrunner.procedure.analyses import AnalysisRef
+    from collections.abc import Mapping
 
-_OF_COMPENSATIONS = ("compensations", "primary_", "no_load")
+    from rigrunner.procedure import AnalysisRef, Procedure
+    from rigrunner.registry import Registry
+    from rigrunner.yamlfile import Document
 
 
 @dataclass(frozen=True)
 class Changes:
-    """What stands in place of the procedure's own analysis."""
+    """What stands in place of the procedure's own analyses."""
 
-    analysis: AnalysisSpec | None = None
-    """Of it only what was written counts."""
+    analysis: Mapping[str, Any] = field(default_factory=dict)
+    """Settings of the analysis that gives the measurand, in place of its own."""
     primary: str = ""
     """The label of the method that the headline and the verdict use; '' leaves it."""
     named: tuple[AnalysisRef, ...] = ()
     """In place of the analyses that name their results; none: they stay."""
 
-    def __call__(self, procedure: Procedure) -> Procedure:
-        """Return the changed procedure; raise DataError where its parts contradict each other.
-
-        One without compensations, such as that of a no-load run, stays without.
-        """
-        if self.named:
-            procedure = procedure.with_named_analyses(self.named)
-        given = self.analysis
-        named = {} if given is None else {n: getattr(given, n) for n in given.model_fields_set}
-        if self.primary:
-            named["primary_"] = self.primary
-        if not procedure.torque_analysis.compensations:
-            named = {name: each for name, each in named.items() if name not in _OF_COMPENSATIONS}
-        if not named:
-            return procedure
-        changed = procedure.with_torque_analysis(procedure.torque_analysis.model_copy(update=named))
-        for problem in analysis_contradictions(changed):
-            raise DataError(f"{problem.field}: {problem.message}", hint=problem.hint)
-        return changed
+    def applied(self, procedure: Procedure, registry: Registry) -> Procedure:
+        """Return the changed procedure; raise DataError where its parts contradict each other."""
+        told = {**self.analysis, **({"primary": self.primary} if self.primary else {})}
+        kept = []
+        for index, each in enumerate(procedure.analysis):
+            record = registry.record(each.kind, each.name)
+            if not isinstance(record, AnalysisRecord) or record.changed is None:
+                kept += [] if self.named else [each]
+            elif told:
+                own = registry.validated(each.kind, each.name, each.settings)
+                given = registry.validated(each.kind, each.name, told)
+                try:
+                    settings = record.changed(own, given)
+                except DataError as error:
+                    at = f"analysis[{index}].{each.name}"
+                    raise DataError(f"{at}.{error.message}", hint=error.hint) from error
+                kept.append(each.model_copy(update={"settings": settings}))
+            else:
+                kept.append(each)
+        return procedure.with_analyses((*kept, *self.named))
 
     def describe(self) -> str:
         """Return the changes as a text that is the same for the same changes."""
-        named = ({each.name: dict(each.plugin.settings)} for each in self.named if each.plugin)
         told = [
+            _text(self.analysis) if self.analysis else "",
             self.primary,
-            *(json.dumps(each, default=str, ensure_ascii=False) for each in named),
+            *(_text({each.name: each.settings}) for each in self.named),
         ]
-        if self.analysis is not None and self.analysis.model_fields_set:
-            told.insert(0, self.analysis.model_dump_json(exclude_unset=True))
         return " ".join(filter(None, told)) or "none"
+
+
+def check_settings(document: Document, registry: Registry) -> None:
+    """Raise InvalidFileError where a file's section `analysis` fits no analysis of a measurand."""
+    refused: list[InvalidFileError] = []
+    for plugin in registry.plugins:
+        if isinstance(plugin.record, AnalysisRecord) and plugin.record.changed is not None:
+            try:
+                validate(plugin.record.settings_model, document, ("analysis",))
+            except InvalidFileError as error:
+                refused.append(error)
+            else:
+                return
+    if not refused:
+        hint = "no plugin is installed whose settings can be changed one by one"
+        raise DataError("analysis: there is nothing to change", hint=hint)
+    raise refused[0]
+
+
+def _text(settings: Mapping[str, Any]) -> str:
+    return json.dumps(dict(settings), default=str, ensure_ascii=False)

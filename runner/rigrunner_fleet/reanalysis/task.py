@@ -82,13 +82,13 @@ class Reanalysis:
             return Reanalysed(asdict(_row(info, None, None, skipped=_unfinished(info))))
         stored = read(path)
         header = stored.header
-        asked = self.changes(
-            parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
-        )
-        if asked.asks_nothing:
+        asked = parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
+        if not self.changes.applied(asked, registry).analysis:
             reason = "its procedure asks for no analysis"
             return Reanalysed(asdict(_row(info, None, None, skipped=reason)))
-        found = analyse_stored(stored, registry, changes=self.changes)
+        found = analyse_stored(
+            stored, registry, changes=lambda procedure: self.changes.applied(procedure, registry)
+        )
         content = document(found)
         text = json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)
         return Reanalysed(asdict(_row(info, content, stored.result_document)), f"{text}\n")

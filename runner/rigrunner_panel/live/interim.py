@@ -9,6 +9,7 @@ from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.named import findings_of
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.errors import DataError
+from rigrunner.api.hooks import AnalysisRecord
 from rigrunner.procedure import parse_procedure
 from rigrunner.run.stored import run_data
 from rigrunner.runfile import read
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from rigrunner.analysis.lookup import Lookup
     from rigrunner.api.data import Recording, RunData
     from rigrunner.api.results import Result
-    from rigrunner.procedure import Acceptance, AnalysisSpec, Measurand, NamedAnalysisRef
+    from rigrunner.procedure import Acceptance, AnalysisRef, Measurand
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun
 
@@ -32,12 +33,14 @@ class LiveAnalysis:
     It makes no decision and no validation before the run ends.
     """
 
-    spec: AnalysisSpec
+    analyses: tuple[AnalysisRef, ...]
+    """Those that give the measurand: they must be possible."""
     measurand: Measurand | None
     registry: Registry
     lookup: Lookup
     """The registry, or a wrapper that caches what its analyses prepared."""
-    analyses: tuple[NamedAnalysisRef, ...] = ()
+    others: tuple[AnalysisRef, ...] = ()
+    """Those that name their results: each as soon as it is possible."""
     acceptance: Acceptance | None = None
     """The limits shown with the results."""
 
@@ -48,14 +51,15 @@ class LiveAnalysis:
         """
         found = analyse(
             run,
-            self.spec,
+            self.analyses,
             acceptance=None,
             measurand=self.measurand,
             lookup=self.lookup,
+            interim=True,
         )
         others = findings_of(
             run,
-            self.analyses,
+            self.others,
             Scrutiny(self.registry),
             known=found.results,
             as_far_as_possible=True,
@@ -69,16 +73,22 @@ def live_analysis(stored: StoredRun, registry: Registry) -> LiveAnalysis | None:
     procedure = parse_procedure(
         stored.header.procedure_text, stored.header.procedure_id, stored=True
     ).model
-    if procedure.asks_nothing:
+    if not procedure.analysis:
         return None
+    giving = {each.name for each in procedure.analysis if _gives_measurand(each, registry)}
     return LiveAnalysis(
-        procedure.torque_analysis.model_copy(update={"validate_": None}),
+        tuple(each for each in procedure.analysis if each.name in giving),
         procedure.measurand,
         registry,
         registry,
-        analyses=procedure.named_analyses,
+        others=tuple(each for each in procedure.analysis if each.name not in giving),
         acceptance=procedure.acceptance,
     )
+
+
+def _gives_measurand(analysis: AnalysisRef, registry: Registry) -> bool:
+    record = registry.record(analysis.kind, analysis.name)
+    return isinstance(record, AnalysisRecord) and bool(record.measurand)
 
 
 def interim_result(

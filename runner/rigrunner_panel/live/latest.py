@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import OutlierRule, PeakPoint
     from rigrunner.api.data import Block, Recording, RunData
     from rigrunner.api.results import Result
-    from rigrunner.procedure import AnalysisSpec
+    from rigrunner.api.settings import Settings
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun, Tail
     from rigrunner_panel.live.interim import LiveAnalysis
@@ -67,17 +67,17 @@ class LatestCycles:
         stored = read_without_samples(self._folder)
         analysis = live_analysis(stored, self._registry)
         run = replace(run_data(stored), partners=self._partners)
-        if analysis is None or not analysis.spec.as_named:
+        if analysis is None or not analysis.analyses:
             return _Recording(None, run, None)
-        (ref,) = analysis.spec.as_named
+        (ref,) = analysis.analyses
         torque = self._registry.make(ref.kind, ref.name, ref.settings)
-        if analysis.spec.no_load and analysis.spec.no_load.is_this_run:
-            before = torque.without_load(run_data(read(self._folder)))
+        if torque.uses_earlier:
+            before = torque.earlier(run_data(read(self._folder)))
             self._prepared = _Prepared()  # there are more of them now
             run = self._prepared.over(replace(run, recordings=before))
         self._prepared.prepare = torque.prepare
         lookup = _WithPrepared(self._registry, self._prepared)
-        analysis = replace(analysis, lookup=lookup, analyses=())
+        analysis = replace(analysis, lookup=lookup, others=())
         return _Recording(torque.windows(tail.begun(first, stored.events), run), run, analysis)
 
 
@@ -125,14 +125,14 @@ class _Prepared:
         return replace(run, recordings=beginnings)
 
     def __call__(
-        self, recording: Recording, run: RunData, spec: AnalysisSpec, rule: OutlierRule
+        self, recording: Recording, run: RunData, settings: Settings, rule: OutlierRule
     ) -> PeakPoint:
         """Return the prepared recording, the whole one if it is finished; raise DataError."""
         if recording not in self._whole:
-            found: PeakPoint = self.prepare(recording, run, spec, rule)
+            found: PeakPoint = self.prepare(recording, run, settings, rule)
             return found
         if recording not in self._known:
-            self._known[recording] = self.prepare(self._whole[recording], run, spec, rule)
+            self._known[recording] = self.prepare(self._whole[recording], run, settings, rule)
         return self._known[recording]
 
 

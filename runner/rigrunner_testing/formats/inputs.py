@@ -47,7 +47,7 @@ def report_inputs() -> tuple[ReportInput, ...]:
     results = (
         analyse(
             run,
-            procedure.torque_analysis,
+            procedure.analysis,
             acceptance=acceptance,
             measurand=procedure.measurand,
             lookup=lookup,

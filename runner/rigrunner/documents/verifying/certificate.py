@@ -158,7 +158,7 @@ def _check_numbers(
     then, software_then = certificate.evidence.revisions, certificate.evidence.issued_with
     methods, content = (
         list(other_revisions(names, then, software_then, registry))
-        for names in (methods_used(procedure, acceptance), [CERTIFICATE])
+        for names in (methods_used(procedure, registry, acceptance), [CERTIFICATE])
     )
     found.not_recomputed.extend([*methods, *content])
     if methods:

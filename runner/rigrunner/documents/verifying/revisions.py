@@ -21,13 +21,11 @@ CERTIFICATE = "certificate"
 _PROVIDERS = "plugin providers"
 
 
-def methods_used(procedure: Procedure, acceptance: Acceptance | None = None) -> list[str]:
+def methods_used(
+    procedure: Procedure, registry: Registry, acceptance: Acceptance | None = None
+) -> tuple[str, ...]:
     """Return the methods that calculate a run of a procedure, by name."""
-    return [
-        *methods_of(
-            procedure.torque_analysis, acceptance or procedure.acceptance, procedure.named_analyses
-        )
-    ]
+    return methods_of(procedure.analysis, acceptance or procedure.acceptance, registry)
 
 
 def other_revisions(

@@ -125,9 +125,8 @@ def _other_revisions(
     stored: StoredRun, recorded: Mapping[str, Any], registry: Registry
 ) -> Iterator[str]:
     header = stored.header
-    methods = methods_used(
-        parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
-    )
+    procedure = parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
+    methods = methods_used(procedure, registry)
     then = recorded.get("revisions", {})
     return other_revisions(methods, then, header.provenance, registry)
 

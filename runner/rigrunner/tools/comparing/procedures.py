@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.api.errors import InvalidFileError
+from rigrunner.api.errors import InvalidFileError, PluginError
 from rigrunner.procedure import parse_procedure
+from rigrunner.registry import load_registry
 from rigrunner.tools.comparing.tree import Change, changes
 from rigrunner.yamlfile import parse
 from rigrunner.yamlfile.upgrade import upgraded
@@ -14,12 +16,14 @@ from rigrunner.yamlfile.upgrade import upgraded
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from rigrunner.procedure import Procedure
+
 SECTIONS = (
     *("id", "revision", "title", "description", "measurand", "inputs", "uses", "parameters"),
     *("setup", "main", "teardown", "analysis", "acceptance"),
 )
-_WITH_DEFAULTS = ("measurand", "analysis", "acceptance")
-"""Sections in which a key that is written with its default is no difference."""
+_WITH_DEFAULTS = ("measurand", "acceptance")
+"""Sections in which a key that is written with its default is no difference, as in analyses."""
 SET_POINTS = "set-points"
 
 
@@ -77,11 +81,20 @@ def _equal_sections(name: str, text: str, other_name: str, other: str) -> set[st
         second = parse_procedure(other, other_name, stored=True)
     except InvalidFileError:  # of a called procedure, whose values come from its caller
         return set()
-    return {
-        section
-        for section in _WITH_DEFAULTS
-        if getattr(first.model, section) == getattr(second.model, section)
-    }
+    one, two = first.model, second.model
+    equal = {each for each in _WITH_DEFAULTS if getattr(one, each) == getattr(two, each)}
+    return equal | ({"analysis"} if _validated(one) == _validated(two) else set())
+
+
+def _validated(procedure: Procedure) -> list[tuple[str, object]]:
+    """Return the analyses with the defaults of those that are installed."""
+    registry, found = load_registry(), list[tuple[str, object]]()
+    for each in procedure.analysis:
+        settings: object = each.settings
+        with suppress(PluginError):
+            settings = registry.validated(each.kind, each.name, each.settings)
+        found.append((each.name, settings))
+    return found
 
 
 def _swept(tree: object) -> set[str]:

@@ -20,11 +20,11 @@ from pydantic import (
 )
 
 from rigrunner.api.member import Member
+from rigrunner.api.names import Name, Text
+from rigrunner.api.plugin_refs import PluginRef
 from rigrunner.api.settings import AnyQuantity, Duration, Frequency, ListOf, Settings
 from rigrunner.api.units import QuantityError, unit, units_of
-from rigrunner.procedure import PluginRef
 from rigrunner.yamlfile import parse, validate
-from rigrunner.yamlfile.names import Name, Text
 from rigrunner.yamlfile.reader import read_text
 
 if TYPE_CHECKING:

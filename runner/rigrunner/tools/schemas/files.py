@@ -13,12 +13,12 @@ from pydantic import TypeAdapter
 from rigrunner.api.certificate import Certificate
 from rigrunner.api.fit_choice import FitChoice
 from rigrunner.api.hooks import StepRecord
+from rigrunner.api.names import Name
+from rigrunner.api.plugin_refs import LABEL, PluginRef
 from rigrunner.certificate.letterhead import LetterheadFile
 from rigrunner.certificate.order import Order
-from rigrunner.procedure import PluginRef, Procedure
+from rigrunner.procedure import AnalysisRef, Procedure
 from rigrunner.procedure.acceptance import DecisionRuleRef
-from rigrunner.procedure.analyses import ANALYSES, READS
-from rigrunner.procedure.analysis_spec import LABEL
 from rigrunner.station import DeviceBinding, ListenerBinding, Station
 from rigrunner.tools.importing.mapping import ImportMapping
 from rigrunner.tools.schemas.settings import SettingsSchema
@@ -30,7 +30,6 @@ from rigrunner.tools.schemas.shapes import (
     with_shared_quantities,
     without_unused,
 )
-from rigrunner.yamlfile.names import Name
 
 if TYPE_CHECKING:
     from pydantic_core.core_schema import ModelSchema, PlainValidatorFunctionSchema
@@ -84,6 +83,8 @@ class _LanguageSchema(SettingsSchema):
     def model_schema(self, schema: ModelSchema) -> Schema:
         """Return the schema of a model, with the plugins that it may name."""
         model = schema["cls"]
+        if model is AnalysisRef:
+            return self._analysis()
         found = super().model_schema(schema)
         if issubclass(model, PluginRef | FitChoice):
             return self._plugin(found["description"], model)
@@ -100,24 +101,23 @@ class _LanguageSchema(SettingsSchema):
             found["allOf"] = [self._bound(each) for each in self._records("event_sink")]
         return found
 
-    def function_plain_schema(self, schema: PlainValidatorFunctionSchema) -> Schema:
-        """Return the choice between all kinds of steps, or between all analyses, by one key."""
-        if schema.get("metadata", {}).get(READS) == "analysis":
-            inner = {
-                name: self.generate_inner(model.__pydantic_core_schema__)
-                for name, model in ANALYSES.items()
-            }
-            inner |= {
-                each.name: self._settings(each) | {"description": each.help}
-                for each in self._records("analysis")
-                if each.name not in ANALYSES
-            }
-            return _one_key("Analysis", "An analysis: one key, which names it.", inner)
+    def function_plain_schema(self, schema: PlainValidatorFunctionSchema) -> Schema:  # noqa: ARG002  (pydantic's signature)
+        """Return the choice between all kinds of steps, by one key."""
         if self._knows_steps:
             return {SHARED: "Step"}
         self._knows_steps = True  # a sweep has steps
         steps = {each.name: self._step(each) for each in self._records("step")}
         return _one_key("Step", "A step: one key, which says what is done.", steps)
+
+    def _analysis(self) -> Schema:
+        """Return the choice between all analyses, by one key."""
+        inner = {
+            each.name: self._settings(each) | {"description": each.help}
+            for each in self._records("analysis")
+        }
+        found = _one_key("", "An analysis: one key, which names it.", inner)
+        del found[SHARED]  # the model has a definition of its own
+        return found
 
     def _step(self, record: PluginRecord) -> Schema:
         found = self.generate_inner(record.settings_model.__pydantic_core_schema__)

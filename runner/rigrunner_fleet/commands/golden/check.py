@@ -76,7 +76,7 @@ def command(
 
     if html is not None and html.suffix != ".html":  # said before hours of work, not after
         raise UsageError(f"no report is written as '{html.name}'", hint="end it with: .html")
-    workers, changes = workers_for(jobs, dask), changes_in(file, primary)
+    workers, changes = workers_for(jobs, dask), changes_in(file, primary, station)
     with batch_stop_on_signals() as stop, shown_count("runs") as progress:
         found = Checker(
             folder=folder,

@@ -45,7 +45,7 @@ def command(
     from rigrunner_fleet.reanalysis.selection import choose
 
     workers, runs = workers_for(jobs, dask), choose(paths)
-    changes = changes_in(file, primary)
+    changes = changes_in(file, primary, station)
     with batch_stop_on_signals() as stop, shown_count("runs") as progress:
         found = Recorder(out, copy, changes, station, workers, stop, progress).record(runs)
     for row in found.skipped:

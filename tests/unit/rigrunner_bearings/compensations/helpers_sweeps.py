@@ -8,15 +8,15 @@ import numpy as np
 
 from helpers_rigs import FREQUENCIES, INSTRUMENT, RIG, run_data, true_starting_torque_nm
 from rigrunner.api.analysis import Sweep
-from rigrunner.procedure import AnalysisSpec
 from rigrunner_bearings.compensations.settings import TemplateInverseSettings
 from rigrunner_bearings.compensations.template_inverse import TemplateInverse
 from rigrunner_bearings.torque.prepare import prepare_point
+from rigrunner_bearings.torque.settings import SwingTorque
 from rigrunner_plugins.outlier_rules.grubbs import Grubbs
 from rigrunner_plugins.outlier_rules.settings import GrubbsSettings
 
 FEW = (1.0, 5.0, 10.0, 20.0, 30.0, 35.0)
-SPEC = AnalysisSpec.model_validate({"despike": {"hampel": {"window": 11}}})
+SPEC = SwingTorque.model_validate({"despike": {"hampel": {"window": 11}}})
 
 
 def no_fit(_points):

@@ -12,10 +12,11 @@ from helpers_rigs import run_data, true_starting_torque_nm
 from rigrunner.analysis.analyse import analyse
 from rigrunner.api import TorqueDetails
 from rigrunner.api.errors import DataError
-from rigrunner.procedure import AnalysisSpec
 from rigrunner.registry import load_registry
 from rigrunner.signal.coverage import expanded
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
+from rigrunner_bearings.study.tools import asked
+from rigrunner_bearings.torque.settings import SwingTorque
 from unit.analysis.helpers_analysis import MEASURAND
 
 FREQUENCIES = (5.0, 10.0, 20.0, 30.0, 35.0)
@@ -55,7 +56,7 @@ def run_of(friction, celsius=(20.0, 20.0, 20.0), parts=tuple(PLACES)):
 
 
 def found(run, **no_load):
-    spec = AnalysisSpec.model_validate(
+    spec = SwingTorque.model_validate(
         {
             "no_load": {"from": "this run", **no_load},
             "despike": {"hampel": {"window": 11}},
@@ -63,7 +64,9 @@ def found(run, **no_load):
             "compensations": ["template_inverse"],
         }
     )
-    result = analyse(run, spec, acceptance=None, measurand=MEASURAND, lookup=load_registry())
+    result = analyse(
+        run, (asked(spec),), acceptance=None, measurand=MEASURAND, lookup=load_registry()
+    )
     return TorqueDetails.of(result).compensations["template_inverse"]
 
 
@@ -76,7 +79,7 @@ def found_of_three(friction, **no_load):
     before, loaded, after = (
         replace(run_of(friction, parts=(name,)), run_id=name, zeros={}) for name in PLACES
     )
-    spec = AnalysisSpec.model_validate(
+    spec = SwingTorque.model_validate(
         {
             "no_load": {"procedure": "N", "after": True, **no_load},
             "despike": {"hampel": {"window": 11}},
@@ -85,7 +88,7 @@ def found_of_three(friction, **no_load):
         }
     )
     known = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
-    return analyse(between(before, loaded, after), spec, **known)
+    return analyse(between(before, loaded, after), (asked(spec),), **known)
 
 
 def errors_nm(compensation):
@@ -156,7 +159,7 @@ def test_points_on_one_side_alone_have_no_such_line():
 
 def test_a_drift_over_a_channel_needs_points_of_the_run_itself():
     with pytest.raises(ValueError, match="'drift' needs 'after: true' or 'from: this run'"):
-        AnalysisSpec.model_validate(
+        SwingTorque.model_validate(
             {"no_load": {"procedure": "SSPB-NLI", "drift": "tester.temperature"}}
         )
 
@@ -174,14 +177,14 @@ def test_runs_before_and_after_are_as_good_as_points_of_the_run_itself(drifting)
 def test_two_runs_that_are_not_around_the_loaded_one_are_refused():
     runs = [replace(run_of(STEADY, parts=(name,)), run_id=name) for name in PLACES]
     before, loaded, after = runs
-    spec = AnalysisSpec.model_validate(
+    spec = SwingTorque.model_validate(
         {"no_load": {"procedure": "N", "after": True}, "compensations": ["template_inverse"]}
     )
     known = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
     with pytest.raises(DataError, match="before and loaded are not before and after after"):
-        analyse(between(before, after, loaded), spec, **known)
+        analyse(between(before, after, loaded), (asked(spec),), **known)
 
 
 def test_this_run_has_no_run_after_it():
     with pytest.raises(ValueError, match="'after' is for a run of its own"):
-        AnalysisSpec.model_validate({"no_load": {"from": "this run", "after": True}})
+        SwingTorque.model_validate({"no_load": {"from": "this run", "after": True}})

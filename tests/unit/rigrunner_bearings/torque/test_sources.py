@@ -10,13 +10,13 @@ from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import MotionSource
 from rigrunner.api.data import Measurement
 from rigrunner.api.errors import DataError
-from rigrunner.procedure import AnalysisSpec
 from rigrunner_bearings.signal.peaks import mean_peak, peak_points
+from rigrunner_bearings.torque.settings import SwingTorque
 from rigrunner_bearings.torque.sources import of_this_run, sources
 from unit.analysis.helpers_analysis import LOADED_SPEC, analysed, recording, run_of
 
 HERTZ = (1.0, 10.0, 20.0, 35.0)
-THIS_RUN = AnalysisSpec.model_validate(
+THIS_RUN = SwingTorque.model_validate(
     LOADED_SPEC
     | {
         "no_load": {"from": "this run"},
@@ -110,10 +110,10 @@ def test_a_run_without_anything_in_motion_is_refused():
 
 
 def test_only_this_run_needs_no_procedure():
-    spec = AnalysisSpec.model_validate({"no_load": {"from": "this run"}})
+    spec = SwingTorque.model_validate({"no_load": {"from": "this run"}})
     assert spec.no_load.is_this_run
     with pytest.raises(ValueError, match="the key 'procedure' is missing, or 'from: this run'"):
-        AnalysisSpec.model_validate({"no_load": {"from": "latest"}})
+        SwingTorque.model_validate({"no_load": {"from": "latest"}})
 
 
 def labelled(hertz, load_n, torque_nm, **coordinates):

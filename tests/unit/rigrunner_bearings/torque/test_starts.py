@@ -11,7 +11,8 @@ from rigrunner.api.analysis import StartPoint
 from rigrunner.api.data import Recording
 from rigrunner.api.errors import DataError
 from rigrunner.api.verdict import Verdict
-from rigrunner.procedure import Acceptance, AnalysisSpec
+from rigrunner.procedure import Acceptance
+from rigrunner_bearings.torque.settings import Breakaway, SwingTorque
 from unit.analysis.helpers_analysis import (
     MEASURAND,
     RATE_HZ,
@@ -21,7 +22,7 @@ from unit.analysis.helpers_analysis import (
     run_of,
 )
 
-SPEC = {"starts": {}, "compensations": ["breakaway_peak"]}
+SPEC = {"compensations": ["breakaway_peak"]}
 PEAKS = [0.30, 0.31, 0.29, 0.305, 0.295, 0.30]
 SPEED_HZ = 2 / 60
 
@@ -56,7 +57,7 @@ def result_of(recordings, limit=None, zeros=0.0, sensor=None, **changes):
     if limit is not None:
         mean = {"of": "torque", "mean": True, "source": "a test", "measurand": NO_LOAD}
         accept = Acceptance.model_validate({"limits": [mean | limit]})
-    return analysed(run, None, AnalysisSpec.model_validate(SPEC | changes), accept)
+    return analysed(run, None, Breakaway.model_validate(SPEC | changes), accept)
 
 
 def test_each_recording_gives_one_torque():
@@ -146,7 +147,7 @@ def test_swings_are_no_starts():
     result = analysed(
         run_of(recording([1.0] * 12)),
         None,
-        AnalysisSpec.model_validate({"compensations": ["breakaway_peak"]}),
+        SwingTorque.model_validate({"compensations": ["breakaway_peak"]}),
     )
     assert (
         "reversals is another torque"

@@ -12,8 +12,8 @@ from rigrunner.api.analysis import CompensatedPoint, Compensation, Component, Pe
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
 from rigrunner.cli.summary import summary
-from rigrunner.procedure import MonteCarloSpec
 from rigrunner_bearings.torque.draws import draw_pipeline
+from rigrunner_bearings.torque.settings import MonteCarloSpec
 from rigrunner_bearings.torque.validation import validate
 from unit.analysis.helpers_analysis import analysed, instrument, recording, run_of, spec
 

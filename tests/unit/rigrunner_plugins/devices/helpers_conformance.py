@@ -77,7 +77,7 @@ NOT_APPLICABLE: dict[tuple[str, str], set[str]] = {
     ("analysis", "curve"): {*_UNITS, *_PARTNERS, "live_shows_what_it_finds"},
     ("analysis", "equation"): {*_UNITS, *_PARTNERS, "live_shows_what_it_finds"},
     ("analysis", "readings"): _PARTNERS,
-    ("analysis", "breakaway"): _OF_TORQUE,
+    ("analysis", "breakaway"): _OF_TORQUE - _UNITS,
     ("analysis", "swing_torque"): _OF_TORQUE,
     ("certificate_format", "html"): _SETTINGS,
     ("certificate_format", "pdf"): {*_SETTINGS, "names_are_escaped"},

@@ -12,7 +12,7 @@ import pytest
 from rigrunner.analysis.named import findings_of
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.errors import DataError
-from rigrunner.procedure import NamedAnalysisRef
+from rigrunner.procedure import AnalysisRef
 from rigrunner.registry import load_registry
 from unit.rigrunner_plugins.equation.helpers_equation import instrument, run_of
 
@@ -40,7 +40,7 @@ def equation(name, unit, model, inputs, **more):
 def found(*analyses, meters=METERS, places=PLACES):
     columns = {"meter.voltage": VOLT, "meter.current": AMPERE}
     run = run_of(columns, UNITS, meters, places)
-    asked = [NamedAnalysisRef.model_validate({name: told}) for name, told in analyses]
+    asked = [AnalysisRef.model_validate({name: told}) for name, told in analyses]
     made = findings_of(run, asked, Scrutiny(registry()))
     return [result for each in made for result in each.results]
 

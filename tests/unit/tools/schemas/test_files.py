@@ -10,7 +10,8 @@ from typing import get_args
 import pytest
 
 from helpers_docs import ROOT
-from rigrunner.api.hooks import PROJECT, DeviceRecord, FitRecord
+from rigrunner.api.hooks import PROJECT, AnalysisRecord, DeviceRecord, FitRecord
+from rigrunner.api.plugin_refs import FitRef
 from rigrunner.api.settings import Force, Settings
 from rigrunner.procedure.steps import installed_kinds
 from rigrunner.registry import Plugin, Provider, Registry, load_registry
@@ -104,8 +105,23 @@ class Straight(Settings):
     through_zero: bool = False
 
 
+class ByAFit(Settings):
+    """Settings that name a fit."""
+
+    fit: FitRef | None = None
+
+
+BY_A_FIT = AnalysisRecord(
+    name="by_a_fit",
+    help="By a fit",
+    settings=ByAFit,
+    factory=lambda _: None,
+    yields=lambda _: (),
+)
+
+
 def registry_of(*records):
-    kinds = {DeviceRecord: "device", FitRecord: "fit"}
+    kinds = {DeviceRecord: "device", FitRecord: "fit", AnalysisRecord: "analysis"}
     provider = Provider("a stranger", "1")
     return Registry(Plugin(kinds[type(record)], record, provider) for record in records)
 
@@ -115,7 +131,7 @@ STRAIGHT = FitRecord(name="straight", help="A line", settings=Straight, factory=
 
 
 def test_a_strangers_fit_is_known_with_its_settings():
-    definitions = language_schema("procedure", registry_of(STRAIGHT))["$defs"]
+    definitions = language_schema("procedure", registry_of(STRAIGHT, BY_A_FIT))["$defs"]
     alternatives = definitions["FitRef"]["anyOf"]
     assert alternatives[0]["enum"] == ["straight"]
     assert alternatives[0]["enumDescriptions"] == ["A line"]
@@ -136,7 +152,9 @@ def test_a_strangers_device_is_known_with_its_settings():
 
 def test_a_plugin_that_must_be_told_something_is_not_offered_by_its_name_alone():
     told = FitRecord(name="told", help="Told", settings=Press, factory=lambda _: None)
-    alternatives = language_schema("procedure", registry_of(told))["$defs"]["FitRef"]["anyOf"]
+    alternatives = language_schema("procedure", registry_of(told, BY_A_FIT))["$defs"]["FitRef"][
+        "anyOf"
+    ]
     assert alternatives[0]["enum"] == []
     assert "told" in alternatives[-1]["properties"]
 

@@ -1,35 +1,37 @@
-"""What a procedure asks of the analysis."""
+"""What procedures ask of the analyses of torque."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Self
 
-from pydantic import Field, ValidationError, model_validator
-from pydantic_core import InitErrorDetails
+from pydantic import Field, model_validator
 
+from rigrunner.api import (
+    Angle,
+    Condition,
+    Duration,
+    ListOf,
+    MeasurandKind,
+    PartnerRun,
+    ResultDefinition,
+    Settings,
+)
 from rigrunner.api.analysis.requirements import LATEST, STATION
-from rigrunner.api.findings import ResultDefinition
 from rigrunner.api.labels import Labels
-from rigrunner.api.measurand import Condition, MeasurandKind
-from rigrunner.api.partners import PartnerRun
-from rigrunner.api.settings import Angle, Duration, ListOf, Settings
-from rigrunner.yamlfile.names import Identifier, Name, Text
+from rigrunner.api.names import Identifier, Name, Text
+from rigrunner.api.plugin_refs import FitRef, OutlierRuleRef, PluginRef
 
 if TYPE_CHECKING:
     from pydantic import GetJsonSchemaHandler
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
 
-    from rigrunner.api.analysis.requirements import NeededRun
+    from rigrunner.api import NeededRun
 
-SWINGS = "swing_torque"
-STARTS = "breakaway"
 NO_LOAD = "no_load"
 NO_LOAD_AFTER = "no_load_after"
 """The names of the torque's partner runs."""
 THIS_RUN = "this run"
-LABEL = "as"
-"""The key that names one use of a plugin, so that it can be used twice."""
 MONTE_CARLO = "monte_carlo"
 BY_TIME = "time"
 FREQUENCY = "frequency"
@@ -38,60 +40,10 @@ _HOUR_S = 3600.0
 _DEGREE = 0.017453292519943295
 
 
-class PluginRef(Settings):
-    """A plugin by its name, with settings or without: `grubbs` or `{grubbs: {alpha: 0.05}}`."""
-
-    kind: ClassVar[str]
-    """The kind of plugin that is named, as the registry has it."""
-    name: Text
-    """Of the plugin."""
-    settings: dict[str, Any] = Field(default_factory=dict)
-    """Its settings."""
-    label: Annotated[Name, Field(alias=LABEL)]
-    """How results name it: `as`, or else the plugin's own name."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _read(cls, value: object) -> object:
-        if isinstance(value, str):
-            return {"name": value, LABEL: value}
-        names = [key for key in value if key != LABEL] if isinstance(value, dict) else []
-        if not isinstance(value, dict) or len(names) != 1:
-            raise ValueError("a plugin is written as 'name', or as 'name: {setting: value}'")
-        settings = value[names[0]]
-        if not isinstance(settings, dict | None):
-            raise _at(cls, names[0], settings)
-        return {"name": names[0], "settings": settings or {}, LABEL: value.get(LABEL, names[0])}
-
-
-def _at(model: type[PluginRef], name: str, settings: object) -> ValidationError:
-    """Return the refusal of settings that are no mapping, placed where they stand."""
-    details = InitErrorDetails(type="dict_type", loc=(name,), input=settings)
-    return ValidationError.from_exception_data(model.__name__, [details])
-
-
-class OutlierRuleRef(PluginRef):
-    """A rule for gross errors: by its name, or as `name: {setting: value}`."""
-
-    kind = "outlier_rule"
-
-
-class FitRef(PluginRef):
-    """A fit of y over x: by its name, or as `name: {setting: value}`."""
-
-    kind = "fit"
-
-
 class CompensationRef(PluginRef):
     """A way to subtract the rig's no-load torque: by its name, or as `name: {setting: value}`."""
 
     kind = "compensation"
-
-
-class NamedAnalysisRef(PluginRef):
-    """An analysis that names its results: `name: {setting: value}`."""
-
-    kind = "analysis"
 
 
 class Hampel(Settings):
@@ -214,7 +166,7 @@ class ValidateSpec(Settings):
         return {"anyOf": [{"const": MONTE_CARLO, "type": "string"}, schema]}
 
 
-class TorqueAnalysis(Settings):
+class TorqueSettings(Settings):
     """What is asked of an analysis of torque: its plugins, and which of them counts."""
 
     name: Name = "torque"
@@ -240,26 +192,10 @@ class TorqueAnalysis(Settings):
     validate_: Annotated[ValidateSpec | None, Field(alias="validate")] = None
     """Whether the primary method's uncertainty is checked by Monte Carlo; it takes minutes."""
 
-
-class AnalysisSpec(TorqueAnalysis):
-    """How the torque of swings is analysed, or of starts from rest."""
-
-    starts: StartsSpec | None = None
-    """The recordings are starts from rest in place of swings; `{}` for the defaults."""
-
     @property
-    def asks_nothing(self) -> bool:
-        """Whether nothing is analysed: what is recorded is kept, and that is all."""
-        return self == AnalysisSpec()
-
-    @property
-    def as_named(self) -> tuple[NamedAnalysisRef, ...]:
-        """It as an analysis that names its results; none if it asks nothing."""
-        if self.asks_nothing:
-            return ()
-        name = SWINGS if self.starts is None else STARTS
-        told: Any = self  # settings of this model already
-        return (NamedAnalysisRef.model_construct(name=name, settings=told, label=name),)
+    def starts(self) -> StartsSpec | None:
+        """How starts from rest are looked at; None where the recordings are of swings."""
+        return None
 
     @property
     def primary(self) -> str:
@@ -287,3 +223,16 @@ class AnalysisSpec(TorqueAnalysis):
         """
         condition = yielded.condition if self.starts is None else Condition.FROM_REST
         return MeasurandKind(yielded.nature, condition)
+
+
+class SwingTorque(TorqueSettings):
+    """Torque at the reversals of swings, from recordings or from measured values."""
+
+
+class Breakaway(TorqueSettings, StartsSpec):
+    """Torque at the first movement: every recording is a start from rest."""
+
+    @property
+    def starts(self) -> StartsSpec:
+        """How its starts are looked at."""
+        return self
