@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 MAX_DEPTH = 40
+TOO_DEEP = f"nested more than {MAX_DEPTH} deep"
 MAX_VALUES = 20_000
 MAX_PROBLEMS = 50
 _TURNING = re.compile(f"[{TURNING}]")
@@ -68,7 +69,7 @@ class _Composer:
 
     def _remember(self, event: yaml.Event, path: Path, key: yaml.Event) -> None:
         if len(path) > MAX_DEPTH:
-            self._stop(f"nested more than {MAX_DEPTH} deep", event)
+            self._stop(TOO_DEEP, event)
         if len(self._marks) >= MAX_VALUES:
             self._stop(f"the file has more than {MAX_VALUES:,} values", event)
         begins = event.start_mark.index if event.start_mark else 0

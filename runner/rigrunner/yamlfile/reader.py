@@ -9,7 +9,7 @@ import yaml
 
 from rigrunner.api.errors import InvalidFileError, Location, Problem
 from rigrunner.api.texts import TURNING, name_of
-from rigrunner.yamlfile.composer import compose
+from rigrunner.yamlfile.composer import TOO_DEEP, compose
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -83,6 +83,8 @@ def _syntax_error(error: yaml.MarkedYAMLError, text: str, name: str) -> InvalidF
     lines = text.splitlines()
     line = lines[mark.line] if mark.line < len(lines) else ""
     place = (mark.line + 1, mark.column + 1)
+    if "nesting depth" in str(error.problem):  # PyYAML 6.0.4 and newer have a limit of their own
+        return _refused(name, TOO_DEEP, place)
     if "\t" in line[: len(line) - len(line.lstrip())]:
         return _refused(name, "a tab indents this line", place, "indent with spaces")
     hints = (_syntax_hint(line, mark.column, str(error.problem)), _beginning(error, name))
