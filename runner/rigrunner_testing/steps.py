@@ -15,7 +15,7 @@ from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, find_resume_point, run_plan
 from rigrunner.plan import make_plan, plan_text
-from rigrunner.procedure import parse_procedure, step_kinds
+from rigrunner.procedure import kinds_of, parse_procedure
 from rigrunner.registry import load_registry
 from rigrunner.rig import Rig
 from rigrunner.station import parse_station
@@ -83,7 +83,7 @@ def _planned(subject: Subject, clock: Clock) -> tuple[Plan, Rig]:
         "uses": {ROLE: "swing_tester"},
         "main": [{subject.name: dict(subject.settings)}],
     }
-    kinds = step_kinds(subject.registry)
+    kinds = kinds_of(subject.registry)
     applies(
         subject.registry.validated("step", subject.name, subject.settings).calls() is None,  # type: ignore[attr-defined]  # its record says so
         "it does what another file says",
@@ -126,12 +126,12 @@ def is_planned(subject: Subject) -> None:
     """It plans at least one action: a frozen dataclass with a keyword, a text and a duration."""
     plan, _ = _planned(subject, SimulatedClock())
     demand(plan.steps, "it plans nothing")
-    kinds = step_kinds(subject.registry)
+    kinds = kinds_of(subject.registry)
     for step in plan.steps:
         action, what = step.action, type(step.action).__name__
         frozen = is_dataclass(action) and type(action).__dataclass_params__.frozen
         demand(frozen, f"{what} is no frozen dataclass")
-        demand(getattr(action, "kind", "") in kinds, f"{what}.kind is no kind of step")
+        demand(getattr(action, "kind", "") in kinds.steps, f"{what}.kind is no kind of step")
         demand(step.text.strip(), f"{what} is planned without words")
         demand(0 <= step.estimated_s < math.inf, f"{what} is planned for {step.estimated_s} s")
     try:

@@ -23,7 +23,7 @@ from helpers_figures import drawn
 from helpers_lacking import require_pdf
 from rigrunner.api.errors import ExitCode
 from rigrunner.api.hooks import HookSpecs
-from rigrunner.procedure.steps import installed_kinds
+from rigrunner.procedure.kinds import installed_kinds
 from rigrunner.runfile import read
 
 RUN_BY_CI = "run by .ci/run, as it stands"
@@ -329,7 +329,7 @@ def test_every_step_and_its_terms_are_on_the_page_of_the_language():
     text = (ROOT / "docs/reference/procedure-language.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE)
     options = ["timeout", "retries", "repeatable", "limits", "on_fail"]
-    assert sorted(rows[: -len(options)]) == sorted(installed_kinds())
+    assert sorted(rows[: -len(options)]) == sorted(installed_kinds().steps)
     assert rows[-len(options) :] == options
 
 

@@ -13,7 +13,7 @@ from helpers_cli import call
 from helpers_language import edited, place_of
 from rigrunner.api.errors import ExitCode
 from rigrunner.procedure import load_procedure
-from rigrunner.procedure.steps import installed_kinds
+from rigrunner.procedure.kinds import installed_kinds
 from rigrunner.run.stored import open_run
 from rigrunner.runfile import read
 
@@ -50,7 +50,7 @@ def test_it_has_every_kind_of_step():
                 collect(child)
 
     collect(yaml.safe_load((SOURCE / "wide.yaml").read_text(encoding="utf-8")))
-    assert set(installed_kinds()) <= used
+    assert set(installed_kinds().steps) <= used
 
 
 def test_it_fails_as_a_value_is_out_of_its_limits(wide):

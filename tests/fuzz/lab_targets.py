@@ -19,7 +19,7 @@ from target import Target
 
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.errors import DeviceError, InvalidFileError, Problem
-from rigrunner.procedure import check_result_limits, load_procedure, step_kinds
+from rigrunner.procedure import check_result_limits, kinds_of, load_procedure
 from rigrunner.queue import Queue, read_list
 from rigrunner.registry import load_registry
 from rigrunner.run.locate import shipped_folder
@@ -130,7 +130,7 @@ def _editor(path: Path) -> object:
     procedure = path.parent / "edited.yaml"
     if not procedure.exists():
         procedure.write_bytes((shipped_folder() / "no_load_breakaway.yaml").read_bytes())
-    loaded = load_procedure(procedure, step_kinds(_registry()), text=_text(path))
+    loaded = load_procedure(procedure, kinds_of(_registry()), text=_text(path))
     check_result_limits(loaded, _registry())
     return loaded
 

@@ -6,6 +6,7 @@ from rigrunner.procedure.acceptance import Acceptance, AcceptanceFile
 from rigrunner.procedure.analyses import AnalysisRef
 from rigrunner.procedure.analysis_file import AnalysisFile
 from rigrunner.procedure.calls import load_procedure
+from rigrunner.procedure.kinds import kinds_of
 from rigrunner.procedure.loading import (
     InconsistentProcedureError,
     LoadedProcedure,
@@ -15,7 +16,7 @@ from rigrunner.procedure.model import Measurand, Procedure
 from rigrunner.procedure.named_results import check_result_limits
 from rigrunner.procedure.questions import Input
 from rigrunner.procedure.result_limits import Limit, LimitMeasurand
-from rigrunner.procedure.steps import Step, step_kinds
+from rigrunner.procedure.steps import Step
 from rigrunner.procedure.texts import texts_digest
 
 __all__ = [
@@ -32,8 +33,8 @@ __all__ = [
     "Procedure",
     "Step",
     "check_result_limits",
+    "kinds_of",
     "load_procedure",
     "parse_procedure",
-    "step_kinds",
     "texts_digest",
 ]

@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import re
+from typing import TYPE_CHECKING, Any
 
-from pydantic import model_validator
+from pydantic import ValidationInfo, model_validator
 
+from rigrunner.api.errors import PluginError
 from rigrunner.api.member import NAME
 from rigrunner.api.plugin_refs import PluginRef
+from rigrunner.procedure.kinds import KINDS, STORED, installed_kinds, read_with_key
 from rigrunner.procedure.refusals import refused
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.settings import Settings
 
 
 class AnalysisRef(PluginRef):
@@ -16,14 +24,20 @@ class AnalysisRef(PluginRef):
 
     kind = "analysis"
 
+    @classmethod
+    def inside(cls, name: str) -> type[Settings] | None:
+        """Return the model under a key that names an analysis; None for any other."""
+        return _settings_model(name, {})
+
     @model_validator(mode="before")
     @classmethod
-    def _one_key(cls, value: object) -> object:
-        """Refuse what is no mapping with one key that can name an analysis.
+    def _one_key(cls, value: object, info: ValidationInfo) -> object:
+        """Refuse what is no mapping with one key that can name an analysis, and wrong settings.
 
-        Whether a plugin has that name is asked where the plugins are known.
+        An analysis that is not known here may be brought by a plugin of the station.
         """
-        keys = [str(key) for key in value] if isinstance(value, dict) else []
+        mapping = value if isinstance(value, dict) else {}
+        keys = [str(key) for key in mapping]
         if len(keys) != 1:
             got = " and ".join(f"'{key}'" for key in keys[:5])
             raise refused(
@@ -32,4 +46,22 @@ class AnalysisRef(PluginRef):
             )
         if not re.fullmatch(NAME, keys[0]):
             raise refused(f"unknown analysis '{keys[0][:40]}', expected the name of a plugin")
+        model = _settings_model(keys[0], info.context or {})
+        settings = mapping[keys[0]] or {}
+        if model is not None and isinstance(settings, dict):
+            read_with_key(keys[0], model, settings)
         return value
+
+
+def _settings_model(name: str, context: Mapping[str, Any]) -> type[Settings] | None:
+    """Return the model of the settings; None where they are not checked.
+
+    A stored run may have been analysed by a plugin in another version.
+    """
+    if context.get(STORED):
+        return None
+    record = (context.get(KINDS) or installed_kinds()).analyses.get(name)
+    try:
+        return None if record is None else record.settings_model
+    except PluginError:
+        return None  # told by the check of the plugins

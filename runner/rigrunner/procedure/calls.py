@@ -16,9 +16,10 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
+    from rigrunner.procedure.kinds import Kinds
     from rigrunner.procedure.loading import LoadedProcedure
     from rigrunner.procedure.references import Given
-    from rigrunner.procedure.steps import Kinds, Step
+    from rigrunner.procedure.steps import Step
     from rigrunner.yamlfile.document import Path as DocumentPath
 
 MAX_CALLS = 200
@@ -31,9 +32,9 @@ def load_procedure(
 ) -> LoadedProcedure:
     """Return the procedure in that file with those that it calls.
 
-    `kinds` are the kinds of steps that it may have; left out, those that are installed. `text` is
-    taken for what the file has: of an editor, before it is saved. Raises InvalidFileError with all
-    that is wrong, in any of the files.
+    `kinds` are the kinds of steps and the analyses that it may name; left out, the installed ones.
+    `text` is taken for what the file has: of an editor, before it is saved. Raises InvalidFileError
+    with all that is wrong, in any of the files.
     """
     return _Loader(kinds).load(path, {}, (), text)
 

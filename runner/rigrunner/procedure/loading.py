@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import InvalidFileError
 from rigrunner.procedure.consistency import inconsistencies
+from rigrunner.procedure.kinds import KINDS, STORED
 from rigrunner.procedure.model import Procedure
 from rigrunner.procedure.references import resolve, with_given
-from rigrunner.procedure.steps import KINDS, STORED
 from rigrunner.procedure.texts import texts_digest
 from rigrunner.yamlfile import parse, validate
 from rigrunner.yamlfile.upgrade import refuse_older, upgraded
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from rigrunner.api.errors import Problem
+    from rigrunner.procedure.kinds import Kinds
     from rigrunner.procedure.questions import Input
     from rigrunner.procedure.references import Given
-    from rigrunner.procedure.steps import Kinds
     from rigrunner.yamlfile import Document
     from rigrunner.yamlfile.document import Path as DocumentPath
 
@@ -91,9 +91,9 @@ def parse_procedure(
 ) -> LoadedProcedure:
     """Return the procedure in a text; `name` stands for the file in messages.
 
-    `kinds` are the kinds of steps that it may have; left out, those that are installed. `stored`:
-    of a run that was done, whose kinds may be missing here; it may be in an older form of the
-    language. What it calls is not looked up. Raises InvalidFileError with all that is wrong.
+    `kinds` are the kinds of steps and the analyses that it may name; left out, the installed ones.
+    `stored`: of a run that was done, whose plugins may be missing here; it may be in an older form
+    of the language. What it calls is not looked up. Raises InvalidFileError with all that is wrong.
     """
     written = parse(upgraded(text, name) if stored else text, name)
     refuse_older(written)

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from pydantic_core import SchemaValidator, core_schema
+from pydantic_core import core_schema
 
 from rigrunner.api.errors import did_you_mean
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.steps import StepSettings
+from rigrunner.procedure.kinds import KINDS, STORED, installed_kinds, read_with_key
 from rigrunner.procedure.refusals import refused
-from rigrunner.registry import load_registry
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -20,33 +19,9 @@ if TYPE_CHECKING:
     from pydantic import BaseModel, GetCoreSchemaHandler
 
     from rigrunner.api.steps import Planning
-    from rigrunner.registry import Registry
 
 Scalar = str | bool | int | float
 Parameter = Scalar | list[Scalar]
-KINDS = "step kinds"
-"""The key of the kinds in the context of a validation."""
-
-STORED = "stored"
-"""The key in it that says that the text is of a stored run, whose kinds may be missing here."""
-
-Kinds = dict[str, StepRecord]
-
-
-def step_kinds(registry: Registry) -> Kinds:
-    """Return the kinds of steps that a registry has, by name; raise PluginError for two of one."""
-    found = {}
-    for name in registry.names("step"):
-        record = registry.find("step", name).record
-        if isinstance(record, StepRecord):
-            found[name] = record
-    return found
-
-
-@cache
-def installed_kinds() -> Kinds:
-    """Return the kinds that are installed: of a procedure whose station is not known."""
-    return step_kinds(load_registry())
 
 
 @dataclass(frozen=True)
@@ -65,7 +40,7 @@ class Step:
     @classmethod
     def inside(cls, kind: str) -> type[BaseModel] | None:
         """Return the model under a key that names a kind; None for any other."""
-        record = installed_kinds().get(kind)
+        record = installed_kinds().steps.get(kind)
         return None if record is None else record.steps_model
 
     @classmethod
@@ -88,21 +63,12 @@ def _read(value: Any, info: core_schema.ValidationInfo) -> Step:
     if isinstance(value, Step):
         return value
     context = info.context or {}
-    kinds: Mapping[str, StepRecord] = context.get(KINDS) or installed_kinds()
+    kinds: Mapping[str, StepRecord] = (context.get(KINDS) or installed_kinds()).steps
     if context.get(STORED) and isinstance(value, dict) and not value.keys() & kinds.keys():
         return Step(next(iter(value)), StepSettings(), _MISSING)
     kind = _known_key(value, kinds)
     record = kinds[kind]
-    read = _reader(kind, record.steps_model).validate_python(value, context=context)
-    return Step(kind, read[kind], record)
-
-
-@cache
-def _reader(key: str, model: type[StepSettings]) -> SchemaValidator:
-    """Return what reads a step with its key, so that a mistake has the place with the key."""
-    model.model_rebuild()
-    held = core_schema.typed_dict_field(model.__pydantic_core_schema__)
-    return SchemaValidator(core_schema.typed_dict_schema({key: held}))
+    return Step(kind, read_with_key(kind, record.steps_model, value[kind], context), record)
 
 
 def _known_key(value: object, kinds: Mapping[str, object]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.procedure import check_result_limits, load_procedure, step_kinds
+from rigrunner.procedure import check_result_limits, kinds_of, load_procedure
 from rigrunner.registry import load_registry
 
 if TYPE_CHECKING:
@@ -19,6 +19,6 @@ def checked_alone(procedure: Path, text: str | None = None) -> LoadedProcedure:
     `text` replaces the content of the file.
     """
     registry = load_registry()
-    loaded = load_procedure(procedure, step_kinds(registry), text=text)
+    loaded = load_procedure(procedure, kinds_of(registry), text=text)
     check_result_limits(loaded, registry)
     return loaded

@@ -25,8 +25,8 @@ from rigrunner.plan import (
 from rigrunner.procedure import (
     InconsistentProcedureError,
     check_result_limits,
+    kinds_of,
     load_procedure,
-    step_kinds,
 )
 from rigrunner.rig.messages import DeviceMessages
 from rigrunner.run.approval import approval_state
@@ -109,7 +109,7 @@ def plan_run_in(
         if of_station and loaded_station.model.plugins is not None:  # which may bring its units
             of_station = _Problems()
             loaded_station = of_station.without(lambda: load_station(station))
-    kinds = step_kinds(registry)
+    kinds = kinds_of(registry)
     loaded_procedure = problems.without(lambda: load_procedure(procedure, kinds, text=text))
     problems += of_station
     if loaded_procedure is None or loaded_station is None:

@@ -16,7 +16,7 @@ from rigrunner.api.instruments import TORQUE
 from rigrunner.api.progress import unseen
 from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import own_keys
-from rigrunner.procedure import parse_procedure, step_kinds
+from rigrunner.procedure import kinds_of, parse_procedure
 from rigrunner.run.interrupted import used_partners
 from rigrunner.runfile import read
 from rigrunner.station import parse_station
@@ -89,7 +89,7 @@ def analyse_stored(
     Without an analysis the result has the recordings, and the limits of measured values.
     """
     text, name = stored.header.procedure_text, stored.header.procedure_id
-    kinds = step_kinds(registry)
+    kinds = kinds_of(registry)
     procedure = changes(parse_procedure(text, name, kinds=kinds, stored=True).model)
     asked, limits = procedure.analysis, acceptance or procedure.acceptance
     run, analysed = run_data(stored), is_analysed(stored, procedure)

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from helpers_language import PROCEDURE, edited
+from rigrunner.api.errors import InvalidFileError
 from rigrunner.procedure import load_procedure, parse_procedure
 from rigrunner.steps.confirm import ConfirmStep
 from rigrunner.steps.record import RecordStep
@@ -74,6 +75,36 @@ def test_an_analysis_is_named_with_its_settings_as_they_are_written():
     (limit,) = model.acceptance.limits
     assert (limit.of, limit.mean, str(limit.max), limit.min) == ("torque", True, "0.95 N·m", None)
     assert model.acceptance.rule.name == "guard_band_u"
+
+
+WRONG_TWICE = """\
+rigrunner: procedure/2
+id: TEST-1
+revision: "A"
+title: A test
+uses: {meter: multimeter}
+main:
+  - setle: 5 s
+analysis:
+  - readings: {of: meter.voltage, statistic: mean, resultt: mean voltage}
+"""
+
+
+def test_settings_of_an_analysis_are_told_beside_all_other_mistakes():
+    with pytest.raises(InvalidFileError) as refused:
+        parse_procedure(WRONG_TWICE, "p.yaml")
+    told = {each.field: each for each in refused.value.problems}
+    assert "unknown step 'setle'" in told["main[0]"].message
+    wrong = told["analysis[0].readings.resultt"]
+    assert (wrong.location.line, wrong.message) == (9, "unknown key 'resultt'")
+    assert "did you mean 'result" in wrong.hint
+
+
+def test_settings_of_an_analysis_that_is_not_known_or_of_a_stored_run_are_left_alone():
+    text = WRONG_TWICE.replace("setle: 5 s", "settle: {time: 5 s}")
+    unknown = text.replace("readings:", "readings_of_my_lab:")
+    assert parse_procedure(unknown, "p.yaml").model.analysis[0].name == "readings_of_my_lab"
+    assert parse_procedure(text, "p.yaml", stored=True).model.analysis[0].name == "readings"
 
 
 def test_a_stored_text_gives_the_same_procedure(tmp_path):

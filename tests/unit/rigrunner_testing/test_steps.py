@@ -14,7 +14,7 @@ from rigrunner.api.hooks import StepRecord
 from rigrunner.api.settings import PositiveDuration
 from rigrunner.api.steps import NOTHING, Action, StepSettings
 from rigrunner.plan import make_plan
-from rigrunner.procedure import parse_procedure, step_kinds
+from rigrunner.procedure import kinds_of, parse_procedure
 from rigrunner.registry import Registry, load_registry
 from rigrunner.registry.lookup import Plugin, Provider
 from rigrunner.station import parse_station
@@ -140,7 +140,7 @@ main: [{dwell: {time: 3 s}}]
 
 
 def test_a_procedure_may_have_a_kind_of_the_labs_own_where_that_is_known():
-    kinds = step_kinds(known(Dwell))
+    kinds = kinds_of(known(Dwell))
     (step,) = parse_procedure(PROCEDURE, "p.yaml", kinds=kinds).model.main
     assert (step.kind, step.settings.time) == ("dwell", 3.0)
     with pytest.raises(InvalidFileError, match="unknown step 'dwell'"):

@@ -1,4 +1,4 @@
-from rigrunner.procedure.steps import installed_kinds
+from rigrunner.procedure.kinds import installed_kinds
 from rigrunner.registry import loading
 from rigrunner.run.checked import checked_alone
 from rigrunner.run.locate import find_procedure

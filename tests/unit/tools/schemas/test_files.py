@@ -13,7 +13,7 @@ from helpers_docs import ROOT
 from rigrunner.api.hooks import PROJECT, AnalysisRecord, DeviceRecord, FitRecord
 from rigrunner.api.plugin_refs import FitRef
 from rigrunner.api.settings import Force, Settings
-from rigrunner.procedure.steps import installed_kinds
+from rigrunner.procedure.kinds import installed_kinds
 from rigrunner.registry import Plugin, Provider, Registry, load_registry
 from rigrunner.tools.schemas.files import Language, certificate_schema, language_schema
 
@@ -73,7 +73,7 @@ def test_every_key_has_its_help(language, shipped):
 
 def test_a_step_is_one_object_with_one_of_all_keys(procedure):
     step = procedure["$defs"]["Step"]
-    assert set(step["properties"]) == set(installed_kinds())
+    assert set(step["properties"]) == set(installed_kinds().steps)
     assert (step["minProperties"], step["maxProperties"]) == (1, 1)
     assert step["additionalProperties"] is False
     assert procedure["properties"]["main"]["items"] == {"$ref": "#/$defs/Step"}

@@ -1,0 +1,66 @@
+"""The kinds of steps and the analyses that a procedure may name, and their settings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from pydantic_core import SchemaValidator, core_schema
+
+from rigrunner.api.hooks import AnalysisRecord, StepRecord
+from rigrunner.registry import load_registry
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.settings import Settings
+    from rigrunner.registry import Registry
+
+KINDS = "kinds"
+"""The key of the Kinds in the context of a validation."""
+
+STORED = "stored"
+"""The key in it that says that the text is of a stored run, whose plugins may be missing here."""
+
+
+@dataclass(frozen=True)
+class Kinds:
+    """What a procedure may name, by name."""
+
+    steps: Mapping[str, StepRecord]
+    analyses: Mapping[str, AnalysisRecord]
+
+
+def kinds_of(registry: Registry) -> Kinds:
+    """Return what a registry has; raise PluginError where two plugins bring one kind of step.
+
+    Of two analyses of one name the check of the plugins tells.
+    """
+    steps = (registry.find("step", name).record for name in registry.names("step"))
+    every = (plugin.record for plugin in registry.plugins)
+    return Kinds(
+        {each.name: each for each in steps if isinstance(each, StepRecord)},
+        {each.name: each for each in every if isinstance(each, AnalysisRecord)},
+    )
+
+
+@cache
+def installed_kinds() -> Kinds:
+    """Return what is installed: for a procedure whose station is not known."""
+    return kinds_of(load_registry())
+
+
+def read_with_key(key: str, model: type[Settings], value: object, context: Any = None) -> Any:
+    """Return the settings under a key; raise ValidationError, in which places begin with the key.
+
+    The settings may be a model of `model`, or what a file has.
+    """
+    return _reader(key, model).validate_python({key: value}, context=context)[key]
+
+
+@cache
+def _reader(key: str, model: type[Settings]) -> SchemaValidator:
+    model.model_rebuild()
+    held = core_schema.typed_dict_field(model.__pydantic_core_schema__)
+    return SchemaValidator(core_schema.typed_dict_schema({key: held}))
