@@ -27,7 +27,6 @@ LEFT_OUT = {
     ),
     "it measures with the swing tester": (
         "unit/analysis/test_analyse.py",
-        "unit/analysis/test_details.py::test_a_certificate_takes_what_each_analysis_brings",
         "unit/analysis/test_document.py",
         "unit/analysis/test_evidence.py",
         "unit/analysis/test_scrutiny.py",

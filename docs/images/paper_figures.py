@@ -24,7 +24,7 @@ from rigrunner.registry import load_registry
 from rigrunner.run.locate import run_names
 from rigrunner.run.stored import analyse_run
 from rigrunner.runfile import read_truth
-from rigrunner.signal.kinematics import angular_acceleration, angular_velocity
+from rigrunner_bearings.signal.kinematics import angular_acceleration, angular_velocity
 from rigrunner_bearings.signal.peaks import peak_points
 
 if TYPE_CHECKING:

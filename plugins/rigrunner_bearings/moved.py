@@ -7,6 +7,7 @@ MOVED = {
     "rigrunner.api.hooks.Influence": "rigrunner_bearings.api:Influence",
     "rigrunner.signal.cycles": "rigrunner_bearings.signal.cycles",
     "rigrunner.signal.half_turns": "rigrunner_bearings.signal.half_turns",
+    "rigrunner.signal.kinematics": "rigrunner_bearings.signal.kinematics",
     "rigrunner.signal.mean_model": "rigrunner_bearings.signal.mean_model",
     "rigrunner.signal.peaks": "rigrunner_bearings.signal.peaks",
     "rigrunner.signal.pulses": "rigrunner_bearings.signal.pulses",

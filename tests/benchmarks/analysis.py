@@ -23,8 +23,8 @@ from benchmarks.frame import Figure, Work, allocated_peak, at_least, calls, pair
 from rigrunner.signal.averaging import mean_turn
 from rigrunner.signal.crossings import beyond, rises
 from rigrunner.signal.extremes import extremes
-from rigrunner.signal.kinematics import angular_velocity, swing_angle
 from rigrunner_bearings.signal.cycles import HYSTERESIS, find_cycles, resample
+from rigrunner_bearings.signal.kinematics import angular_velocity, swing_angle
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -14,7 +14,7 @@ from rigrunner.api.analysis import Chosen
 from rigrunner.api.data import Points
 from rigrunner.api.errors import DataError
 from rigrunner.registry import load_registry
-from rigrunner.signal.kinematics import angular_acceleration, angular_velocity
+from rigrunner_bearings.signal.kinematics import angular_acceleration, angular_velocity
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from rigrunner.signal import kinematics
+from rigrunner_bearings.signal import kinematics
 
 RATIO = 2 / 45
 AGREEMENT = 5e-5

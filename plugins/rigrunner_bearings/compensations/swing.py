@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api import DataError
-from rigrunner.signal.kinematics import angular_acceleration, angular_velocity, swing_angle
+from rigrunner_bearings.signal.kinematics import angular_acceleration, angular_velocity, swing_angle
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -1,7 +1,7 @@
 """The no-load peak from the physics of the drive: support friction, damping, inertia.
 
 Beyond a reversal the rig's own torque is T = J alpha(phi) + b omega(phi) + T0 with the swing's
-acceleration alpha and velocity omega (guide-bar kinematics of `rigrunner.signal.kinematics`), and
+acceleration alpha and velocity omega (of `rigrunner_bearings.signal.kinematics`), and
 what the peak reading shows is its maximum over the forward stroke, omega >= 0:
 
     Tg(f) = T0 + max over phi of (J alpha(phi; f) + b omega(phi; f))
@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api import DataError
-from rigrunner.signal.kinematics import (
+from rigrunner_bearings.signal.kinematics import (
     angular_acceleration,
     angular_velocity,
     max_acceleration,

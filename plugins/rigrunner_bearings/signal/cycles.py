@@ -16,9 +16,9 @@ import scipy
 from rigrunner.api import DataError
 from rigrunner.signal.blocks import BLOCK, cycle_groups
 from rigrunner.signal.crossings import beyond, rises
-from rigrunner.signal.kinematics import max_angle
 from rigrunner.signal.order import percentiles
 from rigrunner_bearings.signal.half_turns import HalfTurns, HalfTurnSums
+from rigrunner_bearings.signal.kinematics import max_angle
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.signal.kinematics import angle_and_velocity, by_half_angle
+from rigrunner_bearings.signal.kinematics import angle_and_velocity, by_half_angle
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -17,8 +17,8 @@ import numpy as np
 from rigrunner.api import DataError, Estimate
 from rigrunner.api.analysis import MotionSource
 from rigrunner.api.analysis.requirements import LEAST_CYCLES
-from rigrunner.signal.kinematics import swing_angle
 from rigrunner_bearings.signal.cycles import find_cycles, integrated_swing
+from rigrunner_bearings.signal.kinematics import swing_angle
 from rigrunner_bearings.signal.pulses import pulse_edges, starts_by_frequency, starts_from_edges
 from rigrunner_bearings.torque.channels import finite, motion_channel, set_point, torque_channel
 from rigrunner_bearings.torque.waveforms import PHASES, mean_of

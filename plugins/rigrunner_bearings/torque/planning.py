@@ -109,7 +109,7 @@ def rig_torque_nm(rig: RigDescription, frequency_hz: float) -> float | None:
     if not rig.swings:
         return None
     ratio = rig.eccentric_ratio
-    from rigrunner.signal.kinematics import max_acceleration, max_speed  # noqa: PLC0415  (numpy)
+    from rigrunner_bearings.signal.kinematics import max_acceleration, max_speed  # noqa: PLC0415  (numpy)
 
     inertia_nm = rig.inertia * max_acceleration(frequency_hz, ratio)
     damping_nm = rig.support_damping * max_speed(frequency_hz, ratio)

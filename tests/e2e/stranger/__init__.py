@@ -109,9 +109,9 @@ from rigrunner.api import (
 )
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.inputs import limited, model_of
-from rigrunner.signal.kinematics import angular_velocity
 from rigrunner_bearings.api import CompensationRecord
 from rigrunner_bearings.signal.compensated import compensated_point
+from rigrunner_bearings.signal.kinematics import angular_velocity
 from rigrunner_bearings.signal.peaks import mean_peak, scatter_effect
 from rigrunner_bearings.signal.sensor import difference_effects, gain
 from rigrunner_bearings.signal.swings import with_swings

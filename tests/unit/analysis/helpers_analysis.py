@@ -14,7 +14,8 @@ from rigrunner.api.instruments import Instrument
 from rigrunner.api.rig import RigDescription
 from rigrunner.procedure import Acceptance, Measurand
 from rigrunner.registry import load_registry
-from rigrunner.signal.kinematics import swing_angle
+from rigrunner_bearings.signal.kinematics import swing_angle
+from unit.analysis import helpers_runs
 
 RATIO = 2 / 45
 RATE_HZ = 2000.0
@@ -79,23 +80,9 @@ def recording(peaks_nm, frequency_hz=10.0, *, load_n=1000.0, zero_nm=0.0, lead=0
 
 
 def run_of(*recordings, **changes) -> RunData:
-    run = RunData(
-        run_id="run-1",
-        procedure_id="SSPB-STT-1000",
-        procedure_revision="A",
-        procedure_title="Starting torque",
-        station_id="simulated",
-        started_utc="2026-01-01T12:00:00+00:00",
-        ended_utc="2026-01-01T13:00:00+00:00",
-        outcome="completed",
-        inputs={"specimen": "DEMO-0001"},
-        rig=RIG,
-        instruments={"tester.torque": instrument()},
-        zeros={"tester.torque": 0.0},
-        recordings=recordings,
-        digest="ab" * 32,
-    )
-    return replace(run, **changes)
+    """Return a run of the swing tester."""
+    torque = {"instruments": {"tester.torque": instrument()}, "zeros": {"tester.torque": 0.0}}
+    return helpers_runs.run_of(*recordings, **({"rig": RIG} | torque | changes))
 
 
 def swing_point(peaks_nm, frequency_hz, *, load_n=1000.0) -> SwingPoint:

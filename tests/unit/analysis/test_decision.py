@@ -18,9 +18,9 @@ from rigrunner.api.torque import TorqueDetails
 from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import Acceptance
 from rigrunner.registry import load_registry
-from unit.analysis.helpers_analysis import AT_REVERSAL
 
 REGISTRY = load_registry()
+AT_REVERSAL = {"nature": "load_induced", "condition": "at_reversal"}
 RAW = Estimate(3.0, 0.01)
 STARTING = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
 TORQUE = ResultDefinition(name="torque", unit="N·m", per=("frequency",), measurand=STARTING)

@@ -28,7 +28,7 @@ from rigrunner.certificate.results import certified_of
 from rigrunner.certificate.validity import not_calibrated
 from rigrunner.procedure import Acceptance, AnalysisRef
 from rigrunner.registry import Plugin, Provider, Registry, load_registry
-from unit.analysis.helpers_analysis import analysed, no_load_spec, recording, run_of
+from unit.analysis.helpers_runs import run_of
 
 ALWAYS = {"headline", "points", "no_load_points", "compensations", "fits", "validation"}
 """What a `result.json` of version 0.1.0 has, whatever was analysed."""
@@ -101,16 +101,6 @@ def test_a_certificate_takes_what_each_analysis_brings():
     with pytest.raises(DataError, match="its procedure names no primary method"):
         certified_of(result(Wear()))
     assert [each.text for each in not_calibrated(limited(Wear()))] == ["profile measured in air"]
-    run = run_of(recording([1.0] * 10, load_n=1000.0))
-    (torque,) = analysed(run, None, no_load_spec()).details
-    assert torque.certified(run).channels == {"tester.torque", "tester.load"}
-
-
-def test_plugins_made_by_the_first_version_still_find_the_compensations():
-    with pytest.warns(DeprecationWarning, match=r"TorqueDetails\.of\(result\)"):
-        assert result(Wear(), TorqueDetails(compensations={"a": None})).compensations == {"a": None}
-    with pytest.warns(DeprecationWarning, match=r"TorqueDetails\.of\(result\)"):
-        assert result(Wear()).compensations == {}
 
 
 def test_what_a_stranger_s_analysis_keeps_reaches_result_and_document():

@@ -12,9 +12,9 @@ from scipy import signal, stats
 from rigrunner.api.data import Measurement, Recording, RunData
 from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import Instrument
+from rigrunner.api.rig import RigDescription
 from rigrunner.registry import load_registry
 from rigrunner.signal.coverage import expanded
-from unit.analysis.helpers_analysis import RIG
 
 UNITS = {"meter.voltage": "V", "load.current": "A", "shunt.voltage": "V", "room.temperature": "K"}
 START = "2026-01-05T10:00:00+00:00"
@@ -47,7 +47,7 @@ def run_of(*rows: Measurement, recordings=(), instruments=(), zeros=None) -> Run
         ended_utc=START,
         outcome="completed",
         inputs={},
-        rig=RIG,
+        rig=RigDescription(),
         instruments={each.channel: each for each in instruments},
         zeros=zeros or {},
         recordings=tuple(recordings),

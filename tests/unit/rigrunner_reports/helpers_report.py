@@ -27,7 +27,7 @@ from rigrunner.api.results import ReportInput, Result
 from rigrunner.api.rig import RigDescription
 from rigrunner.api.torque import FittedTorque, TorqueDetails
 from rigrunner.api.verdict import Decision, LimitDecision, Limits, Verdict
-from rigrunner.signal.kinematics import angular_acceleration, angular_velocity, swing_angle
+from rigrunner_bearings.signal.kinematics import angular_acceleration, angular_velocity, swing_angle
 
 FREQUENCIES = (1.0, 3.0, 5.0, 8.0, 10.0, 15.0, 18.0, 20.0, 25.0, 30.0, 33.0, 35.0)
 RATIO = 2 / 45

@@ -13,7 +13,6 @@ from helpers_long import BLOCK, short_blocks
 from rigrunner.signal.blocks import Less, blocks, cycle_groups, groups, limits
 from rigrunner.signal.crossings import rises
 from rigrunner.signal.extremes import extremes
-from rigrunner.signal.kinematics import swing_angle
 from rigrunner.signal.order import percentiles
 from rigrunner.signal.spikes import despiked, hampel
 
@@ -42,7 +41,8 @@ class Stored:
 def swing(samples=40_000, frequency_hz=10.3, noise=0.01):
     phase = 2 * np.pi * frequency_hz / RATE_HZ * np.arange(samples) + 0.3
     rng = np.random.default_rng(1)
-    return swing_angle(phase, RATIO) + noise * RATIO * rng.standard_normal(samples) + 0.001
+    angle = np.arctan2(RATIO * np.sin(phase), 1 + RATIO * np.cos(phase))
+    return angle + noise * RATIO * rng.standard_normal(samples) + 0.001
 
 
 @given(period=st.floats(30, 9000), noise=st.sampled_from([0.01, 0.3]), block=st.integers(500, 7000))

@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from rigrunner.signal import crossings
 from rigrunner.signal.crossings import beyond, rises
-from rigrunner.signal.kinematics import swing_angle
 
 RATIO = 2 / 45
 LIMIT = 0.3 * RATIO
@@ -33,7 +32,8 @@ def equal(values, low, high):
 
 
 def swing(samples, period, noise=0.0, phase=0.0, seed=1):
-    angle = swing_angle(2 * np.pi * np.arange(samples) / period + phase, RATIO)
+    turned = 2 * np.pi * np.arange(samples) / period + phase
+    angle = np.arctan2(RATIO * np.sin(turned), 1 + RATIO * np.cos(turned))
     return angle + noise * RATIO * np.random.default_rng(seed).standard_normal(samples)
 
 

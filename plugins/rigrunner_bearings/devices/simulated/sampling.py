@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.signal.kinematics import angular_velocity, swing_angle
 from rigrunner_bearings.devices.simulated.sensor_errors import read_angle, read_index, read_torque
+from rigrunner_bearings.signal.kinematics import angular_velocity, swing_angle
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api import DeviceError
-from rigrunner.signal.kinematics import angular_acceleration, angular_velocity
+from rigrunner_bearings.signal.kinematics import angular_acceleration, angular_velocity
 
 if TYPE_CHECKING:
     from rigrunner.api import Array

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.signal.kinematics import swing_angle
 from rigrunner_bearings.devices.simulated.parameters import SensorParameters
 from rigrunner_bearings.devices.simulated.sampling import SimulatedRig, SteadyState
 from rigrunner_bearings.devices.swing_tester_ode.elements import mechanism
 from rigrunner_bearings.devices.swing_tester_ode.integrate import steady_cycle
+from rigrunner_bearings.signal.kinematics import swing_angle
 
 if TYPE_CHECKING:
     from rigrunner.api import Array

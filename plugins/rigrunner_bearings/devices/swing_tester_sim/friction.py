@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.signal.kinematics import angular_velocity, max_angle, swing_angle
+from rigrunner_bearings.signal.kinematics import angular_velocity, max_angle, swing_angle
 
 if TYPE_CHECKING:
     from rigrunner.api import Array, Mask

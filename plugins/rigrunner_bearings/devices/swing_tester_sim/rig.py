@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.signal.kinematics import angular_acceleration
 from rigrunner_bearings.devices.simulated.sampling import GRID, SimulatedRig, SteadyState
 from rigrunner_bearings.devices.swing_tester_sim import friction
 from rigrunner_bearings.devices.swing_tester_sim.driveline import resonate
+from rigrunner_bearings.signal.kinematics import angular_acceleration
 
 if TYPE_CHECKING:
     from rigrunner.api import Array

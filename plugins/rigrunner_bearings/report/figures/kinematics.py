@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.figures import Axis, Figure, Mark, Picture, Series
-from rigrunner.signal.kinematics import angular_acceleration, angular_velocity, swing_angle
 from rigrunner_bearings.report.figures.swing import CRANK_PHASE
+from rigrunner_bearings.signal.kinematics import angular_acceleration, angular_velocity, swing_angle
 from rigrunner_reports.numbers import fixed
 
 if TYPE_CHECKING:

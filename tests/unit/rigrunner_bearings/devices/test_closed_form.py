@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lsim
 
-from rigrunner.signal import kinematics
 from rigrunner_bearings.devices.swing_tester_sim import friction
 from rigrunner_bearings.devices.swing_tester_sim.driveline import resonate
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 from rigrunner_bearings.devices.swing_tester_sim.rig import steady_state
+from rigrunner_bearings.signal import kinematics
 
 RATIO = 2 / 45
 DEG = np.pi / 180

@@ -7,7 +7,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from rigrunner.api.errors import DeviceError
-from rigrunner.signal import kinematics
 from rigrunner_bearings.devices.swing_tester_ode import integrate
 from rigrunner_bearings.devices.swing_tester_ode.elements import mechanism
 from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
@@ -16,6 +15,7 @@ from rigrunner_bearings.devices.swing_tester_ode.rig import (
     starting_torque_nm,
     steady_state,
 )
+from rigrunner_bearings.signal import kinematics
 
 RATIO = 2 / 45
 FREE = OdeParameters(

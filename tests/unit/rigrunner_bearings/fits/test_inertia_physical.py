@@ -5,9 +5,9 @@ import pytest
 
 from rigrunner.api.data import Points
 from rigrunner.api.errors import DataError
-from rigrunner.signal.kinematics import angular_acceleration, angular_velocity
 from rigrunner_bearings.fits.inertia_physical import InertiaPhysicalFit
 from rigrunner_bearings.fits.settings import InertiaPhysicalSettings
+from rigrunner_bearings.signal.kinematics import angular_acceleration, angular_velocity
 
 RATIO = 2 / 45
 FREQUENCIES = np.array([1.0, 3.0, 5.0, 8.0, 10.0, 15.0, 18.0, 20.0, 25.0, 30.0, 33.0, 35.0])

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rigrunner.signal.kinematics import swing_angle
 from rigrunner_bearings.signal import half_turns
 from rigrunner_bearings.signal.half_turns import HalfTurns, HalfTurnSums
+from rigrunner_bearings.signal.kinematics import swing_angle
 
 RATIO = 2 / 45
 

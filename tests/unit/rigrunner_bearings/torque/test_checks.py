@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rigrunner.api.data import Estimate
-from rigrunner.signal.kinematics import swing_angle
+from rigrunner_bearings.signal.kinematics import swing_angle
 from rigrunner_bearings.torque.checks import (
     friction_check,
     positive_check,

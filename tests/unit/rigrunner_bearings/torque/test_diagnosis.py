@@ -9,7 +9,7 @@ import pytest
 
 from rigrunner.api.analysis import CompensatedPoint, Compensation, Component
 from rigrunner.api.data import Estimate
-from rigrunner.signal.kinematics import swing_angle
+from rigrunner_bearings.signal.kinematics import swing_angle
 from rigrunner_bearings.torque.diagnosis import Diagnosed, diagnose
 from unit.analysis.helpers_analysis import RATIO, recording, run_of, swing_point
 

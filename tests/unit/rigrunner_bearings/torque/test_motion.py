@@ -7,7 +7,7 @@ import pytest
 
 from rigrunner.api.analysis import MotionSource, SwingPoint
 from rigrunner.api.errors import DataError
-from rigrunner.signal.kinematics import angular_velocity
+from rigrunner_bearings.signal.kinematics import angular_velocity
 from rigrunner_bearings.torque.motion_checks import motion_check
 from rigrunner_bearings.torque.prepare import prepare_point
 from unit.analysis.helpers_analysis import RATE_HZ, RATIO, RIG, recording, run_of, spec

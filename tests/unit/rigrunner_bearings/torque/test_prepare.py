@@ -7,7 +7,7 @@ import pytest
 
 from rigrunner.api.analysis import MotionSource, Rejection, SwingPoint
 from rigrunner.api.errors import DataError
-from rigrunner.signal.kinematics import swing_angle
+from rigrunner_bearings.signal.kinematics import swing_angle
 from rigrunner_bearings.torque.prepare import prepare_point
 from rigrunner_plugins.outlier_rules.grubbs import Grubbs
 from rigrunner_plugins.outlier_rules.pauta import pauta

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigrunner.signal import kinematics
+from rigrunner_bearings.signal import kinematics
 
 RATIO = 2 / 45
 PHASE = 2 * np.pi * np.arange(100_000) / 100_000
