@@ -17,19 +17,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import TorqueDetails
 from rigrunner.api.figures import Axis, Figure, Mark, Picture, Series
 from rigrunner.plots import draw
 from rigrunner.registry import load_registry
 from rigrunner.run.locate import run_names
 from rigrunner.run.stored import analyse_run
 from rigrunner.runfile import read_truth
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.signal.kinematics import angular_acceleration, angular_velocity
 from rigrunner_bearings.signal.peaks import peak_points
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import CompensatedPoint
     from rigrunner.api.results import Result
+    from rigrunner_bearings.api.compensations import CompensatedPoint
 
 TABLE_1 = ((1, 10, 20), (0.88, 2.16, 4.31))
 TABLE_2 = ((1, 5, 10, 15, 20, 25, 30, 35), (0.83, 1.21, 1.64, 2.32, 3.01, 3.96, 5.12, 6.91))

@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-SOURCE = Path(__file__).parents[2] / "runner"
+SOURCE = Path(__file__).resolve().parents[2] / "runner"
+PLUGINS = SOURCE.parent / "plugins"
 FACADE = SOURCE / "rigrunner/api/__init__.py"
 """Its names are those of its stub, defined in the modules beside it."""
 MARK = "<!-- below: made by docs/reference/api_pages.py -->\n"
@@ -56,7 +57,8 @@ class Module:
     @property
     def name(self) -> str:
         """How it is imported."""
-        parts = self.path.relative_to(SOURCE).with_suffix("").parts
+        root = SOURCE if self.path.is_relative_to(SOURCE) else PLUGINS
+        parts = self.path.relative_to(root).with_suffix("").parts
         return ".".join(part for part in parts if part != "__init__")
 
     @property
@@ -79,11 +81,12 @@ class Module:
 
 
 def public_modules() -> list[Module]:
-    """Return the modules of the two packages that have names.
+    """Return the modules of the three packages that have names.
 
     A package in them that has `__all__` stands for its modules.
     """
-    folders = (SOURCE / "rigrunner/api", SOURCE / "rigrunner/signal")
+    core = (SOURCE / "rigrunner/api", SOURCE / "rigrunner/signal")
+    folders = (*core, PLUGINS / "rigrunner_bearings/api")
     modules = [Module(path) for folder in folders for path in sorted(folder.rglob("*.py"))]
     packages = {module.path.parent for module in modules if module.exported}
     public = [

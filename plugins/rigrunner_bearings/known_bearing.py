@@ -13,14 +13,14 @@ from math import inf, isfinite, sqrt
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.analyse import analyse
-from rigrunner.api import Component, DataError, Estimate, TorqueDetails, parse_quantity
+from rigrunner.api import Component, DataError, Estimate, parse_quantity
 from rigrunner.api.analysis import Consequence
 from rigrunner.api.checks import forbidden
-from rigrunner.api.torque import SUPPORT_LINE
 from rigrunner.procedure import parse_procedure
 from rigrunner.run.stored import open_run
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.uncertainty import combine
+from rigrunner_bearings.api.torque import SUPPORT_LINE, TorqueDetails
 from rigrunner_bearings.torque.headline import compensated_mean
 
 if TYPE_CHECKING:

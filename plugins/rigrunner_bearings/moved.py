@@ -1,10 +1,39 @@
 """New places of names of Rigrunner 0.1.0 that are of bearings; `rigrunner.moved` forwards them."""
 
+from collections.abc import Mapping
+
+_API = "rigrunner_bearings.api"
+_OF_THE_ANALYSIS = {
+    "compensations": "CompensatedPoint Compensation CompensationMethod Sweep SwingSweep Trace",
+    "points": "MotionSource PeakPoint StartPoint SwingPoint",
+}
+"""Names of `rigrunner.api.analysis` by their module in `rigrunner_bearings.api`."""
+_OF_THE_API = {
+    "compensations": "CompensatedPoint Compensation CompensationMethod Sweep",
+    "points": "PeakPoint SwingPoint",
+    "torque": "TorqueDetails",
+}
+"""Names of `rigrunner.api` in the same way."""
+
+
+def _moved(old: str, tables: Mapping[str, str]) -> dict[str, str]:
+    return {
+        f"{old}.{name}": f"{_API}.{module}:{name}"
+        for module, names in tables.items()
+        for name in names.split()
+    }
+
+
 MOVED = {
-    "rigrunner.api.CompensationRecord": "rigrunner_bearings.api:CompensationRecord",
-    "rigrunner.api.Influence": "rigrunner_bearings.api:Influence",
-    "rigrunner.api.hooks.CompensationRecord": "rigrunner_bearings.api:CompensationRecord",
-    "rigrunner.api.hooks.Influence": "rigrunner_bearings.api:Influence",
+    **_moved("rigrunner.api.analysis", _OF_THE_ANALYSIS),
+    **_moved("rigrunner.api", _OF_THE_API),
+    "rigrunner.api.CompensationRecord": f"{_API}:CompensationRecord",
+    "rigrunner.api.Influence": f"{_API}:Influence",
+    "rigrunner.api.hooks.CompensationRecord": f"{_API}:CompensationRecord",
+    "rigrunner.api.hooks.Influence": f"{_API}:Influence",
+    "rigrunner.api.results.Result.compensations": f"{_API}.torque:compensations_of",
+    "rigrunner.api.torque": f"{_API}.torque",
+    "rigrunner.api.validation": f"{_API}.validation",
     "rigrunner.signal.cycles": "rigrunner_bearings.signal.cycles",
     "rigrunner.signal.half_turns": "rigrunner_bearings.signal.half_turns",
     "rigrunner.signal.kinematics": "rigrunner_bearings.signal.kinematics",

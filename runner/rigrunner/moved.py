@@ -1,11 +1,12 @@
 """Names that have moved to another package; their old places work for one release, with a warning.
 
 A package names a table by an entry point of the group `rigrunner.moved`. The table gives the new
-place of each old one, of modules and of names in modules:
+place of each old one, of modules and of names in modules; of a property, a function of the object:
 
     MOVED = {
         "rigrunner.signal.peaks": "mypackage.peaks",
         "rigrunner.api.Peak": "mypackage.api:Peak",
+        "rigrunner.api.results.Result.peak": "mypackage.api:peak_of",
     }
 """
 
@@ -36,10 +37,10 @@ def places() -> Mapping[str, str]:
 
 
 def moved(module: str, name: str) -> Any:
-    """Return a name that has left a module; raise AttributeError for any other name."""
+    """Return a name that has left a module or class; raise AttributeError for any other name."""
     place = None if name.startswith("__") else places().get(f"{module}.{name}")
     if place is None or ":" not in place:
-        raise AttributeError(f"module {module!r} has no attribute {name!r}")
+        raise AttributeError(f"{module!r} has no attribute {name!r}")
     new_module, _, new_name = place.partition(":")
     text = f"import {new_name} from {new_module}: its old name goes with the next release"
     warnings.warn(text, DeprecationWarning, stacklevel=3)

@@ -21,8 +21,6 @@ import numpy as np
 
 from benchmarks.frame import Figure, Work, allocated_peak, at_least, at_most, calls, paired
 from helpers_workflow import run
-from rigrunner.api import TorqueDetails
-from rigrunner.api.analysis import Sweep
 from rigrunner.api.uncertainty import Input, MeasurementModel
 from rigrunner.clock import SimulatedClock
 from rigrunner.procedure import parse_procedure
@@ -32,6 +30,8 @@ from rigrunner.run.stored import analyse_stored, read
 from rigrunner.signal.monte_carlo.adaptive import BLOCK, Adaptive, propagate
 from rigrunner.signal.monte_carlo.distributions import MultivariateT
 from rigrunner.signal.monte_carlo.model import _grouped, output_of
+from rigrunner_bearings.api.compensations import Sweep
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.signal.mean_model import mean_model
 from rigrunner_bearings.torque.draws import draw_pipeline
 from rigrunner_bearings.torque.load import with_known_load

@@ -15,9 +15,9 @@ import pytest
 from helpers_thorough import first
 from reference.helpers_motion import BY_ENTRY, run_by
 from rigrunner.analysis.analyse import analyse
-from rigrunner.api import TorqueDetails
 from rigrunner.api.data import Measurement
 from rigrunner.signal.uncertainty import coverage_factor
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 from rigrunner_bearings.study.tools import asked
 from rigrunner_bearings.torque.settings import SwingTorque

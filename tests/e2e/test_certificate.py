@@ -13,7 +13,6 @@ from pypdf import PdfReader
 from helpers_certificate import issue, make_letterhead
 from helpers_cli import call
 from helpers_lacking import require_pdf
-from rigrunner.api import TorqueDetails
 from rigrunner.api.calibration import CalibratedRange
 from rigrunner.api.certificate import certificate_json, parse_certificate
 from rigrunner.api.errors import DataError, UsageError
@@ -26,6 +25,7 @@ from rigrunner.certificate.surroundings import instruments_of
 from rigrunner.certificate.validity import traceability_of
 from rigrunner.documents.certifying.certify import _refuse_beyond_calibration, read_source
 from rigrunner.registry import load_registry
+from rigrunner_bearings.api.torque import TorqueDetails
 from unit.rigrunner_reports.helpers_html import read_html
 
 pytestmark = pytest.mark.figures

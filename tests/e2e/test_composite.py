@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from helpers_workflow import quick_procedure, run, station_file
-from rigrunner.api import TorqueDetails
 from rigrunner.api.errors import ExitCode, InvalidFileError
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
@@ -15,6 +14,7 @@ from rigrunner.run.prepare import plan_run
 from rigrunner.runfile import read
 from rigrunner.steps.measure import Measure
 from rigrunner.yamlfile import parse
+from rigrunner_bearings.api.torque import TorqueDetails
 
 PLAIN = """\
     plugin: swing_tester_sim

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from other_physics.recorded import LOAD, recorded, recorded_known, without_scatter
-from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import Consequence
 from rigrunner.api.errors import DataError
 from rigrunner.api.rig import SupportUnderLoad
 from rigrunner.signal.coverage import expanded
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.known_bearing import MOST, RUNNING, between
 from rigrunner_bearings.study.tools import checks_of, primary_alone, tools
 from rigrunner_bearings.torque.headline import compensated_mean

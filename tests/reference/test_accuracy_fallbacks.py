@@ -16,9 +16,9 @@ from helpers_rigs import true_starting_torque_nm
 from reference.helpers_motion import BY_ENTRY, random_rig, run_by
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.document import document
-from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import Consequence
 from rigrunner.signal.uncertainty import coverage_factor
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.study.tools import asked
 from rigrunner_bearings.torque.settings import SwingTorque
 from unit.analysis.helpers_analysis import MEASURAND, registry

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from helpers_rigs import IDEAL_SENSORS, run_data
-from rigrunner.api import TorqueDetails
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 from unit.analysis.helpers_analysis import analysed, no_load_spec
 

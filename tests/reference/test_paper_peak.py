@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from helpers_rigs import run_data, true_starting_torque_nm
-from rigrunner.api import TorqueDetails
-from rigrunner.api.analysis import Sweep
 from rigrunner.signal.uncertainty import coverage_factor
+from rigrunner_bearings.api.compensations import Sweep
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.compensations.paper_equation import TABLE_2_HZ, TABLE_2_NM
 from rigrunner_bearings.compensations.paper_peak import PaperPeak
 from rigrunner_bearings.compensations.paper_peak_settings import PaperPeakSettings

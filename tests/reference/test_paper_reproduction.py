@@ -15,9 +15,9 @@ import pytest
 from helpers_workflow import run
 from reference.helpers_exact import exact_least_squares
 from rigrunner.analysis.document import document
-from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import Consequence
 from rigrunner.run.locate import find_procedure, find_station
+from rigrunner_bearings.api.torque import TorqueDetails
 
 HZ = [1, 5, 10, 15, 20, 25, 30, 35]
 NM = [Fraction(t) for t in ("0.83", "1.21", "1.64", "2.32", "3.01", "3.96", "5.12", "6.91")]

@@ -16,7 +16,8 @@ from rigrunner_bearings.compensations.swing import interpolated, strokes
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rigrunner.api import Array, SwingPoint
+    from rigrunner.api import Array
+    from rigrunner_bearings.api.points import SwingPoint
     from rigrunner_bearings.compensations.drive_line import DriveLine
     from rigrunner_bearings.compensations.support_friction import SupportFriction
 

@@ -5,17 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api import Compensation, DataError, Effect
-from rigrunner.api.analysis import StartPoint
+from rigrunner.api import DataError, Effect
 from rigrunner.signal.inputs import limited, model_of
 from rigrunner.signal.transducer import transducer_effects
+from rigrunner_bearings.api.compensations import Compensation
+from rigrunner_bearings.api.points import StartPoint
 from rigrunner_bearings.compensations.limits import load
 from rigrunner_bearings.signal.compensated import compensated_point
 from rigrunner_bearings.signal.peaks import mean_peak, scatter_effect
 from rigrunner_bearings.signal.sensor import gain, reading_effects
 
 if TYPE_CHECKING:
-    from rigrunner.api import CompensatedPoint, Sweep
+    from rigrunner_bearings.api.compensations import CompensatedPoint, Sweep
     from rigrunner_bearings.compensations.breakaway_peak_settings import BreakawayPeakSettings
 
 MEASURAND = "breakaway torque from rest"

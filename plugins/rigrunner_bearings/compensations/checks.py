@@ -18,7 +18,9 @@ from rigrunner_bearings.compensations.budget import LEARNED
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from rigrunner.api import Array, Check, CompensatedPoint, SwingPoint
+    from rigrunner.api import Array, Check
+    from rigrunner_bearings.api.compensations import CompensatedPoint
+    from rigrunner_bearings.api.points import SwingPoint
     from rigrunner_bearings.compensations.effects import BySpeed, Mismatch
 
 SLOPE_SIGNIFICANCE = 0.99

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from rigrunner.api import Array
-    from rigrunner.api.analysis import SwingSweep
+    from rigrunner_bearings.api.compensations import SwingSweep
     from rigrunner_bearings.compensations.bearing import MeanSwing
     from rigrunner_bearings.compensations.evaluation import Evaluated
     from rigrunner_bearings.compensations.identification import Identified

@@ -23,7 +23,8 @@ from rigrunner_bearings.compensations.swing import inertia_in_phase, running_tor
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api import Array, SwingPoint
+    from rigrunner.api import Array
+    from rigrunner_bearings.api.points import SwingPoint
     from rigrunner_bearings.compensations.evaluation import Evaluated
     from rigrunner_bearings.compensations.identification import Identified
     from rigrunner_bearings.compensations.swing import Swing

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import Compensation, Effect
-from rigrunner.api.analysis import Trace
+from rigrunner.api import Effect
 from rigrunner.signal.averaging import mean_and_without_each
 from rigrunner.signal.inputs import model_of, scattered
 from rigrunner.signal.repeatability import influences, jackknife_error
 from rigrunner.signal.transducer import transducer_effects
+from rigrunner_bearings.api.compensations import Compensation, Trace
 from rigrunner_bearings.compensations import checks
 from rigrunner_bearings.compensations.limits import load, support_drift, support_growth
 from rigrunner_bearings.compensations.matching import pairs
@@ -30,7 +30,9 @@ from rigrunner_bearings.signal.swings import kept_cycles, with_swings
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api import Array, CompensatedPoint, Sweep, SwingPoint
+    from rigrunner.api import Array
+    from rigrunner_bearings.api.compensations import CompensatedPoint, Sweep
+    from rigrunner_bearings.api.points import SwingPoint
     from rigrunner_bearings.compensations.settings import EnergySettings
 
 MEASURAND = "load-induced running torque, mean over the swing"

@@ -14,7 +14,8 @@ from rigrunner.signal.averaging import robust_mean
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rigrunner.api import Array, SwingPoint
+    from rigrunner.api import Array
+    from rigrunner_bearings.api.points import SwingPoint
     from rigrunner_bearings.compensations.swing import Swing
 
     Complex = NDArray[np.complex128]

@@ -22,7 +22,8 @@ from rigrunner_bearings.compensations.response import Waveform
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from rigrunner.api import Array, SwingPoint
+    from rigrunner.api import Array
+    from rigrunner_bearings.api.points import SwingPoint
     from rigrunner_bearings.compensations.bearing import MeanSwing
     from rigrunner_bearings.compensations.drive_line import DriveLine
     from rigrunner_bearings.compensations.harmonics import Complex

@@ -38,7 +38,8 @@ from rigrunner_bearings.compensations.swing import interpolated
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api import Array, SwingPoint
+    from rigrunner.api import Array
+    from rigrunner_bearings.api.points import SwingPoint
     from rigrunner_bearings.compensations.filters import Filter
     from rigrunner_bearings.compensations.harmonics import Complex, Observed
     from rigrunner_bearings.compensations.swing import Swing

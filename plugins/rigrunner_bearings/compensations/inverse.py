@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import Compensation, DataError, Estimate
-from rigrunner.api.analysis import Trace
+from rigrunner.api import DataError, Estimate
 from rigrunner.api.checks import skipped
 from rigrunner.signal.repeatability import influences
+from rigrunner_bearings.api.compensations import Compensation, Trace
 from rigrunner_bearings.compensations import checks
 from rigrunner_bearings.compensations.bearing import mean_swing
 from rigrunner_bearings.compensations.budget import LEARNED_UNITS, Budget
@@ -46,8 +46,9 @@ from rigrunner_bearings.signal.swings import kept_cycles, with_swings
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from rigrunner.api import Array, Check, CompensatedPoint, Effect, Instrument, Sweep, SwingPoint
-    from rigrunner.api.analysis import SwingSweep
+    from rigrunner.api import Array, Check, Effect, Instrument
+    from rigrunner_bearings.api.compensations import CompensatedPoint, Sweep, SwingSweep
+    from rigrunner_bearings.api.points import SwingPoint
     from rigrunner_bearings.compensations.bearing import MeanSwing
     from rigrunner_bearings.compensations.effects import BySpeed, Mismatch
     from rigrunner_bearings.compensations.evaluation import Evaluated

@@ -7,11 +7,12 @@ from math import inf, sqrt
 from typing import TYPE_CHECKING
 
 from rigrunner.api import Distribution, Effect, Estimate, Input
-from rigrunner.api.torque import DRIFT_LINE, SUPPORT_LINE
 from rigrunner.signal.inputs import limited
+from rigrunner_bearings.api.torque import DRIFT_LINE, SUPPORT_LINE
 
 if TYPE_CHECKING:
-    from rigrunner.api import RigDescription, Sweep
+    from rigrunner.api import RigDescription
+    from rigrunner_bearings.api.compensations import Sweep
     from rigrunner_bearings.compensations.settings import InverseSettings, SupportSettings
 
 LITERATURE = 0.025

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeVar
 
-from rigrunner.api import DataError, PeakPoint
+from rigrunner.api import DataError
+from rigrunner_bearings.api.points import PeakPoint
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api import Sweep, SwingPoint
-    from rigrunner.api.analysis import SwingSweep
+    from rigrunner_bearings.api.compensations import Sweep, SwingSweep
+    from rigrunner_bearings.api.points import SwingPoint
 
 Point = TypeVar("Point", bound=PeakPoint)
 

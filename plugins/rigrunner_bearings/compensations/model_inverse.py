@@ -15,7 +15,7 @@ from rigrunner_bearings.compensations.model_template import no_load_model
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import SwingSweep
+    from rigrunner_bearings.api.compensations import SwingSweep
     from rigrunner_bearings.compensations.bearing import MeanSwing
     from rigrunner_bearings.compensations.identification import Identified
 

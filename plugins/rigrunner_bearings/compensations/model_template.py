@@ -20,7 +20,8 @@ from rigrunner_bearings.compensations.identification import frictions_without_ea
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api import Array, SwingPoint
+    from rigrunner.api import Array
+    from rigrunner_bearings.api.points import SwingPoint
     from rigrunner_bearings.compensations.drive_line import DriveLine
     from rigrunner_bearings.compensations.identification import Identified
     from rigrunner_bearings.compensations.support_friction import SupportFriction

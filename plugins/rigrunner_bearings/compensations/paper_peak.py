@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import Compensation, DataError, Distribution, Effect, Input, Spreading
+from rigrunner.api import DataError, Distribution, Effect, Input, Spreading
 from rigrunner.api.uncertainty import Line
 from rigrunner.signal.inputs import model_of
 from rigrunner.signal.transducer import transducer_effects
+from rigrunner_bearings.api.compensations import Compensation
 from rigrunner_bearings.compensations import checks
 from rigrunner_bearings.compensations.limits import load
 from rigrunner_bearings.compensations.paper_equation import published_curve
@@ -30,7 +31,9 @@ from rigrunner_bearings.signal.peaks import mean_peak, peak_points, scatter_effe
 from rigrunner_bearings.signal.sensor import difference_effects, gain
 
 if TYPE_CHECKING:
-    from rigrunner.api import CompensatedPoint, Curve, Instrument, PeakPoint, Sweep
+    from rigrunner.api import Curve, Instrument
+    from rigrunner_bearings.api.compensations import CompensatedPoint, Sweep
+    from rigrunner_bearings.api.points import PeakPoint
     from rigrunner_bearings.compensations.paper_peak_settings import PaperPeakSettings
 
 MEASURAND = "starting torque as the difference of raw peaks (Eq. 2 of the paper)"

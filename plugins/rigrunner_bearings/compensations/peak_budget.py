@@ -6,12 +6,13 @@ from math import isinf
 from typing import TYPE_CHECKING
 
 from rigrunner.api import Distribution, Effect, Input
-from rigrunner.api.analysis import MotionSource
+from rigrunner_bearings.api.points import MotionSource
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from rigrunner.api import Array, Estimate, PeakPoint
+    from rigrunner.api import Array, Estimate
+    from rigrunner_bearings.api.points import PeakPoint
 
 SAME_PHASE = (
     "Assumes that the loaded and the no-load peak fall at the same phase of the swing. They do "

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from math import hypot, sqrt
 from typing import TYPE_CHECKING
 
-from rigrunner.api import Compensation, Estimate
+from rigrunner.api import Estimate
 from rigrunner.signal.inputs import model_of
 from rigrunner.signal.transducer import transducer_effects
+from rigrunner_bearings.api.compensations import Compensation
 from rigrunner_bearings.compensations import checks
 from rigrunner_bearings.compensations.limits import load
 from rigrunner_bearings.compensations.matching import peak_pairs
@@ -28,7 +29,9 @@ from rigrunner_bearings.signal.sensor import difference_effects, gain
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api import CompensatedPoint, Effect, PeakPoint, Sweep
+    from rigrunner.api import Effect
+    from rigrunner_bearings.api.compensations import CompensatedPoint, Sweep
+    from rigrunner_bearings.api.points import PeakPoint
     from rigrunner_bearings.compensations.peak_same_frequency_settings import (
         PeakSameFrequencySettings,
     )

@@ -12,7 +12,7 @@ from rigrunner_bearings.api import CompensationRecord
 from rigrunner_bearings.compensations import requirements
 
 if TYPE_CHECKING:
-    from rigrunner.api import CompensationMethod
+    from rigrunner_bearings.api.compensations import CompensationMethod
     from rigrunner_bearings.compensations.breakaway_peak_settings import BreakawayPeakSettings
     from rigrunner_bearings.compensations.paper_peak_settings import PaperPeakSettings
     from rigrunner_bearings.compensations.peak_same_frequency_settings import (

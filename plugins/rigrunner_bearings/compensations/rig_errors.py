@@ -8,13 +8,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import Distribution, SwingPoint
+from rigrunner.api import Distribution
+from rigrunner_bearings.api.points import SwingPoint
 from rigrunner_bearings.compensations import response
 
 if TYPE_CHECKING:
     from numpy.random import Generator
 
-    from rigrunner.api import Array, Input, PeakPoint, Sweep
+    from rigrunner.api import Array, Input
+    from rigrunner_bearings.api.compensations import Sweep
+    from rigrunner_bearings.api.points import PeakPoint
     from rigrunner_bearings.compensations.identification import Identified
     from rigrunner_bearings.compensations.limits import SupportGrowth
     from rigrunner_bearings.compensations.settings import InverseSettings

@@ -12,7 +12,7 @@ from rigrunner_bearings.compensations.matching import pairs
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import SwingSweep
+    from rigrunner_bearings.api.compensations import SwingSweep
     from rigrunner_bearings.compensations.bearing import MeanSwing
     from rigrunner_bearings.compensations.identification import Identified
     from rigrunner_bearings.compensations.settings import TemplateInverseSettings

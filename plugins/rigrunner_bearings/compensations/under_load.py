@@ -32,7 +32,8 @@ from rigrunner_bearings.compensations.identification import (
 )
 
 if TYPE_CHECKING:
-    from rigrunner.api import Array, SwingPoint
+    from rigrunner.api import Array
+    from rigrunner_bearings.api.points import SwingPoint
     from rigrunner_bearings.compensations.drive_line import DriveLine
     from rigrunner_bearings.compensations.evaluation import Evaluated
     from rigrunner_bearings.compensations.harmonics import Complex, Observed

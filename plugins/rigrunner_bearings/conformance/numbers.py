@@ -25,7 +25,8 @@ from rigrunner_testing.check import applies, check, demand
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from rigrunner.api import CompensatedPoint, Instrument, RunData
+    from rigrunner.api import Instrument, RunData
+    from rigrunner_bearings.api.compensations import CompensatedPoint
     from rigrunner_bearings.conformance.subject import CompensationSubject
 
 CLOSED_FORM_RIGS, TIME_DOMAIN_RIGS = 5, 3

@@ -13,7 +13,8 @@ from rigrunner_bearings.torque.consistency import NAME as AGREEMENT
 from rigrunner_testing.check import Nonconformity, applies, check, demand
 
 if TYPE_CHECKING:
-    from rigrunner.api import CompensatedPoint, Recording
+    from rigrunner.api import Recording
+    from rigrunner_bearings.api.compensations import CompensatedPoint
     from rigrunner_bearings.conformance.subject import CompensationSubject
 
 ANGLE = "tester.angle"

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigrunner.analysis.analyse import analyse
-from rigrunner.api import Condition, DataError, TorqueDetails
+from rigrunner.api import Condition, DataError
 from rigrunner.procedure import AnalysisRef
 from rigrunner.registry import Registry, load_registry
 from rigrunner.signal.coverage import expanded
 from rigrunner_bearings.api import CompensationRecord
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.conformance.recordings import CLOSED_FORM, Runs, starts, swings
 from rigrunner_bearings.study.tools import tools
 from rigrunner_bearings.torque.settings import NO_LOAD
@@ -21,7 +22,8 @@ from rigrunner_testing.check import Nonconformity, demand
 from rigrunner_testing.subjects import Subject
 
 if TYPE_CHECKING:
-    from rigrunner.api import Array, Compensation
+    from rigrunner.api import Array
+    from rigrunner_bearings.api.compensations import Compensation
 
 
 @dataclass(frozen=True)

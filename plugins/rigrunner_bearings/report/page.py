@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api import TorqueDetails
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.report.figures.cycles import cycle_values
 from rigrunner_bearings.report.figures.fits import fitted_peaks
 from rigrunner_bearings.report.figures.frequency import over_frequency

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api import CompensatedPoint
 from rigrunner.signal.propagation import propagate
+from rigrunner_bearings.api.compensations import CompensatedPoint
 
 if TYPE_CHECKING:
     from rigrunner.api import MeasurementModel
-    from rigrunner.api.analysis import Trace
+    from rigrunner_bearings.api.compensations import Trace
 
 
 def compensated_point(

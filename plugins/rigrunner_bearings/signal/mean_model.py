@@ -16,7 +16,8 @@ from rigrunner.signal.propagation import propagate
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rigrunner.api import Array, CompensatedPoint, Component
+    from rigrunner.api import Array, Component
+    from rigrunner_bearings.api.compensations import CompensatedPoint
 
 
 def mean_model(points: Sequence[CompensatedPoint]) -> MeasurementModel:

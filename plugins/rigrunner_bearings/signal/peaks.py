@@ -14,7 +14,8 @@ from rigrunner.signal.repeatability import standard_error
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api import Effect, PeakPoint
+    from rigrunner.api import Effect
+    from rigrunner_bearings.api.points import PeakPoint
 
 
 def mean_peak(point: PeakPoint) -> Estimate:

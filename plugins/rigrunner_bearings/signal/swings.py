@@ -6,13 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import DataError, SwingPoint
-from rigrunner.api.analysis import SwingSweep
+from rigrunner.api import DataError
+from rigrunner_bearings.api.compensations import SwingSweep
+from rigrunner_bearings.api.points import SwingPoint
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api import Mask, PeakPoint, Sweep
+    from rigrunner.api import Mask
+    from rigrunner_bearings.api.compensations import Sweep
+    from rigrunner_bearings.api.points import PeakPoint
 
 
 def with_swings(sweep: Sweep) -> SwingSweep:

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import DataError, Estimate, RigDescription, TorqueDetails
+from rigrunner.api import DataError, Estimate, RigDescription
 from rigrunner.api.settings import own_keys
 from rigrunner.signal.coverage import excess_kurtosis, expanded
 from rigrunner.signal.uncertainty import combine
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.study.bench import LOAD_N
 from rigrunner_bearings.study.case import Case
 from rigrunner_bearings.study.coverage_rigs import (
@@ -32,7 +33,8 @@ from rigrunner_bearings.torque.settings import CompensationRef
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from rigrunner.api import Array, CompensatedPoint
+    from rigrunner.api import Array
+    from rigrunner_bearings.api.compensations import CompensatedPoint
     from rigrunner_bearings.study.bench import Bench
     from rigrunner_bearings.study.coverage_rigs import Rig
     from rigrunner_bearings.study.going import Going

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import TYPE_CHECKING
 
-from rigrunner.api import DataError, TorqueDetails
+from rigrunner.api import DataError
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.study.breaks import BREAKS, REFUSED
 from rigrunner_bearings.study.case import Case
 from rigrunner_bearings.study.diagnostics_rigs import POPULATIONS, healthy

@@ -6,8 +6,9 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api import DataError, DeviceError, TorqueDetails
+from rigrunner.api import DataError, DeviceError
 from rigrunner.signal.uncertainty import coverage_factor
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.study.case import Case
 from rigrunner_bearings.study.coverage import limits
 from rigrunner_bearings.study.coverage_rigs import RANGES, draw

@@ -7,11 +7,11 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.analyse import analyse
-from rigrunner.api import TorqueDetails
 from rigrunner.procedure import AnalysisRef, load_procedure
 from rigrunner.registry import load_registry
 from rigrunner.run.locate import find_procedure, find_station
 from rigrunner.station import load_station
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.torque.settings import SwingTorque
 
 if TYPE_CHECKING:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rigrunner.api import Compensation, DataError, Findings, Sweep
+from rigrunner.api import DataError, Findings
 from rigrunner.api.checks import forbidden
 from rigrunner.api.scrutiny import Subject
+from rigrunner_bearings.api.compensations import Compensation, Sweep
 from rigrunner_bearings.torque.binding import bind
 from rigrunner_bearings.torque.bracketing import Bracket, Recorded, bracket
 from rigrunner_bearings.torque.channels import torque_channel
@@ -40,17 +41,17 @@ if TYPE_CHECKING:
     from rigrunner.api import (
         AnalysisContext,
         Array,
-        CompensationMethod,
         Estimate,
         Instrument,
         OutlierRule,
-        PeakPoint,
         Recording,
         Rejection,
         RunData,
     )
     from rigrunner.api.plugin_refs import PluginRef
-    from rigrunner.api.validation import Validation
+    from rigrunner_bearings.api.compensations import CompensationMethod
+    from rigrunner_bearings.api.points import PeakPoint
+    from rigrunner_bearings.api.validation import Validation
     from rigrunner_bearings.torque.settings import TorqueSettings
 
 

@@ -24,7 +24,8 @@ from rigrunner_bearings.torque.headline import compensated_mean
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from rigrunner.api import Check, CompensatedPoint, Compensation
+    from rigrunner.api import Check
+    from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation
 
 MATTERS = 1 / 3
 """Of the standard uncertainty of the mean: what is less makes it greater by less than 6 %."""

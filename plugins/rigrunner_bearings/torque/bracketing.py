@@ -14,15 +14,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import Effect, Estimate, PeakPoint, SwingPoint
+from rigrunner.api import Effect, Estimate
 from rigrunner.signal.inputs import limited
+from rigrunner_bearings.api.points import PeakPoint, SwingPoint
 from rigrunner_bearings.signal.mean_model import with_effects
 from rigrunner_bearings.torque.settings import BY_TIME
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.api import Array, Compensation, Recording
+    from rigrunner.api import Array, Recording
+    from rigrunner_bearings.api.compensations import Compensation
 
 LINE = "drift between the no-load points"
 SAME_FREQUENCY = 0.005

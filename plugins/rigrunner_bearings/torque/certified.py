@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
-from rigrunner.api import DataError, Member, SwingPoint
-from rigrunner.api.analysis import StartPoint
+from rigrunner.api import DataError, Member
 from rigrunner.api.certificate import (
     CertifiedDetails,
     Deviation,
@@ -17,20 +16,17 @@ from rigrunner.api.certificate import (
 from rigrunner.api.instruments import torque_instruments
 from rigrunner.api.measurand import Validity
 from rigrunner.signal.numerals import finite, printed, stated
+from rigrunner_bearings.api.points import StartPoint, SwingPoint
 from rigrunner_bearings.signal.peaks import mean_peak
 from rigrunner_bearings.torque.channels import role_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.api import (
-        CompensatedPoint,
-        Instrument,
-        PeakPoint,
-        Rejection,
-        RunData,
-        TorqueDetails,
-    )
+    from rigrunner.api import Instrument, Rejection, RunData
+    from rigrunner_bearings.api.compensations import CompensatedPoint
+    from rigrunner_bearings.api.points import PeakPoint
+    from rigrunner_bearings.api.torque import TorqueDetails
 
 _STATISTIC_DECIMALS = 3
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api import DataError, Member
-from rigrunner.api.analysis import MotionSource
 from rigrunner.signal.blocks import limits
+from rigrunner_bearings.api.points import MotionSource
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping

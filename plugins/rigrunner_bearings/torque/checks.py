@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import Check, SwingPoint
-from rigrunner.api.analysis import Bias, MotionSource, StartPoint
+from rigrunner.api.analysis import Bias
 from rigrunner.api.checks import ABOVE_ZERO, Limit, skipped
 from rigrunner.signal.blocks import blocks, limits
 from rigrunner.signal.held import longest_at, longest_held
+from rigrunner_bearings.api.points import MotionSource, StartPoint, SwingPoint
 from rigrunner_bearings.signal.swings import kept_cycles
 from rigrunner_bearings.torque.channels import torque_channel
 from rigrunner_bearings.torque.motion_checks import SEEN, motion_check, seen_frequency_hz
@@ -21,8 +21,9 @@ from rigrunner_bearings.torque.sampling import ENOUGH, samples_per_cycle
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from rigrunner.api import Array, PeakPoint, Recording, RunData
+    from rigrunner.api import Array, Check, Recording, RunData
     from rigrunner.api.data import Samples
+    from rigrunner_bearings.api.points import PeakPoint
 
 EQUAL_AT_RAIL = 3
 SHORT = 2.0

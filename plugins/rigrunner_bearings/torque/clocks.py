@@ -6,13 +6,16 @@ from dataclasses import dataclass
 from math import hypot, inf, pi
 from typing import TYPE_CHECKING
 
-from rigrunner.api import DataError, SwingPoint
+from rigrunner.api import DataError
 from rigrunner.api.checks import Limit
+from rigrunner_bearings.api.points import SwingPoint
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from rigrunner.api import Array, Check, CompensatedPoint, PeakPoint, Recording
+    from rigrunner.api import Array, Check, Recording
+    from rigrunner_bearings.api.compensations import CompensatedPoint
+    from rigrunner_bearings.api.points import PeakPoint
 
 ALIGNMENT_U = "_alignment_u"
 """What the condition adds to a channel's name that gives the uncertainty of its time, in s."""

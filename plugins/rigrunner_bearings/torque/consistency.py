@@ -25,7 +25,7 @@ from rigrunner.signal.uncertainty import combine
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api import CompensatedPoint
+    from rigrunner_bearings.api.compensations import CompensatedPoint
 
 NAME = "agreement of the set-points"
 TREND = 0.005

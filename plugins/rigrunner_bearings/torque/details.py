@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import TorqueDetails
 from rigrunner.api.details import PlotColumn, RunPlot
 from rigrunner.signal.as_json.budget import TORQUE
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.torque.document import settings_document, torque_document
 from rigrunner_bearings.torque.settings import NO_LOAD
 

@@ -23,7 +23,9 @@ from rigrunner_bearings.torque.one_setup import setup_check, unloaded_check
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from rigrunner.api import Check, CompensatedPoint, Compensation, Component, PeakPoint, RunData
+    from rigrunner.api import Check, Component, RunData
+    from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation
+    from rigrunner_bearings.api.points import PeakPoint
 
 NO_LOAD, NO_LOAD_AFTER = "no-load run: ", "no-load run after: "
 """What the names of the checks of these runs begin with."""

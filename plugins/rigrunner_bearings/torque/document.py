@@ -5,12 +5,12 @@ from __future__ import annotations
 from math import nan
 from typing import TYPE_CHECKING
 
-from rigrunner.api import SwingPoint
 from rigrunner.api.plugin_refs import LABEL
 from rigrunner.signal.as_json.budget import TORQUE, budget
 from rigrunner.signal.as_json.checks import checks_of
 from rigrunner.signal.as_json.curves import curve_of
 from rigrunner.signal.as_json.values import Json, estimate, number, plain, quantity
+from rigrunner_bearings.api.points import SwingPoint
 from rigrunner_bearings.signal.swings import kept_cycles
 from rigrunner_bearings.torque.document_fits import fit
 from rigrunner_bearings.torque.document_validation import validation
@@ -19,16 +19,12 @@ from rigrunner_bearings.torque.settings import StartsSpec
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from rigrunner.api import (
-        Array,
-        CompensatedPoint,
-        Compensation,
-        PeakPoint,
-        Rejection,
-        TorqueDetails,
-    )
+    from rigrunner.api import Array, Rejection
     from rigrunner.api.analysis_context import Plugins
     from rigrunner.api.plugin_refs import PluginRef
+    from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation
+    from rigrunner_bearings.api.points import PeakPoint
+    from rigrunner_bearings.api.torque import TorqueDetails
     from rigrunner_bearings.torque.settings import TorqueSettings
 
 

@@ -10,8 +10,8 @@ from rigrunner.signal.bands import bands
 
 if TYPE_CHECKING:
     from rigrunner.api import Curve, Points
-    from rigrunner.api.torque import FittedTorque
     from rigrunner.signal.as_json.values import Json
+    from rigrunner_bearings.api.torque import FittedTorque
 
 
 def fit(fitted: FittedTorque) -> Json:

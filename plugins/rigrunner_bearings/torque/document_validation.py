@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from rigrunner.signal.as_json.values import estimate, quantity
 
 if TYPE_CHECKING:
-    from rigrunner.api.validation import Agreement, Validation
     from rigrunner.signal.as_json.values import Json
+    from rigrunner_bearings.api.validation import Agreement, Validation
 
 TORQUE = "N·m"
 

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api import DataError
-from rigrunner.api.validation import Drawable
 from rigrunner.signal.monte_carlo.distributions import named
+from rigrunner_bearings.api.validation import Drawable
 from rigrunner_bearings.torque.resampling import another_sensor, other_cycles
 
 if TYPE_CHECKING:
@@ -23,8 +23,9 @@ if TYPE_CHECKING:
 
     from numpy.random import Generator
 
-    from rigrunner.api import Array, CompensatedPoint, CompensationMethod, Component, Sweep
-    from rigrunner.api.validation import Perturbation
+    from rigrunner.api import Array, Component
+    from rigrunner_bearings.api.compensations import CompensatedPoint, CompensationMethod, Sweep
+    from rigrunner_bearings.api.validation import Perturbation
 
 BY_CYCLES = frozenset({"repeatability, loaded", "repeatability, no load", "scatter between cycles"})
 BY_SENSOR = frozenset(

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api import DataError
-from rigrunner.api.torque import FittedTorque
+from rigrunner_bearings.api.torque import FittedTorque
 from rigrunner_bearings.signal.peaks import peak_points
 
 if TYPE_CHECKING:
-    from rigrunner.api import Curve, Fit, PeakPoint, Points
+    from rigrunner.api import Curve, Fit, Points
     from rigrunner.api.analysis_context import Plugins
+    from rigrunner_bearings.api.points import PeakPoint
     from rigrunner_bearings.torque.settings import TorqueSettings
 
 

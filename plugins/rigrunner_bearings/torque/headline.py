@@ -14,15 +14,9 @@ from rigrunner_bearings.signal.sensor import gain, reading_effects
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api import (
-        CompensatedPoint,
-        Compensation,
-        Component,
-        Estimate,
-        Instrument,
-        MeasurementModel,
-        PeakPoint,
-    )
+    from rigrunner.api import Component, Estimate, Instrument, MeasurementModel
+    from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation
+    from rigrunner_bearings.api.points import PeakPoint
 
 LEAST_FOR_SCATTER = 2
 

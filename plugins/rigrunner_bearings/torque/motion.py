@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api import DataError, Estimate
-from rigrunner.api.analysis import MotionSource
 from rigrunner.api.analysis.requirements import LEAST_CYCLES
+from rigrunner_bearings.api.points import MotionSource
 from rigrunner_bearings.signal.cycles import find_cycles, integrated_swing
 from rigrunner_bearings.signal.kinematics import swing_angle
 from rigrunner_bearings.signal.pulses import pulse_edges, starts_by_frequency, starts_from_edges

@@ -5,14 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api import Check
-from rigrunner.api.analysis import MotionSource
+from rigrunner_bearings.api.points import MotionSource
 from rigrunner_bearings.signal.pulses import repetition_frequency
 from rigrunner_bearings.torque.channels import torque_channel
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from rigrunner.api import PeakPoint, RunData
+    from rigrunner.api import RunData
+    from rigrunner_bearings.api.points import PeakPoint
 
 SEEN = {
     MotionSource.ANGLE: "angle says",

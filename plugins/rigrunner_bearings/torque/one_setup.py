@@ -17,14 +17,9 @@ from rigrunner.api.instruments import torque_instruments
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from rigrunner.api import (
-        Check,
-        CompensatedPoint,
-        Instrument,
-        PeakPoint,
-        RigDescription,
-        RunData,
-    )
+    from rigrunner.api import Check, Instrument, RigDescription, RunData
+    from rigrunner_bearings.api.compensations import CompensatedPoint
+    from rigrunner_bearings.api.points import PeakPoint
 
 ONE_SETUP = Limit(
     name="one set-up",

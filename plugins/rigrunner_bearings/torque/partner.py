@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.analysis import MotionSource
 from rigrunner.api.instruments import torque_instruments
+from rigrunner_bearings.api.points import MotionSource
 from rigrunner_bearings.torque.channels import motion_channel
 from rigrunner_bearings.torque.one_setup import setup_differences
 from rigrunner_bearings.torque.requirers import analysed, points_of, requirers

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import DataError, Effect, SwingPoint
+from rigrunner.api import DataError, Effect
 from rigrunner.signal.inputs import limited
+from rigrunner_bearings.api.points import SwingPoint
 from rigrunner_bearings.signal.mean_model import with_effects
 from rigrunner_bearings.torque.clocks import (
     alignment_check,
@@ -29,15 +30,14 @@ from rigrunner_bearings.torque.clocks import (
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from rigrunner.api import (
-        Array,
-        Check,
+    from rigrunner.api import Array, Check
+    from rigrunner_bearings.api.compensations import (
         CompensatedPoint,
         Compensation,
         CompensationMethod,
-        PeakPoint,
         Sweep,
     )
+    from rigrunner_bearings.api.points import PeakPoint
 
 NOTE = (
     "The crank phase is not from an angle channel but from a tacho or an index pulse; how well it "

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import DataError, PeakPoint, SwingPoint
-from rigrunner.api.analysis import MotionSource
+from rigrunner.api import DataError
 from rigrunner.api.analysis.requirements import LEAST_CYCLES
 from rigrunner.signal.averaging import robust_mean
 from rigrunner.signal.extremes import extremes
 from rigrunner.signal.spikes import despiked
+from rigrunner_bearings.api.points import MotionSource, PeakPoint, SwingPoint
 from rigrunner_bearings.torque.channels import load_n, set_point, torque_channel
 from rigrunner_bearings.torque.clocks import alignment_u_s
 from rigrunner_bearings.torque.motion import entered_frequency, find_motion

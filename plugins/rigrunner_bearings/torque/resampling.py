@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import SwingPoint
 from rigrunner.signal.monte_carlo.distributions import named
+from rigrunner_bearings.api.points import SwingPoint
 from rigrunner_bearings.signal.sensor import stated
 
 if TYPE_CHECKING:
@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
     from numpy.random import Generator
 
-    from rigrunner.api import Array, Instrument, Mask, PeakPoint, Sweep
+    from rigrunner.api import Array, Instrument, Mask
+    from rigrunner_bearings.api.compensations import Sweep
+    from rigrunner_bearings.api.points import PeakPoint
 
 PARABOLA = 4.0
 """Of an error curve e(x) = 4 a x (1 - x): its greatest value is a, at half of full scale."""

@@ -5,21 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api import MeasurementResult
-from rigrunner.api.analysis import StartPoint
 from rigrunner.api.coordinates import CoordinateValue
+from rigrunner_bearings.api.points import StartPoint
 from rigrunner_bearings.torque.settings import FREQUENCY
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from rigrunner.api import (
-        CompensatedPoint,
-        Component,
-        Estimate,
-        PeakPoint,
-        ResultDefinition,
-        RunData,
-    )
+    from rigrunner.api import Component, Estimate, ResultDefinition, RunData
+    from rigrunner_bearings.api.compensations import CompensatedPoint
+    from rigrunner_bearings.api.points import PeakPoint
 
 
 def torque_at(

@@ -13,11 +13,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy
 
-from rigrunner.api import DataError, SwingPoint
+from rigrunner.api import DataError
+from rigrunner_bearings.api.points import SwingPoint
 from rigrunner_bearings.signal.cycles import SPLINE_ORDER
 
 if TYPE_CHECKING:
-    from rigrunner.api import Array, Compensation, CompensationMethod, PeakPoint, Sweep
+    from rigrunner.api import Array
+    from rigrunner_bearings.api.compensations import Compensation, CompensationMethod, Sweep
+    from rigrunner_bearings.api.points import PeakPoint
 
 ENOUGH = 280.0
 """Samples in a cycle: twelve for each of the harmonics that a method undoes the drive line of."""

@@ -6,14 +6,16 @@ import math
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
-from rigrunner.api import CompensatedPoint, Compensation, Estimate
+from rigrunner.api import Estimate
 from rigrunner.api.scrutiny import Subject, is_finite, is_real, protect, shown
 from rigrunner.signal.propagation import propagate
+from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from rigrunner.api import CompensationMethod, PeakPoint, Sweep
+    from rigrunner_bearings.api.compensations import CompensationMethod, Sweep
+    from rigrunner_bearings.api.points import PeakPoint
 
 UNIT = "N·m"
 _ROUNDING = 1e-9

@@ -12,19 +12,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy
 
-from rigrunner.api.validation import Agreement, EquationTrials, PipelineDraws, Validation
 from rigrunner.signal.monte_carlo.adaptive import Adaptive, propagate
 from rigrunner.signal.monte_carlo.agreement import difference, gum_interval, tolerance
 from rigrunner.signal.monte_carlo.intervals import Interval, symmetric
 from rigrunner.signal.monte_carlo.model import output_of
+from rigrunner_bearings.api.validation import Agreement, EquationTrials, PipelineDraws, Validation
 from rigrunner_bearings.signal.mean_model import mean_model
 from rigrunner_bearings.torque.draws import draw_pipeline
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from rigrunner.api import Array, CompensatedPoint, CompensationMethod, Estimate, Sweep
+    from rigrunner.api import Array, Estimate
     from rigrunner.signal.monte_carlo.adaptive import Propagated
+    from rigrunner_bearings.api.compensations import CompensatedPoint, CompensationMethod, Sweep
     from rigrunner_bearings.torque.draws import Drawn
     from rigrunner_bearings.torque.settings import MonteCarloSpec
 

@@ -44,9 +44,8 @@ _NAMES = {
     "instruments": "Instrument",
     "findings": "Findings MeasurementResult Objection ResultDefinition",
     "analysis": (
-        "Check CompensatedPoint Compensation CompensationMethod Component Curve Fit "
-        "NeededChannel NeededRun OutlierRule PeakPoint Rejection Requirements Spreading Sweep "
-        "SwingPoint"
+        "Check Component Curve Fit NeededChannel NeededRun OutlierRule Rejection Requirements "
+        "Spreading"
     ),
     "analysis_context": "AnalysisContext",
     "partners": "PartnerRun",
@@ -56,7 +55,6 @@ _NAMES = {
     "events": "Event EventSink",
     "details": "AnalysisDetails",
     "results": "ReportInput",
-    "torque": "TorqueDetails",
     "letterhead": "CertificateInput",
     "studies": "StudyInput",
     "rig": "RigDescription",

@@ -1,20 +1,14 @@
 from rigrunner.api.analysis import (
     Check,
-    CompensatedPoint,
-    Compensation,
-    CompensationMethod,
     Component,
     Curve,
     Fit,
     NeededChannel,
     NeededRun,
     OutlierRule,
-    PeakPoint,
     Rejection,
     Requirements,
     Spreading,
-    Sweep,
-    SwingPoint,
 )
 from rigrunner.api.analysis_context import AnalysisContext
 from rigrunner.api.data import Array, Block, Mask, Measurement, Points, Recording, RunData
@@ -97,7 +91,6 @@ from rigrunner.api.settings import (
 from rigrunner.api.steps import Action, Doing, Found, Planning, StepSettings
 from rigrunner.api.streaming import StreamingDriver
 from rigrunner.api.studies import StudyInput
-from rigrunner.api.torque import TorqueDetails
 from rigrunner.api.uncertainty import Distribution, Effect, Input, MeasurementModel
 from rigrunner.api.unit_tables import UnitDefinition
 from rigrunner.api.units import QuantityError, unit
@@ -120,9 +113,6 @@ __all__ = [
     "Check",
     "Clock",
     "Column",
-    "CompensatedPoint",
-    "Compensation",
-    "CompensationMethod",
     "Component",
     "Condition",
     "Curve",
@@ -182,7 +172,6 @@ __all__ = [
     "OutlierRuleRecord",
     "PartnerRun",
     "Pausable",
-    "PeakPoint",
     "PlainText",
     "Planning",
     "PluginError",
@@ -212,11 +201,8 @@ __all__ = [
     "StreamingDriver",
     "StudyFormatRecord",
     "StudyInput",
-    "Sweep",
-    "SwingPoint",
     "Temperature",
     "Torque",
-    "TorqueDetails",
     "UnitDefinition",
     "UnitRecord",
     "Verdict",

@@ -7,18 +7,18 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import chain
 from math import nan
-from typing import TYPE_CHECKING, TypeVar
-from warnings import warn
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from rigrunner.api.details import AnalysisDetails
 from rigrunner.api.events import CONCLUDED
 from rigrunner.api.readings import reading_text
 from rigrunner.api.verdict import worst
+from rigrunner.moved import moved
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from rigrunner.api.analysis import Check, Compensation
+    from rigrunner.api.analysis import Check
     from rigrunner.api.data import Estimate, Measurement, RunData
     from rigrunner.api.figures import Figure
     from rigrunner.api.findings import Formula, MeasurementResult, ReportSection, Table
@@ -132,16 +132,11 @@ class Result:
         """The mean of the first analysis that states one; None for none."""
         return self.means[0].estimate if self.means else None
 
-    @property
-    def compensations(self) -> Mapping[str, Compensation]:
-        """Those of `TorqueDetails`; for plugins of 0.1.0."""
-        warn(
-            "ask for the torque's details: TorqueDetails.of(result).compensations",
-            DeprecationWarning,
-            stacklevel=2,
-        )
-        found = (getattr(each, "compensations", None) for each in self.details)
-        return next((each for each in found if each is not None), {})
+    if not TYPE_CHECKING:  # a checker would take any name
+
+        def __getattr__(self, name: str) -> Any:
+            """Return what has left this class; raise AttributeError for any other name."""
+            return moved(f"{__name__}.Result", name)(self)
 
     @cached_property
     def other_results(self) -> tuple[MeasurementResult, ...]:

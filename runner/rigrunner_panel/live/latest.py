@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigrunner.api.torque import TorqueDetails
 from rigrunner.run.stored import run_data
 from rigrunner.runfile import read, read_without_samples, tail_of
 from rigrunner_panel.live.interim import live_analysis
+from rigrunner_panel.view.of_result import prepared
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from rigrunner.api.analysis import OutlierRule, PeakPoint
+    from rigrunner.api.analysis import OutlierRule
     from rigrunner.api.data import Block, Recording, RunData
     from rigrunner.api.results import Result
     from rigrunner.api.settings import Settings
@@ -103,7 +103,7 @@ class _Recording:
         for window in self._windows.take(block):
             run = replace(self._run, recordings=(*self._run.recordings, window))
             self.result = self._analysis.result(run)
-            self.cycles += TorqueDetails.of(self.result).loaded[-1].cycles
+            self.cycles += prepared(self.result).loaded[-1].cycles
 
 
 class _Prepared:
@@ -111,7 +111,7 @@ class _Prepared:
 
     def __init__(self) -> None:
         self._whole: dict[Recording, Recording] = {}
-        self._known: dict[Recording, PeakPoint] = {}
+        self._known: dict[Recording, Any] = {}
         self.prepare: Any = None
         """How the analysis does it."""
 
@@ -126,11 +126,10 @@ class _Prepared:
 
     def __call__(
         self, recording: Recording, run: RunData, settings: Settings, rule: OutlierRule
-    ) -> PeakPoint:
+    ) -> Any:
         """Return the prepared recording, the whole one if it is finished; raise DataError."""
         if recording not in self._whole:
-            found: PeakPoint = self.prepare(recording, run, settings, rule)
-            return found
+            return self.prepare(recording, run, settings, rule)
         if recording not in self._known:
             self._known[recording] = self.prepare(self._whole[recording], run, settings, rule)
         return self._known[recording]

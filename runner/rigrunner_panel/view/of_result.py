@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from contextlib import suppress
 from math import isfinite
-from typing import TYPE_CHECKING
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rigrunner.api.checks import effect_words
 from rigrunner.api.errors import DataError
-from rigrunner.api.torque import TorqueDetails
 from rigrunner.api.verdict import Verdict, worst
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.result_figures import over_coordinate
@@ -27,7 +27,6 @@ from rigrunner_panel.view.sections import (
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from rigrunner.api.analysis import CompensatedPoint, PeakPoint
     from rigrunner.api.coordinates import CoordinateValue
     from rigrunner.api.data import Array, Estimate
     from rigrunner.api.figures import Figure
@@ -39,6 +38,17 @@ if TYPE_CHECKING:
 
 MOST_RESULTS = 200
 """Of named results, the latest are sent to the screen."""
+_NOTHING = SimpleNamespace(
+    loaded=(), compensations={}, primary="", headline=None, raw_headline=None
+)
+
+
+def prepared(result: Result) -> Any:
+    """Return the details of the analysis that prepares each recording as a point, if there is one.
+
+    They are found by what they have: no package is imported for them.
+    """
+    return next((each for each in result.details if hasattr(each, "loaded")), _NOTHING)
 
 
 def live_view(
@@ -46,7 +56,7 @@ def live_view(
 ) -> LiveView:
     """Return the result of the recordings so far, or of all, with what it may be."""
     limited = [(each, _limits(each, acceptance)) for each in result.other_results]
-    torque = TorqueDetails.of(result)
+    torque = prepared(result)
     primary = torque.compensations.get(torque.primary)
     found = primary.points if primary else ()
     points = [_point(each, found, index) for index, each in enumerate(torque.loaded)]
@@ -165,7 +175,7 @@ def correction(result: Result) -> tuple[str, Array] | None:
 
     None where its method has no swings.
     """
-    torque = TorqueDetails.of(result)
+    torque = prepared(result)
     primary = torque.compensations.get(torque.primary)
     if primary is None or not primary.points or len(primary.points) != len(torque.loaded):
         return None
@@ -190,7 +200,7 @@ def finished_view(finished: FinishedRun) -> Finished:
         outcome=finished.outcome,
         reason=finished.reason,
         verdict=str((result and result.verdict) or ""),
-        headline=None if result is None else _value(TorqueDetails.of(result).headline),
+        headline=None if result is None else _value(prepared(result).headline),
         measurand="" if result is None else result.measurand,
         result="" if result is None else _named(result),
         error="" if error is None else finished.reason if finished.unsafe else str(error),
@@ -218,7 +228,7 @@ def with_uncertainty(value: float, width: float) -> str:
     return f"{value:.{decimals}f} ± {f'{width:.{decimals}f}' if isfinite(width) else '?'}"
 
 
-def _point(point: PeakPoint, found: tuple[CompensatedPoint, ...], index: int) -> PointView:
+def _point(point: Any, found: Sequence[Any], index: int) -> PointView:
     known = {
         "recording": point.recording,
         "set_frequency_hz": point.set_frequency_hz,

@@ -26,9 +26,6 @@ from rigrunner.api import (
     Check,
     Clock,
     Column,
-    CompensatedPoint,
-    Compensation,
-    CompensationMethod,
     Condition,
     Curve,
     DataError,
@@ -77,7 +74,6 @@ from rigrunner.api import (
     OutlierRule,
     OutlierRuleRecord,
     Pausable,
-    PeakPoint,
     Points,
     Quantity,
     Readable,
@@ -96,8 +92,6 @@ from rigrunner.api import (
     Streaming,
     StudyFormatRecord,
     StudyInput,
-    Sweep,
-    SwingPoint,
     UnitDefinition,
     UnitRecord,
     Verdict,
@@ -110,6 +104,13 @@ from rigrunner.api import (
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.inputs import limited, model_of
 from rigrunner_bearings.api import CompensationRecord
+from rigrunner_bearings.api.compensations import (
+    CompensatedPoint,
+    Compensation,
+    CompensationMethod,
+    Sweep,
+)
+from rigrunner_bearings.api.points import PeakPoint, SwingPoint
 from rigrunner_bearings.signal.compensated import compensated_point
 from rigrunner_bearings.signal.kinematics import angular_velocity
 from rigrunner_bearings.signal.peaks import mean_peak, scatter_effect

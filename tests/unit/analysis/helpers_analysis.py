@@ -8,12 +8,12 @@ from functools import lru_cache
 import numpy as np
 
 from rigrunner.analysis.analyse import analyse
-from rigrunner.api.analysis import SwingPoint
 from rigrunner.api.data import Estimate, Recording, RunData
 from rigrunner.api.instruments import Instrument
 from rigrunner.api.rig import RigDescription
 from rigrunner.procedure import Acceptance, Measurand
 from rigrunner.registry import load_registry
+from rigrunner_bearings.api.points import SwingPoint
 from rigrunner_bearings.signal.kinematics import swing_angle
 from unit.analysis import helpers_runs
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from rigrunner.analysis.document import document
-from rigrunner.api import TorqueDetails
 from rigrunner.api.analysis import Consequence
 from rigrunner.api.errors import DataError, PluginError
 from rigrunner.api.verdict import Verdict
+from rigrunner_bearings.api.torque import TorqueDetails
 from unit.analysis.helpers_analysis import (
     acceptance,
     analysed,

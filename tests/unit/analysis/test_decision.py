@@ -14,10 +14,10 @@ from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.data import Estimate
 from rigrunner.api.findings import MeasurementResult, ResultDefinition
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
-from rigrunner.api.torque import TorqueDetails
 from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import Acceptance
 from rigrunner.registry import load_registry
+from rigrunner_bearings.api.torque import TorqueDetails
 
 REGISTRY = load_registry()
 AT_REVERSAL = {"nature": "load_induced", "condition": "at_reversal"}

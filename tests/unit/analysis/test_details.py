@@ -16,7 +16,6 @@ from rigrunner.api import (
     Findings,
     MeasurementResult,
     ResultDefinition,
-    TorqueDetails,
     Verdict,
 )
 from rigrunner.api.certificate import CertifiedDetails, Deviation
@@ -28,6 +27,7 @@ from rigrunner.certificate.results import certified_of
 from rigrunner.certificate.validity import not_calibrated
 from rigrunner.procedure import Acceptance, AnalysisRef
 from rigrunner.registry import Plugin, Provider, Registry, load_registry
+from rigrunner_bearings.api.torque import TorqueDetails
 from unit.analysis.helpers_runs import run_of
 
 ALWAYS = {"headline", "points", "no_load_points", "compensations", "fits", "validation"}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rigrunner.analysis.document import document
-from rigrunner.api import TorqueDetails
+from rigrunner_bearings.api.torque import TorqueDetails
 from unit.analysis.helpers_analysis import acceptance, analysed, recording, run_of, spec
 
 SCATTER = np.array([0.01, -0.01, 0.0, 0.02, -0.02, 0.0, 0.01, -0.01, 0.005, -0.005])

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from rigrunner.analysis.verdict.evidence import as_judged
-from rigrunner.api import TorqueDetails
-from rigrunner.api.analysis import Check, Compensation, Consequence
+from rigrunner.api.analysis import Check, Consequence
 from rigrunner.api.checks import forbidden
 from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import Acceptance
+from rigrunner_bearings.api.compensations import Compensation
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.compensations.checks import positive
 from rigrunner_bearings.torque.binding import bind
 from rigrunner_bearings.torque.headline import without_scatter

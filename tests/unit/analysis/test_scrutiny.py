@@ -10,13 +10,14 @@ import pytest
 
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.scrutiny import Scrutiny
-from rigrunner.api import TorqueDetails
-from rigrunner.api.analysis import CompensatedPoint, Rejection
+from rigrunner.api.analysis import Rejection
 from rigrunner.api.data import Points
 from rigrunner.api.errors import PluginError
 from rigrunner.procedure import Measurand
 from rigrunner.registry import Registry
 from rigrunner.registry.lookup import Plugin, Provider
+from rigrunner_bearings.api.compensations import CompensatedPoint
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.study.tools import asked
 from rigrunner_bearings.torque.settings import SwingTorque
 from unit.analysis.helpers_analysis import (

@@ -2,9 +2,9 @@
 
 from helpers_cli import call
 from helpers_workflow import quick_procedure, run, station_file
-from rigrunner.api import TorqueDetails
 from rigrunner.api.errors import ExitCode
 from rigrunner.runfile import read
+from rigrunner_bearings.api.torque import TorqueDetails
 
 MEDIAN_RULE = """
 from rigrunner.api.analysis import Rejection

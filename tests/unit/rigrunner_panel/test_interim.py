@@ -9,12 +9,12 @@ import pytest
 from helpers_any_quantity import written
 from helpers_cli import call
 from helpers_workflow import quick_procedure, run
-from rigrunner.api import TorqueDetails
 from rigrunner.api.events import Samples, StepEnded, StepStarted
 from rigrunner.api.figures import Axis, Figure, Series
 from rigrunner.registry import load_registry
 from rigrunner.run.locate import find_procedure, find_station, run_names
 from rigrunner.runfile import read
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_panel.history import History
 from rigrunner_panel.live.interim import interim_result
 from rigrunner_panel.view.of_result import correction, live_view

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from helpers_workflow import FEW_FREQUENCIES, quick_procedure, run
-from rigrunner.api import TorqueDetails
 from rigrunner.api.events import Samples, StepEnded
 from rigrunner.registry import load_registry
 from rigrunner.run.locate import find_station, run_names
 from rigrunner.runfile import read
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_panel.live import analyst
 from rigrunner_panel.live.latest import LatestCycles
 from rigrunner_panel.process.messages import Analyse

@@ -11,22 +11,16 @@ from math import inf, sqrt
 
 import numpy as np
 
-from rigrunner.api.analysis import (
-    Check,
-    CompensatedPoint,
-    Compensation,
-    Component,
-    Rejection,
-    SwingPoint,
-    Trace,
-)
+from rigrunner.api.analysis import Check, Component, Rejection
 from rigrunner.api.data import Estimate, Points, RunData
 from rigrunner.api.instruments import Instrument
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.api.results import ReportInput, Result
 from rigrunner.api.rig import RigDescription
-from rigrunner.api.torque import FittedTorque, TorqueDetails
 from rigrunner.api.verdict import Decision, LimitDecision, Limits, Verdict
+from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation, Trace
+from rigrunner_bearings.api.points import SwingPoint
+from rigrunner_bearings.api.torque import FittedTorque, TorqueDetails
 from rigrunner_bearings.signal.kinematics import angular_acceleration, angular_velocity, swing_angle
 
 FREQUENCIES = (1.0, 3.0, 5.0, 8.0, 10.0, 15.0, 18.0, 20.0, 25.0, 30.0, 33.0, 35.0)

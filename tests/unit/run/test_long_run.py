@@ -7,12 +7,12 @@ from collections import Counter
 import pytest
 
 from helpers_long import short_cycles
-from rigrunner.api import TorqueDetails
 from rigrunner.documents.certifying.derived_again import refuse_other_numbers
 from rigrunner.registry import load_registry
 from rigrunner.run.stored import analyse_run
 from rigrunner.runfile import read
 from rigrunner.runfile.stored_samples import StoredSamples
+from rigrunner_bearings.api.torque import TorqueDetails
 
 
 @pytest.mark.thorough

@@ -7,7 +7,6 @@ import pytest
 from helpers_workflow import quick_procedure, run, station_file
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.document import document
-from rigrunner.api import TorqueDetails
 from rigrunner.api.errors import AbortedError, DeviceLostError, DeviceNotFoundError, ExitCode
 from rigrunner.api.events import Outcome, StepStarted
 from rigrunner.cli.finishing import tell_finished
@@ -17,6 +16,7 @@ from rigrunner.rig import Rig
 from rigrunner.run.report import report_input, write_report
 from rigrunner.run.stored import analyse_run, open_run
 from rigrunner.runfile import read
+from rigrunner_bearings.api.torque import TorqueDetails
 
 
 def test_a_run_leaves_a_sealed_folder_with_result_report_and_log(finished):

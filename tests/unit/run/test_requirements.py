@@ -19,12 +19,12 @@ from helpers_workflow import (
     run,
     station_file,
 )
-from rigrunner.api import TorqueDetails
 from rigrunner.api.errors import DataError, ExitCode, InvalidFileError
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
 from rigrunner.run.locate import find_procedure, find_station
 from rigrunner.run.prepare import plan_run
+from rigrunner_bearings.api.torque import TorqueDetails
 
 NO_LOAD = "no_load_inertia_sweep"
 LOADED = "starting_torque_1000n"

@@ -8,7 +8,8 @@ import csv
 import io
 from collections.abc import Callable
 
-from rigrunner.api import NoSettings, ReportFormatRecord, ReportInput, TorqueDetails, hookimpl
+from rigrunner.api import NoSettings, ReportFormatRecord, ReportInput, hookimpl
+from rigrunner_bearings.api.torque import TorqueDetails
 
 api_version = 1
 HEADER = ("method", "frequency in Hz", "raw in N·m", "torque in N·m", "standard uncertainty in N·m")

@@ -6,16 +6,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import SwingPoint
 from rigrunner.api.figures import Axis, Figure, Mark, Picture, Series
 from rigrunner.signal.thinning import places_of_extremes
+from rigrunner_bearings.api.points import SwingPoint
 from rigrunner_bearings.signal.swings import kept_cycles
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api import Array, Mask, PeakPoint
+    from rigrunner.api import Array, Mask
     from rigrunner.api.figures import SeriesKind
+    from rigrunner_bearings.api.points import PeakPoint
 
 MILLI = 1e3
 FILLED = 0.8

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.api import Curve, Points
-    from rigrunner.api.torque import FittedTorque
     from rigrunner.signal.thinning import Places
+    from rigrunner_bearings.api.torque import FittedTorque
 
 SAMPLES = 120
 MILLI = 1e3

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import TorqueDetails
 from rigrunner.api.figures import Axis, Figure, Mark, Picture, Point, Series
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.thinning import places_of_extremes
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.report.view.points import by_frequency
 from rigrunner_reports.figures.results import MOST_POINTS, THINNED
 from rigrunner_reports.numbers import fixed, stated

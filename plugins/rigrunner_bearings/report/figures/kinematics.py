@@ -12,7 +12,8 @@ from rigrunner_bearings.signal.kinematics import angular_acceleration, angular_v
 from rigrunner_reports.numbers import fixed
 
 if TYPE_CHECKING:
-    from rigrunner.api import Array, SwingPoint
+    from rigrunner.api import Array
+    from rigrunner_bearings.api.points import SwingPoint
 
 ALPHA = "\N{GREEK SMALL LETTER ALPHA}"
 PHASES = 361

@@ -21,7 +21,8 @@ from rigrunner_reports.numbers import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api import Component, Estimate, TorqueDetails
+    from rigrunner.api import Component, Estimate
+    from rigrunner_bearings.api.torque import TorqueDetails
     from rigrunner_bearings.report.view.points import SetPoint
 
 MILLI = 1e3

@@ -6,14 +6,16 @@ from dataclasses import dataclass
 from math import inf
 from typing import TYPE_CHECKING
 
-from rigrunner.api import SwingPoint
+from rigrunner_bearings.api.points import SwingPoint
 from rigrunner_bearings.report.view.frequency_table import are_starts
 from rigrunner_reports.numbers import fixed, plain, significant
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.api import PeakPoint, Rejection, TorqueDetails
+    from rigrunner.api import Rejection
+    from rigrunner_bearings.api.points import PeakPoint
+    from rigrunner_bearings.api.torque import TorqueDetails
 
     _Judged = tuple[str, PeakPoint, str, Rejection]
 

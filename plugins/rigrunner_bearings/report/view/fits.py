@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api import Curve
     from rigrunner.api.analysis import Candidate
-    from rigrunner.api.torque import FittedTorque
+    from rigrunner_bearings.api.torque import FittedTorque
 
 MILLI = 1e3
 

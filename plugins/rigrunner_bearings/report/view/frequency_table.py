@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api import Estimate
-from rigrunner.api.analysis import MotionSource, StartPoint
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.rounding import places
+from rigrunner_bearings.api.points import MotionSource, StartPoint
 from rigrunner_bearings.report.view.points import error
 from rigrunner_bearings.signal.swings import kept_cycles
 from rigrunner_reports.numbers import fixed, plain, stated, with_sign
@@ -16,7 +16,8 @@ from rigrunner_reports.numbers import fixed, plain, stated, with_sign
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api import PeakPoint, TorqueDetails
+    from rigrunner_bearings.api.points import PeakPoint
+    from rigrunner_bearings.api.torque import TorqueDetails
     from rigrunner_bearings.report.view.points import SetPoint
 
 MILLI = 1e3

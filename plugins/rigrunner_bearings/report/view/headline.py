@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import TorqueDetails
 from rigrunner.signal.coverage import expanded
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.report.view.points import by_frequency
 from rigrunner_reports.numbers import fixed, plain, stated, with_sign
 from rigrunner_reports.section import Headline

@@ -8,7 +8,7 @@ from rigrunner.api.measurand import Validity
 from rigrunner_reports.numbers import fixed
 
 if TYPE_CHECKING:
-    from rigrunner.api import TorqueDetails
+    from rigrunner_bearings.api.torque import TorqueDetails
 
 RIG_ITSELF = (
     "The torque that the rig itself puts on the sensor: the inertia of all behind it and the "

@@ -20,7 +20,9 @@ from rigrunner_reports.numbers import (
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rigrunner.api import Compensation, Estimate, TorqueDetails
+    from rigrunner.api import Estimate
+    from rigrunner_bearings.api.compensations import Compensation
+    from rigrunner_bearings.api.torque import TorqueDetails
     from rigrunner_bearings.report.view.points import SetPoint
 
 MILLI = 1e3

@@ -6,16 +6,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import SwingPoint
 from rigrunner.signal.averaging import robust_mean
 from rigrunner.signal.rounding import places
+from rigrunner_bearings.api.points import SwingPoint
 from rigrunner_bearings.report.view.methods import errors, largest_expanded, spread, torques
 from rigrunner_reports.numbers import fixed, plain, with_sign
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.api import PeakPoint, TorqueDetails
+    from rigrunner_bearings.api.points import PeakPoint
+    from rigrunner_bearings.api.torque import TorqueDetails
     from rigrunner_bearings.report.view.methods import Error
     from rigrunner_bearings.report.view.points import SetPoint
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api import SwingPoint, TorqueDetails
+from rigrunner_bearings.api.points import SwingPoint
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.signal.peaks import mean_peak
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from rigrunner.api import Array, CompensatedPoint, Compensation, PeakPoint, ReportInput
-    from rigrunner.api.analysis import Trace
+    from rigrunner.api import Array, ReportInput
+    from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation, Trace
+    from rigrunner_bearings.api.points import PeakPoint
 
 NEWTON_METRES = "_nm"
 

@@ -10,8 +10,8 @@ from rigrunner_reports.numbers import fixed, plain, significant
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.api import TorqueDetails
-    from rigrunner.api.validation import Agreement, Validation
+    from rigrunner_bearings.api.torque import TorqueDetails
+    from rigrunner_bearings.api.validation import Agreement, Validation
 
 MILLI = 1e3
 WAYS = ("GUM", "trials", "draws")

@@ -1,17 +1,8 @@
-"""The contracts of the analysis: outlier rules, fits and compensations."""
+"""The contracts of the analysis: budgets and checks, outlier rules, fits, and what is required."""
 
-from rigrunner.api.analysis.compensation import (
-    Bias,
-    Check,
-    CompensatedPoint,
-    Compensation,
-    CompensationMethod,
-    Component,
-    Consequence,
-    Sweep,
-    SwingSweep,
-    Trace,
-)
+from typing import Any
+
+from rigrunner.api.analysis.budget import Bias, Check, Component, Consequence
 from rigrunner.api.analysis.curves import (
     Candidate,
     Chosen,
@@ -19,42 +10,32 @@ from rigrunner.api.analysis.curves import (
     Fit,
     Spreading,
 )
-from rigrunner.api.analysis.points import (
-    MotionSource,
-    PeakPoint,
-    StartPoint,
-    SwingPoint,
-)
 from rigrunner.api.analysis.requirements import NeededChannel, NeededResult, NeededRun, Requirements
 from rigrunner.api.analysis.rules import (
     OutlierRule,
     Rejection,
 )
+from rigrunner.moved import moved
 
 __all__ = [
     "Bias",
     "Candidate",
     "Check",
     "Chosen",
-    "CompensatedPoint",
-    "Compensation",
-    "CompensationMethod",
     "Component",
     "Consequence",
     "Curve",
     "Fit",
-    "MotionSource",
     "NeededChannel",
     "NeededResult",
     "NeededRun",
     "OutlierRule",
-    "PeakPoint",
     "Rejection",
     "Requirements",
     "Spreading",
-    "StartPoint",
-    "Sweep",
-    "SwingPoint",
-    "SwingSweep",
-    "Trace",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Return a name that has moved to another package; raise AttributeError for any other."""
+    return moved(__name__, name)

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from helpers_rigs import FREQUENCIES, INSTRUMENT, RIG, run_data, true_starting_torque_nm
-from rigrunner.api.analysis import Sweep
+from rigrunner_bearings.api.compensations import Sweep
 from rigrunner_bearings.compensations.settings import TemplateInverseSettings
 from rigrunner_bearings.compensations.template_inverse import TemplateInverse
 from rigrunner_bearings.torque.prepare import prepare_point

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from rigrunner.api.analysis import CompensatedPoint
 from rigrunner.api.data import Estimate
+from rigrunner_bearings.api.compensations import CompensatedPoint
 from rigrunner_bearings.compensations.checks import (
     independent,
     no_growth,

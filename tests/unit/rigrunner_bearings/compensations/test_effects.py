@@ -9,8 +9,8 @@ import pytest
 
 from helpers_rigs import INSTRUMENT
 from helpers_rigs import RIG as DESCRIBED
-from rigrunner.api.analysis import Sweep
 from rigrunner.signal.coverage import expanded
+from rigrunner_bearings.api.compensations import Sweep
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 from rigrunner_bearings.torque.binding import bind
 from unit.rigrunner_bearings.compensations.helpers_sweeps import compensate, no_fit, prepared

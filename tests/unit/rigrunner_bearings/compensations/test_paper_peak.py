@@ -6,9 +6,9 @@ from math import inf
 import numpy as np
 import pytest
 
-from rigrunner.api.analysis import Sweep
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
+from rigrunner_bearings.api.compensations import Sweep
 from rigrunner_bearings.compensations.paper_peak import MEASURAND, OTHER_RIG, PaperPeak
 from rigrunner_bearings.compensations.paper_peak_settings import PaperPeakSettings
 from rigrunner_bearings.compensations.peak_budget import SAME_PHASE

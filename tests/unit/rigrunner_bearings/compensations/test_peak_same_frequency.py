@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rigrunner.api.analysis import MotionSource, PeakPoint, Sweep
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
+from rigrunner_bearings.api.compensations import Sweep
+from rigrunner_bearings.api.points import MotionSource, PeakPoint
 from rigrunner_bearings.compensations.peak_budget import ENTERED, SAME_PHASE, SINGLE_VALUES
 from rigrunner_bearings.compensations.peak_same_frequency import PeakSameFrequency
 from rigrunner_bearings.compensations.peak_same_frequency_settings import PeakSameFrequencySettings

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rigrunner.api.validation import Drawable
+from rigrunner_bearings.api.validation import Drawable
 from rigrunner_bearings.compensations.model_inverse import ModelInverse
 from rigrunner_bearings.compensations.settings import InverseSettings, TemplateInverseSettings
 from rigrunner_bearings.compensations.template_inverse import TemplateInverse

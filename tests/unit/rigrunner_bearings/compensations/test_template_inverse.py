@@ -8,10 +8,10 @@ from helpers_thorough import first
 from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import Instrument
 from rigrunner.api.rig import SupportUnderLoad
-from rigrunner.api.torque import DRIFT_LINE, SUPPORT_LINE
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.propagation import sensitivities
 from rigrunner.signal.uncertainty import combine
+from rigrunner_bearings.api.torque import DRIFT_LINE, SUPPORT_LINE
 from rigrunner_bearings.compensations import identification
 from rigrunner_bearings.compensations.comparison import SLIP
 from rigrunner_bearings.compensations.drive_line import DriveLine

@@ -10,8 +10,8 @@ import pytest
 from helpers_rigs import INSTRUMENT
 from helpers_rigs import RIG as DESCRIBED
 from helpers_thorough import first
-from rigrunner.api.analysis import Sweep
 from rigrunner.signal.coverage import expanded
+from rigrunner_bearings.api.compensations import Sweep
 from rigrunner_bearings.compensations.identification import identify
 from rigrunner_bearings.compensations.swing import make_swing, measured_ratio, spring_torque
 from rigrunner_bearings.compensations.under_load import line_under_load

@@ -3,7 +3,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from rigrunner.api.data import Estimate
-from rigrunner.api.validation import Agreement, EquationTrials, PipelineDraws, Validation
+from rigrunner_bearings.api.validation import Agreement, EquationTrials, PipelineDraws, Validation
 from rigrunner_bearings.report.view.validation import validation
 from rigrunner_reports.render import html
 from unit.rigrunner_reports.helpers_report import loaded_result, report_input, torque_of

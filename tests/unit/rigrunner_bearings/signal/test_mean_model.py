@@ -5,9 +5,9 @@ from math import sqrt
 import numpy as np
 import pytest
 
-from rigrunner.api.analysis import CompensatedPoint
 from rigrunner.api.uncertainty import Corrected, Effect, Input, MeasurementModel
 from rigrunner.signal.propagation import propagate
+from rigrunner_bearings.api.compensations import CompensatedPoint
 from rigrunner_bearings.signal.mean_model import mean_model
 
 RESONANCE = Input("fn", 400.0, 4.0, 12, unit="Hz", common=True)

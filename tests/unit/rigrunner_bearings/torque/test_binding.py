@@ -6,16 +6,10 @@ from math import hypot, inf, sqrt
 
 import pytest
 
-from rigrunner.api.analysis import (
-    Bias,
-    Check,
-    CompensatedPoint,
-    Compensation,
-    Component,
-    Consequence,
-)
+from rigrunner.api.analysis import Bias, Check, Component, Consequence
 from rigrunner.api.checks import effect_words
 from rigrunner.api.data import Estimate
+from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation
 from rigrunner_bearings.torque.binding import bind
 from rigrunner_bearings.torque.headline import compensated_mean
 

@@ -10,10 +10,10 @@ import pytest
 
 from helpers_rigs import run_data, true_starting_torque_nm
 from rigrunner.analysis.analyse import analyse
-from rigrunner.api import TorqueDetails
 from rigrunner.api.errors import DataError
 from rigrunner.registry import load_registry
 from rigrunner.signal.coverage import expanded
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 from rigrunner_bearings.study.tools import asked
 from rigrunner_bearings.torque.settings import SwingTorque

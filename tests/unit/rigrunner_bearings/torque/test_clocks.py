@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rigrunner.api.analysis import CompensatedPoint, Compensation, Component, PeakPoint, Sweep
+from rigrunner.api.analysis import Component
 from rigrunner.api.data import Estimate, Recording
 from rigrunner.api.errors import DataError
+from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation, Sweep
+from rigrunner_bearings.api.points import PeakPoint
 from rigrunner_bearings.signal.swings import with_swings
 from rigrunner_bearings.torque.clocks import CLOCKS, SHARE, alignment_u_s, alignments
 from rigrunner_bearings.torque.phase import ALIGNMENT, CLOCK_NOTE, compensated

@@ -7,8 +7,9 @@ from math import inf
 import numpy as np
 import pytest
 
-from rigrunner.api.analysis import CompensatedPoint, Component
+from rigrunner.api.analysis import Component
 from rigrunner.api.data import Estimate
+from rigrunner_bearings.api.compensations import CompensatedPoint
 from rigrunner_bearings.torque.consistency import TREND, agreement
 
 HERTZ = np.array([1.0, 3.0, 5.0, 8.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0])

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from rigrunner.api import AnalysisDetails, TorqueDetails
+from rigrunner.api import AnalysisDetails
 from rigrunner.api.results import Result
+from rigrunner_bearings.api.torque import TorqueDetails
 from unit.analysis.helpers_analysis import analysed, no_load_spec, recording, run_of
 
 
@@ -21,7 +22,7 @@ def test_a_certificate_rests_on_the_channels_of_torque_and_load():
 
 def test_plugins_made_by_the_first_version_still_find_the_compensations():
     kept = TorqueDetails(compensations={"a": None})
-    with pytest.warns(DeprecationWarning, match=r"TorqueDetails\.of\(result\)"):
+    with pytest.warns(DeprecationWarning, match="import compensations_of from"):
         assert result(AnalysisDetails(), kept).compensations == {"a": None}
-    with pytest.warns(DeprecationWarning, match=r"TorqueDetails\.of\(result\)"):
+    with pytest.warns(DeprecationWarning, match="import compensations_of from"):
         assert result(AnalysisDetails()).compensations == {}

@@ -7,8 +7,9 @@ from math import inf, sqrt
 import numpy as np
 import pytest
 
-from rigrunner.api.analysis import CompensatedPoint, Compensation, Component
+from rigrunner.api.analysis import Component
 from rigrunner.api.data import Estimate
+from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation
 from rigrunner_bearings.signal.kinematics import swing_angle
 from rigrunner_bearings.torque.diagnosis import Diagnosed, diagnose
 from unit.analysis.helpers_analysis import RATIO, recording, run_of, swing_point

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rigrunner.api.data import Points
-from rigrunner.api.torque import FittedTorque
 from rigrunner.registry import load_registry
+from rigrunner_bearings.api.torque import FittedTorque
 from rigrunner_bearings.torque.document_fits import fit
 
 REGISTRY = load_registry()

@@ -4,8 +4,9 @@ from math import inf, sqrt
 
 import pytest
 
-from rigrunner.api.analysis import CompensatedPoint, Component
+from rigrunner.api.analysis import Component
 from rigrunner.api.data import Estimate
+from rigrunner_bearings.api.compensations import CompensatedPoint
 from rigrunner_bearings.torque.headline import compensated_mean, raw_peak_mean
 from unit.analysis.helpers_analysis import instrument, swing_point
 

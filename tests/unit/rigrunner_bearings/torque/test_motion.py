@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rigrunner.api.analysis import MotionSource, SwingPoint
 from rigrunner.api.errors import DataError
+from rigrunner_bearings.api.points import MotionSource, SwingPoint
 from rigrunner_bearings.signal.kinematics import angular_velocity
 from rigrunner_bearings.torque.motion_checks import motion_check
 from rigrunner_bearings.torque.prepare import prepare_point

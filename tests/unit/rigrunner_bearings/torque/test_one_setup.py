@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-from rigrunner.api.analysis import Bias, CompensatedPoint
+from rigrunner.api.analysis import Bias
 from rigrunner.api.data import Estimate
 from rigrunner.api.filters import LowPass
 from rigrunner.api.quantity import parse_quantity
+from rigrunner_bearings.api.compensations import CompensatedPoint
 from rigrunner_bearings.torque.one_setup import setup_check, unloaded_check
 from unit.analysis.helpers_analysis import RIG, instrument, run_of, swing_point
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rigrunner.api.analysis import CompensatedPoint, Compensation, Component, Sweep
+from rigrunner.api.analysis import Component
 from rigrunner.api.data import Estimate
+from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation, Sweep
 from rigrunner_bearings.signal.swings import with_swings
 from rigrunner_bearings.torque.phase import COMMON, NOTE, OWN, compensated
 from unit.analysis.helpers_analysis import RIG, instrument, swing_point

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rigrunner.api.analysis import MotionSource, Rejection, SwingPoint
+from rigrunner.api.analysis import Rejection
 from rigrunner.api.errors import DataError
+from rigrunner_bearings.api.points import MotionSource, SwingPoint
 from rigrunner_bearings.signal.kinematics import swing_angle
 from rigrunner_bearings.torque.prepare import prepare_point
 from rigrunner_plugins.outlier_rules.grubbs import Grubbs

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from rigrunner.api import TorqueDetails
 from rigrunner.api.data import Recording
 from rigrunner.api.instruments import Instrument
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.torque.reading import torque_reading
 from unit.analysis.helpers_analysis import analysed, no_load_spec, recording, run_of
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rigrunner.api.analysis import Sweep
+from rigrunner_bearings.api.compensations import Sweep
 from rigrunner_bearings.torque.resampling import another_sensor, other_cycles
 from unit.analysis.helpers_analysis import RIG, instrument, swing_point
 

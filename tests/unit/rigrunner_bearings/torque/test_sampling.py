@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rigrunner.api.analysis import CompensatedPoint, Compensation, Sweep
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
+from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation, Sweep
 from rigrunner_bearings.torque.sampling import with_half_the_samples
 from unit.analysis.helpers_analysis import RIG, instrument, swing_point
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from rigrunner.analysis.document import document
-from rigrunner.api import TorqueDetails
-from rigrunner.api.analysis import MotionSource
 from rigrunner.api.data import Measurement
 from rigrunner.api.errors import DataError
+from rigrunner_bearings.api.points import MotionSource
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.signal.peaks import mean_peak, peak_points
 from rigrunner_bearings.torque.settings import SwingTorque
 from rigrunner_bearings.torque.sources import of_this_run, sources

@@ -6,12 +6,12 @@ from math import sqrt
 import numpy as np
 import pytest
 
-from rigrunner.api import TorqueDetails
-from rigrunner.api.analysis import StartPoint
 from rigrunner.api.data import Recording
 from rigrunner.api.errors import DataError
 from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import Acceptance
+from rigrunner_bearings.api.points import StartPoint
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.torque.settings import Breakaway, SwingTorque
 from unit.analysis.helpers_analysis import (
     MEASURAND,

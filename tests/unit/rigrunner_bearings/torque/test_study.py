@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from rigrunner.api import TorqueDetails
 from rigrunner.api.gauge import NamedStudy
+from rigrunner_bearings.api.torque import TorqueDetails
 from unit.analysis.helpers_analysis import analysed, recording, run_of
 
 FREQUENCIES = (2.0, 4.0, 6.0, 8.0, 10.0)

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from rigrunner.analysis.document import document
-from rigrunner.api.analysis import CompensatedPoint, Compensation, Component, PeakPoint, Sweep
+from rigrunner.api.analysis import Component
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
 from rigrunner.cli.summary import summary
+from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation, Sweep
+from rigrunner_bearings.api.points import PeakPoint
 from rigrunner_bearings.torque.draws import draw_pipeline
 from rigrunner_bearings.torque.settings import MonteCarloSpec
 from rigrunner_bearings.torque.validation import validate

@@ -10,8 +10,8 @@ if TYPE_CHECKING:
 
     from numpy.random import Generator
 
-    from rigrunner.api.analysis import Sweep
-    from rigrunner.api.data import Array, Estimate
+    from rigrunner.api import Array, Estimate
+    from rigrunner_bearings.api.compensations import Sweep
 
 
 @dataclass(frozen=True)

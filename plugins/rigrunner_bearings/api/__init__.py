@@ -1,4 +1,7 @@
-"""What a package that brings compensations needs, beside `rigrunner.api`. It loads no numpy."""
+"""The contracts of torque: what a package needs that brings compensations, beside `rigrunner.api`.
+
+Here is the record of such a plugin; the modules have what it takes and gives. None loads numpy.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,8 @@ from rigrunner.api.hooks import PluginRecord, needs_nothing
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigrunner.api import CompensationMethod, MeasurandKind, Requirements
+    from rigrunner.api import MeasurandKind, Requirements
+    from rigrunner_bearings.api.compensations import CompensationMethod
 
 
 class Influence(StrEnum):

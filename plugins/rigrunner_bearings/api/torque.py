@@ -6,17 +6,17 @@ from dataclasses import dataclass, field
 from math import sqrt
 from typing import TYPE_CHECKING
 
-from rigrunner.api.details import AnalysisDetails
+from rigrunner.api import AnalysisDetails
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rigrunner.api.analysis import Check, Compensation, Component, Curve, PeakPoint
-    from rigrunner.api.data import Estimate, Points
+    from rigrunner.api import Check, Component, Curve, Estimate, MeasurandKind, Points
     from rigrunner.api.details import LimitedMeasurand
-    from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.results import Result
-    from rigrunner.api.validation import Validation
+    from rigrunner_bearings.api.compensations import Compensation
+    from rigrunner_bearings.api.points import PeakPoint
+    from rigrunner_bearings.api.validation import Validation
 
 DRIFT_LINE = "drift of the support between the runs"
 """The line of a budget for what the support's friction changes by in between. Its source may follow
@@ -132,3 +132,8 @@ class TorqueDetails(AnalysisDetails):
                     return 100 * (each.value + sqrt(3) * each.input_u), "%"
                 return 1000 * (each.value + 2 * each.input_u), "mN·m"
         return None
+
+
+def compensations_of(result: Result) -> Mapping[str, Compensation]:
+    """Return the compensations of a result by name; none where no torque was analysed."""
+    return TorqueDetails.of(result).compensations

@@ -7,8 +7,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis.rules import Rejection
-    from rigrunner.api.data import Array, Estimate, Mask
+    from rigrunner.api import Array, Estimate, Mask, Rejection
 
 
 class MotionSource(StrEnum):
