@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.api import Requirements
+from rigrunner_bearings.api.requirements import TorqueRequirements
 
 if TYPE_CHECKING:
     from rigrunner_bearings.compensations.paper_peak_settings import PaperPeakSettings
@@ -17,21 +17,21 @@ LEAST_FREQUENCIES = 4
 """Without load, to learn the rig's resonance."""
 
 
-def of_paper_peak(settings: PaperPeakSettings) -> Requirements:
+def of_paper_peak(settings: PaperPeakSettings) -> TorqueRequirements:
     """Return what the compensation `paper_peak` needs."""
     if settings.coefficients == "published":
-        return Requirements(starts=False)
-    return Requirements(starts=False, fit=True, points=1, within_no_load_range=True)
+        return TorqueRequirements(starts=False)
+    return TorqueRequirements(starts=False, fit=True, points=1, within_no_load_range=True)
 
 
-def of_peak_same_frequency(settings: PeakSameFrequencySettings) -> Requirements:
+def of_peak_same_frequency(settings: PeakSameFrequencySettings) -> TorqueRequirements:
     """Return what the compensation `peak_same_frequency` needs."""
-    return Requirements(starts=False, frequency_match=settings.frequency_match)
+    return TorqueRequirements(starts=False, frequency_match=settings.frequency_match)
 
 
-def of_template_inverse(settings: TemplateInverseSettings) -> Requirements:
+def of_template_inverse(settings: TemplateInverseSettings) -> TorqueRequirements:
     """Return what the compensation `template_inverse` needs."""
-    return Requirements(
+    return TorqueRequirements(
         starts=False,
         phase=True,
         points=LEAST_FREQUENCIES,
@@ -39,18 +39,18 @@ def of_template_inverse(settings: TemplateInverseSettings) -> Requirements:
     )
 
 
-def of_model_inverse(_: Any) -> Requirements:
+def of_model_inverse(_: Any) -> TorqueRequirements:
     """Return what the compensation `model_inverse` needs."""
-    return Requirements(
+    return TorqueRequirements(
         starts=False, phase=True, points=LEAST_FREQUENCIES, within_no_load_range=True
     )
 
 
-def of_energy(settings: EnergySettings) -> Requirements:
+def of_energy(settings: EnergySettings) -> TorqueRequirements:
     """Return what the compensation `energy` needs."""
-    return Requirements(starts=False, phase=True, frequency_match=settings.frequency_match)
+    return TorqueRequirements(starts=False, phase=True, frequency_match=settings.frequency_match)
 
 
-def of_breakaway_peak(_: Any) -> Requirements:
+def of_breakaway_peak(_: Any) -> TorqueRequirements:
     """Return what the compensation `breakaway_peak` needs."""
-    return Requirements(starts=True)
+    return TorqueRequirements(starts=True)

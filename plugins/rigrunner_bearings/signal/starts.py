@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from rigrunner.api import DataError
-from rigrunner.api.analysis.requirements import LEAST_REST_S
+from rigrunner_bearings.api.requirements import LEAST_REST_S
 
 if TYPE_CHECKING:
     from rigrunner.api import Array

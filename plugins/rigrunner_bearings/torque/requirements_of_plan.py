@@ -6,19 +6,16 @@ from math import pi
 from typing import TYPE_CHECKING
 
 from rigrunner.api import Member
-from rigrunner.api.analysis.requirements import (
-    LEAST_REST_S,
-    LEAST_SAMPLES_PER_CYCLE,
-    SPARE_CYCLES,
-)
+from rigrunner.api.analysis.requirements import SPARE_CYCLES
 from rigrunner.api.planned import PlanProblem
+from rigrunner_bearings.api.requirements import LEAST_REST_S, LEAST_SAMPLES_PER_CYCLE
 from rigrunner_bearings.torque.requirers import channels_of, motion_channels, points_of, rows_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from rigrunner.api import Requirements
     from rigrunner.api.planned import PlannedRecording, PlannedRun
+    from rigrunner_bearings.api.requirements import TorqueRequirements
     from rigrunner_bearings.torque.requirers import Point, Requirer
     from rigrunner_bearings.torque.settings import TorqueSettings
 
@@ -198,7 +195,7 @@ def _without_load(needed: Iterable[Requirer], no_load: Sequence[Point]) -> Itera
             yield PlanProblem(message=message, hint=hint, key=each.key)
 
 
-def _unmatched(needs: Requirements, loaded: Iterable[Point], no_load: Iterable[Point]) -> str:
+def _unmatched(needs: TorqueRequirements, loaded: Iterable[Point], no_load: Iterable[Point]) -> str:
     """Return the loaded frequencies for which those without load do not do; '' for none."""
     there = [point.frequency_hz for point in no_load]
     missing = [

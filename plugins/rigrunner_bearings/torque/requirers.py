@@ -1,8 +1,8 @@
 """Which parts of an analysis of torque ask what of a run, and what set-points a plan has.
 
 The analysis itself, the rule for gross errors, the primary compensation and the fit that it takes
-each say what they need, as `Requirements`. Another compensation than the primary one may turn out
-to be not applicable: the run has its result all the same.
+each say what they need, as `TorqueRequirements`. Another compensation than the primary one may turn
+out to be not applicable: the run has its result all the same.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from rigrunner.api import Member, Requirements, unit
-from rigrunner.api.analysis.requirements import (
-    LEAST_CYCLES,
+from rigrunner.api import Member, unit
+from rigrunner.api.analysis.requirements import LEAST_CYCLES, SPARE_CYCLES
+from rigrunner.api.coordinates import matches
+from rigrunner_bearings.api.requirements import (
     LEAST_CYCLES_WITH_RULE,
     LEAST_STARTS,
-    SPARE_CYCLES,
+    TorqueRequirements,
 )
-from rigrunner.api.coordinates import matches
 from rigrunner_bearings.torque.channels import INDEX
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ class Requirer:
     """In words, such as "the compensation 'energy'"."""
     key: tuple[str | int, ...]
     """Where the settings name it."""
-    needs: Requirements
+    needs: TorqueRequirements
 
 
 @dataclass(frozen=True)
@@ -56,18 +56,20 @@ def requirers(spec: TorqueSettings, plugins: Plugins) -> tuple[Requirer, ...]:
     found = [_analysis(spec, plugins)]
     if spec.outliers is not None:
         rule = spec.outliers
-        needs = plugins.requires("outlier_rule", rule.name, rule.settings)
+        needs = TorqueRequirements.of(plugins.requires("outlier_rule", rule.name, rule.settings))
         found.append(Requirer(f"the rule '{rule.name}'", ("outliers",), needs))
     primary = spec.primary_plugin
     if primary is not None:
-        needs = plugins.requires("compensation", primary.name, primary.settings)
+        needs = TorqueRequirements.of(
+            plugins.requires("compensation", primary.name, primary.settings)
+        )
         index = spec.compensations.index(primary)
         found.append(
             Requirer(f"the compensation '{primary.label}'", ("compensations", index), needs)
         )
         if needs.fit and spec.fits:
             fit = spec.fits[0]
-            of_fit = plugins.requires("fit", fit.name, fit.settings)
+            of_fit = TorqueRequirements.of(plugins.requires("fit", fit.name, fit.settings))
             found.append(Requirer(f"the fit '{fit.label}'", ("fits", 0), of_fit))
     return tuple(found)
 
@@ -76,14 +78,14 @@ def _analysis(spec: TorqueSettings, plugins: Plugins) -> Requirer:
     """Return what is needed whatever plugins there are; a rule may reject half of the cycles."""
     name = "the analysis"
     if spec.starts is not None:
-        return Requirer(name, (), Requirements(cycles=LEAST_STARTS))
+        return Requirer(name, (), TorqueRequirements(cycles=LEAST_STARTS))
     if spec.outliers is not None:
         rule = plugins.record("outlier_rule", spec.outliers.name)
         if getattr(rule, "rejects", False):
             name += f", with the rule '{spec.outliers.name}',"
             least = LEAST_CYCLES_WITH_RULE - SPARE_CYCLES
-            return Requirer(name, (), Requirements(cycles=least))
-    return Requirer(name, (), Requirements(cycles=LEAST_CYCLES))
+            return Requirer(name, (), TorqueRequirements(cycles=least))
+    return Requirer(name, (), TorqueRequirements(cycles=LEAST_CYCLES))
 
 
 def analysed(planned: PlannedRun, spec: TorqueSettings) -> PlannedRun:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api import DataError, Estimate, Member
-from rigrunner.api.analysis.requirements import LEAST_STARTS
 from rigrunner.signal.spikes import hampel
 from rigrunner_bearings.api.points import MotionSource, StartPoint
+from rigrunner_bearings.api.requirements import LEAST_STARTS
 from rigrunner_bearings.signal.starts import find_start
 from rigrunner_bearings.torque.channels import finite, motion_channel, role_of, torque_channel
 from rigrunner_bearings.torque.reading import torque_reading

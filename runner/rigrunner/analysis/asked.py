@@ -4,21 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rigrunner.analysis.document import ALWAYS_SETTINGS
+
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from rigrunner.analysis.lookup import Lookup
     from rigrunner.api.findings import Findings
     from rigrunner.procedure import AnalysisRef
-
-_NONE: Mapping[str, object] = {
-    "despike": None,
-    "outliers": None,
-    "fits": [],
-    "compensations": [],
-    "primary": None,
-}
-"""What documents of the format `result/1` have where no analysis records its settings itself."""
 
 
 def settings_as_asked(
@@ -31,7 +24,7 @@ def settings_as_asked(
     own = [{k: v for one in each.details for k, v in one.settings().items()} for each in found]
     named = [_resolved(lookup, each) for each, told in zip(analyses, own, strict=True) if not told]
     recorded = {key: value for told in own for key, value in told.items()}
-    return {**(recorded or _NONE), **({"named": named} if named else {})}
+    return {**(recorded or ALWAYS_SETTINGS), **({"named": named} if named else {})}
 
 
 def _resolved(lookup: Lookup, reference: AnalysisRef) -> dict[str, object]:

@@ -11,8 +11,8 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.verdict.document import decision, limits, verdict
+from rigrunner.api.analysis.requirements import KEYS, ONLY
 from rigrunner.api.instruments import torque_instruments
-from rigrunner.api.partners import NO_LOAD, NO_LOAD_AFTER
 from rigrunner.signal.as_json.budget import TORQUE, budget
 from rigrunner.signal.as_json.checks import checks_of
 from rigrunner.signal.as_json.values import (
@@ -38,6 +38,20 @@ ALWAYS: Json = {
     "validation": None,
 }
 """What every document of this format has, also of a run whose analyses add none of it."""
+ALWAYS_SETTINGS: Json = {
+    "despike": None,
+    "outliers": None,
+    "fits": [],
+    "compensations": [],
+    "primary": None,
+}
+"""What its key `analysis` has where no analysis records its settings itself."""
+
+
+def primary_points(document: Json) -> Json:
+    """Return the set-points of the method that counts, of a document; empty where there is none."""
+    headline, methods = document.get("headline") or {}, document.get("compensations") or {}
+    return (methods.get(headline.get("method")) or {}).get("points") or ()
 
 
 def document(result: Result) -> Json:
@@ -45,13 +59,12 @@ def document(result: Result) -> Json:
     details = ALWAYS | {key: each for own in result.details for key, each in own.document().items()}
     named = [_named(each) for each in result.results]
     partners = {name: _run(run) for name, run in result.run.partners.items()}
-    no_load, after = (partners.pop(name, None) for name in (NO_LOAD, NO_LOAD_AFTER))
+    stated = {key: partners.pop(name, None) for name, key in KEYS.items()}
     return {
         "format": FORMAT,
         "measurand": {"symbol": result.symbol, "name": result.measurand, "unit": TORQUE},
         "run": _run(result.run),
-        "no_load_run": no_load,
-        **({} if after is None else {"no_load_run_after": after}),
+        **{key: each for key, each in stated.items() if each is not None or key == KEYS[ONLY]},
         **({"partner_runs": partners} if partners else {}),
         "analysis": plain(result.settings),
         "revisions": dict(result.revisions),

@@ -1,7 +1,7 @@
 """Partner runs: other runs that an analysis uses besides the one that it analyses.
 
-A dark reading for a responsivity, a reference specimen for a comparison, an unloaded rig for a
-torque: settings ask for one as a `PartnerRun`, the analysis lists it in its `Requirements` and gets
+A dark reading for a responsivity, a reference specimen for a comparison, an empty oven for the heat
+lost: settings ask for one as a `PartnerRun`, the analysis lists it in its `Requirements` and gets
 the data as `run.partners[name]`, online, of a stored run and in a batch.
 """
 
@@ -19,8 +19,6 @@ from rigrunner.api.settings import Duration, ListOf, Settings
 if TYPE_CHECKING:
     from rigrunner.api.analysis import NeededChannel
 
-NO_LOAD, NO_LOAD_AFTER = "no_load", "no_load_after"
-"""The names of partner runs that results and certificates state under keys of their own."""
 _HOUR_S = 3600.0
 
 
@@ -43,7 +41,7 @@ class PartnerRun(Settings):
     max_age: Annotated[Duration, Field(gt=0)] = 8 * _HOUR_S
     """Longest time between the start of the partner run and of this one."""
     same: ListOf[str] = (STATION,)
-    """What both runs must share: 'station', and keys of the rig such as 'mandrel'."""
+    """What both runs must share: 'station', and keys of the rig."""
 
     def needed(
         self,

@@ -8,6 +8,7 @@ from itertools import chain
 from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import Consequence
+from rigrunner.api.analysis.requirements import KEYS
 from rigrunner.api.certificate import (
     Amendment,
     Appearance,
@@ -23,7 +24,6 @@ from rigrunner.api.certificate import (
 )
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Outcome
-from rigrunner.api.partners import NO_LOAD, NO_LOAD_AFTER
 from rigrunner.api.results import REPLAYED
 from rigrunner.certificate.deviations import deviations_of
 from rigrunner.certificate.order import customer_of, external_of, item_of, opinions_of
@@ -240,8 +240,7 @@ def _evidence(source: Source, software: Mapping[str, str]) -> Evidence:
     partners = {name: _run_evidence(each, "") for name, each in run.partners.items()}
     return Evidence(
         run=_run_evidence(run, source.file_sha256),
-        no_load_run=partners.pop(NO_LOAD, None),
-        no_load_run_after=partners.pop(NO_LOAD_AFTER, None),
+        **{key: partners.pop(name, None) for name, key in KEYS.items()},
         partner_runs=partners,
         station_sha256=_sha256(run.header.station_text),
         software=dict(run.header.provenance),

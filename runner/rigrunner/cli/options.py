@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rigrunner.api.analysis.requirements import KEYS
 from rigrunner.api.errors import UsageError
 from rigrunner.cli.completing import procedures, stations, stored_runs
 
@@ -77,11 +78,9 @@ def partner_option(command: Callable[..., Any]) -> Callable[..., Any]:
     def named(
         *given: Any,
         partner: tuple[str, ...],
-        no_load: str | None,
-        no_load_after: str | None,
         **others: Any,
     ) -> Any:
-        short = {"no_load": no_load, "no_load_after": no_load_after}
+        short = {name: others.pop(name) for name in KEYS}
         pairs = [*partner, *(f"{name}={run}" for name, run in short.items() if run)]
         return command(*given, partners=_partners(pairs), **others)
 
@@ -93,12 +92,12 @@ def partner_option(command: Callable[..., Any]) -> Callable[..., Any]:
     )
     before, after = (
         click.option(
-            f"--{name}",
+            f"--{name.replace('_', '-')}",
             metavar="RUN",
             shell_complete=stored_runs,
-            help=f"The same as --partner {name.replace('-', '_')}=RUN.",
+            help=f"The same as --partner {name}=RUN.",
         )
-        for name in ("no-load", "no-load-after")
+        for name in KEYS
     )
     return several(before(after(named)))
 

@@ -101,7 +101,7 @@ class Planning:
         return found.unit, self.scene.drives.move(drive, found, to.si, to.unit.symbol)
 
     def require_rest(self, role: str) -> None:
-        """Add a problem if the role's device swings or turns by then."""
+        """Add a problem if the role's device moves in cycles by then."""
         self.scene.drives.require_rest(role, self.place.path)
 
     def setpoints(self) -> dict[str, float]:

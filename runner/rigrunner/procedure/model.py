@@ -50,7 +50,7 @@ class Procedure(Settings):
     automatic_start: YesNo = False
     """Whether the next run of a queue may start by itself; otherwise a person starts each one."""
     measurand: Measurand | None = None
-    """What an analysis such as `swing_torque` gives; others name their results themselves."""
+    """What the analysis gives that has no name of its own; others name their results themselves."""
     inputs: dict[Name, Input] = Field(default_factory=dict)
     """What is asked at the start, by name."""
     uses: Annotated[dict[Name, Text], Field(min_length=1)]

@@ -6,6 +6,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from rigrunner.api.analysis.requirements import ONLY
 from rigrunner.engine import Interference
 
 State = Literal["proposed", "waiting", "held", "started", "skipped", "closed"]
@@ -39,10 +40,10 @@ class Draft(BaseModel):
     @classmethod
     def _read_older(cls, value: object) -> object:
         """Read the key of 0.1.0 for the only partner run."""
-        if isinstance(value, dict) and "no_load" in value:
-            named = value["no_load"]
-            others = {key: each for key, each in value.items() if key != "no_load"}
-            return {**others, "partners": {"no_load": named}} if named else others
+        if isinstance(value, dict) and ONLY in value:
+            named = value[ONLY]
+            others = {key: each for key, each in value.items() if key != ONLY}
+            return {**others, "partners": {ONLY: named}} if named else others
         return value
 
     @property

@@ -12,21 +12,17 @@ from dataclasses import dataclass
 from rigrunner.api.member import NAME
 
 LEAST_CYCLES = 5
-"""Whole cycles in a recording of swings, after gross errors: with fewer, neither a gross error nor
-the scatter of a mean can be determined."""
+"""Whole cycles in a recording, after gross errors: with fewer, neither a gross error nor the
+scatter of a mean can be determined."""
 SPARE_CYCLES = 1
 """Cycles to record beyond those that are needed: the drive may turn slower than it is set."""
-LEAST_CYCLES_WITH_RULE = 2 * LEAST_CYCLES
-"""Cycles to record where a rule for gross errors is used: it may reject half of them."""
-LEAST_STARTS = 3
-"""Starts from rest at one speed and load: with fewer there is no scatter to speak of."""
-LEAST_REST_S = 0.1
-"""Rest at the beginning of a recorded start: with less, the start may have been missed."""
-LEAST_SAMPLES_PER_CYCLE = 16
-"""Samples in a cycle: with fewer, cycles and reversals cannot be told apart from noise."""
 LATEST = "latest"
 """Of a partner run: the latest that fits."""
 STATION = "station"
+KEYS = {"no_load": "no_load_run", "no_load_after": "no_load_run_after"}
+"""Partner runs that `result/1` and certificates state under a key of their own, as 0.1.0 did: that
+version knew no others. A later format has none."""
+ONLY, ONLY_AFTER = KEYS
 _HOUR_S = 3600.0
 _AFTER = "_after"
 _FILES = ("procedure", STATION)
@@ -121,7 +117,7 @@ class NeededRun:
 
 @dataclass(frozen=True, kw_only=True)
 class Requirements:
-    """What an analysis, an outlier rule, a fit or a compensation needs, from its settings alone.
+    """What an analysis, an outlier rule or a fit needs, from its settings alone.
 
     The defaults ask for nothing.
     """
@@ -133,20 +129,8 @@ class Requirements:
     partners: tuple[NeededRun, ...] = ()
     """Other runs that it is given beside this one."""
     cycles: int = 0
-    """Whole cycles in each recording; of starts from rest: starts at each speed and load."""
+    """Whole cycles in each recording."""
     rate_hz: float = 0.0
     """Samples per second, in each recording of its channels."""
-    starts: bool | None = None
-    """True: the recordings must be starts from rest. False: swings. None: either will do."""
-    phase: bool = False
-    """Whether each recording, of the no-load run too, needs a channel that shows the crank phase:
-    an angle, an angular velocity, or a channel called 'index'."""
-    fit: bool = False
-    """Whether the procedure must name a fit."""
     points: int = 0
-    """Different x: of a fit those of the values that it is through, of a compensation frequencies
-    without load."""
-    frequency_match: float | None = None
-    """How far, relatively, the no-load frequency of each loaded one may be; None: no pairs."""
-    within_no_load_range: bool = False
-    """Whether each frequency must lie within the range of those without load."""
+    """Different x of the values that a fit is through."""

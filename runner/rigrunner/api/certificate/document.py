@@ -7,6 +7,7 @@ from typing import Literal
 
 from pydantic import ValidationError
 
+from rigrunner.api.analysis.requirements import KEYS, ONLY_AFTER
 from rigrunner.api.certificate.conformity import Conformity
 from rigrunner.api.certificate.evidence import Amendment, Appearance, Evidence, FurtherCopy
 from rigrunner.api.certificate.measured import MeasuredLimits
@@ -102,8 +103,9 @@ def certificate_json(certificate: Certificate) -> str:
     content = certificate.model_dump(mode="json", exclude=exclude)
     if certificate.conformity is not None and not certificate.conformity.rule_words_in:
         del content["conformity"]["rule_words_in"]
-    if certificate.evidence.no_load_run_after is None:
-        del content["evidence"]["no_load_run_after"]
+    after = KEYS[ONLY_AFTER]
+    if content["evidence"][after] is None:
+        del content["evidence"][after]
     if not certificate.evidence.partner_runs:
         del content["evidence"]["partner_runs"]
     text = json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False)

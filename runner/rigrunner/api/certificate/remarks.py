@@ -43,7 +43,7 @@ class Deviation(Part):
 
     kind: DeviationKind
     run_id: Text
-    """Of the run in which it happened: this one or its no-load run."""
+    """Of the run in which it happened: this one or a partner run."""
     where: str = ""
     """Step, source, check or channel."""
     text: str

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.analysis.document import document
+from rigrunner.analysis.document import document, primary_points
 from rigrunner.analysis.revisions import FIRST
 from rigrunner.api.errors import DataError
 from rigrunner.run.set_points import named_by_frequency, named_place, other_results
@@ -50,8 +50,7 @@ def _changed(then: Mapping[str, int], result: Result) -> str:
 def _estimates(content: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
     headline = content.get("headline") or {}
     yield "the mean", headline.get("compensated") or {}
-    method = (content.get("compensations") or {}).get(headline.get("method")) or {}
-    points = method.get("points") or ()
+    points = primary_points(content)
     yield from named_by_frequency((one["set_frequency"]["value"], one["torque"]) for one in points)
     yield from ((named_place(one), one["estimate"]) for one in other_results(content))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import hypot, inf, sqrt
 from typing import TYPE_CHECKING, Any
 
+from rigrunner.analysis.document import primary_points
 from rigrunner.analysis.verdict.document import verdict_in
 from rigrunner.run.set_points import named_by_frequency, named_place, other_results
 from rigrunner.signal.rounding import places
@@ -64,10 +65,9 @@ def _method(document: Json) -> str:
 
 def _torques(document: Json) -> dict[str, Json | None]:
     """Return the torque at each set-point: compensated by the primary method, or else the peak."""
-    method = document["compensations"].get(_method(document))
-    points = document["points"]
-    if method and method["points"]:
-        values = [point["torque"] for point in method["points"]]
+    points, compensated = document["points"], primary_points(document)
+    if compensated:
+        values = [point["torque"] for point in compensated]
     else:
         values = [_raw_peak(point["raw_peak"]) for point in points]
     frequencies = (point["set_frequency"]["value"] for point in points)
