@@ -3,17 +3,43 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any, Self
 
 import pytest
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from rigrunner.api.devices import ChannelInfo, DriveInfo
 from rigrunner.api.errors import InvalidFileError, PluginError, Problem
 from rigrunner.api.hooks import AnalysisRecord, PluginRecord
 from rigrunner.api.plugin_refs import FitRef, OutlierRuleRef, PluginRef
-from rigrunner.api.rig import RigDescription
-from rigrunner.api.settings import ListOf, Settings, Torque, YesNo
+from rigrunner.api.settings import (
+    Length,
+    ListOf,
+    MomentOfInertia,
+    PlainText,
+    RotationalDamping,
+    Settings,
+    Torque,
+    YesNo,
+)
+
+
+class Drive(Settings):
+    """The keys of the rig that a plugin of these tests declares."""
+
+    mandrel: PlainText = ""
+    eccentric: Annotated[Length | None, Field(gt=0)] = None
+    centre_distance: Annotated[Length | None, Field(gt=0)] = None
+    inertia: MomentOfInertia | None = None
+    support_friction: Torque | None = None
+    support_damping: RotationalDamping | None = None
+
+    @model_validator(mode="after")
+    def _the_bar_moves(self) -> Self:
+        if self.eccentric and self.centre_distance and self.eccentric >= self.centre_distance:
+            raise ValueError("eccentric must be less than centre_distance")
+        return self
+
 
 PROCEDURE = """\
 rigrunner: procedure/2
@@ -238,8 +264,8 @@ class Lookup:
         )
 
     def rig_model(self) -> type[Settings]:
-        return RigDescription
+        return Drive
 
     def rig_of(self, kind: str, name: str) -> type[Settings] | None:
         self.settings_of(kind, name)
-        return RigDescription if kind == "compensation" else None
+        return Drive if kind == "compensation" else None

@@ -20,7 +20,7 @@ import numpy as np
 
 from rigrunner.api.data import Recording, RunData
 from rigrunner.api.instruments import Instrument
-from rigrunner.api.rig import RigDescription
+from rigrunner_bearings.api.rig import RigDescription
 from rigrunner_bearings.devices.simulated.parameters import ConstantErrors, SensorParameters
 from rigrunner_bearings.devices.simulated.sampling import (
     RigState,
@@ -48,16 +48,17 @@ IDEAL_SENSORS = SensorParameters(
     nonlinearity_limit=0.0,
     encoder_resolution_rad=0.0,
 )
-RIG = RigDescription(
-    mandrel="M-01",
-    eccentric="2 mm",
-    centre_distance="45 mm",
-    inertia="0.00233 kg·m²",
-    support_friction="0.76 N·m",
-    support_damping="0.31 N·m·s/rad",
-    swing_radius="10.4 mm",
-    support_load_dependence="1 %",  # measured: the simulated supports do not change under load
-)
+RIG_KEYS = {
+    "mandrel": "M-01",
+    "eccentric": "2 mm",
+    "centre_distance": "45 mm",
+    "inertia": "0.00233 kg·m²",
+    "support_friction": "0.76 N·m",
+    "support_damping": "0.31 N·m·s/rad",
+    "swing_radius": "10.4 mm",
+    "support_load_dependence": "1 %",  # measured: the simulated supports do not change under load
+}
+RIG = RigDescription.model_validate(RIG_KEYS)
 INSTRUMENT = Instrument.model_validate(
     {
         "channel": "tester.torque",
@@ -124,7 +125,7 @@ def run_data(
         ended_utc="2026-01-01T13:00:00+00:00" if loaded else "2026-01-01T11:00:00+00:00",
         outcome="completed",
         inputs={"specimen": "DEMO-0001", "operator": "test"},
-        rig=RIG,
+        rig_keys=RIG_KEYS,
         instruments={"tester.torque": INSTRUMENT},
         zeros={"tester.torque": zero_reading(parameters, seed)},
         recordings=recordings(parameters, load_n, frequencies, seed, cycles),

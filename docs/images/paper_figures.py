@@ -23,6 +23,7 @@ from rigrunner.registry import load_registry
 from rigrunner.run.locate import run_names
 from rigrunner.run.stored import analyse_run
 from rigrunner.runfile import read_truth
+from rigrunner_bearings.api.rig import rig_of
 from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.signal.kinematics import angular_acceleration, angular_velocity
 from rigrunner_bearings.signal.peaks import peak_points
@@ -150,7 +151,7 @@ def figures(runs: Path) -> dict[str, bytes]:
     points = TorqueDetails.of(result).compensations[TorqueDetails.of(result).primary].points
     top = max(points, key=lambda each: each.frequency_hz)
     return {
-        "paper-kinematics.svg": kinematics(result.run.rig.eccentric_ratio),
+        "paper-kinematics.svg": kinematics(rig_of(result.run).eccentric_ratio),
         "paper-torque-35hz.svg": torque_over_a_swing(top),
         "paper-no-load.svg": no_load_over_frequency(result),
         "paper-compensated.svg": loaded_over_frequency(result, float(np.mean(truths))),

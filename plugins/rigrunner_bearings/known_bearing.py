@@ -100,9 +100,9 @@ def support_friction(path: Path, registry: Registry) -> SupportFriction:
     procedure = parse_procedure(
         stored.header.procedure_text, stored.header.procedure_id, stored=True
     ).model
-    unstated = run.rig.model_copy(update={**dict.fromkeys(_STATED), "support_drift": 0.0})
+    stated = {key: each for key, each in run.rig_keys.items() if key not in _STATED}
     result = analyse(
-        replace(run, rig=unstated),
+        replace(run, rig_keys={**stated, "support_drift": "0 %"}),
         procedure.analysis,
         acceptance=None,
         measurand=procedure.measurand,

@@ -11,6 +11,7 @@ _OF_THE_ANALYSIS = {
 _OF_THE_API = {
     "compensations": "CompensatedPoint Compensation CompensationMethod Sweep",
     "points": "PeakPoint SwingPoint",
+    "rig": "RigDescription",
     "torque": "TorqueDetails",
 }
 """Names of `rigrunner.api` in the same way."""
@@ -31,7 +32,9 @@ MOVED = {
     "rigrunner.api.Influence": f"{_API}:Influence",
     "rigrunner.api.hooks.CompensationRecord": f"{_API}:CompensationRecord",
     "rigrunner.api.hooks.Influence": f"{_API}:Influence",
+    "rigrunner.api.data.RunData.rig": f"{_API}.rig:rig_of",
     "rigrunner.api.results.Result.compensations": f"{_API}.torque:compensations_of",
+    "rigrunner.api.rig": f"{_API}.rig",
     "rigrunner.api.torque": f"{_API}.torque",
     "rigrunner.api.validation": f"{_API}.validation",
     "rigrunner.signal.cycles": "rigrunner_bearings.signal.cycles",

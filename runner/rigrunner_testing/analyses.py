@@ -17,7 +17,6 @@ from rigrunner.api.errors import DataError, PluginError
 from rigrunner.api.hooks import AnalysisRecord
 from rigrunner.api.instruments import Instrument
 from rigrunner.api.member import NAME, Member
-from rigrunner.api.rig import RigDescription
 from rigrunner.api.units import QuantityError, unit
 from rigrunner.signal.coverage import expanded
 from rigrunner_testing.check import AnyCheck, Nonconformity, NotApplicable, check, demand
@@ -374,7 +373,6 @@ def _run(
         ended_utc=START.format(second=59),
         outcome="completed",
         inputs={},
-        rig=RigDescription(),
         instruments={each.channel: each for each in instruments},
         zeros={},
         recordings=(),

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from other_physics.recorded import LOAD, recorded, recorded_known, without_scatter
 from rigrunner.api.analysis import Consequence
 from rigrunner.api.errors import DataError
-from rigrunner.api.rig import SupportUnderLoad
 from rigrunner.signal.coverage import expanded
+from rigrunner_bearings.api.rig import SupportUnderLoad
 from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.known_bearing import MOST, RUNNING, between
 from rigrunner_bearings.study.tools import checks_of, primary_alone, tools
@@ -69,14 +69,13 @@ def judged(
     if load_read:
         bench = replace(bench, no_load=_with_load(bench.no_load, pair.no_load.load_n))
     if stated is not None:
-        rig = bench.loaded.rig.model_copy(update=_growth(pair, stated))
-        bench = replace(bench, loaded=replace(bench.loaded, rig=rig))
+        bench = replace(bench, loaded=_stating(bench.loaded, _growth(pair, stated)))
     if measured:
         known = _measured(pair, cache)
-        if known.torque > MOST * pair.no_load.rig.support_coulomb_nm:
+        added_nm = SupportUnderLoad.model_validate(known).torque
+        if added_nm > MOST * pair.no_load.rig.support_coulomb_nm:
             return Judged(pair, refused="the load adds too much to the support")
-        rig = bench.loaded.rig.model_copy(update={"support_under_load": known})
-        bench = replace(bench, loaded=replace(bench.loaded, rig=rig))
+        bench = replace(bench, loaded=_stating(bench.loaded, {"support_under_load": known}))
     return judged_by(pair, bench)
 
 
@@ -109,11 +108,15 @@ def _with_load(run: RunData, load_n: float) -> RunData:
     return replace(run, recordings=tuple(read))
 
 
-def _measured(pair: Pair, cache: Path | None) -> SupportUnderLoad:
+def _stating(run: RunData, keys: dict[str, Any]) -> RunData:
+    """Return the run of a rig whose station states these keys."""
+    return replace(run, rig_keys={**run.rig_keys, **keys})
+
+
+def _measured(pair: Pair, cache: Path | None) -> dict[str, str]:
     """Return what the load adds to the support, by a bearing whose friction is known to 2 mN.m."""
     bench, shared = recorded_known(pair, cache), tools()
-    rig = bench.loaded.rig.model_copy(update={"support_load_dependence": 0.0})
-    bench = replace(bench, loaded=replace(bench.loaded, rig=rig))
+    bench = replace(bench, loaded=_stating(bench.loaded, {"support_load_dependence": "0 %"}))
     found = TorqueDetails.of(shared.analysed(bench, shared.spec)).compensations
     mean, under_way = (
         compensated_mean(found[name].points) for name in (shared.spec.primary, RUNNING)
@@ -123,16 +126,14 @@ def _measured(pair: Pair, cache: Path | None) -> SupportUnderLoad:
     torque = total - bench.truth_nm + error
     u = np.sqrt(mean.u**2 + slip.u**2 + KNOWN_LIMIT_NM**2 / 3)
     known = {"source": "known bearing", "load": "1000 N"}
-    return SupportUnderLoad.model_validate(
-        {**known, "torque": f"{torque:.6f} N·m", "u": f"{u:.6f} N·m"}
-    )
+    return {**known, "torque": f"{torque:.6f} N·m", "u": f"{u:.6f} N·m"}
 
 
-def _growth(pair: Pair, limit: float) -> dict[str, float]:
+def _growth(pair: Pair, limit: float) -> dict[str, str]:
     """Return what a station states that has measured it, within a limit of error."""
     under_load, free = pair.loaded.rig.support_coulomb_nm, pair.no_load.rig.support_coulomb_nm
     error = np.random.default_rng([pair.seed, 5]).uniform(-limit, limit)
     return {
-        "support_load_growth": float(under_load / free - 1 + error),
-        "support_load_dependence": limit,
+        "support_load_growth": f"{100 * float(under_load / free - 1 + error)!r} %",
+        "support_load_dependence": f"{100 * limit!r} %",
     }

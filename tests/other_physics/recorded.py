@@ -19,8 +19,6 @@ from other_physics.model import integrate, natural_hz, starting_torque_nm
 from other_physics.rigs import LOAD_N, known_bearing, run_after
 from rigrunner.api.data import Recording, RunData
 from rigrunner.api.instruments import torque_instruments
-from rigrunner.api.rig import RigDescription
-from rigrunner.api.settings import own_keys
 from rigrunner.clock import utc_text
 from rigrunner_bearings.study.recording import RecordedBench
 from rigrunner_bearings.study.tools import tools
@@ -180,9 +178,9 @@ def _run_data(pair: Pair, run: Run, taken: _Taken, name: str, said_n: float) -> 
     station = tools().station
     (instrument,) = torque_instruments(station.instruments).values()
     known = {
-        "natural_frequency": natural_hz(run.rig),
-        "support_drift": None,  # these supports become warm
+        "natural_frequency": f"{float(natural_hz(run.rig))!r} Hz",
     }
+    warm = {key: each for key, each in station.rig.items() if key != "support_drift"}
     recordings = tuple(
         Recording(
             name=f"{frequency_hz:g} Hz",
@@ -210,7 +208,7 @@ def _run_data(pair: Pair, run: Run, taken: _Taken, name: str, said_n: float) -> 
         ended_utc="2026-01-01T01:00:00.000Z",
         outcome="completed",
         inputs={},
-        rig=own_keys(RigDescription, station.rig).model_copy(update=known),
+        rig_keys=warm | known,  # these supports become warm
         instruments={TORQUE: instrument},
         zeros={TORQUE: taken.zero_nm},
         recordings=recordings,

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
         Fit,
         Instrument,
         MeasurementModel,
-        RigDescription,
     )
     from rigrunner_bearings.api.points import PeakPoint, SwingPoint
+    from rigrunner_bearings.api.rig import RigDescription
 
 
 @dataclass(frozen=True, eq=False)

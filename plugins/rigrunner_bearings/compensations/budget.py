@@ -28,7 +28,8 @@ from rigrunner_bearings.signal.sensor import curve_slope, gain, one_figure, stat
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api import Array, Instrument, MeasurementModel, RigDescription
+    from rigrunner.api import Array, Instrument, MeasurementModel
+    from rigrunner_bearings.api.rig import RigDescription
     from rigrunner_bearings.compensations.bearing import MeanSwing, Pair
     from rigrunner_bearings.compensations.drive_line import DriveLine
     from rigrunner_bearings.compensations.evaluation import Evaluated

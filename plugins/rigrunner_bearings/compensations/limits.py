@@ -11,8 +11,8 @@ from rigrunner.signal.inputs import limited
 from rigrunner_bearings.api.torque import DRIFT_LINE, SUPPORT_LINE
 
 if TYPE_CHECKING:
-    from rigrunner.api import RigDescription
     from rigrunner_bearings.api.compensations import Sweep
+    from rigrunner_bearings.api.rig import RigDescription
     from rigrunner_bearings.compensations.settings import InverseSettings, SupportSettings
 
 LITERATURE = 0.025

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
         TemplateInverseSettings,
     )
 
-RIG = "rigrunner.api.rig:RigDescription"
+RIG = "rigrunner_bearings.api.rig:RigDescription"
 """What the station may say of a rig that swings or turns bearings."""
 STARTING = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
 RUNNING = MeasurandKind(Nature.LOAD_INDUCED, Condition.UNDER_WAY)

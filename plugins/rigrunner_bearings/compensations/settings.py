@@ -7,7 +7,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from rigrunner.api import Angle, Frequency, Ratio, Settings
-from rigrunner.api.rig import refuse_growth_without_limit
+from rigrunner_bearings.api.rig import refuse_growth_without_limit
 
 DEGREE = 0.017453292519943295
 

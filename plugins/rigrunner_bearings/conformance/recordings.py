@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import DeviceContext, Recording, RigDescription, RunData
+from rigrunner.api import DeviceContext, Recording, RunData
 from rigrunner.api.instruments import torque_instruments
-from rigrunner.api.settings import own_keys
 from rigrunner.clock import SimulatedClock, utc_text
 from rigrunner.run.locate import find_station
 from rigrunner.station import load_station
@@ -116,7 +115,7 @@ def starts(number: int, rate_hz: float | None = None) -> Runs:
         ended_utc=utc_text(clock.utc()),
         outcome="completed",
         inputs={},
-        rig=own_keys(RigDescription, station.rig),
+        rig_keys=station.rig,
         instruments=torque_instruments(station.instruments),
         zeros={"tester.torque": zero},
         recordings=tuple(made),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner_bearings.api.rig import rig_of
 from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.report.figures.cycles import cycle_values
 from rigrunner_bearings.report.figures.fits import fitted_peaks
@@ -110,7 +111,7 @@ def _figures(result: Result, points: Sequence[SetPoint]) -> Figures:
         loops=loops(swings) if swings else None,
         fits=fitted_peaks(torque.fits) if fitted else None,
         cycles=cycle_values(named_runs(torque)) if several else None,
-        motion=motion(fastest[0], result.run.rig.eccentric_ratio) if fastest else None,
+        motion=motion(fastest[0], rig_of(result.run).eccentric_ratio) if fastest else None,
     )
 
 

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import DataError, Estimate, RigDescription
+from rigrunner.api import DataError, Estimate
 from rigrunner.api.settings import own_keys
 from rigrunner.signal.coverage import excess_kurtosis, expanded
 from rigrunner.signal.uncertainty import combine
+from rigrunner_bearings.api.rig import RigDescription
 from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.study.bench import LOAD_N
 from rigrunner_bearings.study.case import Case

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigrunner.api import DeviceContext, Recording, RigDescription, RunData
+from rigrunner.api import DeviceContext, Recording, RunData
 from rigrunner.api.instruments import torque_instruments
-from rigrunner.api.settings import own_keys
 from rigrunner.bus import Bus, Emitter
 from rigrunner.clock import SimulatedClock, utc_text
 from rigrunner.engine import UnattendedAnswers
@@ -154,7 +153,7 @@ def _run(
         ended_utc=utc_text(setup.clock.utc()),
         outcome="completed",
         inputs={},
-        rig=_rig(setup),
+        rig_keys=_rig(setup),
         instruments={TORQUE: _instrument(setup)},
         zeros={TORQUE: zero},
         recordings=tuple(recording for recording, _ in pairs),
@@ -202,9 +201,9 @@ def _with_load(recording: Recording, bench: Bench) -> Array:
     return np.asarray(np.asarray(recording.channels[TORQUE]) + shift + spring)
 
 
-def _rig(setup: _Setup) -> RigDescription:
-    known = {"natural_frequency": setup.bench.reference_hz}
-    return own_keys(RigDescription, setup.station.rig).model_copy(update=known)
+def _rig(setup: _Setup) -> dict[str, Any]:
+    known = {"natural_frequency": f"{float(setup.bench.reference_hz)!r} Hz"}
+    return {**setup.station.rig, **known}
 
 
 def _instrument(setup: _Setup) -> Instrument:

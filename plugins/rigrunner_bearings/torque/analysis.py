@@ -9,6 +9,7 @@ from rigrunner.api import DataError, Findings
 from rigrunner.api.checks import forbidden
 from rigrunner.api.scrutiny import Subject
 from rigrunner_bearings.api.compensations import Compensation, Sweep
+from rigrunner_bearings.api.rig import rig_of
 from rigrunner_bearings.torque.binding import bind
 from rigrunner_bearings.torque.bracketing import Bracket, Recorded, bracket
 from rigrunner_bearings.torque.channels import torque_channel
@@ -258,7 +259,7 @@ class _TorqueOfRun:
                 found = around.widened(found, early, late)
         except DataError as error:
             return Compensation(self.context.measurand, (), not_applicable=str(error))
-        found = with_study(found, self.run.rig.gauge_study)
+        found = with_study(found, rig_of(self.run).gauge_study)
         found, checks = bind(found, found.checks)
         return replace(found, checks=checks)
 

@@ -17,6 +17,7 @@ from rigrunner.api.instruments import torque_instruments
 from rigrunner.api.measurand import Validity
 from rigrunner.signal.numerals import finite, printed, stated
 from rigrunner_bearings.api.points import StartPoint, SwingPoint
+from rigrunner_bearings.api.rig import rig_of
 from rigrunner_bearings.signal.peaks import mean_peak
 from rigrunner_bearings.torque.channels import role_of
 
@@ -120,8 +121,8 @@ def _load_problem(found: TorqueDetails, run: RunData) -> str:
     """Return in words why it is not known how well the load is known; '' where that is known."""
     if not _is_loaded(found):
         return ""
-    cell, tolerance = _load_cell(run), run.rig.load_tolerance
-    stated = "load_tolerance" in run.rig.model_fields_set
+    cell, tolerance = _load_cell(run), rig_of(run).load_tolerance
+    stated = "load_tolerance" in run.rig_keys
     assumed = f"±{100 * tolerance:.3g} %, " + ("as the station says" if stated else "by default")
     if cell is None:
         return f"no instrument for it is in the station's register; its error is taken as {assumed}"

@@ -13,6 +13,7 @@ from rigrunner.api.checks import ABOVE_ZERO, Limit, skipped
 from rigrunner.signal.blocks import blocks, limits
 from rigrunner.signal.held import longest_at, longest_held
 from rigrunner_bearings.api.points import MotionSource, StartPoint, SwingPoint
+from rigrunner_bearings.api.rig import rig_of
 from rigrunner_bearings.signal.swings import kept_cycles
 from rigrunner_bearings.torque.channels import torque_channel
 from rigrunner_bearings.torque.motion_checks import SEEN, motion_check, seen_frequency_hz
@@ -144,8 +145,9 @@ def run_checks(run: RunData, points: tuple[PeakPoint, ...], prefix: str = "") ->
     several = [point for point in points if point.cycles > 1]
     yield motion_check(points, prefix)
     yield ENTERED_FREQUENCY.check((_wrong_frequency(each, run) for each in several), prefix)
+    rig = rig_of(run)
     angles = [point for point in swings if point.motion is MotionSource.ANGLE]
-    yield STROKE.check((_wrong_stroke(each, run.rig.eccentric_ratio) for each in angles), prefix)
+    yield STROKE.check((_wrong_stroke(each, rig.eccentric_ratio) for each in angles), prefix)
     yield STEADY.check(map(_unsteady, angles), prefix)
     clipped = CLIPPING.check((_clipped(each, run) for each in run.recordings), prefix)
     # A converter's coarse zero while a bearing rests before its start is no lost peak.

@@ -7,6 +7,7 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import Bias
+from rigrunner_bearings.api.rig import rig_of
 from rigrunner_bearings.torque.checks import (
     RANGE,
     SAMPLES,
@@ -84,7 +85,7 @@ def diagnose(
     # no mapping: a sweep may come back to a frequency, and each of its points counts
     torques = [(point.set_frequency_hz, point.torque.value) for point in primary.points]
     yield positive_check(torques)
-    radius = found.run.rig.swing_radius
+    radius = rig_of(found.run).swing_radius
     if radius is not None:
         yield friction_check(torques, loaded[0].load_n, radius)
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api import Member
+from rigrunner_bearings.api.rig import rig_of
 from rigrunner_bearings.torque.channels import role_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from rigrunner.api import RigDescription, RunData
+    from rigrunner.api import RunData
+    from rigrunner_bearings.api.rig import RigDescription
 
 
 def with_known_load(run: RunData, torque: str, loads_n: Iterable[float]) -> RigDescription:
@@ -24,5 +26,5 @@ def with_known_load(run: RunData, torque: str, loads_n: Iterable[float]) -> RigD
     cell = run.instruments.get(channel)
     limit = None if cell is None or least == 0 else cell.limit_of_error(least)
     if limit is None:
-        return run.rig
-    return run.rig.model_copy(update={"load_tolerance": limit / least})
+        return rig_of(run)
+    return rig_of(run).model_copy(update={"load_tolerance": limit / least})

@@ -17,6 +17,7 @@ import numpy as np
 from rigrunner.api import DataError, Estimate
 from rigrunner.api.analysis.requirements import LEAST_CYCLES
 from rigrunner_bearings.api.points import MotionSource
+from rigrunner_bearings.api.rig import rig_of
 from rigrunner_bearings.signal.cycles import find_cycles, integrated_swing
 from rigrunner_bearings.signal.kinematics import swing_angle
 from rigrunner_bearings.signal.pulses import pulse_edges, starts_by_frequency, starts_from_edges
@@ -26,8 +27,9 @@ from rigrunner_bearings.torque.waveforms import PHASES, mean_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigrunner.api import Array, Mask, Recording, RigDescription, RunData
+    from rigrunner.api import Array, Mask, Recording, RunData
     from rigrunner.api.data import Samples
+    from rigrunner_bearings.api.rig import RigDescription
 
 ENTERED_LIMIT = 0.005
 """Of an entered frequency: half-width of what it may be off; an angle channel flags more."""
@@ -79,8 +81,8 @@ def _motion(
         return _by_entry(torque_nm, rate_hz, set_point(recording, torque, "frequency"))
     values = finite(recording, name)
     if source is MotionSource.INDEX:
-        return _by_index(values, rate_hz, run.rig)
-    return _by_angle(source, values, rate_hz, run.rig)
+        return _by_index(values, rate_hz, rig_of(run))
+    return _by_angle(source, values, rate_hz, rig_of(run))
 
 
 def _by_angle(source: MotionSource, values: Samples, rate_hz: float, rig: RigDescription) -> Motion:

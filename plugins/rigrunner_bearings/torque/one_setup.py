@@ -13,13 +13,15 @@ from typing import TYPE_CHECKING
 from rigrunner.api.analysis import Bias
 from rigrunner.api.checks import Limit, skipped
 from rigrunner.api.instruments import torque_instruments
+from rigrunner_bearings.api.rig import rig_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from rigrunner.api import Check, Instrument, RigDescription, RunData
+    from rigrunner.api import Check, Instrument, RunData
     from rigrunner_bearings.api.compensations import CompensatedPoint
     from rigrunner_bearings.api.points import PeakPoint
+    from rigrunner_bearings.api.rig import RigDescription
 
 ONE_SETUP = Limit(
     name="one set-up",
@@ -65,7 +67,7 @@ def _millimetres(length_m: float | None) -> str:
 def setup_check(run: RunData, no_load: RunData) -> Check:
     """Check that the no-load run was made with the transducer, filter and swing of the run."""
     theirs, ours = (torque_instruments(each.instruments.values()) for each in (no_load, run))
-    differences = setup_differences(no_load.rig, theirs.values(), run.rig, ours)
+    differences = setup_differences(rig_of(no_load), theirs.values(), rig_of(run), ours)
     found = [(1.0, f"of the no-load run, {words}") for words in differences]
     return ONE_SETUP.check(found or [(0.0, "")])
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.instruments import torque_instruments
 from rigrunner_bearings.api.points import MotionSource
+from rigrunner_bearings.api.rig import planned_rig, rig_of
 from rigrunner_bearings.torque.channels import motion_channel
 from rigrunner_bearings.torque.one_setup import setup_differences
 from rigrunner_bearings.torque.requirers import analysed, points_of, requirers
@@ -29,7 +30,8 @@ def partner_problems(
     """Yield what speaks against a no-load run: another set-up, or what its recordings lack."""
     transducers = torque_instruments(partner.instruments.values()).values()
     ours = torque_instruments(planned.instruments)
-    yield from setup_differences(partner.rig, transducers, planned.rig, ours)
+    rig = planned_rig(planned)
+    yield from setup_differences(rig_of(partner), transducers, rig, ours)
     found = sources(partner)
     there = [each.setpoints.get(planned.cycle_drive or "", 0.0) for each in found]
     wanted_hz = {each.frequency_hz for each in points_of(analysed(planned, spec))}

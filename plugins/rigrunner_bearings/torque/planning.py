@@ -16,6 +16,7 @@ from rigrunner.api.coordinates import (
 from rigrunner.api.errors import did_you_mean
 from rigrunner.api.places import matches as is_place
 from rigrunner.api.planned import ExpectedReading, PlanProblem, StationPart
+from rigrunner_bearings.api.rig import planned_rig
 from rigrunner_bearings.torque.channels import INDEX
 from rigrunner_bearings.torque.contradictions import contradictions
 from rigrunner_bearings.torque.definition import kind_of
@@ -30,8 +31,9 @@ from rigrunner_bearings.torque.requirers import (
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.api import AnalysisContext, RigDescription
+    from rigrunner.api import AnalysisContext
     from rigrunner.api.planned import PlannedLimit, PlannedRecording, PlannedRun, RecordingAction
+    from rigrunner_bearings.api.rig import RigDescription
     from rigrunner_bearings.torque.settings import TorqueSettings
 
 _ANALYSED_IN = {"torque": TORQUE, "angle": "rad", "angular velocity": "rad/s"}
@@ -81,19 +83,20 @@ def expects(
 ) -> Iterator[ExpectedReading]:
     """Yield the torque and the angle to be expected in each recording of a swing."""
     del context
+    rig = planned_rig(planned)
     highest = (each.highest for each in planned.limits if each.of == spec.name)
     bearing_nm = max((each.si for each in highest if each is not None), default=0.0)
     for each in planned.recordings:
         record = each.record
         if not record.cycle_frequency_hz:
             continue
-        rig_nm = rig_torque_nm(planned.rig, record.cycle_frequency_hz)
+        rig_nm = rig_torque_nm(rig, record.cycle_frequency_hz)
         if rig_nm is not None:
             text = f"recording {record.name} is expected to reach"
             for name in channels_of(record, "torque"):
                 yield _up_to(record, name, rig_nm + bearing_nm, text)
-        if planned.rig.swings:
-            half_swing = asin(planned.rig.eccentric_ratio)
+        if rig.swings:
+            half_swing = asin(rig.eccentric_ratio)
             for name in channels_of(record, "angle"):
                 yield _up_to(record, name, half_swing, "the swing goes to")
 
@@ -131,7 +134,7 @@ def _recorded(
         yield from _channels(each)
     yield from _selection(spec, planned, chosen)
     if spec.starts is None and chosen.recordings:
-        yield from _rig(planned.rig)
+        yield from _rig(planned_rig(planned))
     for each in chosen.recordings:
         for name in channels_of(each.record, "torque"):
             yield from _instrument(planned, Member(each.record.role, name), each)

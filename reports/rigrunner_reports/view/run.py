@@ -35,7 +35,7 @@ def facts(result: Result) -> Facts:
         ("Run", run.run_id),
         ("Procedure", f"{run.procedure_id}, revision {run.procedure_revision}"),
         ("State", _state(run)),
-        ("Station", run.station_id + (f", mandrel {run.rig.mandrel}" if run.rig.mandrel else "")),
+        ("Station", run.station_id + (f", mandrel {run.mandrel}" if run.mandrel else "")),
         ("Performed", _period(run.started_utc, run.ended_utc)),
         *((name.capitalize(), value) for name, value in {**run.inputs, **run.people}.items()),
         ("Outcome", run.outcome),

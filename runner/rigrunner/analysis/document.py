@@ -8,7 +8,7 @@ freedom are the text "infinite".
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.verdict.document import decision, limits, verdict
 from rigrunner.api.analysis.requirements import KEYS, ONLY
@@ -23,6 +23,8 @@ from rigrunner.signal.as_json.values import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from rigrunner.api.data import RunData
     from rigrunner.api.findings import MeasurementResult, ResultDefinition, Table
     from rigrunner.api.results import Result
@@ -48,10 +50,11 @@ ALWAYS_SETTINGS: Json = {
 """What its key `analysis` has where no analysis records its settings itself."""
 
 
-def primary_points(document: Json) -> Json:
+def primary_points(document: Mapping[str, Any]) -> Sequence[Mapping[str, Any]]:
     """Return the set-points of the method that counts, of a document; empty where there is none."""
     headline, methods = document.get("headline") or {}, document.get("compensations") or {}
-    return (methods.get(headline.get("method")) or {}).get("points") or ()
+    method: Mapping[str, Any] = methods.get(headline.get("method")) or {}
+    return method.get("points") or ()
 
 
 def document(result: Result) -> Json:
@@ -124,7 +127,7 @@ def _run(run: RunData) -> Json:
             "title": run.procedure_title,
         },
         "station": run.station_id,
-        "mandrel": run.rig.mandrel,
+        "mandrel": run.mandrel,
         "started_utc": run.started_utc,
         "ended_utc": run.ended_utc,
         "outcome": run.outcome,

@@ -57,7 +57,6 @@ _NAMES = {
     "results": "ReportInput",
     "letterhead": "CertificateInput",
     "studies": "StudyInput",
-    "rig": "RigDescription",
 }
 """Names by module; `__init__.pyi` lists them for type checkers."""
 _MODULE_OF = {name: module for module, names in _NAMES.items() for name in names.split()}

@@ -69,7 +69,6 @@ from rigrunner.api.member import Member
 from rigrunner.api.partners import PartnerRun
 from rigrunner.api.quantity import Estimate, Quantity, parse_quantity
 from rigrunner.api.results import ReportInput
-from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import (
     Angle,
     AnyQuantity,
@@ -187,7 +186,6 @@ __all__ = [
     "ReportInput",
     "Requirements",
     "ResultDefinition",
-    "RigDescription",
     "RigrunnerError",
     "RunData",
     "Settable",

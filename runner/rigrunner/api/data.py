@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rigrunner.api.accuracy import ReadingError
 from rigrunner.api.member import channel_of
 from rigrunner.api.quantity import Estimate as Estimate  # noqa: PLC0414  (part of the data, without numpy)
+from rigrunner.moved import moved
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from rigrunner.api.instruments import Instrument
     from rigrunner.api.limits import ValueLimit
     from rigrunner.api.readings import Reading, ReadingLimit
-    from rigrunner.api.rig import RigDescription
     from rigrunner.api.verdict import LimitDecision
 
 Array = NDArray[np.float64]
@@ -176,7 +176,6 @@ class RunData:
     ended_utc: str
     outcome: str
     inputs: Mapping[str, str]
-    rig: RigDescription
     instruments: Mapping[str, Instrument]
     """The register of instruments of the station by channel, torque transducers first."""
     zeros: Mapping[str, float]
@@ -199,6 +198,17 @@ class RunData:
     """By recording: the zero readings at that time, if the run was zeroed again."""
     partners: Mapping[str, RunData] = field(default_factory=dict)
     """Partner runs by name; an analysis gets those that it requires."""
+
+    if not TYPE_CHECKING:  # a checker would take any name
+
+        def __getattr__(self, name: str) -> Any:
+            """Return what has left this class; raise AttributeError for any other name."""
+            return moved(f"{__name__}.RunData", name)(self)
+
+    @property
+    def mandrel(self) -> str:
+        """What holds the specimen, by the key `mandrel` of the rig; '' where it has none."""
+        return str(self.rig_keys.get("mandrel", ""))
 
     def reading_errors(self, channel: str, value: float) -> tuple[ReadingError, ...]:
         """Return the errors of readings of a channel up to a value, in the SI unit.

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from rigrunner.api.instruments import Instrument
     from rigrunner.api.member import Member
     from rigrunner.api.quantity import Quantity
-    from rigrunner.api.rig import RigDescription
     from rigrunner.api.steps import Rows
 
 
@@ -131,7 +130,8 @@ class PlannedLimit(Protocol):
 class PlannedRun:
     """What is known of a run before it is made."""
 
-    rig: RigDescription
+    rig_keys: Mapping[str, Any]
+    """The keys under `rig` of the station; `own_keys` reads those of a plugin."""
     instruments: tuple[Instrument, ...]
     recordings: tuple[PlannedRecording, ...] = ()
     rows: tuple[PlannedRows, ...] = ()

@@ -229,7 +229,7 @@ def _performance(result: Result, order: Order) -> Performance:
         started_utc=run.started_utc,
         ended_utc=run.ended_utc,
         station=run.station_id,
-        mandrel=run.rig.mandrel,
+        mandrel=run.mandrel,
         operator=order.operator,
         inputs=dict(run.inputs),
     )

@@ -49,7 +49,7 @@ def run_to_come(
         if drive.sets_cycle_frequency
     )
     return PlannedRun(
-        rig=station.rig,
+        rig_keys=station.model.rig,
         instruments=tuple(station.model.instruments),
         recordings=plan.recordings,
         rows=tuple(

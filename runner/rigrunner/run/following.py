@@ -92,7 +92,6 @@ def _run(planned: Planned, partners: Mapping[str, Path]) -> RunData:
         ended_utc="",
         outcome="",
         inputs={},
-        rig=station.rig,
         instruments=station.register,
         zeros={},
         recordings=(),

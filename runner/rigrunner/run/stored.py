@@ -14,8 +14,6 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.events import Outcome
 from rigrunner.api.instruments import TORQUE
 from rigrunner.api.progress import unseen
-from rigrunner.api.rig import RigDescription
-from rigrunner.api.settings import own_keys
 from rigrunner.procedure import kinds_of, parse_procedure
 from rigrunner.run.interrupted import used_partners
 from rigrunner.runfile import read
@@ -149,7 +147,6 @@ def run_data(stored: StoredRun) -> RunData:
         ended_utc=info.ended_utc,
         outcome=info.outcome,
         inputs=header.inputs,
-        rig=own_keys(RigDescription, station.rig),
         rig_keys=station.rig,
         instruments={
             each.channel: each

@@ -4,16 +4,11 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import TYPE_CHECKING
-
-from pydantic import ValidationError
 
 from rigrunner.api.errors import InvalidFileError, Problem, did_you_mean
 from rigrunner.api.instruments import STORED
 from rigrunner.api.member import Member
-from rigrunner.api.rig import RigDescription
-from rigrunner.api.settings import own_keys
 from rigrunner.station.fixing import as_if_fixed
 from rigrunner.station.model import Station
 from rigrunner.yamlfile import parse, validate
@@ -30,16 +25,6 @@ if TYPE_CHECKING:
     from rigrunner.yamlfile import Document
 
 
-_STAND_IN = {
-    "mandrel": "none",
-    "eccentric": "2 mm",
-    "centre_distance": "45 mm",
-    "inertia": "0.002 kg·m²",
-    "support_friction": "0.7 N·m",
-    "support_damping": "0.3 N·m·s/rad",
-}
-
-
 @dataclass(frozen=True, eq=False)
 class LoadedStation:
     """A station, the places of its parts, and its text."""
@@ -51,14 +36,6 @@ class LoadedStation:
     text: str
     time_limits: bool = True
     """Whether calls of devices have time limits; not under a debugger."""
-
-    @cached_property
-    def rig(self) -> RigDescription:
-        """The data of the rig; a replacement if invalid, as `check` reports."""
-        try:
-            return own_keys(RigDescription, self.model.rig)
-        except ValidationError:
-            return RigDescription.model_validate(_STAND_IN)
 
     @property
     def register(self) -> dict[str, Instrument]:

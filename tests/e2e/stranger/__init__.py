@@ -83,7 +83,6 @@ from rigrunner.api import (
     ReportInput,
     Requirements,
     ResultDefinition,
-    RigDescription,
     RunData,
     Settable,
     Settings,
@@ -111,6 +110,7 @@ from rigrunner_bearings.api.compensations import (
     Sweep,
 )
 from rigrunner_bearings.api.points import PeakPoint, SwingPoint
+from rigrunner_bearings.api.rig import RigDescription
 from rigrunner_bearings.signal.compensated import compensated_point
 from rigrunner_bearings.signal.kinematics import angular_velocity
 from rigrunner_bearings.signal.peaks import mean_peak, scatter_effect

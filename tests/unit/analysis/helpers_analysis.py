@@ -10,10 +10,10 @@ import numpy as np
 from rigrunner.analysis.analyse import analyse
 from rigrunner.api.data import Estimate, Recording, RunData
 from rigrunner.api.instruments import Instrument
-from rigrunner.api.rig import RigDescription
 from rigrunner.procedure import Acceptance, Measurand
 from rigrunner.registry import load_registry
 from rigrunner_bearings.api.points import SwingPoint
+from rigrunner_bearings.api.rig import RigDescription
 from rigrunner_bearings.signal.kinematics import swing_angle
 from unit.analysis import helpers_runs
 
@@ -32,15 +32,16 @@ LOADED_SPEC = SPEC | {
     "compensations": [PAPER_PEAK],
     "primary": "paper_peak",
 }
-RIG = RigDescription(
-    mandrel="M-01",
-    eccentric="2 mm",
-    centre_distance="45 mm",
-    inertia="0.00233 kg·m²",
-    support_friction="0.76 N·m",
-    support_damping="0.31 N·m·s/rad",
-    swing_radius="10.4 mm",
-)
+RIG_KEYS = {
+    "mandrel": "M-01",
+    "eccentric": "2 mm",
+    "centre_distance": "45 mm",
+    "inertia": "0.00233 kg·m²",
+    "support_friction": "0.76 N·m",
+    "support_damping": "0.31 N·m·s/rad",
+    "swing_radius": "10.4 mm",
+}
+RIG = RigDescription.model_validate(RIG_KEYS)
 
 
 def instrument(
@@ -82,7 +83,7 @@ def recording(peaks_nm, frequency_hz=10.0, *, load_n=1000.0, zero_nm=0.0, lead=0
 def run_of(*recordings, **changes) -> RunData:
     """Return a run of the swing tester."""
     torque = {"instruments": {"tester.torque": instrument()}, "zeros": {"tester.torque": 0.0}}
-    return helpers_runs.run_of(*recordings, **({"rig": RIG} | torque | changes))
+    return helpers_runs.run_of(*recordings, **({"rig_keys": RIG_KEYS} | torque | changes))
 
 
 def swing_point(peaks_nm, frequency_hz, *, load_n=1000.0) -> SwingPoint:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from rigrunner.api.data import RunData
-from rigrunner.api.rig import RigDescription
 
 
 def run_of(*recordings, **changes) -> RunData:
@@ -20,7 +19,6 @@ def run_of(*recordings, **changes) -> RunData:
         ended_utc="2026-01-01T13:00:00+00:00",
         outcome="completed",
         inputs={"specimen": "DEMO-0001"},
-        rig=RigDescription(),
         instruments={},
         zeros={},
         recordings=recordings,

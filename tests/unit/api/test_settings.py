@@ -1,4 +1,4 @@
-"""Field types that read what stands in YAML, and what instruments and rigs must have."""
+"""Field types that read what stands in YAML, and what instruments must have."""
 
 from __future__ import annotations
 
@@ -12,17 +12,8 @@ from pydantic import ValidationError
 
 from rigrunner.api.instruments import Instrument
 from rigrunner.api.quantity import parse_quantity
-from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import AnyQuantity, Force, Frequency, IsoDate, ListOf, Settings, YesNo
 
-RIG = {
-    "mandrel": "M-01",
-    "eccentric": "2 mm",
-    "centre_distance": "45 mm",
-    "inertia": "0.00233 kg·m²",
-    "support_friction": "0.76 N·m",
-    "support_damping": "0.31 N·m·s/rad",
-}
 INSTRUMENT = {
     "channel": "tester.torque",
     "serial": "T-1",
@@ -76,20 +67,6 @@ def test_the_schema_says_what_may_be_written():
     assert properties["load"]["type"] == "string"
     assert "kN" in properties["load"]["description"]
     assert properties["quiet"]["enum"] == ["yes", "no", True, False]
-
-
-def test_the_ratio_of_the_rig():
-    assert RigDescription.model_validate(RIG).eccentric_ratio == pytest.approx(2 / 45, rel=1e-15)
-
-
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [("eccentric", "0 mm"), ("eccentric", "45 mm"), ("eccentric", "50 mm"), ("inertia", "0 kg·m²"),
-     ("support_friction", "-1 N·m"), ("swing_radius", "0 mm"), ("mandrel", 5)],
-)  # fmt: skip
-def test_an_impossible_rig_is_refused(key, value):
-    with pytest.raises(ValidationError):
-        RigDescription.model_validate(RIG | {key: value})
 
 
 @pytest.mark.parametrize(

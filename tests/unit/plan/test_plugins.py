@@ -5,8 +5,16 @@ from __future__ import annotations
 import pytest
 from pydantic import create_model
 
-from helpers_language import PROCEDURE, STATION, Lookup, edited, only_problem, place_of, problems_of
-from rigrunner.api.rig import RigDescription
+from helpers_language import (
+    PROCEDURE,
+    STATION,
+    Drive,
+    Lookup,
+    edited,
+    only_problem,
+    place_of,
+    problems_of,
+)
 from rigrunner.api.settings import Length, Settings
 from rigrunner.plan import check_plugins
 from rigrunner.procedure import parse_procedure
@@ -120,7 +128,7 @@ class OvenLookup(Lookup):
     """Plugins of two domains, of which one compensation and one fit say what they know of a rig."""
 
     def rig_model(self):
-        return create_model("Rig", __base__=(Oven, RigDescription))
+        return create_model("Rig", __base__=(Oven, Drive))
 
     def rig_of(self, kind, name):
         return Oven if name == "inertia" else super().rig_of(kind, name)

@@ -13,7 +13,6 @@ from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.data import Measurement, Recording, RunData
 from rigrunner.api.errors import DataError, PluginError
 from rigrunner.api.instruments import Instrument
-from rigrunner.api.rig import RigDescription
 from rigrunner.registry import load_registry
 
 STRD = Path(__file__).parents[2] / "reference" / "strd"
@@ -46,7 +45,7 @@ EXACT = entry("cell.signal", "voltage", {"drift": "0 V"})
 def run_of(measured, *instruments, recordings=()) -> RunData:
     return RunData(
         run_id="r", procedure_id="P", procedure_revision="A", procedure_title="", station_id="s",
-        started_utc=START, ended_utc=START, outcome="completed", inputs={}, rig=RigDescription(),
+        started_utc=START, ended_utc=START, outcome="completed", inputs={},
         instruments={each.channel: each for each in instruments},
         zeros={}, recordings=tuple(recordings), measurements=tuple(measured),
     )  # fmt: skip

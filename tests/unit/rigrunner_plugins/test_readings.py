@@ -12,7 +12,6 @@ from scipy import signal, stats
 from rigrunner.api.data import Measurement, Recording, RunData
 from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import Instrument
-from rigrunner.api.rig import RigDescription
 from rigrunner.registry import load_registry
 from rigrunner.signal.coverage import expanded
 
@@ -47,7 +46,6 @@ def run_of(*rows: Measurement, recordings=(), instruments=(), zeros=None) -> Run
         ended_utc=START,
         outcome="completed",
         inputs={},
-        rig=RigDescription(),
         instruments={each.channel: each for each in instruments},
         zeros=zeros or {},
         recordings=tuple(recordings),

@@ -16,7 +16,6 @@ from rigrunner.api.data import Estimate, Points, RunData
 from rigrunner.api.instruments import Instrument
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.api.results import ReportInput, Result
-from rigrunner.api.rig import RigDescription
 from rigrunner.api.verdict import Decision, LimitDecision, Limits, Verdict
 from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation, Trace
 from rigrunner_bearings.api.points import SwingPoint
@@ -30,15 +29,15 @@ J_KGM2 = 0.002324
 PHASES = 256
 PHASE = 2 * np.pi * np.arange(PHASES) / PHASES
 
-RIG = RigDescription(
-    mandrel="M-01",
-    eccentric="2 mm",
-    centre_distance="45 mm",
-    inertia="0.00233 kg·m²",
-    support_friction="0.76 N·m",
-    support_damping="0.31 N·m·s/rad",
-    swing_radius="10.4 mm",
-)
+RIG_KEYS = {
+    "mandrel": "M-01",
+    "eccentric": "2 mm",
+    "centre_distance": "45 mm",
+    "inertia": "0.00233 kg·m²",
+    "support_friction": "0.76 N·m",
+    "support_damping": "0.31 N·m·s/rad",
+    "swing_radius": "10.4 mm",
+}
 INSTRUMENT = Instrument.model_validate(
     {
         "channel": "tester.torque",
@@ -166,7 +165,7 @@ def run_data(run_id, procedure_id, title, **changes):
         ended_utc="2026-03-02T09:31:30Z",
         outcome="completed",
         inputs={"specimen": "DEMO-0001", "operator": "Demo operator"},
-        rig=RIG,
+        rig_keys=RIG_KEYS,
         instruments={"tester.torque": INSTRUMENT},
         zeros={"tester.torque": 0.0123},
         recordings=(),

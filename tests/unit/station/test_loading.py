@@ -59,7 +59,7 @@ def test_a_station_is_what_its_file_says():
     station = parse_station(STATION, "s.yaml")
 
     assert station.model.devices["tester"].settings == {"gain": "1 N·m"}
-    assert station.rig.eccentric_ratio == pytest.approx(2 / 45, rel=1e-15)
+    assert station.model.rig["eccentric"] == "2 mm"
     assert station.register["tester.torque"].low_pass.corner == 1000.0
     assert parse_station(station.text, "run.h5").digest == station.digest
 

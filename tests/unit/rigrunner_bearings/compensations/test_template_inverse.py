@@ -7,10 +7,10 @@ from helpers_rigs import INSTRUMENT
 from helpers_thorough import first
 from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import Instrument
-from rigrunner.api.rig import SupportUnderLoad
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.propagation import sensitivities
 from rigrunner.signal.uncertainty import combine
+from rigrunner_bearings.api.rig import SupportUnderLoad
 from rigrunner_bearings.api.torque import DRIFT_LINE, SUPPORT_LINE
 from rigrunner_bearings.compensations import identification
 from rigrunner_bearings.compensations.comparison import SLIP

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from rigrunner.api.errors import DataError
-from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import own_keys
 from rigrunner.jobs import InProcess, Processes
+from rigrunner_bearings.api.rig import RigDescription
 from rigrunner_bearings.compensations.settings import InverseSettings
 from rigrunner_bearings.study import coverage_rigs
 from rigrunner_bearings.study.bench import INERTIA, NATURAL

@@ -10,7 +10,7 @@ from rigrunner_bearings.api.points import MotionSource, SwingPoint
 from rigrunner_bearings.signal.kinematics import angular_velocity
 from rigrunner_bearings.torque.motion_checks import motion_check
 from rigrunner_bearings.torque.prepare import prepare_point
-from unit.analysis.helpers_analysis import RATE_HZ, RATIO, RIG, recording, run_of, spec
+from unit.analysis.helpers_analysis import RATE_HZ, RATIO, RIG_KEYS, recording, run_of, spec
 
 PEAKS = np.linspace(1.9, 2.1, 12)
 HERTZ = 7.3
@@ -46,7 +46,7 @@ def by_tacho(offset=0.0):
 
 
 def prepared(rec, **rig):
-    run = run_of(rec, rig=RIG.model_copy(update=rig))
+    run = run_of(rec, rig_keys=RIG_KEYS | rig)
     return prepare_point(rec, run, spec(), lambda _: [])
 
 
@@ -72,7 +72,7 @@ def test_index_and_tacho_give_frequency_phase_and_swings(rec, source):
 
 
 def test_the_station_says_where_the_index_stands():
-    point = prepared(by_index(at_rad=1.1), index_phase=1.1)
+    point = prepared(by_index(at_rad=1.1), index_phase="1.1 rad")
     assert phase_error_rad(point) == pytest.approx(0, abs=0.012)
     wrong = prepared(by_index(at_rad=1.1))
     assert phase_error_rad(wrong) == pytest.approx(1.1, abs=0.02)
@@ -92,8 +92,8 @@ def test_the_scale_of_a_tacho_does_not_matter_for_the_phase():
 
 def test_their_phase_has_an_uncertainty():
     tolerance = np.deg2rad(2.0)
-    index = prepared(by_index(), phase_tolerance=tolerance)
-    tacho = prepared(by_tacho(), phase_tolerance=tolerance)
+    index = prepared(by_index(), phase_tolerance="2 deg")
+    tacho = prepared(by_tacho(), phase_tolerance="2 deg")
     assert index.phase_common_u_rad == pytest.approx(tolerance / np.sqrt(3))
     assert tacho.phase_common_u_rad == pytest.approx(tolerance / np.sqrt(3))
     # +/- half a sample, rectangular, of 2 pi f / rate a sample

@@ -10,7 +10,7 @@ from rigrunner.api.filters import LowPass
 from rigrunner.api.quantity import parse_quantity
 from rigrunner_bearings.api.compensations import CompensatedPoint
 from rigrunner_bearings.torque.one_setup import setup_check, unloaded_check
-from unit.analysis.helpers_analysis import RIG, instrument, run_of, swing_point
+from unit.analysis.helpers_analysis import RIG_KEYS, instrument, run_of, swing_point
 
 CHANNEL = "tester.torque"
 PEAKS = [1.0] * 6
@@ -44,7 +44,7 @@ def test_the_same_register_is_one_set_up():
             "its low-pass filter is 'butterworth, order 2, 300 Hz'",
         ),
         (
-            run_of(rig=RIG.model_copy(update={"eccentric": 0.003})),
+            run_of(rig_keys=RIG_KEYS | {"eccentric": "3 mm"}),
             "its eccentric is 3 mm, but 2 mm is needed",
         ),
     ],

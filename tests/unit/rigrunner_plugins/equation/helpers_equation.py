@@ -7,7 +7,6 @@ from functools import cache
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.data import Measurement, RunData
 from rigrunner.api.instruments import Instrument
-from rigrunner.api.rig import RigDescription
 from rigrunner.api.units import unit
 from rigrunner.registry import load_registry
 
@@ -38,7 +37,7 @@ def run_of(columns, units, instruments=(), places=None) -> RunData:
     )
     return RunData(
         run_id="r", procedure_id="P", procedure_revision="A", procedure_title="", station_id="s",
-        started_utc=START, ended_utc=START, outcome="completed", inputs={}, rig=RigDescription(),
+        started_utc=START, ended_utc=START, outcome="completed", inputs={},
         instruments={each.channel: each for each in instruments}, zeros={}, recordings=(),
         measurements=rows,
     )  # fmt: skip

@@ -6,24 +6,36 @@ The compensations declare these keys, and with them a station may have them unde
 from __future__ import annotations
 
 import math
-from typing import Annotated, Self
+from typing import TYPE_CHECKING, Annotated, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, model_validator
 
-from rigrunner.api.errors import DataError
-from rigrunner.api.gauge import NamedStudy
-from rigrunner.api.settings import (
+from rigrunner.api import (
     Angle,
+    DataError,
     Force,
     Frequency,
     Length,
-    MomentOfInertia,
     PlainText,
     Ratio,
-    RotationalDamping,
     Settings,
     Torque,
 )
+from rigrunner.api.gauge import NamedStudy
+from rigrunner.api.settings import MomentOfInertia, RotationalDamping, own_keys
+
+if TYPE_CHECKING:
+    from rigrunner.api import RunData
+    from rigrunner.api.planned import PlannedRun
+
+_STAND_IN = {
+    "mandrel": "none",
+    "eccentric": "2 mm",
+    "centre_distance": "45 mm",
+    "inertia": "0.002 kg·m²",
+    "support_friction": "0.7 N·m",
+    "support_damping": "0.3 N·m·s/rad",
+}
 
 
 def refuse_growth_without_limit(growth: float | None, limit: float | None) -> None:
@@ -172,3 +184,16 @@ class RigDescription(Settings):
                 hint="enter eccentric and centre_distance under its 'rig'",
             )
         return self.eccentric / self.centre_distance
+
+
+def rig_of(run: RunData) -> RigDescription:
+    """Return what the station of a run says of the rig."""
+    return own_keys(RigDescription, run.rig_keys)
+
+
+def planned_rig(planned: PlannedRun) -> RigDescription:
+    """Return what the station says of the rig; a stand-in where that is wrong, as `check` tells."""
+    try:
+        return own_keys(RigDescription, planned.rig_keys)
+    except ValidationError:
+        return RigDescription.model_validate(_STAND_IN)
