@@ -16,6 +16,20 @@ from helpers_docs import ROOT
 DOCS = ROOT / "docs"
 AGAIN = "python docs/images/architecture.py docs"
 made = runpy.run_path(str(DOCS / "images/architecture.py"))
+OF_BEARINGS = re.compile(r"swing|bearing|crank|no.load|compensation", re.IGNORECASE)
+NAMES_BEARINGS = {
+    "analysis/document.py": "keys of result/1, which every document of that format has",
+    "api/analysis/requirements.py": "two partner runs have keys of their own in result/1",
+    "api/certificate/evidence.py": "fields of certificates of 0.1.0",
+    "api/certificate/method.py": "fields of certificates of 0.1.0",
+    "api/certificate/results.py": "fields of certificates of 0.1.0",
+    "api/measurand.py": "limits of 0.1.0 have a key 'measurand', which the core reads",
+    "certificate/content.py": "fills the fields of certificates of 0.1.0",
+    "procedure/result_limits.py": "limits of 0.1.0 have a key 'measurand', which the core reads",
+    "registry/culprit.py": "the packages of this project are no plugins of others",
+    "yamlfile/upgrade.py": "procedures of 0.1.0 have one analysis without a name",
+}
+"""Modules of the core that name what is of bearings, each with its reason."""
 
 
 def test_the_drawing_is_that_of_the_code():
@@ -167,3 +181,13 @@ def test_no_box_hides_another():
 def test_a_page_without_the_mark_is_refused():
     with pytest.raises(SystemExit, match="has no line"):
         made["page"]("# Architecture\n")
+
+
+def test_the_core_names_nothing_of_bearings():
+    core = ROOT / "runner/rigrunner"
+    naming = {
+        path.relative_to(core).as_posix()
+        for path in core.rglob("*.py")
+        if OF_BEARINGS.search(path.read_text(encoding="utf-8"))
+    }
+    assert naming == set(NAMES_BEARINGS), "use another example, or move it to the bearings"
