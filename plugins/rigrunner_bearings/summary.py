@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.cli.numbers import with_uncertainty
-from rigrunner.cli.summary import UNKNOWN, SummaryParts, estimate_text
-from rigrunner.cli.table import table
+from rigrunner.api.summaries import SummaryParts, table
+from rigrunner.signal.rounding import UNKNOWN, estimate_text, with_uncertainty
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

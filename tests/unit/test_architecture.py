@@ -19,7 +19,7 @@ made = runpy.run_path(str(DOCS / "images/architecture.py"))
 OF_BEARINGS = re.compile(r"swing|bearing|crank|no.load|compensation", re.IGNORECASE)
 NAMES_BEARINGS = {
     "analysis/document.py": "keys of result/1, which every document of that format has",
-    "api/analysis/requirements.py": "two partner runs have keys of their own in result/1",
+    "api/partner_keys.py": "two partner runs have keys of their own in result/1",
     "api/certificate/evidence.py": "fields of certificates of 0.1.0",
     "api/certificate/method.py": "fields of certificates of 0.1.0",
     "api/certificate/results.py": "fields of certificates of 0.1.0",

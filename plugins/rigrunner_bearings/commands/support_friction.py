@@ -25,9 +25,9 @@ def command(run: str, runs: Path, station: str | None, *, as_json: bool) -> None
     RUN is one of the procedure support_friction, made with a bearing of known friction. Prints the
     lines to enter in the station; its results then use them.
     """
-    from rigrunner.cli.numbers import with_uncertainty
     from rigrunner.run.lab_plugins import lab_registry
     from rigrunner.signal.coverage import expanded
+    from rigrunner.signal.rounding import with_uncertainty
     from rigrunner_bearings.known_bearing import support_friction
 
     found = support_friction(find_run(run, runs), lab_registry(station))

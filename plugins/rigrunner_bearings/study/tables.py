@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
-from rigrunner.cli.table import table
+from rigrunner.api.summaries import table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

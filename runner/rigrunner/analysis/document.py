@@ -11,8 +11,8 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.verdict.document import decision, limits, verdict
-from rigrunner.api.analysis.requirements import KEYS, ONLY
 from rigrunner.api.instruments import torque_instruments
+from rigrunner.api.partner_keys import KEYS, ONLY
 from rigrunner.signal.as_json.budget import TORQUE, budget
 from rigrunner.signal.as_json.checks import checks_of
 from rigrunner.signal.as_json.values import (

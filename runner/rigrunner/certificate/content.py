@@ -8,7 +8,6 @@ from itertools import chain
 from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import Consequence
-from rigrunner.api.analysis.requirements import KEYS
 from rigrunner.api.certificate import (
     Amendment,
     Appearance,
@@ -24,6 +23,7 @@ from rigrunner.api.certificate import (
 )
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Outcome
+from rigrunner.api.partner_keys import KEYS
 from rigrunner.api.results import REPLAYED
 from rigrunner.certificate.deviations import deviations_of
 from rigrunner.certificate.order import customer_of, external_of, item_of, opinions_of

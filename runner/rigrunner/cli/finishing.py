@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 from rigrunner.analysis.document import document
 from rigrunner.api.errors import RigrunnerError
 from rigrunner.api.events import Outcome
+from rigrunner.api.summaries import pairs
 from rigrunner.cli.boundary import show_bug, show_error
 from rigrunner.cli.output import message, result, result_json, unsafe_rig
 from rigrunner.cli.summary import identity, summary
-from rigrunner.cli.table import pairs
 
 if TYPE_CHECKING:
     from rigrunner.run.finish import FinishedRun

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.coordinates import measured_column, with_unit, written_column
 from rigrunner.api.readings import reading_text
-from rigrunner.cli.table import table
+from rigrunner.api.summaries import table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rigrunner.api.analysis.requirements import KEYS
 from rigrunner.api.errors import UsageError
+from rigrunner.api.partner_keys import KEYS
 from rigrunner.cli.completing import procedures, stations, stored_runs
 
 if TYPE_CHECKING:

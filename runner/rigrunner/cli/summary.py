@@ -3,41 +3,24 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.events import Outcome
+from rigrunner.api.summaries import SummaryParts, pairs, table
 from rigrunner.api.verdict import probability_text
 from rigrunner.cli.brought import entries
-from rigrunner.cli.numbers import with_uncertainty
 from rigrunner.cli.output import message
-from rigrunner.cli.table import pairs, table
 from rigrunner.run.set_points import other_results
+from rigrunner.signal.rounding import estimate_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
     Document = Mapping[str, Any]
 
 GROUP = "rigrunner.summaries"
-UNKNOWN = "-"
 MOST_SHOWN = 20
 """The number of values out of limits that are listed; 'show' has the whole tables."""
-
-
-@dataclass(frozen=True)
-class SummaryParts:
-    """What a package adds to the summary of a result document with its keys.
-
-    An entry point of the group `rigrunner.summaries` names one.
-    """
-
-    facts: Callable[[Document], Iterable[tuple[str, str]]]
-    """Returns named lines, which come before the verdict."""
-    blocks: Callable[[Document], Iterable[str]]
-    """Returns tables and paragraphs, which come after the verdict."""
-    checks: Callable[[Document], Iterable[Document]]
-    """Returns checks in keys of its own, in the form of `checks` of the document."""
 
 
 def summary(document: Document) -> str:
@@ -212,11 +195,3 @@ def _check(check: Mapping[str, Any]) -> str:
     kind = "note" if check["ok"] else "check"
     words = (f"{kind}: {check['name']}: {check['text']}", check.get("effect"), check["advice"])
     return "; ".join(each for each in words if each)
-
-
-def estimate_text(estimate: Mapping[str, Any] | None) -> str:
-    """Return 'value ± U' of an estimate of a result document."""
-    if estimate is None or estimate["value"] is None:
-        return UNKNOWN
-    expanded = estimate["expanded_uncertainty_95"]
-    return with_uncertainty(estimate["value"], float("nan") if expanded is None else expanded)

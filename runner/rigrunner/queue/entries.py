@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from rigrunner.api.analysis.requirements import ONLY
+from rigrunner.api.partner_keys import ONLY
 from rigrunner.engine import Interference
 
 State = Literal["proposed", "waiting", "held", "started", "skipped", "closed"]

@@ -1,10 +1,16 @@
-"""How many decimals a number deserves (GUM 7.2.6)."""
+"""How many decimals a number deserves (GUM 7.2.6), and texts with as many."""
 
 from __future__ import annotations
 
-from math import floor, isfinite, log10
+from math import floor, isfinite, log10, nan
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 PLACES_WITHOUT_UNCERTAINTY = 4
+UNKNOWN = "-"
+"""In place of an estimate that there is not."""
 
 
 def places(uncertainty: float, digits: int = 2) -> int:
@@ -16,3 +22,22 @@ def places(uncertainty: float, digits: int = 2) -> int:
         return PLACES_WITHOUT_UNCERTAINTY
     rounded = float(f"{uncertainty:.{digits - 1}e}")
     return digits - 1 - floor(log10(rounded))
+
+
+def with_uncertainty(value: float, expanded: float) -> str:
+    """Return 'value ± U', U with two significant digits and the value to the same place.
+
+    This is the rounding of GUM 7.2.6. An uncertainty that is zero or not finite is shown as it is.
+    """
+    if not (isfinite(expanded) and expanded > 0):
+        return f"{value:.4g} ± {expanded:.2g}"
+    decimals = max(0, places(expanded))
+    return f"{value:.{decimals}f} ± {expanded:.{decimals}f}"
+
+
+def estimate_text(estimate: Mapping[str, Any] | None) -> str:
+    """Return 'value ± U' of an estimate of a result document."""
+    if estimate is None or estimate["value"] is None:
+        return UNKNOWN
+    expanded = estimate["expanded_uncertainty_95"]
+    return with_uncertainty(estimate["value"], nan if expanded is None else expanded)

@@ -6,10 +6,10 @@ from datetime import datetime
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.cli.numbers import with_uncertainty
-from rigrunner.cli.table import table
+from rigrunner.api.summaries import table
 from rigrunner.clock import utc_text
 from rigrunner.printable import UNPRINTABLE, printable
+from rigrunner.signal.rounding import with_uncertainty
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

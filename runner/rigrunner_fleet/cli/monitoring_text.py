@@ -6,7 +6,7 @@ from collections import Counter
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from rigrunner.cli.table import pairs, table
+from rigrunner.api.summaries import pairs, table
 from rigrunner.signal.rounding import places
 
 if TYPE_CHECKING:

@@ -2,8 +2,9 @@ from __future__ import annotations
 
 import copy
 
+from rigrunner.api.summaries import SummaryParts
 from rigrunner.cli import summary as module
-from rigrunner.cli.summary import SummaryParts, identity, summary
+from rigrunner.cli.summary import identity, summary
 
 
 def estimate(value, expanded):

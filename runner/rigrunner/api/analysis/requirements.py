@@ -19,10 +19,6 @@ SPARE_CYCLES = 1
 LATEST = "latest"
 """Of a partner run: the latest that fits."""
 STATION = "station"
-KEYS = {"no_load": "no_load_run", "no_load_after": "no_load_run_after"}
-"""Partner runs that `result/1` and certificates state under a key of their own, as 0.1.0 did: that
-version knew no others. A later format has none."""
-ONLY, ONLY_AFTER = KEYS
 _HOUR_S = 3600.0
 _AFTER = "_after"
 _FILES = ("procedure", STATION)

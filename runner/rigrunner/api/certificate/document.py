@@ -7,7 +7,6 @@ from typing import Literal
 
 from pydantic import ValidationError
 
-from rigrunner.api.analysis.requirements import KEYS, ONLY_AFTER
 from rigrunner.api.certificate.conformity import Conformity
 from rigrunner.api.certificate.evidence import Amendment, Appearance, Evidence, FurtherCopy
 from rigrunner.api.certificate.measured import MeasuredLimits
@@ -29,6 +28,7 @@ from rigrunner.api.certificate.results import (
     Results,
 )
 from rigrunner.api.errors import DataError
+from rigrunner.api.partner_keys import KEYS, ONLY_AFTER
 
 _IN_SCRIPT = str.maketrans({"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"})
 """JSON escapes that let a text stand inside an HTML element as it is."""

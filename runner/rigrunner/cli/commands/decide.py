@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import click
 
 from rigrunner.api.errors import PluginError, UsageError
+from rigrunner.api.summaries import pairs
 from rigrunner.api.verdict import probability_text
 from rigrunner.cli.completing import decision_rules
 from rigrunner.cli.options import json_option, lab_option, run_argument, runs_option
 from rigrunner.cli.output import result, result_json
 from rigrunner.cli.summary import stated_risk
-from rigrunner.cli.table import pairs
 from rigrunner.run.locate import find_run
 
 if TYPE_CHECKING:

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rigrunner.api.errors import ExitCode, UsageError
+from rigrunner.api.summaries import pairs
 from rigrunner.cli.completing import stations
 from rigrunner.cli.options import json_option, record_option, replay_option
 from rigrunner.cli.output import message, result, result_json
-from rigrunner.cli.table import pairs
 from rigrunner.run.locate import find_station
 
 if TYPE_CHECKING:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import click
 
 from rigrunner.api.errors import ExitCode
+from rigrunner.api.summaries import pairs
 from rigrunner.cli.options import json_option, lab_option, runs_option
 from rigrunner.cli.output import result, result_json
-from rigrunner.cli.table import pairs
 from rigrunner.run.locate import find_station
 
 if TYPE_CHECKING:

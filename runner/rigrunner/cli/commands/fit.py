@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from rigrunner.api.summaries import pairs, table
 from rigrunner.cli.options import json_option, lab_option
 from rigrunner.cli.output import result, result_json
-from rigrunner.cli.table import pairs, table
 
 if TYPE_CHECKING:
     from rigrunner.api.analysis import Curve

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rigrunner.api.coordinates import coordinates_text
+from rigrunner.api.summaries import pairs, table
 from rigrunner.cli.durations import clock_text
 from rigrunner.cli.options import json_option, procedure_argument, runs_option, station_option
 from rigrunner.cli.output import message, result, result_json
-from rigrunner.cli.table import pairs, table
 from rigrunner.run.locate import find_procedure, find_station
 
 if TYPE_CHECKING:

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rigrunner.api.errors import UsageError
+from rigrunner.api.summaries import pairs
 from rigrunner.cli.brief import brief_command
 from rigrunner.cli.completing import plugin_names
 from rigrunner.cli.options import lab_option
 from rigrunner.cli.output import message, result, result_json
-from rigrunner.cli.table import pairs
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

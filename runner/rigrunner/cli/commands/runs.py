@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rigrunner.api.summaries import table
 from rigrunner.cli.facts import info_document
 from rigrunner.cli.options import json_option, runs_option
 from rigrunner.cli.output import message, result, result_json
-from rigrunner.cli.table import table
 
 if TYPE_CHECKING:
     from pathlib import Path

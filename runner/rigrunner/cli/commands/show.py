@@ -10,12 +10,12 @@ import click
 from rigrunner.api.errors import DataError, ExitCode
 from rigrunner.api.events import Alarm
 from rigrunner.api.results import REPLAYED
+from rigrunner.api.summaries import pairs
 from rigrunner.cli.facts import info_document, salvaged_lines
 from rigrunner.cli.measured import measured
 from rigrunner.cli.options import json_option, run_argument, runs_option
 from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.summary import summary
-from rigrunner.cli.table import pairs
 from rigrunner.run.locate import find_run
 
 if TYPE_CHECKING:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from rigrunner.api.summaries import pairs, table
 from rigrunner.cli.batch import shown_count, worker_options, workers_for
 from rigrunner.cli.options import json_option, lab_option
 from rigrunner.cli.output import message, result, result_json
-from rigrunner.cli.table import pairs, table
 from rigrunner_fleet.cli.analysing import changes_in, changes_options
 
 if TYPE_CHECKING:

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from rigrunner.api.summaries import table
 from rigrunner.cli.options import json_option, runs_option
 from rigrunner.cli.output import message, result, result_json
-from rigrunner.cli.table import table
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from rigrunner.cli.table import pairs, table
+from rigrunner.api.summaries import pairs, table
 
 
 def test_columns_are_aligned_and_numbers_end_together():

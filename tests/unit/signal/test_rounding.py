@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from rigrunner.cli.numbers import with_uncertainty
+from rigrunner.signal.rounding import with_uncertainty
 
 
 @pytest.mark.parametrize(

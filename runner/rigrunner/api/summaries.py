@@ -1,17 +1,35 @@
-"""Tables for a terminal: aligned columns, readable when piped too."""
+"""What a package adds to the summary of a result in a terminal: lines, tables, checks."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    Document = Mapping[str, Any]
 
 GAP = "  "
 
 
+@dataclass(frozen=True)
+class SummaryParts:
+    """What a package adds to the summary of a result document with its keys.
+
+    An entry point of the group `rigrunner.summaries` names one.
+    """
+
+    facts: Callable[[Document], Iterable[tuple[str, str]]]
+    """Returns named lines, which come before the verdict."""
+    blocks: Callable[[Document], Iterable[str]]
+    """Returns tables and paragraphs, which come after the verdict."""
+    checks: Callable[[Document], Iterable[Document]]
+    """Returns checks in keys of its own, in the form of `checks` of the document."""
+
+
 def table(header: Sequence[str], rows: Sequence[Sequence[str]], right: str = "") -> str:
-    """Return the rows under their header, with columns as wide as their widest cell.
+    """Return the rows under their header for a terminal, with columns as wide as their widest cell.
 
     `right` gives the alignment of each column by a letter 'l' or 'r'; left is the default.
     """
