@@ -27,10 +27,10 @@ STEP = 1e-2
 
 def added_variance(model: MeasurementModel, equation: Differentiable) -> float:
     """Return the variance that the second-order terms add; it may be negative."""
+    if not model.inputs:
+        return 0.0
     directions, kurtosis = _independent(model)
     count = len(directions)
-    if not count:
-        return 0.0
     x = np.array([each.value for each in model.inputs])
     steps = STEP * directions
     at = np.concatenate([x[None, :], x + steps, x - steps])

@@ -172,6 +172,13 @@ def test_an_interval_that_the_curvature_breaks_is_no_verdict():
     assert check.value > 0.02
 
 
+def test_a_value_without_any_uncertainty_is_a_result_with_an_uncertainty_of_zero():
+    """One reading has no scatter, and an exact instrument has no error: there is nothing to add."""
+    inputs = {"U": {"of": "meter.voltage", "instrument": "no"}}
+    found = result(told("R = 2 * U", "V", inputs), {"meter.voltage": [1.5]}).results[0]
+    assert (found.estimate.value, found.estimate.u, found.components) == (3.0, 0.0, ())
+
+
 def test_several_results_and_places_share_their_inputs():
     settings = {
         "results": [{"name": "resistance", "symbol": "R", "unit": "Ω"},
