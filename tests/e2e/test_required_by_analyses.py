@@ -135,6 +135,20 @@ def test_a_curve_within_its_set_points_is_accepted(tmp_path):
     assert called.code == 0, called.err
 
 
+def test_what_is_read_as_x_needs_an_instrument_where_its_result_has_a_limit(tmp_path):
+    """A set-point without an entry in the register is exact; what was read is not."""
+    of_ripple = CURVE.replace("over: bench.current", "over: bench.ripple").replace("4 A", "4 mV")
+    limit = "    - {of: at, max: 20 V, source: data sheet}\n"
+    text = PROCEDURE.replace("acceptance:", of_ripple[1:] + "acceptance:") + limit
+    procedure, station = written(tmp_path, procedure=text)
+    lines = station.read_text(encoding="utf-8").splitlines(keepends=True)
+    kept = "".join(each for each in lines if "channel: bench.ripple" not in each)
+    station.write_text(kept, encoding="utf-8")
+    called = call("check", procedure, "--station", station)
+    assert called.code == 3, called.out
+    assert "bench.ripple enters the result 'at', which has a limit: there is no" in called.err
+
+
 def test_two_results_of_one_curve_are_refused(tmp_path):
     """Slope and intercept are correlated by their scatter: the curve itself knows the value."""
     several = CURVE.replace(

@@ -108,7 +108,7 @@ def check_analyses(
             use.check_units()
             use.check_coordinates()
             use.check_recordings()
-            _check_register(station, use.needs.channels, limited, problems)
+            use.check_register(station, limited)
             use.check_limits(judged)
     _refuse_circles(uses)
     problems.stop_if_any()
@@ -281,6 +281,24 @@ class _Use:
         except (PluginError, ValidationError):
             return 0  # told by the check of the plugins
 
+    def check_register(self, station: LoadedStation, limited: set[str]) -> None:
+        """Add a problem for a channel that enters a result with a limit without an instrument.
+
+        A set-point that is not in the register counts as exact.
+        """
+        register = {each.channel for each in station.model.instruments}
+        read = frozenset[str]().union(*(each.units.keys() for each in self.measured))
+        for each in self.needed:
+            result = next((name for name in each.enters if name in limited), None)
+            channel = channel_of(each.name)
+            if result is None or channel in register or each.name not in read:
+                continue
+            message = f"{channel} enters the result '{result}', which has a limit: there is no "
+            hint = "enter its accuracy: {channel: " + channel + ", measures: ..., accuracy: ...}"
+            self.problems.add(
+                station.document, ("instruments",), message + "instrument for it", hint, key=True
+            )
+
     def check_limits(self, limits: Iterable[Limit]) -> None:
         """Add a problem for each limit that no result can be held against where it is measured."""
         where = _where(self.plugin.settings)
@@ -425,25 +443,3 @@ def _where(settings: Mapping[str, Any]) -> Mapping[str, Quantity | str]:
         )
     except ValidationError:
         return {}
-
-
-def _check_register(
-    station: LoadedStation, needed: Iterable[NeededChannel], limited: set[str], problems: Problems
-) -> None:
-    """Add a problem for a channel that enters a result with a limit, and is not in the register.
-
-    A set-point that is not in the register counts as exact.
-    """
-    register = {each.channel for each in station.model.instruments}
-    for each in needed:
-        result = next((name for name in each.enters if name in limited), None)
-        if result is None or each.or_coordinate:
-            continue
-        channel = channel_of(each.name)
-        if channel in register:
-            continue
-        message = f"{channel} enters the result '{result}', which has a limit: there is no "
-        hint = "enter its accuracy: {channel: " + channel + ", measures: ..., accuracy: ...}"
-        problems.add(
-            station.document, ("instruments",), message + "instrument for it", hint, key=True
-        )
