@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import DataError
+from rigrunner.api import DataError, unit
 from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.member import channel_of
 from rigrunner.api.places import is_at
+from rigrunner.api.units import si_symbol
 from rigrunner_plugins.analyses.statistics import Series
 
 if TYPE_CHECKING:
@@ -30,6 +31,8 @@ class Group:
     times_s: Array
     in_a_row: bool
     step_s: float
+    set_points: Sequence[str] = ()
+    """The names of values that were set, not read."""
 
     def series(self, values: Array) -> Series:
         """Return the values of the group as a series."""
@@ -54,14 +57,16 @@ def groups(
     run: RunData,
     names: Sequence[str],
     *,
+    set_points: Sequence[str] = (),
     per: Sequence[str] = (),
     where: Mapping[str, Quantity | str] | None = None,
     table: str | None = None,
 ) -> list[Group]:
     """Return the values of some channels by place, in order of first appearance.
 
-    `per` are the coordinates that distinguish places; `where` and `table` select. Zero readings are
-    subtracted. Raises DataError if nothing was measured or a value is not finite.
+    `set_points` are set-points whose values are needed beside each reading. `per` are the
+    coordinates that distinguish places; `where` and `table` select. Zero readings are subtracted.
+    Raises DataError if nothing was measured or set, or a value is not finite.
     """
     measured = list(parts(run, names, table))
     chosen = [part for part in measured if is_at(where or {}, part.place)]
@@ -74,11 +79,54 @@ def groups(
         )
     found: dict[tuple[object, ...], list[Part]] = {}
     for part in chosen:
-        found.setdefault(tuple(each.usual for each in _place_by(part, per)), []).append(part)
+        here = _with_set_points(part, set_points)
+        found.setdefault(tuple(each.usual for each in _place_by(part, per)), []).append(here)
     return [
-        _group(dict(zip(per, _place_by(each[0], per), strict=True)), each)
+        _group(dict(zip(per, _place_by(each[0], per), strict=True)), each, set_points)
         for each in found.values()
     ]
+
+
+def is_read(run: RunData, name: str, beside: str = "") -> bool:
+    """Return whether a channel was read in a run, together with another if one is named."""
+    wanted = {name, beside or name}
+    return any(
+        wanted <= found.keys()
+        for found in (
+            *(each.channels for each in run.recordings),
+            *(each.values for each in run.measurements),
+        )
+    )
+
+
+def coordinate_of(part: Part, name: str) -> CoordinateValue:
+    """Return a set-point, counter or label at which a part was measured; raise DataError."""
+    if name not in part.place:
+        known = ", ".join(part.place) or "none"
+        raise DataError(f"'{name}' was neither measured with it nor set; known: {known}")
+    return part.place[name]
+
+
+def set_value(part: Part, name: str) -> float:
+    """Return a set-point or counter in its SI unit; raise DataError for a text."""
+    given = coordinate_of(part, name)
+    if isinstance(given.value, str):
+        raise DataError(f"'{name}' is the text '{given.value}', and a number is needed")
+    known = unit(given.unit or "1")
+    return given.value * known.factor + known.offset
+
+
+def set_unit(part: Part, name: str) -> str:
+    """Return the SI unit of a set-point or counter."""
+    return si_symbol(unit(coordinate_of(part, name).unit or "1").dimension)
+
+
+def _with_set_points(part: Part, names: Sequence[str]) -> Part:
+    """Return a part with set-points as values: one for each sample, or one alone."""
+    count = max((len(each) for each in part.values.values()), default=1)
+    values = {name: np.full(count, set_value(part, name)) for name in names}
+    units = {name: set_unit(part, name) for name in names}
+    return replace(part, values={**part.values, **values}, units={**part.units, **units})
 
 
 def _place_by(part: Part, per: Iterable[str]) -> Iterator[CoordinateValue]:
@@ -89,7 +137,9 @@ def _place_by(part: Part, per: Iterable[str]) -> Iterator[CoordinateValue]:
         yield part.place[name]
 
 
-def _group(place: Mapping[str, CoordinateValue], parts: list[Part]) -> Group:
+def _group(
+    place: Mapping[str, CoordinateValue], parts: list[Part], set_points: Sequence[str]
+) -> Group:
     names = parts[0].values
     values = {name: np.concatenate([part.values[name] for part in parts]) for name in names}
     for name, each in values.items():
@@ -108,6 +158,7 @@ def _group(place: Mapping[str, CoordinateValue], parts: list[Part]) -> Group:
         times_s=np.concatenate(times),
         in_a_row=any(part.step_s for part in parts),
         step_s=max(part.step_s for part in parts),
+        set_points=set_points,
     )
 
 

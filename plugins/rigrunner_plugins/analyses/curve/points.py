@@ -9,8 +9,13 @@ import numpy as np
 
 from rigrunner.api import DataError, Points, unit
 from rigrunner.api.places import is_at
-from rigrunner.api.units import si_symbol
-from rigrunner_plugins.analyses.sources import parts
+from rigrunner_plugins.analyses.sources import (
+    coordinate_of,
+    is_read,
+    parts,
+    set_unit,
+    set_value,
+)
 from rigrunner_plugins.analyses.statistics import STATISTICS, Series
 
 if TYPE_CHECKING:
@@ -114,7 +119,7 @@ class Source:
 def sources(run: RunData, settings: CurveSettings) -> Iterator[Source]:
     """Yield the points of each curve; raise DataError if nothing was measured."""
     read = tuple(
-        name for name in dict.fromkeys(settings.over.values()) if _is_read(run, name, settings)
+        name for name in dict.fromkeys(settings.over.values()) if is_read(run, name, settings.of)
     )
     measured = list(parts(run, [settings.of, *read], settings.table))
     chosen = [part for part in measured if is_at(settings.where, part.place)]
@@ -126,7 +131,7 @@ def sources(run: RunData, settings: CurveSettings) -> Iterator[Source]:
         )
     groups: dict[tuple[object, ...], list[Part]] = {}
     for part in chosen:
-        key = tuple(_coordinate(part, name).usual for name in settings.per)
+        key = tuple(coordinate_of(part, name).usual for name in settings.per)
         groups.setdefault(key, []).append(part)
     for found in groups.values():
         place = {name: found[0].place[name] for name in settings.per}
@@ -139,23 +144,6 @@ def sources(run: RunData, settings: CurveSettings) -> Iterator[Source]:
             )
         ]
         yield _source(run, settings, place, found, also)
-
-
-def _is_read(run: RunData, name: str, settings: CurveSettings) -> bool:
-    return any(
-        name in found and settings.of in found
-        for found in (
-            *(each.channels for each in run.recordings),
-            *(each.values for each in run.measurements),
-        )
-    )
-
-
-def _coordinate(part: Part, name: str) -> CoordinateValue:
-    if name not in part.place:
-        known = ", ".join(part.place) or "none"
-        raise DataError(f"'{name}' was neither measured with it nor set; known: {known}")
-    return part.place[name]
 
 
 def _source(
@@ -228,17 +216,13 @@ def _asked(settings: CurveSettings, found: Sequence[Part]) -> tuple[Array, tuple
 def _x(part: Part, source: str, statistic: str) -> float:
     if source in part.values:
         return _statistic(part, source, statistic)
-    given = _coordinate(part, source)
-    if isinstance(given.value, str):
-        raise DataError(f"'{source}' is the text '{given.value}', and x is a number")
-    known = unit(given.unit or "1")
-    return given.value * known.factor + known.offset
+    return set_value(part, source)
 
 
 def _unit(part: Part, source: str) -> str:
     if source in part.values:
         return part.units[source]
-    return si_symbol(unit(_coordinate(part, source).unit or "1").dimension)
+    return set_unit(part, source)
 
 
 def _series(part: Part, name: str) -> Series:

@@ -29,7 +29,7 @@ from rigrunner_plugins.analyses.equation.results import (
 )
 from rigrunner_plugins.analyses.equation.second_order import added_variance
 from rigrunner_plugins.analyses.equation.shown import both_methods, formulas, tables
-from rigrunner_plugins.analyses.sources import groups
+from rigrunner_plugins.analyses.sources import groups, is_read
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -59,10 +59,19 @@ class EquationAnalysis:
         """Return the results at each place; raise DataError if the model has no value there."""
         settings = self.settings
         names = [each.of for each in settings.channels.values()]
+        read = [name for name in names if is_read(run, name)]
+        set_points = [name for name in names if name not in read]
         if missing := missing_results(results, settings):
             return Findings(checks=(missing,))
         found = (
-            groups(run, names, per=settings.per, where=settings.where, table=settings.table)
+            groups(
+                run,
+                read,
+                set_points=set_points,
+                per=settings.per,
+                where=settings.where,
+                table=settings.table,
+            )
             if names
             else groups_of_results(results, settings)
         )
@@ -75,7 +84,14 @@ class EquationAnalysis:
         return Findings(
             results=tuple(each.result for each in order),
             checks=tuple(_checks(order)),
-            notes=tuple(_notes(settings, order)),
+            notes=(
+                *_notes(settings, order),
+                *(
+                    f"{name} counts as exact: the register has no entry for it."
+                    for name in set_points
+                    if name not in run.instruments
+                ),
+            ),
             formulas=tuple(formulas(settings)),
             tables=(
                 *tables(settings, by_place, _units(found[0], results)),

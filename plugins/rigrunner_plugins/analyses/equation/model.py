@@ -224,7 +224,8 @@ def _enter_instruments(
     for name, told in settings.channels.items():
         by_input[name], effects = [], list[Effect]()
         largest = float(np.abs(group.values[told.of]).max())
-        for error in run.reading_errors(told.of, largest) if told.instrument else ():
+        exact = told.of in group.set_points and told.of not in run.instruments
+        for error in run.reading_errors(told.of, largest) if told.instrument and not exact else ():
             called = f"{error.name} ({error.source})" if error.source else error.name
             symbol = "1" if error.acts == "gain" else group.units[told.of]
             one = known.setdefault(

@@ -163,7 +163,8 @@ class InputSettings(Settings):
     """A channel whose readings enter the model, or a result of another analysis."""
 
     of: Annotated[str, AfterValidator(_source)]
-    """The channel, such as meter.voltage, or the name of a result, such as resistance."""
+    """The channel or set-point, such as meter.voltage, or the name of a result, such as
+    resistance."""
     instrument: YesNo = True
     """Whether the register gives the instrument's errors; if not, state them as constants."""
     scatter: Width | None = None
@@ -227,8 +228,9 @@ class EquationSettings(Settings):
     results: ListOf[ResultSettings] = ()
     """The names and units of several results that share their inputs."""
     inputs: Annotated[Mapping[Symbol, AnyInput], Field(min_length=1, max_length=30)]
-    """The channels by their symbols in the model; all are measured at one step together. A name
-    without a dot is a result of another analysis, with its uncertainty."""
+    """The channels by their symbols in the model; all are measured at one step together. A set-point
+    can stand for a channel that is not read: without an entry in the register it counts as exact. A
+    name without a dot is a result of another analysis, with its uncertainty."""
     constants: Annotated[Mapping[Symbol, Constant], Field(max_length=50)] = Field(
         default_factory=dict
     )
@@ -339,7 +341,7 @@ class EquationSettings(Settings):
 
     @property
     def channels(self) -> Mapping[str, InputSettings]:
-        """The inputs that are channels."""
+        """The inputs that are channels or set-points."""
         return {name: each for name, each in self.inputs.items() if each.is_channel}
 
     @property
@@ -361,6 +363,7 @@ class EquationSettings(Settings):
                     enters=tuple(result.name for result in self.all_results)
                     if each.instrument
                     else (),
+                    or_coordinate=True,
                 )
                 for name, each in self.channels.items()
             ),

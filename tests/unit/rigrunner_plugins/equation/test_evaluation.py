@@ -179,6 +179,22 @@ def test_a_value_without_any_uncertainty_is_a_result_with_an_uncertainty_of_zero
     assert (found.estimate.value, found.estimate.u, found.components) == (3.0, 0.0, ())
 
 
+def test_a_set_point_is_an_input_exact_unless_the_register_knows_it():
+    """Where a drive is not read back, what it was set to is the value, such as of a chamber."""
+    settings = told(inputs={"U": "meter.voltage", "I": "load.current"}, per="load.current")
+    columns = {"meter.voltage": [2.0, 2.0, 6.0, 6.0]}
+    volt = instrument("meter.voltage", "voltage", "0.1 V")
+    for known, accuracy in (((), 0.0), ((instrument("load.current", "current", "0.02 A"),), 0.02)):
+        run = run_of(columns, {"meter.voltage": "V"}, (volt, *known), [1.0, 1.0, 3.0, 3.0])
+        found = findings(settings, run)
+        assert [each.estimate.value for each in found.results] == [2.0, 2.0]
+        for each, ampere in zip(found.results, (1.0, 3.0), strict=True):
+            u = sqrt((0.1 / ampere) ** 2 + (2.0 / ampere * accuracy) ** 2) / sqrt(3)
+            assert each.estimate.u == pytest.approx(u, rel=1e-9)
+        exact = "load.current counts as exact: the register has no entry for it."
+        assert (exact in found.notes) == (not known)
+
+
 def test_several_results_and_places_share_their_inputs():
     settings = {
         "results": [{"name": "resistance", "symbol": "R", "unit": "Ω"},
@@ -214,7 +230,7 @@ def test_temperatures_in_celsius():
     [
         ("R = U / I", {"meter.voltage": [1.0], "meter.current": [0.0]}, "has no value"),
         ("R = sqrt(-U^2)/I", {"meter.voltage": [1.0], "meter.current": [1.0]}, "has no value"),
-        ("R = U / I", {"meter.voltage": [1.0]}, "were not measured"),
+        ("R = U / I", {"meter.voltage": [1.0]}, "neither measured"),
         ("R = U / I", {"meter.voltage": [nan], "meter.current": [1.0]}, "not a finite number"),
     ],
 )
