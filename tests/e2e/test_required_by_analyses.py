@@ -135,6 +135,15 @@ def test_a_curve_within_its_set_points_is_accepted(tmp_path):
     assert called.code == 0, called.err
 
 
+def test_a_limited_curve_over_the_time_needs_no_instrument_for_it(tmp_path):
+    """A counter is no channel."""
+    over_time = CURVE.replace("over: bench.current", "over: elapsed").replace("4 A", "0 s")
+    limit = "    - {of: at, max: 20 V, source: data sheet}\n"
+    text = PROCEDURE.replace("acceptance:", over_time[1:] + "acceptance:") + limit
+    procedure, station = written(tmp_path, procedure=text)
+    assert call("check", procedure, "--station", station).code == 0
+
+
 def test_what_is_read_as_x_needs_an_instrument_where_its_result_has_a_limit(tmp_path):
     """A set-point without an entry in the register is exact; what was read is not."""
     of_ripple = CURVE.replace("over: bench.current", "over: bench.ripple").replace("4 A", "4 mV")

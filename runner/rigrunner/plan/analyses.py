@@ -290,8 +290,10 @@ class _Use:
         read = frozenset[str]().union(*(each.units.keys() for each in self.measured))
         for each in self.needed:
             result = next((name for name in each.enters if name in limited), None)
+            if result is None or each.name not in read:
+                continue
             channel = channel_of(each.name)
-            if result is None or channel in register or each.name not in read:
+            if channel in register:
                 continue
             message = f"{channel} enters the result '{result}', which has a limit: there is no "
             hint = "enter its accuracy: {channel: " + channel + ", measures: ..., accuracy: ...}"
