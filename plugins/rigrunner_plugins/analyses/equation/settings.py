@@ -228,9 +228,9 @@ class EquationSettings(Settings):
     results: ListOf[ResultSettings] = ()
     """The names and units of several results that share their inputs."""
     inputs: Annotated[Mapping[Symbol, AnyInput], Field(min_length=1, max_length=30)]
-    """The channels by their symbols in the model; all are measured at one step together. A set-point
-    can stand for a channel that is not read: without an entry in the register it counts as exact. A
-    name without a dot is a result of another analysis, with its uncertainty."""
+    """The channels by their symbols in the model; all are measured at one step together. A
+    set-point that is not read counts as exact if it is not in the register. A name without a dot is
+    a result of another analysis, with its uncertainty."""
     constants: Annotated[Mapping[Symbol, Constant], Field(max_length=50)] = Field(
         default_factory=dict
     )
