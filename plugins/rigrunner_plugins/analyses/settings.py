@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import (
-    AfterValidator,
     BeforeValidator,
     Field,
     TypeAdapter,
@@ -23,6 +22,7 @@ from rigrunner.api import (
     Requirements,
     ResultDefinition,
     Settings,
+    UnitSymbol,
     unit,
 )
 from rigrunner.api.member import NAME
@@ -65,10 +65,6 @@ Per = Annotated[
 """One or several coordinates that distinguish results."""
 
 
-def _symbol(text: str) -> str:
-    return unit(text).symbol
-
-
 class ResultSettings(Settings):
     """The name and unit of the result."""
 
@@ -78,7 +74,7 @@ class ResultSettings(Settings):
     """The symbol, such as R."""
     text: PlainText = ""
     """The measurand in words, such as 'load regulation'."""
-    unit: Annotated[str, AfterValidator(_symbol)]
+    unit: UnitSymbol
     """The unit, such as mV."""
     id: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]*$")] | None = None
     """The measurand's identifier in a shared list, such as voltage.dc.regulation."""

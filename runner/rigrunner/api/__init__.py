@@ -25,7 +25,7 @@ _NAMES = {
     ),
     "settings": (
         "Angle AnyQuantity Duration Force Frequency Length ListOf PlainText PositiveDuration "
-        "Ratio Settings SimulableSettings Temperature Torque WrapperSettings YesNo"
+        "Ratio Settings SimulableSettings Temperature Torque UnitSymbol WrapperSettings YesNo"
     ),
     "units": "QuantityError unit",
     "unit_tables": "UnitDefinition",

@@ -84,6 +84,7 @@ from rigrunner.api.settings import (
     SimulableSettings,
     Temperature,
     Torque,
+    UnitSymbol,
     WrapperSettings,
     YesNo,
 )
@@ -203,6 +204,7 @@ __all__ = [
     "Torque",
     "UnitDefinition",
     "UnitRecord",
+    "UnitSymbol",
     "Verdict",
     "WrapperSettings",
     "YesNo",

@@ -15,7 +15,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 
 from rigrunner.api.quantity import Quantity, parse_quantity, quantity_pattern
 from rigrunner.api.texts import plain
-from rigrunner.api.units import QuantityError, units_of
+from rigrunner.api.units import QuantityError, unit, units_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -143,6 +143,10 @@ def _read_yes_no(value: object) -> bool:
     raise ValueError(f"got {str(value)[:20]!r}, expected yes or no")
 
 
+def _symbol(text: str) -> str:
+    return unit(text).symbol
+
+
 def _read_date(value: object) -> object:
     if not isinstance(value, str):
         return value
@@ -200,6 +204,9 @@ YesNo = Annotated[
 
 PlainText = Annotated[str, AfterValidator(plain)]
 """A text for people, without invisible characters."""
+
+UnitSymbol = Annotated[str, AfterValidator(_symbol)]
+"""A unit such as mV, by its symbol."""
 
 IsoDate = Annotated[date, BeforeValidator(_read_date)]
 """A date such as 2026-01-31."""

@@ -47,6 +47,13 @@ def test_a_drop_in_is_a_plugin_at_once(word, tmp_path):
     )
 
 
+def test_the_readme_says_how_a_plugin_of_its_kind_is_used(word):
+    """Each kind has a place in a procedure, a station or a command: of a report only its own."""
+    readme = new_plugin(word, "spring_scale", REGISTRY).texts()["README.md"]
+    assert "As made, it " in readme
+    assert ("`rigrunner report RUN --format spring_scale`" in readme) == (word == "report")
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_what_is_made_is_linted_and_formatted_whatever_the_name(word, name, tmp_path):
     folder = tmp_path / "package"
