@@ -74,6 +74,28 @@ def test_a_model_that_is_refused(tmp_path, model, line, column, message):
     assert seconds < 10  # a second on a machine that does nothing else
 
 
+@pytest.mark.parametrize(
+    ("more", "at", "message"),
+    [
+        ("constants: {f: 2 1}", "18:22", "constants.f: the model does not use 'f'"),
+        ("constants: {U: 2 1}", "18:22", "constants.U: 'U' is an input and a constant"),
+        (
+            (
+                "correlations:\n        - {between: [U, r], r: 0.1}\n"
+                "        - {between: [U, q], r: 0.1}"
+            ),
+            "20:21",
+            "correlations[1].between: there is no 'q'",
+        ),
+    ],
+    ids=["unused", "twice", "unknown"],
+)
+def test_parts_that_do_not_fit_together_are_refused_where_they_stand(tmp_path, more, at, message):
+    called, _ = checked(tmp_path, f"r / U\n      {more}")
+    assert called.code == 3
+    assert f"supply.yaml:{at}: error: analysis[0].equation.{message}" in called.err
+
+
 def test_a_channel_that_no_step_measures_and_one_without_a_register_entry(tmp_path):
     procedure = PROCEDURE.replace("MODEL", "r / U")
     wrong = procedure.replace("bench.ripple}", "bench.rippel}")

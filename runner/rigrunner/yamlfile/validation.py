@@ -95,7 +95,9 @@ def _problem(
         return Problem(finding.message, where, dotted(path), finding.hint)
     if kind == "extra_forbidden" or loc[-1:] == ("[key]",):
         return Problem(finding.message, document.where(path, key=True), dotted(path), finding.hint)
-    column = getattr(details.get("ctx", {}).get("error"), "column", None)
+    error = details.get("ctx", {}).get("error")
+    path += getattr(error, "key", ())  # of a validator of the whole that knows the part
+    column = getattr(error, "column", None)
     where = document.where(path) if column is None else document.within(path, column)
     return Problem(finding.message, where, dotted(path), _hint(document, path, finding))
 

@@ -48,6 +48,16 @@ if TYPE_CHECKING:
     from rigrunner.api import Objection, ResultDefinition
     from rigrunner_plugins.analyses.equation.text import Model
 
+
+class _PartError(ValueError):
+    """What is wrong with a part of the settings, which is known by comparing it with others."""
+
+    def __init__(self, message: str, *key: str | int) -> None:
+        super().__init__(message)
+        self.key = key
+        """Where the part stands."""
+
+
 Symbol = Annotated[str, Field(pattern=f"^{NAME}$")]
 """The symbol of a quantity in the model."""
 OVER_U = {"rectangular": sqrt(3), "triangular": sqrt(6), "arcsine": sqrt(2)}
@@ -278,11 +288,12 @@ class EquationSettings(Settings):
             raise ValueError("two results have one name or symbol")
         twice = set(self.inputs) & set(self.constants)
         if twice:
-            raise ValueError(f"'{min(twice)}' is an input and a constant")
+            raise _PartError(f"'{min(twice)}' is an input and a constant", "constants", min(twice))
         used = {name for each in self.parsed.equations for name in each.expression.names()}
         unused = [name for name in (*self.inputs, *self.constants) if name not in used]
         if unused:
-            raise ValueError(f"the model does not use '{unused[0]}'")
+            of = "inputs" if unused[0] in self.inputs else "constants"
+            raise _PartError(f"the model does not use '{unused[0]}'", of, unused[0])
         for index, each in enumerate(self.correlations):
             self._refuse_correlation(index, *each.between)
         self._refuse_impossible()
@@ -296,33 +307,34 @@ class EquationSettings(Settings):
         for k, row in enumerate(rows):  # the pivots of Gauss are those of Cholesky, squared
             left_over = row[k] <= _ROUNDING and any(abs(each) > _ROUNDING for each in row[k:])
             if row[k] < -_ROUNDING or left_over:
-                raise ValueError(
-                    f"correlations: {', '.join(names)} cannot be correlated like that together"
+                raise _PartError(
+                    f"{', '.join(names)} cannot be correlated like that together", "correlations"
                 )
             for below in rows[k + 1 :]:
                 share = below[k] / row[k] if row[k] > _ROUNDING else 0.0
                 below[:] = [value - share * of for value, of in zip(below, row, strict=True)]
 
     def _refuse_correlation(self, index: int, one: str, other: str) -> None:
-        where = f"correlations[{index}]"
+        where = ("correlations", index, "between")
         known = {*self.inputs, *self.constants}
         for name in (one, other):
             if name not in known:
-                raise ValueError(f"{where}: there is no '{name}'")
+                raise _PartError(f"there is no '{name}'", *where)
         pairs = [set(each.between) for each in self.correlations]
         if one == other or pairs.count({one, other}) > 1:
-            raise ValueError(f"{where}: '{one}' and '{other}' are named twice")
+            raise _PartError(f"'{one}' and '{other}' are named twice", *where)
         if (one in self.inputs) != (other in self.inputs):
-            raise ValueError(f"{where}: an input and a constant; expected two of one kind")
+            raise _PartError("an input and a constant; expected two of one kind", *where)
         if any(name in self.from_results for name in (one, other)):
-            raise ValueError(f"{where}: how results are correlated follows from their budgets")
+            raise _PartError("how results are correlated follows from their budgets", *where)
         if one in self.constants:
             first, second = self.constants[one], self.constants[other]
             if not (first.standard_uncertainty and second.standard_uncertainty):
-                raise ValueError(f"{where}: a constant that is exact is correlated with nothing")
+                raise _PartError("a constant that is exact is correlated with nothing", *where)
             if first.dof != second.dof:
-                raise ValueError(f"{where}: their degrees of freedom differ, and are to be those of"
-                                 " one estimation")  # fmt: skip
+                raise _PartError(
+                    "their degrees of freedom differ, and are to be those of one estimation", *where
+                )
 
     @property
     def all_results(self) -> tuple[ResultSettings, ...]:
