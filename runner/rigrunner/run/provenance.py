@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 PROJECT = "rigrunner"
 """The package, and the group of the entry points of its plugins."""
 
+PROVIDERS = "plugin providers"
+"""Key of the providers of plugins, each with its version or digest."""
 SIMULATED = " (simulated)"
 PACKAGES = ("numpy", "scipy", "h5py", "pydantic", "pyyaml", "pluggy")
 
@@ -35,7 +37,7 @@ def software(registry: Registry) -> dict[str, str]:
         "Rigrunner": __version__,
         "Python": platform.python_version(),
         **packages,
-        "plugin providers": ", ".join(sorted(providers)),
+        PROVIDERS: ", ".join(sorted(providers)),
         **unit_texts(
             plugin.record.definition
             for plugin in registry.plugins

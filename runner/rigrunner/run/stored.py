@@ -10,12 +10,13 @@ from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.named import findings_of, makers_of
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.data import RunData
-from rigrunner.api.errors import DataError
+from rigrunner.api.errors import DataError, PluginError
 from rigrunner.api.events import Outcome
 from rigrunner.api.instruments import TORQUE
 from rigrunner.api.progress import unseen
 from rigrunner.procedure import kinds_of, parse_procedure
 from rigrunner.run.interrupted import used_partners
+from rigrunner.run.provenance import PROVIDERS
 from rigrunner.runfile import read
 from rigrunner.station import parse_station
 
@@ -93,14 +94,28 @@ def analyse_stored(
     run, analysed = run_data(stored), is_analysed(stored, procedure)
     if not analysed:
         asked, limits, run = (), None, replace(run, partners={})
-    return analyse(
-        run,
-        asked,
-        acceptance=limits,
-        measurand=procedure.measurand,
-        lookup=registry,
-        progress=progress,
-    )
+    try:
+        return analyse(
+            run,
+            asked,
+            acceptance=limits,
+            measurand=procedure.measurand,
+            lookup=registry,
+            progress=progress,
+        )
+    except PluginError as error:
+        if lacking := _not_here(stored, registry):
+            what = f"the run was made with {lacking}, which is not here"
+            error.add_note(f"{what}: name its station by --station, or install it")
+        raise
+
+
+def _not_here(stored: StoredRun, registry: Registry) -> str:
+    """Return the providers of plugins that a run was made with and that are not here, as text."""
+    recorded = stored.header.provenance.get(PROVIDERS, "")
+    here = {plugin.provider.name for plugin in registry.plugins}
+    names = [each.partition(" ")[0] for each in recorded.split(", ") if each]
+    return " and ".join(name for name in names if name not in here)
 
 
 def result_by_now(folder: Path, procedure: Procedure, registry: Registry, name: str) -> Estimate:

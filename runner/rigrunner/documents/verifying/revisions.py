@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from rigrunner.analysis.revisions import FIRST, OWN, methods_of
 from rigrunner.api.errors import PluginError
 from rigrunner.certificate.content import REVISION
+from rigrunner.run.provenance import PROVIDERS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
 CERTIFICATE = "certificate"
 """Name of the revision of the content of a certificate."""
-_PROVIDERS = "plugin providers"
 
 
 def methods_used(
@@ -73,7 +73,7 @@ def made_with(software: Mapping[str, str], kind: str, name: str, registry: Regis
         provider = ""
     if not name:
         return own
-    others = software.get(_PROVIDERS, "")
+    others = software.get(PROVIDERS, "")
     found = re.search(rf"(?:^|, )({re.escape(provider)} [^,]+)", others) if provider else None
     if found:
         return f"version {found[1].removeprefix(provider).strip()} of {provider}"
