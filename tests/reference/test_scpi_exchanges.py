@@ -15,7 +15,7 @@ import pytest
 
 from rigrunner.api.devices import Identity
 from rigrunner.api.errors import DeviceRejectedError
-from rigrunner_plugins.devices.visa.blocks import whole_block
+from rigrunner_plugins.devices.visa.link import whole_block
 from unit.rigrunner_plugins.devices.helpers_instruments import instrument, merged
 from unit.rigrunner_plugins.devices.helpers_peers import Script, SerialPeer, SocketPeer, peer
 

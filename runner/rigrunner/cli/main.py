@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from typing import TYPE_CHECKING
 
 import click
@@ -14,10 +15,10 @@ from rigrunner.cli.brought import Commands, brought
 from rigrunner.cli.completing import VARIABLE, complete
 from rigrunner.cli.lazy import LazyGroup
 from rigrunner.cli.output import result
-from rigrunner.cli.standard import open_standard_streams
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
 
 ENVIRONMENT = {**ONE_THREAD, "PYDANTIC_DISABLE_PLUGINS": "__all__"}
 """Defaults of environment variables. Finding plugins of pydantic, of which none are needed here,
@@ -100,3 +101,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if instruction:
         return complete(rigrunner, instruction)
     return run_command(rigrunner, arguments)
+
+
+_NAMES = {0: "stdin", 1: "stdout", 2: "stderr"}
+
+
+def open_standard_streams() -> None:
+    """Connect closed standard streams to the null device.
+
+    Otherwise the next opened file would get the stream's number, and messages would be written into
+    it, for example into a journal.
+    """
+    for number, name in _NAMES.items():
+        if not _is_open(number):
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free: this one
+        if getattr(sys, name) is None:
+            mode = "w" if number else "r"
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: PTH123, SIM115  (a stream for as long as the program lasts)
+
+
+def _is_open(number: int) -> bool:
+    try:
+        os.fstat(number)
+    except OSError:
+        return False
+    return True

@@ -5,8 +5,7 @@ continue. A journal keeps finished items, so that interrupted work can be resume
 """
 
 from rigrunner.jobs.cluster import Cluster
-from rigrunner.jobs.done import Done, Workers
-from rigrunner.jobs.here import InProcess
+from rigrunner.jobs.done import Done, InProcess, Workers
 from rigrunner.jobs.journal import Journal, discard, journal
 from rigrunner.jobs.processes import Processes, usable_cores
 

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.devices import StopToken
 
+
 Item = TypeVar("Item")
 Value = TypeVar("Value")
 
@@ -65,3 +66,16 @@ def attempt(task: Callable[[Item], Value], item: Item) -> Answer[Value]:
         return Answer(None, str(error))
     except Exception as error:  # noqa: BLE001  (a bug at one item is told, and ends no batch)
         return Answer(None, f"{type(error).__name__}: {error}", traceback.format_exc())
+
+
+class InProcess:
+    """No further process: for a few items, or a debugger. The task need not be picklable."""
+
+    def outcomes(
+        self, task: Callable[[Item], Value], items: Sequence[Item], stop: StopToken
+    ) -> Iterator[Done[Item, Value]]:
+        """Yield the outcome of each item, in their order; see `Workers`."""
+        for place, item in enumerate(items):
+            if stop.is_set():
+                return
+            yield Done(place, item, attempt(task, item))

@@ -12,16 +12,21 @@ from rigrunner.plan.conditions import begin_choice, end_choice
 from rigrunner.plan.draft import Draft, Place, Scene
 from rigrunner.plan.drives import DriveStates
 from rigrunner.plan.planning import Planning
-from rigrunner.plan.size import actions_in, recordings_in
 from rigrunner.procedure.answers import Expected
+from rigrunner.procedure.walk import SECTIONS
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from rigrunner.api.coordinates import Coordinate
+    from rigrunner.api.steps import StepSettings
     from rigrunner.plan.bench import Bench
     from rigrunner.procedure import LoadedProcedure, Step
+    from rigrunner.yamlfile.document import Path
     from rigrunner.yamlfile.problems import Problems
+
+    Weight = Callable[[StepSettings], int]
+
 
 MAX_ACTIONS = 100_000
 
@@ -115,3 +120,31 @@ def _kind_of(value: Quantity | Coordinate) -> str:
             return "text"
         case _:
             return "number"
+
+
+def actions_in(procedure: LoadedProcedure) -> int:
+    """Return how many actions the plan of a procedure would have."""
+    return _sum(procedure, lambda step: step.actions())
+
+
+def recordings_in(procedure: LoadedProcedure) -> int:
+    """Return how many recordings a procedure asks for."""
+    return _sum(procedure, lambda step: step.recordings())
+
+
+def _sum(procedure: LoadedProcedure, weight: Weight) -> int:
+    sections = ((section, getattr(procedure.model, section)) for section in SECTIONS)
+    return sum(_sum_steps(procedure, steps, (section,), weight) for section, steps in sections)
+
+
+def _sum_steps(
+    procedure: LoadedProcedure, steps: Sequence[Step], path: Path, weight: Weight
+) -> int:
+    return sum(_of_step(procedure, s, (*path, i), weight) for i, s in enumerate(steps))
+
+
+def _of_step(procedure: LoadedProcedure, step: Step, path: Path, weight: Weight) -> int:
+    called = procedure.called.get(path)
+    inner = _sum(called, weight) if called else 0
+    inner += _sum_steps(procedure, step.steps, (*path, step.kind, "steps"), weight)
+    return weight(step.settings) + step.settings.times() * inner

@@ -7,19 +7,19 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import InvalidFileError
-from rigrunner.procedure.consistency import inconsistencies
+from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.procedure.kinds import KINDS, STORED
 from rigrunner.procedure.model import Procedure
 from rigrunner.procedure.references import resolve, with_given
 from rigrunner.procedure.texts import texts_digest
+from rigrunner.procedure.walk import steps_of
 from rigrunner.yamlfile import parse, validate
+from rigrunner.yamlfile.document import dotted
 from rigrunner.yamlfile.upgrade import refuse_older, upgraded
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from rigrunner.api.errors import Problem
     from rigrunner.procedure.kinds import Kinds
     from rigrunner.procedure.questions import Input
     from rigrunner.procedure.references import Given
@@ -105,3 +105,31 @@ def parse_procedure(
     if problems:
         raise InconsistentProcedureError(problems, loaded)
     return loaded
+
+
+def inconsistencies(procedure: Procedure, document: Document) -> list[Problem]:
+    """Return every contradiction within a procedure, with its place."""
+    return [
+        Problem(message, document.where(path, key=document.part(path) is None), dotted(path), hint)
+        for check in (_answers, _tries)
+        for path, message, hint in check(procedure)
+    ]
+
+
+Complaint = tuple["DocumentPath", str, str]
+
+
+def _answers(procedure: Procedure) -> Iterator[Complaint]:
+    for path, step in steps_of(procedure):
+        name = step.settings.answered()
+        if name in procedure.inputs:
+            message = f"the input '{name}' is asked at the start already"
+            yield (*path, step.kind, "into"), message, "choose another name, or drop the input"
+
+
+def _tries(procedure: Procedure) -> Iterator[Complaint]:
+    for path, step in steps_of(procedure):
+        retries = getattr(step.settings, "retries", 0)
+        if retries and not getattr(step.settings, "repeatable", True):
+            message = "the step is tried again, but is not repeatable"
+            yield (*path, step.kind, "retries"), message, "leave one of them out"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import deque
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from time import monotonic
@@ -14,7 +16,6 @@ from rigrunner.api.events import Event, Samples, Scanned, StepEnded, StepStarted
 from rigrunner.runfile.codec import block_bytes, event_record, header_bytes, truth_bytes
 from rigrunner.runfile.durable import cannot_write, sync_folder, writing
 from rigrunner.runfile.folder import RunFolder
-from rigrunner.runfile.folding import Folding
 from rigrunner.runfile.interrupts import uninterrupted
 from rigrunner.runfile.journal import JournalWriter, Kind
 from rigrunner.runfile.loose import SampleJournal, read_journal
@@ -22,7 +23,8 @@ from rigrunner.runfile.recordings import Shape
 from rigrunner.runfile.sealing import fold, seal
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
+    from concurrent.futures import Future
     from pathlib import Path
 
     from rigrunner.api.details import RunPlot
@@ -224,3 +226,29 @@ def _reopened(files: RunFolder) -> tuple[JournalWriter, int]:
     events = JournalWriter(files.events, journal.records_end)
     events.sync()
     return events, max(begun, *numbers, 0)
+
+
+class Folding:
+    """Folds one recording after the other in a thread; the process waits for it at its end.
+
+    HDF5 compresses without the interpreter's lock, so the recording thread continues. Only names
+    are queued; the samples stay on the disk, in complete and synced journals.
+    """
+
+    def __init__(self) -> None:
+        self._worker = ThreadPoolExecutor(1, "fold")
+        self.going: deque[Future[None]] = deque()
+        """Folds that were started and not yet checked."""
+
+    def start(self, fold: Callable[[], None]) -> None:
+        """Start a fold, which begins after those before it."""
+        self.going.append(self._worker.submit(fold))
+
+    def check(self) -> None:
+        """Raise the error of a failed fold. Its recording is still complete, in its journal."""
+        while self.going and self.going[0].done():
+            self.going.popleft().result()
+
+    def wait(self) -> None:
+        """Wait until all are done. Failed ones are repeated at sealing. Idempotent."""
+        self._worker.shutdown()

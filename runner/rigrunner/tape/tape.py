@@ -2,26 +2,94 @@
 
 from __future__ import annotations
 
+import threading
 from abc import ABC, abstractmethod
 from collections import defaultdict
 from dataclasses import replace
 from functools import partial
 from math import inf
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Self, TypeVar
 
-from rigrunner.tape.answers import TapedAnswers
-from rigrunner.tape.calls import CallClock, Calls
 from rigrunner.tape.device import taped
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from datetime import datetime
     from pathlib import Path
 
     from rigrunner.api.devices import Clock, Device, DeviceContext, StopToken, Wire
     from rigrunner.api.events import EventSink
     from rigrunner.engine import AnswerSource, Pauses
+    from rigrunner.engine.answers import Ask, Confirm
     from rigrunner.tape.manifest import TapeManifest
+
+
+class TapedAnswers:
+    """An AnswerSource whose answers go over a wire."""
+
+    def __init__(self, answers: AnswerSource, wire: Wire) -> None:
+        self._answers = answers
+        self._wire = wire
+
+    @property
+    def by(self) -> str:
+        """Who answers, for the record."""
+        return self._wire.exchange("who answers", lambda: self._answers.by)
+
+    def confirm(self, step: str, question: Confirm) -> bool:
+        """Return whether it is so."""
+        return self._wire.exchange(f"confirm {step}", lambda: self._answers.confirm(step, question))
+
+    def ask(self, step: str, question: Ask) -> str:
+        """Return the answer."""
+        return self._wire.exchange(f"ask {step}", lambda: self._answers.ask(step, question))
+
+
+_T = TypeVar("_T")
+
+
+class Calls(threading.local):
+    """A Wire for the calls of a device, which only marks that one is running.
+
+    A driver can have its own thread, such as one that listens to a serial line. Its readings of the
+    clock happen at random times, with which no replay could agree.
+    """
+
+    running = False
+
+    def exchange(self, request: str, perform: Callable[[], _T]) -> _T:  # noqa: ARG002  (a Wire's)
+        """Return what `perform` does."""
+        before, self.running = self.running, True
+        try:
+            return perform()
+        finally:
+            self.running = before
+
+
+class CallClock:
+    """A Clock that is recorded during the calls of a device in this thread only."""
+
+    def __init__(self, taped: Clock, plain: Clock, calls: Calls) -> None:
+        self._taped = taped
+        self._plain = plain
+        self._calls = calls
+
+    @property
+    def _clock(self) -> Clock:
+        return self._taped if self._calls.running else self._plain
+
+    def monotonic_s(self) -> float:
+        """Return seconds since an arbitrary start."""
+        return self._clock.monotonic_s()
+
+    def utc(self) -> datetime:
+        """Return the date and time, in UTC."""
+        return self._clock.utc()
+
+    def sleep(self, seconds: float) -> None:
+        """Let that much time pass."""
+        self._clock.sleep(seconds)
+
 
 DEVICES = "devices"
 """Folder of the tapes of instruments, named by role, or 'role.part'."""

@@ -12,11 +12,15 @@ import numpy as np
 from scipy import special
 
 from rigrunner.api.errors import DataError
-from rigrunner.api.studies import Components, GaugeAnalysis, Row
-from rigrunner_fleet.trends.gauge_intervals import known
+from rigrunner.api.studies import Components, GaugeAnalysis, Known, Row
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import numpy.typing as npt
+
+    from rigrunner.api.data import Array
+
 
 POOLING_LEVEL = 0.25
 """The interaction is pooled with the error where its p-value is above it (AIAG, appendix A)."""
@@ -95,3 +99,53 @@ def _checked(readings: npt.ArrayLike) -> npt.NDArray[np.float64]:
     if np.ptp(values) == 0.0:
         raise DataError("all readings are the same: there is no variance to analyse")
     return values
+
+
+CONFIDENCE = 0.95
+DRAWS = 20_000
+SEED = 20001
+"""Seed of the draws: the same study has the same intervals."""
+
+
+def known(rows: tuple[Row, ...], shape: tuple[int, ...], *, pooled: bool) -> Mapping[str, Known]:
+    """Return the interval of each component.
+
+    `rows` are part, operator, both and repeatability; `shape` is (parts, operators, trials). If
+    pooled, the interaction is part of the repeatability.
+    """
+    parts, operators, trials = shape
+    squares = np.array([each.sum_of_squares for each in rows])
+    dof = np.array([each.degrees_of_freedom for each in rows])
+    of_operator = np.array([0, 1, -1, 0]) / (parts * trials)
+    of_both = np.array([0, 0, 1, -1]) / trials
+    repeatability = np.array([0, 0, 0, 1.0])
+    combinations = {
+        "repeatability": repeatability,
+        "operator": of_operator,
+        "interaction": of_both,
+        "reproducibility": of_operator + of_both,
+        "gauge": of_operator + of_both + repeatability,
+        "part": np.array([1, 0, -1, 0]) / (operators * trials),
+    }
+    if pooled:
+        del combinations["interaction"]
+        squares[3], dof[3] = squares[2] + squares[3], dof[2] + dof[3]
+        for weights in combinations.values():
+            weights[3], weights[2] = weights[2] + weights[3], 0
+        combinations["reproducibility"] = combinations["operator"]
+        combinations["gauge"] = combinations["operator"] + repeatability
+    drawn = squares / np.random.default_rng(SEED).chisquare(dof, (DRAWS, 4))
+    tails = (1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2
+    return {
+        name: _known(weights, squares / dof, dof, np.quantile(drawn @ weights, tails))
+        for name, weights in combinations.items()
+    }
+
+
+def _known(weights: Array, mean_squares: Array, dof: Array, interval: Array) -> Known:
+    """Return a component as a standard deviation; a negative variance is taken as 0."""
+    terms = weights * mean_squares
+    variance, spread = terms.sum(), np.sum(terms**2 / dof)
+    freedom = float(variance**2 / spread) if variance > 0 else 0.0
+    low, high = np.sqrt(np.maximum(interval, 0.0))
+    return Known(float(low), float(high), CONFIDENCE, freedom)

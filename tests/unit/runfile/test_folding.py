@@ -15,8 +15,8 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.events import MadeSafe, Outcome, StepEnded
 from rigrunner.runfile import RunWriter, loose, read, seal, sealing
 from rigrunner.runfile.folder import RunFolder
-from rigrunner.runfile.folding import Folding
 from rigrunner.runfile.journal import JournalWriter, Kind
+from rigrunner.runfile.writer import Folding
 from unit.runfile.helpers_runfile import (
     TWO,
     assert_same_recording,

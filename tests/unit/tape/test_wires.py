@@ -20,11 +20,11 @@ from rigrunner.api.errors import (
     DeviceTimeoutError,
 )
 from rigrunner.clock import SimulatedClock
-from rigrunner.tape.calls import CallClock, Calls
 from rigrunner.tape.clock import RecordedClock, ReplayedClock
 from rigrunner.tape.file import TapeFile
 from rigrunner.tape.recording import RecordingWire, Trouble
 from rigrunner.tape.replaying import Replay, ReplayWire
+from rigrunner.tape.tape import CallClock, Calls
 
 LINES = [
     b'{"seq":0,"ask":"x","answer":1,"took_s":0}', b'{"seq":1,"ask":"x","error":{},"took_s":0}',

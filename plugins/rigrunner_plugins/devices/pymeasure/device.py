@@ -5,7 +5,9 @@ from __future__ import annotations
 import warnings
 from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, SupportsFloat, TypeVar
+
+import numpy as np
 
 from rigrunner.api import (
     DeviceError,
@@ -25,8 +27,7 @@ from rigrunner_plugins.devices.pymeasure.binding import (
     need_property,
 )
 from rigrunner_plugins.devices.pymeasure.settings import FAKES
-from rigrunner_plugins.devices.pymeasure.values import number_of
-from rigrunner_plugins.devices.text.numbers import shown
+from rigrunner_plugins.devices.text.numbers import OVERLOAD, shown
 from rigrunner_plugins.devices.text.patterns import fits
 from rigrunner_plugins.devices.visa.device import identity_of
 from rigrunner_plugins.devices.visa.errors import visa_errors
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api import DeviceContext
     from rigrunner_plugins.devices.pymeasure.settings import PyMeasureSettings
+
 
 _T = TypeVar("_T")
 _HINT = "is the instrument on, and is it the one that the class is for?"
@@ -234,3 +236,33 @@ def _owner(instrument: Any, name: str) -> tuple[Any, str]:
         )
     need_property(type(owner), attribute)
     return owner, attribute
+
+
+def number_of(value: object, name: str, item: int | None = None) -> float:
+    """Return a property's value, or one of several, as a number; raise DeviceRejectedError."""
+    one = _one_of(value, name, item)
+    if not isinstance(one, SupportsFloat):
+        raise DeviceRejectedError(
+            f"the property {name} gives {shown(str(one))}, which is not a number"
+        )
+    number = float(one)
+    if not abs(number) < OVERLOAD:
+        raise DeviceRejectedError(
+            f"the property {name} gives {number:g}: overload or 'not a number'",
+            hint="choose a larger range, or look at the wiring",
+        )
+    return number
+
+
+def _one_of(value: Any, name: str, item: int | None) -> object:
+    if not isinstance(value, (list, tuple, np.ndarray)):
+        return value
+    count = len(value)
+    if item is None:
+        raise DeviceRejectedError(
+            f"the property {name} gives {count} values", hint="say which one by `item`, from 1"
+        )
+    if item > count:
+        raise DeviceRejectedError(f"the property {name} gives {count} values, there is no {item}")
+    one: object = value[item - 1]
+    return one

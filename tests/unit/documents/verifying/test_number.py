@@ -9,8 +9,8 @@ import pytest
 from rigrunner.api.certificate import Certificate
 from rigrunner.api.errors import ExitCode
 from rigrunner.certificate.numbers import Numbers
+from rigrunner.documents.verifying.document import check_name, check_number
 from rigrunner.documents.verifying.forms import Form
-from rigrunner.documents.verifying.number import check_name, check_number
 from rigrunner.documents.verifying.verification import Verification
 
 NUMBER = "SPECIMEN-DEMO-2026-0001"

@@ -15,8 +15,7 @@ from rigrunner.api.errors import (
     PluginError,
 )
 from rigrunner.rig import Rig
-from rigrunner_plugins.devices.pymeasure.binding import instrument_class
-from rigrunner_plugins.devices.pymeasure.units import unit_told
+from rigrunner_plugins.devices.pymeasure.binding import instrument_class, unit_told
 from unit.rigrunner_plugins.devices.helpers_instruments import REGISTRY, instrument, merged
 from unit.rigrunner_plugins.devices.helpers_peers import HANG_UP, SILENCE, Lines, SocketPeer, peer
 
