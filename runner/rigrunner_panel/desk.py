@@ -14,7 +14,7 @@ from rigrunner_panel.errors import PanelError, wrong_state
 from rigrunner_panel.live.story import Story
 from rigrunner_panel.live.watcher import Watcher
 from rigrunner_panel.process.launch import Process
-from rigrunner_panel.process.messages import Abort, Answer, Decide, Pause, PutOnRecord, Stop
+from rigrunner_panel.process.messages import Abort, Answer, Decide, Drawn, Pause, PutOnRecord, Stop
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -71,14 +71,14 @@ class Desk:
             self._refuse_second()
             process = Process(RIG_PROCESS)
             story = Story(self.board, job.view, links, self._left_energised())
-            watcher = Watcher(self.runs, job.station) if job.view.kind != "preflight" else None
+            watcher = None
+            if job.view.kind != "preflight":
+                watcher = Watcher(self.runs, job.station, lambda found: self._find(story, found))
             self._story, self._process, self._watcher = story, process, watcher
             process.send(job)
             process.listen(
                 lambda message: self._hear(story, message), lambda code: self._lost(story, code)
             )
-            if watcher is not None:
-                watcher.start(story, self._lock)
 
     def answer(self, prompt: int, text: str, by: str) -> None:
         """Answer a prompt; raise PanelError for another prompt or an invalid answer."""
@@ -173,12 +173,22 @@ class Desk:
         if self._watcher is not None:
             self._watcher.close()
 
+    def _find(self, story: Story, found: object) -> None:
+        """Show what the analyst found."""
+        with self._lock:
+            self._show(story, found)
+        if isinstance(found, Drawn):
+            self.board.wake()
+
+    def _show(self, story: Story, message: object) -> None:
+        try:
+            story.take(message)
+        except Exception:  # noqa: BLE001  (nothing on a screen may cost the run its listener)
+            _log.exception("a bug in the panel: the screen may be wrong, the run is not")
+
     def _hear(self, story: Story, message: object) -> None:
         with self._lock:
-            try:
-                story.take(message)
-            except Exception:  # noqa: BLE001  (nothing on a screen may cost the run its listener)
-                _log.exception("a bug in the panel: the screen may be wrong, the run is not")
+            self._show(story, message)
             watcher = self._watcher if story is self._story else None
         if watcher is not None:
             watcher.notice(message)

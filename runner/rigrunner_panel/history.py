@@ -163,7 +163,8 @@ def _result(path: Path) -> tuple[str, Value | None, str]:
         verdict, value = verdict_in(found), found["headline"]["compensated"]
         if value is None:
             return verdict, None, _named(found)
-        known = {"value_nm": value["value"], "U_nm": value["expanded_uncertainty_95"]}
+        known = {"value": value["value"], "U": value["expanded_uncertainty_95"]}
+        known |= {"unit": value["unit"]}
         return verdict, Value(**known), ""
     except (OSError, ValueError, KeyError, TypeError):
         return "", None, ""

@@ -94,7 +94,7 @@ def frames():
 
         def timed(message):
             take(message)
-            if isinstance(message, bytes) and screen.frames[-1][0]["kind"] == "swing":
+            if isinstance(message, bytes) and screen.frames[-1][0]["kind"] == "curve":
                 header, _ = screen.frames[-1]
                 now = time.monotonic()
                 seen.setdefault(header["recording"], []).append((now, now - header["monotonic_s"]))
@@ -122,7 +122,7 @@ def memory(hours):
     """Feed a story with blocks of 0.1 s at 10 kHz, three channels; print the memory as it goes."""
     steps = tuple(
         StepView(index=i, path=f"main[{i}]", phase="main", action="record", text="", point=str(i),
-                 estimated_s=60.0, frequency_hz=20.0)
+                 estimated_s=60.0)
         for i in range(60 * hours)
     )  # fmt: skip
     board = Board()
@@ -144,7 +144,7 @@ def memory(hours):
             end_s = 60.0 * i + 0.1 * (block + 1)
             taken = {"monotonic_s": end_s, "utc": known["utc"], "recording": f"{i:03d}"}
             story.take(Samples(seq=0, block=Block(1e4, 1000 * block, end_s, channels), **taken))
-            while story.curves.next_swing() is not None:
+            while story.curves.next_curve() is not None:
                 pass
             story.curves.next_trend()
             board.delta()

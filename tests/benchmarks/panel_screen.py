@@ -40,13 +40,13 @@ PROBE = """
         if (typeof data === 'string') return;
         const n = new DataView(data).getUint32(0, true);
         const header = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, n)));
-        if (header.kind === 'swing') newest = header;
+        if (header.kind === "curve") newest = header;
       });
     }
   };
   const clear = CanvasRenderingContext2D.prototype.clearRect;
   CanvasRenderingContext2D.prototype.clearRect = function (...box) {
-    if (newest && this.canvas.closest('.plot-swing')) {
+    if (newest && this.canvas.closest('.plot-curve')) {
       const { recording, monotonic_s } = newest;
       noted.push([recording, monotonic_s, performance.now()]);
       newest = null;

@@ -100,9 +100,10 @@ def watch(screen: Screen, panel: int) -> Iterator[Seen]:
         state, memory, cpu = screen.state, {}, {}
         for name, pid in processes(panel).items():
             memory[name], cpu[name] = used(pid)
-        points = (state["live"] or {}).get("points", ())
+        results = (state["live"] or {}).get("results", ())
         recording = (state["progress"] or {}).get("recording", "")
-        cycles = {each["recording"]: each["cycles"] for each in points}
+        counts = [each["readings"] for each in results if each["is_ongoing"]]
+        cycles = {recording: counts[-1]} if counts else {}
         yield Seen(time.monotonic(), recording, memory, cpu, cycles)
         time.sleep(EVERY_S)
 

@@ -122,9 +122,9 @@ def test_the_whole_way_with_a_second_one_watching_and_a_reload(screen, server):
     assert result["item"]["specimen"] == hostile
     found = result["result"]["headline"]["compensated"]
     live = state["live"]
-    assert (live["final"], live["headline"]["value_nm"]) == (True, found["value"])
-    assert live["headline"]["U_nm"] == found["expanded_uncertainty_95"]
-    assert len(live["points"]) == 5
+    assert (live["final"], live["headline"]["value"]) == (True, found["value"])
+    assert live["headline"]["U"] == found["expanded_uncertainty_95"]
+    assert len(live["results"]) == 5
     watcher.phase("finished")
     told = watcher.http.get("/api/v1/events").json()["items"]
     assert told == [
@@ -138,7 +138,7 @@ def test_the_whole_way_with_a_second_one_watching_and_a_reload(screen, server):
     assert {key: watcher.state[key] for key in same} == {key: state[key] for key in same}
     names = {each["name"] for each in state["finished"]["files"]}
     assert {"report.html", "result.json", "run.h5"} <= names
-    assert {header["kind"] for header, _ in watcher.frames} == {"swing", "trend"}
+    assert {header["kind"] for header, _ in watcher.frames} == {"curve", "trend"}
     for one in (watcher, again):
         one.close()
 
@@ -260,16 +260,17 @@ def test_by_hand_a_point_is_set_watched_recorded_and_kept_apart_from_procedures(
     screen.until(lambda state: "stands still" in state["manual"]["refused"])
     screen.post("manual/set", drive="tester.load", value="1 kN")
     screen.post("manual/set", drive="tester.frequency", value="20 Hz")
-    watched = screen.until(lambda state: state["live"] and state["live"]["points"])["live"]
-    assert [each["recording"] for each in watched["points"]] == ["live"]
-    assert watched["points"][0]["torque_nm"] == pytest.approx(0.726, abs=0.02)
+    watched = screen.until(lambda state: state["live"] and state["live"]["results"])["live"]
+    (row,) = watched["results"]
+    assert (row["place"], row["is_ongoing"]) == ("20 Hz", True)
+    assert row["value"] == pytest.approx(0.726, abs=0.02)
     screen.post("manual/record", cycles=12)
-    screen.until(lambda state: state["live"]["points"][0]["recording"] == "001_20Hz")
+    screen.until(lambda state: any(not each["is_ongoing"] for each in state["live"]["results"]))
     screen.post("manual/close")
     state = screen.phase("finished")
-    (point,) = state["live"]["points"]
-    assert point["cycles"] == 12
-    assert point["torque_nm"] == pytest.approx(0.726, abs=0.02)
+    (row,) = state["live"]["results"]
+    assert row["readings"] == 12
+    assert row["value"] == pytest.approx(0.726, abs=0.02)
     run = stored(lab, state)
     assert run.header.procedure_id == "SSPB-STT-1000-by-hand"
     assert run.header.approval["state"] == "draft"

@@ -23,7 +23,6 @@ from rigrunner_bearings.torque.headline import (
     raw_peak_mean,
     without_scatter,
 )
-from rigrunner_bearings.torque.live import Windows
 from rigrunner_bearings.torque.load import with_known_load
 from rigrunner_bearings.torque.phase import compensated
 from rigrunner_bearings.torque.prepare import prepare_point
@@ -37,7 +36,7 @@ from rigrunner_bearings.torque.study import with_study
 from rigrunner_bearings.torque.validation import validate
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from rigrunner.api import (
         AnalysisContext,
@@ -50,7 +49,7 @@ if TYPE_CHECKING:
         RunData,
     )
     from rigrunner.api.plugin_refs import PluginRef
-    from rigrunner_bearings.api.compensations import CompensationMethod
+    from rigrunner_bearings.api.compensations import CompensatedPoint, CompensationMethod
     from rigrunner_bearings.api.points import PeakPoint
     from rigrunner_bearings.api.validation import Validation
     from rigrunner_bearings.torque.settings import TorqueSettings
@@ -86,20 +85,21 @@ class TorqueAnalysis:
             prepare=self.prepare,
         ).findings()
 
-    @staticmethod
-    def windows(empty: Recording, run: RunData) -> Windows:
-        """Return what cuts a recording that goes on into whole cycles; raise DataError."""
-        return Windows(empty, run)
-
     @property
     def uses_earlier(self) -> bool:
         """Whether recordings of the run itself show the no-load torque."""
         return _has_own_no_load(self.spec)
 
-    @staticmethod
-    def earlier(run: RunData) -> tuple[Recording, ...]:
-        """Return the recordings of a run, or its single values, that were made without load."""
-        return of_this_run(run, loaded=False)
+    def prepared(self, recording: Recording, run: RunData) -> PeakPoint:
+        """Return one recording prepared; raise DataError."""
+        return self.prepare(recording, run, self.spec, _outlier_rule(self.spec, self.context))
+
+    def compensated(self, found: Findings) -> Iterator[tuple[PeakPoint, CompensatedPoint]]:
+        """Yield the points that it found, each as the primary method compensates it."""
+        for details in found.details:
+            if isinstance(details, DocumentedTorque) and self.spec.primary:
+                points = details.compensations[self.spec.primary].points
+                yield from zip(details.loaded, points, strict=False)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -213,15 +213,10 @@ class _TorqueOfRun:
         if not found:
             raise DataError(f"run {run.run_id} has no recordings to analyse")
         require_one_label(found)
-        rule = self._outlier_rule()
+        rule = _outlier_rule(self.spec, self.context)
         if self.spec.starts is not None:
             return prepare_starts(found, run, self.spec.starts, self.spec, rule)
         return tuple(self.prepare(each, run, self.spec, rule) for each in found)
-
-    def _outlier_rule(self) -> OutlierRule:
-        if self.spec.outliers is None:
-            return _keep_all
-        return self._make("outlier_rule", self.spec.outliers)  # type: ignore[no-any-return]  # made by kind
 
     def _make(self, kind: str, reference: PluginRef) -> Any:
         return self.context.plugins.make(kind, reference.name, reference.settings)
@@ -352,6 +347,15 @@ class _TorqueOfRun:
             return None
         zeroed = instrument.channel in self.run.zeros
         return raw_peak_mean(points, instrument, zeroed=zeroed)
+
+
+def _outlier_rule(spec: TorqueSettings, context: AnalysisContext) -> OutlierRule:
+    if spec.outliers is None:
+        return _keep_all
+    rule: OutlierRule = context.plugins.make(
+        "outlier_rule", spec.outliers.name, spec.outliers.settings
+    )
+    return rule
 
 
 def _keep_all(values: Array) -> list[Rejection]:  # noqa: ARG001  (a rule takes values)

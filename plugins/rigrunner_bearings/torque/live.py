@@ -1,116 +1,266 @@
-"""A recording that goes on, in windows of a few whole cycles: each cycle is in one of them."""
+"""The torque of swings during a recording: each swing as a curve, and the value of the latest."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from math import ceil, floor
+from collections import deque
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import DataError
+from rigrunner.api import DataError, Findings
 from rigrunner.api.analysis.requirements import LEAST_CYCLES
+from rigrunner.api.figures import Axis, Curve, Figure, Point, Series
+from rigrunner.signal.coverage import expanded
+from rigrunner_bearings.signal.swing_cutter import PHASES, SwingCutter
 from rigrunner_bearings.torque.channels import motion_channel, set_point, torque_channel
-from rigrunner_bearings.torque.motion import find_motion
+from rigrunner_bearings.torque.prepare import prepare_point
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Sequence
 
-    from rigrunner.api import Array, Block, Recording, RunData
+    from rigrunner.api import (
+        Array,
+        Block,
+        MeasurementResult,
+        OutlierRule,
+        Recording,
+        RunData,
+    )
+    from rigrunner_bearings.api.compensations import CompensatedPoint
+    from rigrunner_bearings.api.points import PeakPoint
+    from rigrunner_bearings.signal.swing_cutter import Swing
+    from rigrunner_bearings.torque.analysis import TorqueAnalysis
+    from rigrunner_bearings.torque.settings import TorqueSettings
 
-WINDOW_CYCLES = LEAST_CYCLES + 3
-"""In a window, at least: a gross error among as few is still told, and enough remain."""
-LEAST_S = 1.0
-"""Of a window: the compensation costs the same for one cycle as for many."""
+KEPT_CYCLES = LEAST_CYCLES + 5
+"""Cycles of the latest samples to analyse, at least: a gross error among as few is still told."""
+KEPT_SAMPLES = 200_000
+"""Number of the latest samples to analyse, at least; a shorter recording is analysed as a whole."""
 MOST_SAMPLES = 12_000_000
-"""Of a window: what swings more slowly is analysed once it is recorded."""
-MARGIN = 0.5
-"""Of a cycle, before the first and after the last of a window: starts are looked for around it."""
-LOOKED_AT = 2000
-"""Samples of a cycle: enough to see about where it starts, with half a cycle to spare."""
-_LONGER = 1.25
+"""Of the latest samples, at most: a slower swing has a value once it is recorded."""
+SEEN = 10_000
+"""Samples that the checks see of a recording that was prepared before."""
+TURN_DEG = 360.0
 
 
-class Windows:
-    """Cuts the blocks of one recording into recordings of whole cycles, one after the other.
+class LiveTorque:
+    """Implements `rigrunner.api.findings.LiveAnalysis` by the analysis of the stored run.
 
-    The last cycle of a window ends where the first one of the next begins. No more is kept than
-    the samples of one window, of the torque and of what shows the motion.
+    A long recording is analysed by its latest whole cycles. No more of its samples is kept, and of
+    a finished one only what was prepared.
     """
 
-    def __init__(self, empty: Recording, run: RunData) -> None:
-        """Begin with all of a recording but its samples, and the run that it belongs to.
+    def __init__(self, analysis: TorqueAnalysis) -> None:
+        self._analysis = replace(analysis, prepare=self._prepare)
+        self._prepared: dict[Recording, PeakPoint] = {}
+        self._whole: dict[Recording, Recording] = {}
+        self._partners: dict[str, RunData] | None = None
+        self._earlier: tuple[Recording, ...] = ()
+        self._points: dict[str, _Shown] = {}
+        self._results: tuple[MeasurementResult, ...] = ()
+        self._now: _Latest | None = None
 
-        Raises DataError where it has no torque, or no frequency was set.
-        """
-        self._empty = empty
-        self._run = run
-        self._torque = torque_channel(empty, run.instruments)
-        _, motion = motion_channel(empty)
-        self._names = [name for name in (motion, self._torque) if name]
-        set_hz = set_point(empty, self._torque, "frequency")
+    def begin(self, recording: Recording, run: RunData) -> None:
+        """Start a recording; one without swings is left out."""
+        if self._now is not None and self._now.recording.name:
+            self._finish(self._now)
+        self._now = None
+        with suppress(DataError):
+            self._now = _Latest(recording, run, torque_channel(recording, run.instruments))
+
+    def take(self, block: Block) -> Sequence[Curve]:
+        """Take the next block; return the swings that it completes."""
+        if self._now is None or not block.samples:
+            return ()
+        return [self._now.curve(each) for each in self._now.take(block)]
+
+    def findings(self) -> Findings:
+        """Return the torque at each set-point, and its figure."""
+        now = self._now
+        if now is not None and now.is_new and now.recording.name:
+            now.is_new = False
+            window = now.window()
+            with suppress(DataError):  # too few cycles as yet, or not one that the analysis is of
+                self._look_at(now, window)
+            self._prepared.pop(window, None)
+        shown = [each for each in self._points.values() if each.frequency_hz > 0]
+        figures = _figures(sorted(shown, key=lambda each: each.frequency_hz))
+        return Findings(results=self._results, figures=figures)
+
+    def _look_at(self, now: _Latest, window: Recording) -> None:
+        point = self._prepare_latest(now, window)
+        self._points[window.name] = _Shown(point)
+        spec = self._analysis.spec
+        is_missing = spec.no_load is not None and not (
+            now.run.partners or self._analysis.uses_earlier
+        )
+        if is_missing or not spec.compensations:
+            return
+        if self._partners is None:
+            self._partners = {name: self._seen(each) for name, each in now.run.partners.items()}
+        recordings = (*self._earlier, window)
+        found = self._analysis(replace(now.run, recordings=recordings, partners=self._partners))
+        self._results = found.results
+        for point, compensated in self._analysis.compensated(found):
+            self._points[point.recording] = _Shown(point, compensated)
+            if point.recording == window.name:
+                now.correct(compensated)
+
+    def _prepare_latest(self, now: _Latest, window: Recording) -> PeakPoint:
+        point = self._analysis.prepared(window, now.plain_run)
+        self._prepared[window] = point
+        return point
+
+    def _finish(self, now: _Latest) -> None:
+        """Keep of a finished recording its point, and what the checks see of its samples."""
+        window = now.window()
+        with suppress(DataError):
+            point = self._prepare_latest(now, window)
+            del self._prepared[window]
+            seen = _beginning(window)
+            self._prepared[seen] = point
+            self._earlier = (*self._earlier, seen)
+
+    def _seen(self, run: RunData) -> RunData:
+        """Return a run with the beginnings of its recordings: the checks would read all of it."""
+        seen = tuple(map(_beginning, run.recordings))
+        self._whole |= dict(zip(seen, run.recordings, strict=True))
+        return replace(run, recordings=seen)
+
+    def _prepare(
+        self, recording: Recording, run: RunData, spec: TorqueSettings, rule: OutlierRule
+    ) -> PeakPoint:
+        """Return a recording prepared, each but once; raise DataError."""
+        known = self._prepared.get(recording)
+        if known is None:
+            whole = self._whole.get(recording, recording)
+            known = prepare_point(whole, run, spec, rule)
+            if whole is not recording:
+                self._prepared[recording] = known
+        return known
+
+
+@dataclass(frozen=True, eq=False)
+class _Shown:
+    """A point of the figure."""
+
+    point: PeakPoint
+    compensated: CompensatedPoint | None = None
+
+    @property
+    def frequency_hz(self) -> float:
+        return self.point.frequency_hz.value
+
+
+class _Latest:
+    """The latest samples of one recording, and the swings that they complete."""
+
+    def __init__(self, recording: Recording, run: RunData, torque: str) -> None:
+        """Raise DataError where no frequency was set."""
+        self.recording = recording
+        self.run = run
+        self.plain_run = _uncorrected(run)
+        _, motion = motion_channel(recording)
+        set_hz = set_point(recording, torque, "frequency")
         if not set_hz > 0:
-            raise DataError(f"recording {empty.name} has no cycles: its frequency was set to zero")
-        self._period = empty.rate_hz / set_hz
-        self._channels: dict[str, list[Array]] = {}
+            raise DataError(f"recording {recording.name} has no cycles: its frequency was set to 0")
+        rate_hz = recording.rate_hz
+        self._torque = torque
+        is_angle = bool(motion) and recording.units.get(motion) == "rad"
+        self._angle = motion if is_angle else ""
+        wanted = KEPT_CYCLES * rate_hz / set_hz
+        self._kept = min(max(wanted, KEPT_SAMPLES), MOST_SAMPLES)
+        self.is_new = False
+        """Whether a block came since the findings were made."""
+        self._blocks: deque[dict[str, Array]] = deque()
         self._samples = self._next = 0
-        self._wanted = self._enough()
-        self._begin_anew()
+        self._swinging = rate_hz, set_hz
+        self._cutter = SwingCutter(rate_hz, set_hz)
+        self._names = [name for name in (motion, torque) if name]
+        self._correction: Array | None = None
 
-    def take(self, block: Block) -> Iterator[Recording]:
-        """Take the next block; yield the windows that it completes. After a gap it begins anew.
-
-        Raises DataError where a window is as long as it may be, and has too few cycles.
-        """
+    def take(self, block: Block) -> list[Swing]:
+        """Take the next block; after a gap it begins anew."""
         if block.first_sample != self._next:
-            self._begin_anew()
+            self._blocks.clear()
+            self._samples = 0
+            self._cutter = SwingCutter(*self._swinging, block.first_sample)
         self._next = block.first_sample + block.samples
-        self._samples += block.samples
-        for name in self._names:
-            self._channels[name].append(block.channels[name])
-        while self._samples >= self._wanted:
-            if window := self._cut():
-                yield window
-            elif self._samples > MOST_SAMPLES:
-                self._begin_anew()
-                raise DataError(f"too few cycles in {MOST_SAMPLES} samples to analyse them live")
-            else:
-                self._wanted = min(_LONGER * self._samples, MOST_SAMPLES + 1)
+        channels = {name: np.asarray(block.channels[name]) for name in self._names}
+        self.is_new = True
+        if self.recording.name:
+            self._blocks.append(channels)
+            self._samples += block.samples
+        while self._blocks and self._samples - self._length_of_first >= self._kept:
+            self._samples -= self._length_of_first
+            self._blocks.popleft()
+        return self._cutter.take(channels[self._torque], channels.get(self._angle))
 
-    def _begin_anew(self) -> None:
-        self._channels = {name: [] for name in self._names}
-        self._samples = 0
-        self._wanted = self._enough()
+    @property
+    def _length_of_first(self) -> int:
+        return len(self._blocks[0][self._torque])
 
-    def _enough(self) -> float:
-        """Return how many samples hold a window with both margins, wherever its cycles start."""
-        cycles = max(WINDOW_CYCLES, ceil(LEAST_S * self._empty.rate_hz / self._period))
-        return min((cycles + 1 + 2 * MARGIN) * self._period, MOST_SAMPLES + 1)
+    def window(self) -> Recording:
+        """Return the recording with its latest samples."""
+        parts = [dict.fromkeys(self._names, np.empty(0)), *self._blocks]
+        channels = {name: np.concatenate([each[name] for each in parts]) for name in self._names}
+        return replace(self.recording, channels=channels)
 
-    def _cut(self) -> Recording | None:
-        """Return the whole cycles that are there, with their margins; None if they are too few."""
-        channels = {name: np.concatenate(parts) for name, parts in self._channels.items()}
-        starts = self._starts(replace(self._empty, channels=channels))
-        if len(starts) <= WINDOW_CYCLES:
-            return None
-        self._period = float(np.diff(starts).mean())
-        margin = MARGIN * self._period
-        first, last = max(floor(starts[0] - margin), 0), floor(starts[-1] - margin)
-        end = ceil(starts[-1] + margin)
-        self._channels = {name: [values[last:].copy()] for name, values in channels.items()}
-        self._samples -= last
-        self._wanted = self._enough()
-        window = {name: values[first:end] for name, values in channels.items()}
-        return replace(self._empty, channels=window)
+    def correct(self, found: CompensatedPoint) -> None:
+        """Subtract what a method subtracts from the swings that follow."""
+        if found.trace is not None:
+            taken = found.trace.raw_nm - found.trace.compensated_nm
+            at = np.arange(PHASES) * len(taken) / PHASES
+            self._correction = np.interp(at, np.arange(len(taken) + 1), np.append(taken, taken[0]))
 
-    def _starts(self, recording: Recording) -> Array:
-        """Return about where cycles start that have a margin behind them, in samples."""
-        step = max(1, int(self._period / LOOKED_AT))
-        looked_at = {name: values[::step] for name, values in recording.channels.items()}
-        coarse = replace(recording, rate_hz=recording.rate_hz / step, channels=looked_at)
-        try:
-            starts = step * find_motion(coarse, self._run, looked_at[self._torque]).starts
-        except DataError:
-            return np.empty(0)
-        margin = MARGIN * float(np.diff(starts).mean())
-        return np.asarray(starts[starts + margin <= recording.samples])
+    def curve(self, swing: Swing) -> Curve:
+        """Return a swing as it is drawn."""
+        series = {"measured": swing.torque_nm}
+        if self._correction is not None:
+            series["compensated"] = swing.torque_nm - self._correction
+        return Curve(
+            title="Torque over one swing",
+            x=Axis("crank angle", "°", 0.0, TURN_DEG),
+            y=Axis("torque", "N·m"),
+            at=TURN_DEG * np.arange(PHASES) / (PHASES - 1),
+            series=series,
+            end_s=swing.end_s,
+            frequency_hz=swing.frequency_hz,
+        )
+
+
+def _uncorrected(run: RunData) -> RunData:
+    """Return a run whose samples are read as they are: blocks have been corrected."""
+    return replace(run, zeros={}, recording_zeros={}, instruments={})
+
+
+def _beginning(recording: Recording) -> Recording:
+    channels = {name: np.asarray(each[:SEEN]) for name, each in recording.channels.items()}
+    return replace(recording, channels=channels)
+
+
+def _figures(shown: Sequence[_Shown]) -> tuple[Figure, ...]:
+    """Return the torque over the frequency, measured and compensated; none without a point."""
+    if not shown:
+        return ()
+    measured = tuple(
+        Point(each.frequency_hz, float(each.point.peak_nm[each.point.peak_kept].mean()))
+        for each in shown
+    )
+    series = [Series("measured", measured)]
+    known = [each for each in shown if each.compensated is not None]
+    if known:
+        estimates = [each.compensated.torque for each in known if each.compensated is not None]
+        series.insert(
+            0,
+            Series.over(
+                [each.frequency_hz for each in known],
+                [each.value for each in estimates],
+                "compensated",
+                U=[expanded(each) for each in estimates],
+            ),
+        )
+    x, y = Axis("frequency", "Hz"), Axis("torque", "N·m")
+    return (Figure("Torque over frequency by now", x, y, tuple(series)),)

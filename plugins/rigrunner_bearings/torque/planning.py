@@ -65,12 +65,13 @@ def entering(spec: TorqueSettings, planned: PlannedRun, context: AnalysisContext
     """Yield the channels whose values enter the torque.
 
     What is recorded but for index pulses, of which only the time counts; of what is measured the
-    torque; and the load that is read beside, with which the torque scales.
+    torque; and the load that is read beside, with which the torque scales. The torque comes first.
     """
     del spec, context
     for each in planned.recordings:
-        role = each.record.role
-        yield from (Member(role, name) for name in each.record.channels if name != INDEX)
+        role, units = each.record.role, each.record.units
+        names = [Member(role, name) for name in each.record.channels if name != INDEX]
+        yield from sorted(names, key=lambda name: units.get(name) != "N·m")
         if "load" in planned.devices.get(role, ()):
             yield Member(role, "load")
     for rows in planned.rows:

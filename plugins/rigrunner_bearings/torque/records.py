@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rigrunner.api import AnalysisRecord, PluginError, hookimpl
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from rigrunner.api import AnalysisContext, Requirements, ResultDefinition, RunData
     from rigrunner.api.planned import ExpectedReading, PlannedRun, PlanProblem
     from rigrunner_bearings.torque.analysis import TorqueAnalysis
+    from rigrunner_bearings.torque.live import LiveTorque
     from rigrunner_bearings.torque.settings import TorqueSettings
 
 _SETTINGS = "rigrunner_bearings.torque.settings"
@@ -34,6 +36,7 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
             plan_problems=_plan_problems,
             entering=_entering,
             expects=_expects,
+            live=_live,
             changed=_changed,
             in_context=True,
             trial={
@@ -72,6 +75,13 @@ def _analysis(settings: TorqueSettings, context: AnalysisContext) -> TorqueAnaly
     from rigrunner_bearings.torque.analysis import TorqueAnalysis  # noqa: PLC0415  (numpy)
 
     return TorqueAnalysis(settings, context)
+
+
+def _live(settings: TorqueSettings, context: AnalysisContext) -> LiveTorque:
+    from rigrunner_bearings.torque.analysis import TorqueAnalysis  # noqa: PLC0415  (numpy)
+    from rigrunner_bearings.torque.live import LiveTorque  # noqa: PLC0415  (likewise)
+
+    return LiveTorque(TorqueAnalysis(settings, replace(context, interim=True)))
 
 
 def _definitions(

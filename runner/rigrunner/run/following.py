@@ -7,30 +7,32 @@ from dataclasses import replace
 from functools import cached_property
 from math import isfinite
 from time import monotonic
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from rigrunner.analysis.scrutiny import Scrutiny
+from rigrunner.api.analysis_context import AnalysisContext
 from rigrunner.api.data import Recording, RunData
 from rigrunner.api.events import Samples, StepEnded, StepStarted
 from rigrunner.api.findings import Findings
 from rigrunner.run.listening import Detached
-from rigrunner.run.stored import run_data
-from rigrunner.runfile import read
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
-    from pathlib import Path
+    from collections.abc import Callable, Iterator, Sequence
 
     from rigrunner.api.data import Array, Block
     from rigrunner.api.events import Event, EventSink
     from rigrunner.api.figures import Curve
     from rigrunner.api.findings import LiveAnalysis
+    from rigrunner.procedure import Procedure
+    from rigrunner.registry import Registry
     from rigrunner.run.prepare import Planned
 
 EVERY_S = 0.25
 """Interval of updates of a screen during a recording."""
+MOST_BUSY = 0.25
+"""Most of the time to spend on findings during a recording: curves are drawn in the rest of it."""
 
 
 class Shows(Protocol):
@@ -49,38 +51,41 @@ class Draws(Protocol):
         ...
 
 
+def folds_of(registry: Registry, procedure: Procedure) -> list[tuple[str, LiveAnalysis]]:
+    """Return the live views of the analyses that have one, by name; raise PluginError."""
+    measurand = procedure.measurand
+    context = AnalysisContext(
+        plugins=Scrutiny(registry),
+        measurand="" if measurand is None else measurand.name,
+        symbol="" if measurand is None else measurand.symbol,
+        interim=True,
+    )
+    return [
+        (each.name, live)
+        for each in procedure.analysis
+        if (live := registry.live(each.name, each.settings, context)) is not None
+    ]
+
+
 @contextmanager
-def following(
-    planned: Planned,
-    show: Shows,
-    *,
-    draw: Draws | None = None,
-    partners: Mapping[str, Path] = MappingProxyType({}),
-) -> Iterator[list[EventSink]]:
+def following(planned: Planned, show: Shows) -> Iterator[list[EventSink]]:
     """Yield the listener for the live analyses of a run; none if there are none.
 
-    It has its own thread, so that it cannot delay the run. `partners` are the partner runs for the
-    analyses during the measurement. Raises PluginError.
+    It has its own thread, so that it cannot delay the run, and no partner runs. Raises PluginError.
     """
-    folds = [
-        (each.name, live)
-        for each in planned.procedure.model.analysis
-        if (live := planned.registry.live(each.name, each.settings)) is not None
-    ]
+    folds = folds_of(planned.registry, planned.procedure.model)
     if not folds:
         yield []
         return
-    listener = Detached(
-        "live analyses", Following(folds, lambda: _run(planned, partners), show, draw)
-    )
+    listener = Detached("live analyses", Following(folds, lambda: _run(planned), show))
     try:
         yield [listener]
     finally:
         listener.close()
 
 
-def _run(planned: Planned, partners: Mapping[str, Path]) -> RunData:
-    """Return the data of the run so far; raise DataError."""
+def _run(planned: Planned) -> RunData:
+    """Return what is known of the run before it has data."""
     procedure, station = planned.procedure.model, planned.station
     return RunData(
         run_id="",
@@ -96,7 +101,6 @@ def _run(planned: Planned, partners: Mapping[str, Path]) -> RunData:
         zeros={},
         recordings=(),
         rig_keys=station.model.rig,
-        partners={name: run_data(read(path)) for name, path in partners.items()},
     )
 
 
@@ -130,9 +134,10 @@ class Following:
                 self._zeros |= event.values
             case Samples() if self._started is not None:
                 self._take(event, self._started)
-                if monotonic() >= self._due_s:
+                began_s = monotonic()
+                if began_s >= self._due_s:
                     self._tell(is_whole=False)
-                    self._due_s = monotonic() + EVERY_S
+                    self._due_s = began_s + max(EVERY_S, (monotonic() - began_s) / MOST_BUSY)
             case StepEnded() if event.recording and event.recording == self._recording:
                 self._tell(is_whole=True)
 

@@ -18,7 +18,6 @@ from rigrunner.runfile.reading import (
 from rigrunner.runfile.salvage import DamagedRun, read_damaged, write_salvaged
 from rigrunner.runfile.sealing import seal
 from rigrunner.runfile.summary import RunSummary, read_summary
-from rigrunner.runfile.tail import Tail, tail_of
 from rigrunner.runfile.writer import RunWriter
 
 __all__ = [
@@ -29,7 +28,6 @@ __all__ = [
     "RunSummary",
     "RunWriter",
     "StoredRun",
-    "Tail",
     "create_run_folder",
     "end_of",
     "file_differences",
@@ -45,6 +43,5 @@ __all__ = [
     "run_lock",
     "seal",
     "sealed_file_of",
-    "tail_of",
     "write_salvaged",
 ]

@@ -112,11 +112,10 @@ class JournalWriter:
             written += self._file.write(memoryview(data)[written:]) or 0
 
 
-def read_records(path: Path, after: int | None = None) -> Iterator[Record]:
+def read_records(path: Path) -> Iterator[Record]:
     """Yield the intact records up to the first torn or damaged one.
 
-    They start at the beginning, or at `after`, the end of a record. Raises DataError if the file is
-    no journal; a file too short for the mark has no records.
+    Raises DataError if the file is no journal; a file too short for the mark has no records.
     """
     with path.open("rb") as file:
         magic = file.read(len(MAGIC))
@@ -126,29 +125,10 @@ def read_records(path: Path, after: int | None = None) -> Iterator[Record]:
                 hint="keep the folder, and take its journal from a copy or a backup",
             )
         size = path.stat().st_size
-        end = file.seek(after or len(magic))
+        end = len(magic)
         while record := _next(file, end, size):
             end = record.end
             yield record
-
-
-def skip_records(path: Path, after: int | None, most: int) -> int | None:
-    """Return the end of a record with at most `most` bytes after it; `after` if there are so few.
-
-    Records are skipped by their length, without a check.
-    """
-    size, end = path.stat().st_size, after or len(MAGIC)
-    if size - end <= most:
-        return after
-    with path.open("rb") as file:
-        while size - end > most:
-            file.seek(end)
-            head = file.read(_HEAD.size)
-            length = int(_HEAD.unpack(head)[0]) if len(head) == _HEAD.size else size
-            if end + _HEAD.size + length > size:
-                break  # it is being written
-            end += _HEAD.size + length
-    return end
 
 
 def unread_bytes(path: Path, records_end: int | None) -> int:

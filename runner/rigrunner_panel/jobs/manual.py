@@ -26,11 +26,10 @@ from rigrunner.steps.zero import Zero
 from rigrunner.tools.by_hand.points import record_by_hand
 from rigrunner.tools.by_hand.settling import settle_left
 from rigrunner_panel.jobs.overriding import overrides_of
+from rigrunner_panel.jobs.screen import Screen
 from rigrunner_panel.process import messages
-from rigrunner_panel.process.messages import LIVE, Ended, Watched
-from rigrunner_panel.process.person import PanelPauses, PanelPerson
+from rigrunner_panel.process.messages import Ended, Watched, Watching
 from rigrunner_panel.view.manual import DriveView, ManualView
-from rigrunner_panel.view.of_plan import plan_view
 from rigrunner_panel.view.of_result import finished_view, live_view
 
 if TYPE_CHECKING:
@@ -42,43 +41,43 @@ if TYPE_CHECKING:
     from rigrunner.run.prepare import Planned as PlannedRun
     from rigrunner_panel.process.link import Link
     from rigrunner_panel.process.messages import Job
+    from rigrunner_panel.process.watched import WatchedChannels
 
 LOOK_S = 2.0
 CYCLES_SEEN = LEAST_CYCLES + SPARE_CYCLES
 """Number of cycles that are recorded and analysed together while watching."""
+WATCHED = "watched"
+"""The name of a recording that is not kept."""
 _GOES_ON = Terms(goes_on=True)
 
 
 def manual(job: Job, link: Link) -> Ended:
     """Let a person control the rig until the page is closed."""
-    operator = job.view.operator
     planned = planned_run(job.procedure, job.station, realtime=job.view.realtime)
-    person = PanelPerson(link.sender, planned.clock, operator)
-    settle_left(job.station, person)
+    screen = Screen(job, link, planned)
+    settle_left(job.station, screen.person)
     source = next((s.action for s in planned.plan.steps if isinstance(s.action, Record)), None)
     if source is None or source.cycle_frequency_hz is None:
         raise DataError(
             f"{planned.procedure.model.id} records no swing", hint="choose a procedure that does"
         )
     partners = partners_for(planned, job.runs, job.partners)
-    taken = tuple(each.name for each in partners.values())
-    known = {"title": planned.procedure.model.title, "partners": taken}
-    link.show(job=job.view.model_copy(update=known), plan=plan_view(Plan(())))
-    hand = Hand(planned, source, link)
+    screen.begin(Plan(()), partners)
+    hand = Hand(planned, source, link, screen.watched)
     finished = record_by_hand(
         planned,
         hand.steps,
         runs=job.runs,
         partners=partners,
         stop=link.switch,
-        pauses=PanelPauses(link),
+        pauses=screen.pauses,
         listeners=[link.switch, link.sender, hand],
-        operator=operator,
+        operator=job.view.operator,
         overrides=tuple(overrides_of(planned, job)),
-        person=person,
+        person=screen.person,
     )
-    live = None if finished.result is None else live_view(finished.result, final=True)
-    return Ended(finished_view(finished), live)
+    view = None if finished.result is None else live_view(finished.result, final=True)
+    return Ended(finished_view(finished), view)
 
 
 @dataclass(eq=False)
@@ -89,6 +88,7 @@ class Hand:
     source: Record
     """How the procedure records: its role, channels and units."""
     link: Link
+    watched: WatchedChannels
     set_points: dict[str, float] = field(default_factory=dict)
     recording: str = ""
     refused: str = ""
@@ -181,30 +181,30 @@ class Hand:
 
     def _watch(self, session: Session, stamp: EventStamp) -> None:
         """Show the rig's readings for a while, unless a command is waiting."""
+        self.watched.look(session.rig)
         if not self.frequency_hz > 0:
             session.rig.clock.sleep(0.05)
             return
         seconds = max(LOOK_S, CYCLES_SEEN / self.frequency_hz)
-        role, channels = self.source.role, self.source.channels
-        started_utc = utc_text(self.planned.clock.utc())
+        role, channels, units = self.source.role, self.source.channels, self.source.units
+        started_utc, set_points = utc_text(self.planned.clock.utc()), dict(self.set_points)
+        self.link.sender.send(Watching(set_points, units))
         blocks: list[Block] = []
         with closing(checked_stream(session, role, channels, seconds)) as stream:
             for block in stream:
-                self.link.sender(stamp(Samples, recording=LIVE, block=block))
+                self.link.sender(stamp(Samples, recording="", block=block))
                 blocks.append(block)
                 if self.link.commands.has_by_hand():
                     return
-        self.link.sender.send(Watched(self._live(blocks, started_utc)))
-
-    def _live(self, blocks: list[Block], started_utc: str) -> Recording:
-        return Recording(
-            name=LIVE,
+        watched = Recording(
+            name=WATCHED,
             rate_hz=blocks[0].rate_hz,
             started_utc=started_utc,
-            setpoints=dict(self.set_points),
+            setpoints=set_points,
             channels=_joined(blocks),
-            units=self.source.units,
+            units=units,
         )
+        self.link.sender.send(Watched(watched))
 
     def _tell(self, session: Session) -> None:
         self._view = ManualView(
@@ -212,7 +212,6 @@ class Hand:
             channels=self.source.channels,
             recording="",
             refused=self.refused,
-            frequency_hz=self.frequency_hz,
         )
         self.link.show(manual=self._view)
 

@@ -6,117 +6,139 @@ import os
 import signal
 import sys
 import time
+from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import RigrunnerError
+from rigrunner.api.events import Event, StepStarted
+from rigrunner.bus import EventStamp
+from rigrunner.clock import WallClock
+from rigrunner.procedure import parse_procedure
 from rigrunner.registry import load_registry
+from rigrunner.run.following import Following, folds_of
 from rigrunner.run.interrupted import used_partners
 from rigrunner.run.lab_plugins import with_lab_plugins
-from rigrunner.runfile import read, read_info
+from rigrunner.run.stored import run_data
+from rigrunner.runfile import read, read_info, read_without_samples
 from rigrunner.station import load_station
 from rigrunner_panel.live.interim import interim_result
-from rigrunner_panel.live.latest import LatestCycles
 from rigrunner_panel.process.channel import Channel, ChannelClosedError
-from rigrunner_panel.process.messages import Analysed
-from rigrunner_panel.view.of_result import correction, live_view, with_followed
-from rigrunner_panel.view.sections import LiveView, PointView
+from rigrunner_panel.process.messages import Analyse, Analysed, Drawn, Follow, Found, Watching
+from rigrunner_panel.view.of_result import live_view
+from rigrunner_panel.view.sections import LiveView
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
+    from rigrunner.api.data import Recording, RunData
+    from rigrunner.api.figures import Curve
+    from rigrunner.api.findings import Findings
+    from rigrunner.procedure import Procedure
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun
-    from rigrunner_panel.process.messages import Analyse
 
 
 MOST_BYTES = 250_000_000
 """Most bytes of samples to analyse; above it, repeated reading would be slow and use much memory.
 """
-MOST_AGAIN = 40_000_000
-"""Most bytes of samples in a recording in progress; a longer one is followed, not read again."""
 PACKED = 5
 """Typical compression ratio of a finished recording."""
 TOO_MUCH = "so much is recorded that all of it is analysed at the end alone"
 
 
-class _Analyst:
-    """Caches data that do not change during a run, and the findings of its recordings."""
+class Analyst:
+    """Analyses one run, and shows the live views of its analyses; what it finds is sent."""
 
-    def __init__(self) -> None:
-        self._registries: dict[Path, Registry] = {}
-        self._partners: dict[Path, StoredRun] = {}
-        self._followed: tuple[Path, LatestCycles] | None = None
-        self._found: LiveView | None = None
-        self._latest: dict[str, PointView] = {}
+    def __init__(self, send: Callable[[object], None]) -> None:
+        self._send = send
+        self._folder: Path | None = None
+        self._station: Path | None = None
+        self._following: Following | None = None
+        self._stamp = EventStamp(WallClock())
 
-    def answer(self, asked: Analyse) -> Analysed:
-        """Return the result so far; an error is stated in its `problem`."""
+    def take(self, message: object) -> None:
+        """Handle a message of the panel."""
+        match message:
+            case Follow(folder=folder, station=station):
+                self._folder, self._station = folder, station
+            case Analyse(watched=watched) if self._folder is not None:
+                self._send(self._analysed(self._folder, watched))
+            case Watching(setpoints=setpoints, units=units):
+                step = {"step": "by_hand", "index": -1, "action": "record", "text": ""}
+                self._follow(self._stamp(StepStarted, **step, setpoints=setpoints, units=units))
+            case Event():
+                self._follow(message)
+
+    def _follow(self, event: Event) -> None:
+        if self._folder is None:
+            return
+        if self._following is None:
+            try:
+                folds = folds_of(self._registry, self._procedure)
+            except RigrunnerError as error:
+                self._send(Analysed(_problem(str(error), time.monotonic())))
+                folds = []
+            self._following = Following(folds, self._run, self._show, self._draw)
+        self._following(event)
+
+    def _show(self, found: Findings, *, is_whole: bool) -> None:  # noqa: ARG002  (a screen is told both)
+        self._send(Found(found))
+
+    def _draw(self, recording: str, curve: Curve, ended_s: float) -> None:
+        self._send(Drawn(recording, curve, ended_s))
+
+    def _analysed(self, folder: Path, watched: Recording | None) -> Analysed:
+        """Return the result of the finished recordings; an error is stated in its `problem`."""
         began_s = time.monotonic()
+        is_watched = watched is not None
         try:
-            too_much = _bytes(asked.folder) > MOST_BYTES
-            if not asked.watched and (too_much or (asked.recording and _is_long(asked.folder))):
-                latest = self._of_latest(asked, began_s)  # also what is left of one that is over
-                if asked.recording:
-                    return latest
-            if too_much:
-                problem = _problem(TOO_MUCH, began_s)
-                return Analysed(with_followed(problem, self._found, self._latest))
-            return self._of_all(asked, began_s)
+            if not is_watched and _bytes(folder) > MOST_BYTES:
+                return Analysed(_problem(TOO_MUCH, began_s))
+            found = interim_result(folder, self._registry, self._partners, watched)
         except RigrunnerError as error:
-            return Analysed(_problem(str(error), began_s))
+            return Analysed(_problem(str(error), began_s), is_watched)
         except Exception as error:  # noqa: BLE001  (of a plugin: the run itself will say so)
-            return Analysed(_problem(f"{type(error).__name__}: {error}", began_s))
-
-    def _of_all(self, asked: Analyse, began_s: float) -> Analysed:
-        registry, partners = self._registry(asked.station), self._partners_of(asked.folder)
-        found = interim_result(asked.folder, registry, partners, asked.recording, asked.watched)
+            return Analysed(_problem(f"{type(error).__name__}: {error}", began_s), is_watched)
         if found is None:
             return Analysed(None)
         result, acceptance = found
-        corrected = correction(result)
         taken_s = time.monotonic() - began_s
         view = live_view(result, final=False, taken_s=taken_s, acceptance=acceptance)
-        if asked.watched is None:
-            self._found, self._latest = view, {}
-        return Analysed(view) if corrected is None else Analysed(view, *corrected)
+        return Analysed(view, is_watched)
 
-    def _of_latest(self, asked: Analyse, began_s: float) -> Analysed:
-        """Return the last result, with the recording in progress analysed by its latest cycles."""
-        if self._followed is None or self._followed[0] != asked.folder:
-            registry, partners = self._registry(asked.station), self._partners_of(asked.folder)
-            self._followed = asked.folder, LatestCycles(asked.folder, registry, partners)
-        result, cycles = self._followed[1].latest()
-        if result is None:
-            return Analysed(None)
-        latest = live_view(result, final=False, taken_s=time.monotonic() - began_s)
-        now = latest.points[-1].model_copy(update={"cycles": cycles})
-        self._latest[now.recording] = now
-        view = with_followed(latest, self._found, self._latest)
-        found = correction(result)
-        return Analysed(view) if found is None else Analysed(view, *found)
+    def _run(self) -> RunData:
+        """Return what is known of the run before it has data."""
+        stored = read_without_samples(self._followed)
+        return replace(run_data(replace(stored, partners=self._partners)), recordings=())
 
-    def _registry(self, station: Path) -> Registry:
-        if station not in self._registries:
-            loaded = load_station(station)
-            self._registries = {station: with_lab_plugins(load_registry(), loaded, station.parent)}
-        return self._registries[station]
+    @property
+    def _followed(self) -> Path:
+        assert self._folder is not None  # noqa: S101  (nothing is analysed before)
+        return self._folder
 
-    def _partners_of(self, folder: Path) -> dict[str, StoredRun]:
-        used = used_partners(read_info(folder).header)
-        self._partners = {p: self._partners.get(p) or read(p) for p in used.values()}
-        return {name: self._partners[path] for name, path in used.items()}
+    @cached_property
+    def _registry(self) -> Registry:
+        assert self._station is not None  # noqa: S101  (likewise)
+        loaded = load_station(self._station)
+        return with_lab_plugins(load_registry(), loaded, self._station.parent)
+
+    @cached_property
+    def _procedure(self) -> Procedure:
+        header = read_info(self._followed).header
+        return parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
+
+    @cached_property
+    def _partners(self) -> dict[str, StoredRun]:
+        used = used_partners(read_info(self._followed).header)
+        return {name: read(path) for name, path in used.items()}
 
 
 def _bytes(folder: Path) -> int:
     """Return the approximate size of the recorded samples in bytes; missing files count 0."""
     raw = sum(map(_size, folder.glob("journal/*.samples")))
     return raw + PACKED * sum(map(_size, folder.glob("recordings/*.h5")))
-
-
-def _is_long(folder: Path) -> bool:
-    """Return whether the latest recording is too long to read again for each swing."""
-    latest = max(folder.glob("journal/*.samples"), default=None)
-    return latest is not None and _size(latest) > MOST_AGAIN
 
 
 def _size(path: Path) -> int:
@@ -130,7 +152,6 @@ def _problem(text: str, began_s: float) -> LiveView:
     return LiveView(
         recordings=0,
         final=False,
-        method="",
         problem=text,
         taken_s=time.monotonic() - began_s,
     )
@@ -143,10 +164,11 @@ def main() -> None:
         os.nice(10)  # run and screen go first
     outgoing = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    channel, analyst = Channel(sys.stdin.buffer, outgoing), _Analyst()
+    channel = Channel(sys.stdin.buffer, outgoing)
+    analyst = Analyst(channel.send)
     try:
         while True:
-            channel.send(analyst.answer(channel.receive()))
+            analyst.take(channel.receive())
     except ChannelClosedError:
         return
 

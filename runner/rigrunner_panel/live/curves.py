@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigrunner_panel.live.swing import PHASES, SwingCutter
+from rigrunner.api.units import from_si
 from rigrunner_panel.live.trend import STEP_S, Trend
 
 if TYPE_CHECKING:
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from rigrunner.api.events import Samples
-    from rigrunner_panel.live.swing import Swing
+    from rigrunner.api.figures import Axis, Curve
 
-    Floats = NDArray[np.floating]
-
-WAITING_SWINGS = 4
-"""Most swings of one block to show; older ones are dropped."""
+WAITING_CURVES = 4
+"""Most curves of one block to show; older ones are dropped."""
+X = "x"
+"""The array of a curve with the values of x; the others are its series, by name."""
 
 _ALIGN = 4
 
@@ -48,56 +48,56 @@ class Curves:
         self._lock = threading.Lock()
         self._trend = Trend()
         self._touched: int | None = None
-        self._channel = ""
-        """What is over time, where it is no torque: the first channel that is recorded."""
-        self._swings: deque[bytes] = deque(maxlen=WAITING_SWINGS)
-        self._cutter: SwingCutter | None = None
-        self._key: tuple[str, float] | None = None
-        self._next_sample = 0
-        self._corrections: tuple[str, Floats] | None = None
-        self._latest: bytes | None = None
-        self.frequency_hz: float | None = None
+        self._channel = self._unit = ""
+        """What is over time."""
+        self._waiting: deque[bytes] = deque(maxlen=WAITING_CURVES)
+        self._latest: dict[str, bytes] = {}
 
-    def begin(self, recording: str, frequency_hz: float | None) -> None:
-        """Start a recording, at a set frequency if the rig swings."""
-        with self._lock:
-            self._key = (recording, frequency_hz) if frequency_hz else None
-            self._cutter = None
-            self.frequency_hz = None
+    def take(self, event: Samples, start_s: float, units: Mapping[str, str]) -> None:
+        """Add a block whose first sample was taken at `start_s` seconds of the run.
 
-    def correct(self, recording: str, correction_nm: Floats) -> None:
-        """Subtract the correction of the analysis from the swings of a recording."""
-        phases = np.arange(PHASES) * len(correction_nm) / PHASES
-        places = np.arange(len(correction_nm) + 1)
-        closed = np.append(correction_nm, correction_nm[0])
-        with self._lock:
-            self._corrections = (recording, np.interp(phases, places, closed))
-
-    def take(self, event: Samples, start_s: float) -> None:
-        """Add a block whose first sample was taken at `start_s` seconds of the run."""
-        block = event.block
-        torque = _channel(event, "torque")
-        if not block.channels:
+        Over time is the first of the channels of `units` that it has, in its unit; else the first.
+        """
+        channels = event.block.channels
+        if not channels:
             return
-        name, first_channel = next(iter(block.channels.items()))
+        name = next((each for each in units if each in channels), next(iter(channels)))
+        unit = units.get(name, "")
+        offset, factor = (from_si(0.0, unit), from_si(1.0, unit)) if unit else (0.0, 1.0)
+        shown = (np.asarray(channels[name], float) * (factor - offset) + offset).astype(np.float32)
         with self._lock:
-            self._channel = "" if torque is not None else name
-            values = np.asarray(first_channel, np.float32) if torque is None else torque
-            first = self._trend.take(start_s, block.rate_hz, values)
+            if name != self._channel:
+                self._trend = Trend()
+            self._channel, self._unit = name, unit
+            first = self._trend.take(start_s, event.block.rate_hz, shown)
             self._touched = first if self._touched is None else min(first, self._touched)
-            if torque is not None:
-                self._cut(event, torque)
+
+    def draw(self, recording: str, curve: Curve, ended_s: float) -> None:
+        """Add a curve of a recording that ended at `ended_s`, by the clock of the events."""
+        header = {
+            "kind": "curve",
+            "recording": recording,
+            "title": curve.title,
+            "x": _axis(curve.x),
+            "y": _axis(curve.y),
+            "frequency_hz": curve.frequency_hz,
+            "t_s": curve.end_s,
+            "monotonic_s": ended_s,
+        }
+        drawn = frame(header, {X: curve.at, **curve.series})
+        with self._lock:
+            self._latest[curve.title] = drawn
+            self._waiting.append(drawn)
 
     def whole(self) -> list[bytes]:
         """Return the frames for a screen that has no data yet."""
         with self._lock:
-            trend = self._trend_frame(0, reset=True)
-            return [trend] if self._latest is None else [trend, self._latest]
+            return [self._trend_frame(0, reset=True), *self._latest.values()]
 
-    def next_swing(self) -> bytes | None:
-        """Return the next swing to show, if any."""
+    def next_curve(self) -> bytes | None:
+        """Return the next curve to show, if any."""
         with self._lock:
-            return self._swings.popleft() if self._swings else None
+            return self._waiting.popleft() if self._waiting else None
 
     def next_trend(self) -> bytes | None:
         """Return the columns that changed since the last call, if any."""
@@ -109,42 +109,16 @@ class Curves:
 
     def _trend_frame(self, first: int, *, reset: bool) -> bytes:
         first, low, high = self._trend.since(first)
-        header = {"kind": "trend", "first": first, "step_s": STEP_S, "reset": reset}
-        if self._channel:
-            header["channel"] = self._channel
-        return frame(header, {"min_nm": low, "max_nm": high})
-
-    def _cut(self, event: Samples, torque: NDArray[np.float32]) -> None:
-        block = event.block
-        if self._key is None or self._key[0] != event.recording:
-            return
-        if self._cutter is None or block.first_sample != self._next_sample:
-            self._cutter = SwingCutter(block.rate_hz, self._key[1])
-        self._next_sample = block.first_sample + len(torque)
-        for swing in self._cutter.take(torque, _channel(event, "angle")):
-            self.frequency_hz = swing.frequency_hz
-            since_s = (self._next_sample - swing.end_s * block.rate_hz) / block.rate_hz
-            self._latest = self._swing_frame(event.recording, swing, event.monotonic_s - since_s)
-            self._swings.append(self._latest)
-
-    def _swing_frame(self, recording: str, swing: Swing, ended_s: float) -> bytes:
-        arrays: dict[str, Floats] = {"raw_nm": swing.raw_nm}
-        if swing.angle_rad is not None:
-            arrays["angle_rad"] = swing.angle_rad
-        if self._corrections is not None and self._corrections[0] == recording:
-            arrays["compensated_nm"] = swing.raw_nm - self._corrections[1]
         header = {
-            "kind": "swing",
-            "recording": recording,
-            "frequency_hz": swing.frequency_hz,
-            "t_s": swing.end_s,
-            "monotonic_s": ended_s,
+            "kind": "trend",
+            "first": first,
+            "step_s": STEP_S,
+            "reset": reset,
+            "channel": self._channel,
+            "unit": self._unit,
         }
-        return frame(header, arrays)
+        return frame(header, {"minimum": low, "maximum": high})
 
 
-def _channel(event: Samples, name: str) -> NDArray[np.float32] | None:
-    """Return the channel with that name, of any role."""
-    found = (each for full, each in event.block.channels.items() if full.endswith(f".{name}"))
-    shown = next(found, None)
-    return None if shown is None else np.asarray(shown, np.float32)
+def _axis(axis: Axis) -> dict[str, Any]:
+    return {"name": axis.name, "unit": axis.unit, "low": axis.low, "high": axis.high}

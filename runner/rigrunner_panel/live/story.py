@@ -19,19 +19,19 @@ from rigrunner.api.events import (
     StepEnded,
     StepStarted,
 )
+from rigrunner.api.findings import Findings
 from rigrunner.clock import utc_text
 from rigrunner_panel.live.curves import Curves
-from rigrunner_panel.process.messages import LIVE, Ended, Failed, Found, Show, Values
+from rigrunner_panel.process.messages import Analysed, Drawn, Ended, Failed, Found, Show, Values
 from rigrunner_panel.view.alarms import Alarms
 from rigrunner_panel.view.of_result import with_live
-from rigrunner_panel.view.reading import readings_after, readings_at, readings_safe
+from rigrunner_panel.view.reading import readings_after, readings_at, readings_now, readings_safe
 from rigrunner_panel.view.sections import (
     Finished,
     JobView,
     Preflight,
     PreflightItem,
     Progress,
-    Readings,
 )
 from rigrunner_panel.view.track import Track
 
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import Any
 
-    from rigrunner_panel.process.messages import Analysed
     from rigrunner_panel.view.board import Board
     from rigrunner_panel.view.sections import (
         AlarmView,
@@ -47,7 +46,6 @@ if TYPE_CHECKING:
         FileLink,
         LiveView,
         Phase,
-        PointView,
     )
 
 
@@ -90,14 +88,17 @@ class Story:
         self._alarms = Alarms(left)
         self._track: Track | None = None
         self._started_s = 0.0
-        self._recorded: tuple[PointView, ...] = ()
+        self._analysed: LiveView | None = None
+        self._found = Findings()
+        self._watched: LiveView | None = None
+        """The analysis of what is watched by hand and not kept."""
         self._has_begun = self._has_ended = False
         self._channels_due_s = 0.0
         cleared = dict.fromkeys(("plan", "progress", "prompt", "pause", "live", "analysing"))
         cleared |= dict.fromkeys(("finished", "manual"))
         board.forget_events()
         # what an earlier job found of the rig may no longer be so
-        board.put(channels=(), readings=Readings(), **cleared)
+        board.put(channels=(), readings={}, **cleared)
         board.put(job=job, asked="", alarms=self._alarms.all)
         if job.kind == "preflight":
             self._preflight(())
@@ -126,8 +127,8 @@ class Story:
             case Values(values=values, time_s=time_s, interval_s=interval_s):
                 utc = utc_text(datetime.fromtimestamp(time_s, UTC))
                 self._show_channels(values, utc, interval_s)
-            case Found(findings=findings):
-                self._board.put(live=with_live(self._board.get("live"), findings))
+            case Analysed() | Found() | Drawn():
+                self._take_findings(message)
             case Ended(finished=finished, live=live):
                 self._end(finished)
                 if live is not None:
@@ -149,8 +150,6 @@ class Story:
                     self._board.put(asked="")
                     if view is not None and self._track is not None:
                         self._track.break_off()
-                case "manual":
-                    self.curves.begin(view.recording or LIVE, view.frequency_hz)
         self._board.put(**sections, progress=self._progress())
 
     def tick(self) -> None:
@@ -164,22 +163,31 @@ class Story:
             self._alarms.rigs = rigs
             self._board.put(alarms=self._alarms.all)
 
-    def analysed(self, found: Analysed) -> None:
-        """Show the interim analysis, unless the run's final one is already there."""
-        if self.is_over or found.view is None:
-            return
-        self._board.put(live=self._with_recorded(found.view))
-        if found.correction_nm is not None:
-            self.curves.correct(found.recording, found.correction_nm)
+    def _take_findings(self, message: Analysed | Found | Drawn) -> None:
+        """Show what the analyst found, unless the run's own result is already there."""
+        match message:
+            case Drawn(recording=recording, curve=curve, ended_s=ended_s):
+                self.curves.draw(recording or UNKEPT, curve, ended_s)
+            case _ if self.is_over:
+                return
+            case Found(findings=findings):
+                self._found = findings
+                self._show_live()
+            case Analysed(view=view, is_watched=is_watched) if view is not None:
+                if is_watched:
+                    self._watched = view
+                else:
+                    self._analysed = view
+                self._show_live()
 
-    def _with_recorded(self, view: LiveView) -> LiveView:
-        """Return the analysis; in a manual session, watched data follow the recorded ones."""
-        if self.job.kind != "manual":
-            return view
-        if not any(each.recording == LIVE for each in view.points):
-            self._recorded = view.points
-            return view
-        return view.model_copy(update={"points": (*self._recorded, *view.points)})
+    def _show_live(self) -> None:
+        """Show what the analysis has of finished recordings, and the live analyses of the rest."""
+        view = with_live(self._analysed, self._found)
+        if (watched := self._watched) is not None:
+            now = [each.model_copy(update={"is_ongoing": True}) for each in watched.results]
+            update = {"results": (*view.results, *now), "problem": watched.problem or view.problem}
+            view = view.model_copy(update=update)
+        self._board.put(live=view)
 
     def lost(self, code: int | None) -> None:
         """Handle a process that ended without its final message."""
@@ -192,16 +200,13 @@ class Story:
         event = event if event.recording else structs.replace(event, recording=UNKEPT)
         block = event.block
         start_s = event.monotonic_s - self._started_s - block.samples / block.rate_hz
-        self.curves.take(event, max(start_s, 0.0))
+        units = {each.name: each.unit for each in self._board.get("channels")}
+        self.curves.take(event, max(start_s, 0.0), units)
         now_s = time.time()
         if now_s >= self._channels_due_s and block.samples:
             self._channels_due_s = now_s + 0.9 * CHANNELS_S  # blocks may come as often as that
             latest = {name: float(each[-1]) for name, each in block.channels.items()}
             self._show_channels(latest, self._time_of(event), CHANNELS_S)
-        readings = self._board.get("readings")
-        if self.curves.frequency_hz not in (None, readings.frequency_hz):  # of another swing
-            known = {"frequency_hz": self.curves.frequency_hz, "frequency_utc": event.utc}
-            self._board.put(readings=readings.model_copy(update=known))
         if self._track is not None:
             self._track.recorded((block.first_sample + block.samples) / block.rate_hz)
             self._board.put(progress=self._progress())
@@ -216,12 +221,8 @@ class Story:
             for each in known
         )
         self._board.put(channels=now)
-        # what an event tells of a drive is among the readings already
-        load = next((values[name] for name in values if name.endswith(".load")), None)
-        if load is not None and interval_s is not None:
-            readings = self._board.get("readings")
-            update = {"load_n": load, "load_utc": utc}
-            self._board.put(readings=readings.model_copy(update=update))
+        if interval_s is not None:  # what an event tells is among the readings already
+            self._board.put(readings=readings_now(self._board.get("readings"), values, utc))
 
     def _time_of(self, event: Event) -> str:
         """Return the time of an event; in simulated time, the elapsed time on the screen."""
@@ -256,11 +257,12 @@ class Story:
 
     def _begin(self, event: StepStarted) -> None:
         self.recording, self._begun = event.recording, event
+        if self._watched is not None:
+            self._watched = None
+            self._show_live()
         shown = event.recording or (UNKEPT if event.action == "record" else "")
         if self._track is not None:
             self._track.begin(event.index, shown)
-            if shown and self.job.kind != "manual":
-                self.curves.begin(shown, self._track.frequency_hz(event.index))
 
     def _scan(self, event: Scanned) -> None:
         if self._track is not None:

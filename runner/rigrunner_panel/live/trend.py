@@ -1,4 +1,4 @@
-"""Torque over time for the screen: the lowest and highest sample of each column in a window."""
+"""A channel over time for the screen: the lowest and highest sample of each column in a window."""
 
 from __future__ import annotations
 

@@ -1,23 +1,32 @@
-"""Repeats the analysis of the recordings so far, as fast as possible."""
+"""Passes the events of a run to the analyst, and what it finds to the screens."""
 
 from __future__ import annotations
 
 import threading
 from typing import TYPE_CHECKING
 
-from rigrunner.api.events import RunStarted, Samples, StepEnded
+from rigrunner.api.events import RunStarted, Samples, StepEnded, StepStarted
 from rigrunner_panel.process.launch import Process
-from rigrunner_panel.process.messages import LIVE, Analyse, Analysed, Ended, Failed, Watched
+from rigrunner_panel.process.link import Sender
+from rigrunner_panel.process.messages import (
+    Analyse,
+    Analysed,
+    Ended,
+    Failed,
+    Follow,
+    Watched,
+    Watching,
+)
 
 if TYPE_CHECKING:
-    from contextlib import AbstractContextManager
+    from collections.abc import Callable
     from pathlib import Path
 
     from rigrunner.api.data import Recording
-    from rigrunner_panel.live.story import Story
 
 ANALYST = "rigrunner_panel.live.analyst"
-LEAST_PAUSE_S = 0.25
+MOST_BLOCKS = 500
+"""Most blocks that wait for a slow analyst; of more, the live analyses see a gap."""
 
 
 def _finds_something(ended: StepEnded) -> bool:
@@ -25,59 +34,56 @@ def _finds_something(ended: StepEnded) -> bool:
 
 
 class Watcher:
-    """Requests an analysis from the analyst's process when there is new data, one at a time."""
+    """The analyst's process. Finished recordings are analysed one request at a time."""
 
-    def __init__(self, runs: Path, station: Path) -> None:
+    def __init__(self, runs: Path, station: Path, hear: Callable[[object], None]) -> None:
         self._runs = runs
         self._station = station
+        self._hear = hear
         self._process = Process(ANALYST)
-        self._fresh = threading.Event()
-        self._closed = threading.Event()
-        self._folder: Path | None = None
+        self._sender = Sender(self._process.channel, MOST_BLOCKS)
+        self._lock = threading.Lock()
+        self._is_asked = self._is_fresh = False
         self._watched: Recording | None = None
-
-    def start(self, story: Story, lock: AbstractContextManager[object]) -> None:
-        """Start the thread; the lock is held while the state is updated."""
-        work = threading.Thread(target=self._work, args=(story, lock), name="analyst", daemon=True)
-        work.start()
+        self._process.listen(self._take, lambda _: None)
 
     def notice(self, message: object) -> None:
-        """Receive an event that may make another analysis worthwhile."""
+        """Receive a message of the job."""
         match message:
             case RunStarted(run_id=name):
-                self._folder = self._runs / name
+                self._sender.send(Follow(self._runs / name, self._station))
             case Watched():
-                self._watched = message.recording
-                self._fresh.set()
-            case StepEnded() if _finds_something(message):
-                self._watched = None
-                self._fresh.set()
-            case Samples(recording=name) if name not in {"", LIVE}:
-                self._fresh.set()
+                self._ask(message.recording)
+            case StepEnded():
+                self._sender(message)
+                if _finds_something(message):
+                    self._ask(None)
+            case StepStarted() | Samples():
+                self._sender(message)
+            case Watching():
+                self._sender.send(message)
             case Ended() | Failed():
                 self.close()
 
     def close(self) -> None:
         """Request no further analysis."""
-        self._closed.set()
-        self._fresh.set()
+        self._process.channel.close()
+        self._sender.end()
 
-    def _work(self, story: Story, lock: AbstractContextManager[object]) -> None:
-        while self._fresh.wait() and not self._closed.is_set():
-            self._fresh.clear()
-            if self._folder is not None:
-                self._ask(self._folder, story, lock)
-            self._closed.wait(LEAST_PAUSE_S)
-        self._process.close()
+    def _ask(self, watched: Recording | None) -> None:
+        """Request an analysis, now or after the one that is being made."""
+        with self._lock:
+            self._is_fresh, self._watched = True, watched
+            self._ask_next()
 
-    def _ask(self, folder: Path, story: Story, lock: AbstractContextManager[object]) -> None:
-        watched, self._watched = self._watched, None
-        asked = Analyse(folder, self._station, story.recording, watched)
-        found = self._process.ask(asked)
-        if not isinstance(found, Analysed):
-            self._closed.set()
-            return
-        with lock:
-            story.analysed(found)
-        if found.view is not None and found.view.taken_s > LEAST_PAUSE_S:
-            self._closed.wait(found.view.taken_s / 2)  # two thirds of a core are enough
+    def _ask_next(self) -> None:
+        if self._is_fresh and not self._is_asked:
+            self._is_asked, self._is_fresh = True, False
+            self._sender.send(Analyse(self._watched))
+
+    def _take(self, message: object) -> None:
+        if isinstance(message, Analysed):
+            with self._lock:
+                self._is_asked = False
+                self._ask_next()
+        self._hear(message)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import threading
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rigrunner_panel.process.channel import Channel, ChannelClosedError
 
@@ -28,7 +28,7 @@ class Process:
         )
         assert self._child.stdin is not None  # noqa: S101  (both are pipes)
         assert self._child.stdout is not None  # noqa: S101  (likewise)
-        self._channel = Channel(self._child.stdout, self._child.stdin)
+        self.channel = Channel(self._child.stdout, self._child.stdin)
 
     @property
     def pid(self) -> int:
@@ -38,18 +38,10 @@ class Process:
     def send(self, message: object) -> bool:
         """Send a message; return False if the process has ended."""
         try:
-            self._channel.send(message)
+            self.channel.send(message)
         except ChannelClosedError:
             return False
         return True
-
-    def ask(self, message: object) -> Any:
-        """Send a message and return the answer; None if the process has ended."""
-        try:
-            self._channel.send(message)
-            return self._channel.receive()
-        except ChannelClosedError:
-            return None
 
     def listen(self, hear: Callable[[object], None], ended: Callable[[int | None], None]) -> None:
         """Call `hear` with each message, in a thread, then `ended` with the exit code."""
@@ -57,7 +49,7 @@ class Process:
         def work() -> None:
             try:
                 while True:
-                    hear(self._channel.receive())
+                    hear(self.channel.receive())
             except ChannelClosedError:
                 pass
             ended(self._wait())
@@ -66,7 +58,7 @@ class Process:
 
     def close(self) -> int | None:
         """Close its input, wait, and return its exit code; None if it does not end in time."""
-        self._channel.close()
+        self.channel.close()
         return self._wait()
 
     def _wait(self) -> int | None:
@@ -75,7 +67,7 @@ class Process:
             code = self._child.wait(PATIENCE_S)
         except subprocess.TimeoutExpired:
             return None
-        self._channel.close()
+        self.channel.close()
         if self._child.stdout is not None:
             self._child.stdout.close()
         return code

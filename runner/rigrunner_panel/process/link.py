@@ -141,8 +141,9 @@ class Sender:
     Nothing is sent once the panel has closed.
     """
 
-    def __init__(self, channel: Channel) -> None:
+    def __init__(self, channel: Channel, most_blocks: int = MOST_BLOCKS) -> None:
         self._channel = channel
+        self._most_blocks = most_blocks
         self._queue: SimpleQueue[object] = SimpleQueue()
         self._blocks = 0
         self._row: Scanned | None = None
@@ -169,7 +170,7 @@ class Sender:
             self._row = None
         if not isinstance(event, Samples):
             self.send(event)
-        elif self._blocks < MOST_BLOCKS:
+        elif self._blocks < self._most_blocks:
             self._blocks += 1
             self.send(_halved(event))
 
@@ -181,9 +182,13 @@ class Sender:
             self.send(row)
             self._row, self._rows_due_s = None, now_s + _ROWS_EVERY_S
 
+    def end(self) -> None:
+        """Send nothing after the remaining messages."""
+        self._queue.put(None)
+
     def close(self) -> None:
         """Send the remaining messages."""
-        self._queue.put(None)
+        self.end()
         self._thread.join(_FLUSH_S)
 
     def _work(self) -> None:

@@ -14,11 +14,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    import numpy as np
-    from numpy.typing import NDArray
-
     from rigrunner.api.data import Recording
     from rigrunner.api.errors import Problem
+    from rigrunner.api.figures import Curve
     from rigrunner.api.findings import Findings
     from rigrunner.engine import Decision, Interference
     from rigrunner_panel.view.sections import Finished, JobView, LiveView, PreflightItem
@@ -106,8 +104,6 @@ class CloseManual(Struct, frozen=True):
     by: str
 
 
-LIVE = "live"
-"""The name of a recording that is watched but not stored."""
 ByHand = SetDrive | RecordPoint | CloseManual
 Command = Answer | Pause | Decide | Abort | Stop | PutOnRecord | ByHand
 
@@ -128,6 +124,13 @@ class Values(Struct, frozen=True):
     """Interval to the next reading, in s."""
 
 
+class Watching(Struct, frozen=True):
+    """The samples that follow are watched in a manual session, and not stored."""
+
+    setpoints: Mapping[str, float]
+    units: Mapping[str, str]
+
+
 class Watched(Struct, frozen=True, eq=False):
     """Data watched in a manual session, for analysis; they are not stored."""
 
@@ -138,6 +141,14 @@ class Found(Struct, frozen=True, eq=False):
     """The findings for the recording in progress."""
 
     findings: Findings
+
+
+class Drawn(Struct, frozen=True, eq=False):
+    """A curve of a live analysis that ended at `ended_s`, by the clock of the events."""
+
+    recording: str
+    curve: Curve
+    ended_s: float
 
 
 class Ended(Struct, frozen=True):
@@ -157,18 +168,21 @@ class Failed(Struct, frozen=True):
     trace: str = ""
 
 
-class Analyse(Struct, frozen=True, eq=False):
-    """Analyse the run so far, or watched data by the run's own analysis."""
+class Follow(Struct, frozen=True):
+    """The run whose events follow."""
 
     folder: Path
     station: Path
-    recording: str
+
+
+class Analyse(Struct, frozen=True, eq=False):
+    """Analyse the finished recordings of the run, or watched data by its own analysis."""
+
     watched: Recording | None = None
 
 
 class Analysed(Struct, frozen=True, eq=False):
-    """The findings; `correction_nm` is subtracted from the swing of that recording, shape (N,)."""
+    """The findings; None if there are none yet. `is_watched`: of data that are not stored."""
 
     view: LiveView | None
-    recording: str = ""
-    correction_nm: NDArray[np.float64] | None = None
+    is_watched: bool = False

@@ -13,7 +13,7 @@ from msgspec import structs
 from rigrunner import __version__
 from rigrunner.run.log import event_text
 from rigrunner_panel.view.queue import QueueView
-from rigrunner_panel.view.sections import Readings, State
+from rigrunner_panel.view.sections import State
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -41,7 +41,7 @@ class Board:
     def __init__(self) -> None:
         self._lock = threading.RLock()
         self._sections: dict[str, Any] = dict.fromkeys(SECTIONS)
-        self._sections |= {"phase": "idle", "watchers": 0, "readings": Readings(), "asked": ""}
+        self._sections |= {"phase": "idle", "watchers": 0, "readings": {}, "asked": ""}
         self._sections |= {"alarms": (), "queue": QueueView(), "channels": (), "editing": ()}
         self._texts: dict[str, str] = {}
         self._changed: set[str] = set()
@@ -121,9 +121,14 @@ class Board:
         return self._texts[name]
 
 
-def _json(value: BaseModel | tuple[BaseModel, ...] | str | float | None) -> str:
+def _json(
+    value: BaseModel | tuple[BaseModel, ...] | dict[str, BaseModel] | str | float | None,
+) -> str:
     if isinstance(value, tuple):
         return f"[{','.join(map(_json, value))}]"
+    if isinstance(value, dict):
+        members = (f"{json.dumps(name)}:{_json(each)}" for name, each in value.items())
+        return f"{{{','.join(members)}}}"
     if value is None or isinstance(value, (str, int, float)):
         return json.dumps(value, allow_nan=False)
     return value.model_dump_json()

@@ -6,6 +6,7 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from rigrunner.api.member import Member
+from rigrunner.run.calibration import entering_channels
 from rigrunner_panel.view.sections import ChannelView, Reading
 
 if TYPE_CHECKING:
@@ -15,21 +16,28 @@ if TYPE_CHECKING:
 
 
 def channels_of(planned: Planned) -> Iterator[ChannelView]:
-    """Yield each channel of each device, with the limits of the interlocks that watch it."""
+    """Yield each channel of each device, with the limits of the interlocks that watch it.
+
+    Those whose values enter the result come first.
+    """
     locks = {each.member: each for each in planned.plan.interlocks}
-    for role, device in planned.devices.items():
-        for info in device.channels:
-            name = Member(role, info.name)
-            unit = Reading.of(0.0, info.unit, info.shown_in).shown_in
-            lock = locks.get(name)
-            yield ChannelView(
-                name=name,
-                long_name=info.long_name,
-                si=info.unit,
-                unit=unit,
-                lower=None if lock is None else _limit(lock.minimum, info.unit, unit),
-                upper=None if lock is None else _limit(lock.maximum, info.unit, unit),
-            )
+    known = {
+        Member(role, info.name): info
+        for role, device in planned.devices.items()
+        for info in device.channels
+    }
+    entering = [each for each in entering_channels(planned) if each in known]
+    for name in dict.fromkeys((*entering, *known)):
+        info, lock = known[name], locks.get(name)
+        unit = Reading.of(0.0, info.unit, info.shown_in).shown_in
+        yield ChannelView(
+            name=name,
+            long_name=info.long_name,
+            si=info.unit,
+            unit=unit,
+            lower=None if lock is None else _limit(lock.minimum, info.unit, unit),
+            upper=None if lock is None else _limit(lock.maximum, info.unit, unit),
+        )
 
 
 def _limit(value: float, si: str, unit: str) -> float | None:

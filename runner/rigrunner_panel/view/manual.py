@@ -27,5 +27,3 @@ class ManualView(BaseModel):
     channels: tuple[str, ...]
     recording: str
     refused: str = ""
-    frequency_hz: float = 0.0
-    """At which the rig swings; 0 at rest."""

@@ -4,16 +4,27 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rigrunner.api.member import Member
 from rigrunner_panel.view.sections import PlanView, StepView
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.devices import Device
     from rigrunner.plan import Plan, PlannedStep
 
 
-def plan_view(plan: Plan) -> PlanView:
+def plan_view(plan: Plan, devices: Mapping[str, Device]) -> PlanView:
     """Return every step of a plan in words."""
-    steps = tuple(_step(index, step) for index, step in enumerate(plan.steps))
-    return PlanView(estimated_s=plan.estimated_s, steps=steps)
+    return PlanView(
+        estimated_s=plan.estimated_s,
+        steps=tuple(_step(index, step) for index, step in enumerate(plan.steps)),
+        drives={
+            Member(role, each.name): each.long_name
+            for role, device in devices.items()
+            for each in device.drives
+        },
+    )
 
 
 def _step(index: int, step: PlannedStep) -> StepView:
@@ -26,6 +37,5 @@ def _step(index: int, step: PlannedStep) -> StepView:
         text=step.text,
         point=step.points[-1] if step.points else "",
         estimated_s=step.estimated_s,
-        frequency_hz=getattr(action, "cycle_frequency_hz", None),
         scan_points=len(action.passes) if action.led and action.rows else 0,
     )

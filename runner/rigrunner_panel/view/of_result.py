@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from math import isfinite
-from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from rigrunner.api.checks import effect_words
 from rigrunner.api.errors import DataError
@@ -19,16 +16,15 @@ from rigrunner_panel.view.sections import (
     CheckView,
     Finished,
     LiveView,
-    PointView,
     ResultView,
     Value,
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
 
     from rigrunner.api.coordinates import CoordinateValue
-    from rigrunner.api.data import Array, Estimate
+    from rigrunner.api.data import Estimate
     from rigrunner.api.figures import Figure
     from rigrunner.api.findings import Findings, MeasurementResult
     from rigrunner.api.results import Result
@@ -38,38 +34,20 @@ if TYPE_CHECKING:
 
 MOST_RESULTS = 200
 """Of named results, the latest are sent to the screen."""
-_NOTHING = SimpleNamespace(
-    loaded=(), compensations={}, primary="", headline=None, raw_headline=None
-)
-
-
-def prepared(result: Result) -> Any:
-    """Return the details of the analysis that prepares each recording as a point, if there is one.
-
-    They are found by what they have: no package is imported for them.
-    """
-    return next((each for each in result.details if hasattr(each, "loaded")), _NOTHING)
 
 
 def live_view(
     result: Result, *, final: bool, taken_s: float = 0.0, acceptance: Acceptance | None = None
 ) -> LiveView:
     """Return the result of the recordings so far, or of all, with what it may be."""
-    limited = [(each, _limits(each, acceptance)) for each in result.other_results]
-    torque = prepared(result)
-    primary = torque.compensations.get(torque.primary)
-    found = primary.points if primary else ()
-    points = [_point(each, found, index) for index, each in enumerate(torque.loaded)]
+    limited = [(each, _limits(each, acceptance)) for each in result.results]
     return LiveView(
-        recordings=len(torque.loaded),
+        recordings=len(result.run.recordings),
         final=final,
-        method=torque.primary,
-        problem=(primary.not_applicable if primary else "") or "",
+        problem=" ".join(result.notes),
         taken_s=taken_s,
         verdict=str(_interim_verdict(result) or ""),
-        headline=_value(torque.headline),
-        raw_headline=_value(torque.raw_headline),
-        points=tuple(points),
+        headline=_value(result.headline),
         checks=tuple(
             CheckView(
                 name=each.name,
@@ -89,20 +67,23 @@ def live_view(
 def with_live(view: LiveView | None, found: Findings) -> LiveView:
     """Return the analysis with what a recording that goes on shows by now.
 
-    A value of fewer readings than the analysis has already is left out.
+    A value of no more readings than the analysis has already is left out.
     """
-    view = view or LiveView(recordings=0, final=False, method="", problem="", taken_s=0.0)
+    view = view or LiveView(recordings=0, final=False, problem="", taken_s=0.0)
     rows = {(each.name, each.place): each for each in view.results}
     for each in found.results:
         now = _named_view(each, None)
-        known = rows.get((now.name, now.place))
-        if known is None or known.readings < now.readings:
-            limits = {} if known is None else {"lower": known.lower, "upper": known.upper}
-            rows[now.name, now.place] = now.model_copy(update=limits)
+        known = rows.pop((now.name, now.place), None)
+        if known is not None and known.readings >= now.readings:
+            rows[now.name, now.place] = known
+            continue
+        limits = {} if known is None else {"lower": known.lower, "upper": known.upper}
+        rows[now.name, now.place] = now.model_copy(update={"is_ongoing": True, **limits})
     drawn = {(each.of, each.title) for each in found.figures}
     others = (each for each in view.figures if (each.of, each.title) not in drawn)
     return view.model_copy(
         update={
+            "problem": view.problem or " ".join(found.notes),
             "results": tuple(rows.values())[-MOST_RESULTS:],
             "figures": (*others, *found.figures),
         }
@@ -135,6 +116,7 @@ def _named_view(found: MeasurementResult, limits: Limits | None) -> ResultView:
         readings=found.readings,
         lower=None if limits is None else _known(limits.lower),
         upper=None if limits is None else _known(limits.upper),
+        uncorrected=None if found.uncorrected is None else found.uncorrected.value,
     )
 
 
@@ -147,42 +129,6 @@ def _figures(limited: Sequence[tuple[MeasurementResult, Limits | None]]) -> Iter
 
 def _is_out(result: MeasurementResult, limits: Limits | None) -> bool:
     return limits is not None and not limits.allow(result.estimate.value)
-
-
-def with_followed(
-    latest: LiveView, found: LiveView | None, followed: Mapping[str, PointView]
-) -> LiveView:
-    """Return the latest view with all points: those `found` at first, then those `followed`.
-
-    The mean over the recordings is that of whole ones; of one point alone it is its own.
-    """
-    points = {each.recording: each for each in found.points} if found else {}
-    everything = tuple({**points, **followed}.values())
-    means = found or latest
-    known = found is not None or len(everything) == 1
-    return latest.model_copy(
-        update={
-            "points": everything,
-            "recordings": len(everything),
-            "headline": means.headline if known else None,
-            "raw_headline": means.raw_headline if known else None,
-        }
-    )
-
-
-def correction(result: Result) -> tuple[str, Array] | None:
-    """Return what is taken from the latest recording's swing, over the crank phase, shape (N,).
-
-    None where its method has no swings.
-    """
-    torque = prepared(result)
-    primary = torque.compensations.get(torque.primary)
-    if primary is None or not primary.points or len(primary.points) != len(torque.loaded):
-        return None
-    trace = primary.points[-1].trace
-    if trace is None:
-        return None
-    return torque.loaded[-1].recording, np.asarray(trace.raw_nm - trace.compensated_nm)
 
 
 def _interim_verdict(result: Result) -> Verdict | None:
@@ -200,7 +146,7 @@ def finished_view(finished: FinishedRun) -> Finished:
         outcome=finished.outcome,
         reason=finished.reason,
         verdict=str((result and result.verdict) or ""),
-        headline=None if result is None else _value(prepared(result).headline),
+        headline=None if result is None else _value(result.headline),
         measurand="" if result is None else result.measurand,
         result="" if result is None else _named(result),
         error="" if error is None else finished.reason if finished.unsafe else str(error),
@@ -228,25 +174,10 @@ def with_uncertainty(value: float, width: float) -> str:
     return f"{value:.{decimals}f} ± {f'{width:.{decimals}f}' if isfinite(width) else '?'}"
 
 
-def _point(point: Any, found: Sequence[Any], index: int) -> PointView:
-    known = {
-        "recording": point.recording,
-        "set_frequency_hz": point.set_frequency_hz,
-        "frequency_hz": point.frequency_hz.value,
-        "load_n": point.load_n,
-        "cycles": point.cycles,
-    }
-    if index >= len(found):
-        return PointView(**known, raw_nm=float(point.peak_nm[point.peak_kept].mean()))
-    each = found[index]
-    torque = {"torque_nm": each.torque.value, "U_nm": _known(expanded(each.torque))}
-    return PointView(**known, raw_nm=each.raw_nm, rig_nm=each.rig_nm, **torque)
-
-
 def _value(estimate: Estimate | None) -> Value | None:
     if estimate is None:
         return None
-    return Value(value_nm=estimate.value, U_nm=_known(expanded(estimate)))
+    return Value(value=estimate.value, U=_known(expanded(estimate)), unit=estimate.unit)
 
 
 def _known(value: float) -> float | None:

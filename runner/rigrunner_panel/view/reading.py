@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from rigrunner.api.member import Member
 from rigrunner_panel.view.sections import Reading
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rigrunner.api.events import MadeSafe, Scanned, StepEnded, StepStarted
-    from rigrunner_panel.view.sections import Readings
 
-ICE_K = 273.15
+    Readings = Mapping[str, Reading]
 
 
 class Units(NamedTuple):
@@ -25,9 +23,9 @@ class Units(NamedTuple):
 
 def readings_after(known: Readings, event: StepEnded, begun: StepStarted | None) -> Readings:
     """Return the readings with what a step set, read or measured."""
-    found = _set if event.action in ("set", "ramp") else _read
     told = begun.written_in if begun is not None else {}
-    return found(known, event.values, Units(event.units, told), event.utc)
+    is_set = event.action in ("set", "ramp")
+    return _with(known, event.values, Units(event.units, told), event.utc, is_set=is_set)
 
 
 def readings_at(known: Readings, event: Scanned, scan: StepStarted) -> Readings:
@@ -36,52 +34,36 @@ def readings_at(known: Readings, event: Scanned, scan: StepStarted) -> Readings:
     What the drive stands at is not known until it is read: a scan does not tell its read-backs.
     """
     own = {each: value for each, value in event.setpoints.items() if each not in scan.setpoints}
-    update: dict[str, object] = {}
-    for name, value in own.items():
-        match Member.parse(name).name:
-            case "frequency":
-                update |= {"set_frequency_hz": value, "frequency_hz": None, "frequency_utc": ""}
-            case "load":
-                update |= {"set_load_n": value, "load_n": None, "load_utc": ""}
     units = Units(scan.units, scan.written_in)
-    at_set = _with(known.model_copy(update=update), own, units, event.utc)
-    return _read(at_set, event.values, units, event.utc)
+    at_set = _with(known, own, units, event.utc, is_set=True)
+    return _with(at_set, event.values, units, event.utc)
 
 
 def readings_safe(known: Readings, event: MadeSafe) -> Readings:
     """Return the readings with what was read back when a device was made safe."""
-    units = {name: each.unit for name, each in known.values.items()}
-    shown = {name: each.shown_in for name, each in known.values.items()}
-    return _set(known, event.read_back, Units(units, shown), event.utc)
+    return _with(known, event.read_back, _units(known), event.utc, is_set=True)
 
 
-def _set(known: Readings, read_back: Mapping[str, float], units: Units, utc: str) -> Readings:
-    update: dict[str, object] = {}
-    for name, value in read_back.items():
-        match Member.parse(name).name:
-            case "frequency":
-                update["set_frequency_hz"] = value
-            case "load":
-                update["set_load_n"] = value
-    return _read(known.model_copy(update=update), read_back, units, utc)
+def readings_now(known: Readings, values: Mapping[str, float], utc: str) -> Readings:
+    """Return the readings with what is read now of those that are known."""
+    own = {name: value for name, value in values.items() if name in known}
+    return _with(known, own, _units(known), utc)
 
 
-def _read(known: Readings, values: Mapping[str, float], units: Units, utc: str) -> Readings:
-    update: dict[str, object] = {}
+def _units(known: Readings) -> Units:
+    return Units(
+        {name: each.unit for name, each in known.items()},
+        {name: each.shown_in for name, each in known.items()},
+    )
+
+
+def _with(
+    known: Readings, values: Mapping[str, float], units: Units, utc: str, *, is_set: bool = False
+) -> Readings:
+    found = {}
     for name, value in values.items():
-        match Member.parse(name).name:
-            case "frequency":
-                update |= {"frequency_hz": value, "frequency_utc": utc}
-            case "load":
-                update |= {"load_n": value, "load_utc": utc}
-            case "temperature":
-                update["temperature_c"] = value - ICE_K
-    return _with(known.model_copy(update=update), values, units, utc)
-
-
-def _with(known: Readings, values: Mapping[str, float], units: Units, utc: str) -> Readings:
-    found = {
-        name: Reading.of(value, units.si.get(name, ""), units.shown_in.get(name, ""), utc)
-        for name, value in values.items()
-    }
-    return known.model_copy(update={"values": {**known.values, **found}})
+        now = Reading.of(value, units.si.get(name, ""), units.shown_in.get(name, ""), utc)
+        before = known.get(name)
+        at = now.shown if is_set else before.set if before is not None else None
+        found[name] = now.model_copy(update={"set": at})
+    return {**known, **found}

@@ -37,10 +37,11 @@ class Section(BaseModel):
 
 
 class Value(Section):
-    """A value with its expanded uncertainty (95 %) where that is known, in N·m."""
+    """A value with its expanded uncertainty (95 %) where that is known."""
 
-    value_nm: float
-    U_nm: float | None
+    value: float
+    U: float | None
+    unit: str
 
 
 class Control(Section):
@@ -113,7 +114,6 @@ class StepView(Section):
     text: str
     point: str
     estimated_s: float
-    frequency_hz: float | None = None
     scan_points: int = 0
 
 
@@ -122,6 +122,8 @@ class PlanView(Section):
 
     estimated_s: float
     steps: tuple[StepView, ...]
+    drives: dict[str, str] = {}
+    """The long names of the drives, by 'role.drive'."""
 
 
 class Progress(Section):
@@ -148,6 +150,8 @@ class Reading(Section):
     shown_in: str
     utc: str = ""
     """When it was read or set."""
+    set: float | None = None
+    """Where a drive was set, as it was read back then, in `shown_in`; None for what is not set."""
 
     @classmethod
     def of(cls, value: float, unit: str, written_in: str = "", utc: str = "") -> Self:
@@ -177,19 +181,6 @@ class ChannelView(Section):
         shown = Reading.of(value, self.si, self.unit).shown
         known = {"value": shown, "utc": utc, "interval_s": interval_s or self.interval_s}
         return self.model_copy(update=known)
-
-
-class Readings(Section):
-    """What is known of the rig, and since when: a drive that was set is read back."""
-
-    set_frequency_hz: float | None = None
-    frequency_hz: float | None = None
-    frequency_utc: str = ""
-    set_load_n: float | None = None
-    load_n: float | None = None
-    load_utc: str = ""
-    temperature_c: float | None = None
-    values: dict[str, Reading] = {}
 
 
 class PromptView(Section):
@@ -227,20 +218,6 @@ class AlarmView(Section):
     active: bool
 
 
-class PointView(Section):
-    """One set-point as the analysis sees it."""
-
-    recording: str
-    set_frequency_hz: float
-    frequency_hz: float
-    load_n: float
-    cycles: int
-    raw_nm: float | None
-    rig_nm: float | None = None
-    torque_nm: float | None = None
-    U_nm: float | None = None
-
-
 class CheckView(Section):
     """A named diagnostic."""
 
@@ -267,6 +244,10 @@ class ResultView(Section):
     lower: float | None = None
     """What it may be, in its unit; None where there is no such limit."""
     upper: float | None = None
+    uncorrected: float | None = None
+    """Its value without the correction of the analysis, if that has one."""
+    is_ongoing: bool = False
+    """Whether its recording goes on, or is not kept: it is of the latest readings."""
 
 
 class LiveView(Section):
@@ -274,13 +255,10 @@ class LiveView(Section):
 
     recordings: int
     final: bool
-    method: str
     problem: str
     taken_s: float
     verdict: str = ""
     headline: Value | None = None
-    raw_headline: Value | None = None
-    points: tuple[PointView, ...] = ()
     checks: tuple[CheckView, ...] = ()
     results: tuple[ResultView, ...] = ()
     figures: tuple[Figure, ...] = ()
@@ -338,7 +316,8 @@ class State(Section):
     preflight: Preflight | None
     plan: PlanView | None
     progress: Progress | None
-    readings: Readings
+    readings: dict[str, Reading]
+    """What is known of the rig, by 'role.name', the latest last."""
     prompt: PromptView | None
     pause: PauseView | None
     asked: Literal["", "pause", "abort", "stop", "repeat", "skip"]

@@ -27,10 +27,6 @@ class Track:
         self._recorded_s = 0.0
         self._scanned = 0
 
-    def frequency_hz(self, index: int) -> float | None:
-        """Return the set frequency of a step that records a swing."""
-        return self._steps[index].frequency_hz if index < len(self._steps) else None
-
     def begin(self, index: int, recording: str) -> None:
         """Take note that a step begins, perhaps anew."""
         if index < len(self._states):

@@ -80,7 +80,7 @@ def plan(panel: Panel, asked: Asked) -> PlanAnswer:
     body: AskPlan = asked.body
     planned = planned_run(*files(panel, body), text=body.text)
     model, prediction = planned.procedure.model, planned.prediction()
-    view = plan_view(planned.plan)
+    view = plan_view(planned.plan, planned.devices)
     return PlanAnswer(
         procedure=PlannedProcedure(
             name=body.procedure,

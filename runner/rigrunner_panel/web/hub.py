@@ -118,15 +118,15 @@ class Feed:
         return curves is not None and self._tell_curves(curves, now_s)
 
     def _tell_curves(self, curves: Curves, now_s: float) -> bool:
-        swing = curves.next_swing()
-        if swing is not None:
-            self._tell(swing)
+        curve = curves.next_curve()
+        if curve is not None:
+            self._tell(curve)
         if now_s - self._trend_s >= TREND_S:
             self._trend_s = now_s
             trend = curves.next_trend()
             if trend is not None:
                 self._tell(trend)
-        return swing is not None
+        return curve is not None
 
     def _tell(self, message: str | bytes) -> None:
         for screen in self.screens:

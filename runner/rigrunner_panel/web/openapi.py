@@ -93,12 +93,20 @@ def _of_messages(state: Json) -> Json:
     value, flag = {"type": "number"}, {"type": "boolean"}
     array = {"prefixItems": [text, number], "minItems": 2, "maxItems": 2, "type": "array"}
     arrays = {"arrays": {"type": "array", "items": array, "description": "name and length"}}
+    axis = _ref("Axis")
     frames = {
-        "swing": dict.fromkeys(("frequency_hz", "t_s", "monotonic_s"), value) | {"recording": text},
-        "trend": {"first": number, "step_s": value, "reset": flag},
+        "curve": {
+            "recording": text,
+            "title": text,
+            "x": axis,
+            "y": axis,
+            "frequency_hz": {"type": ["number", "null"]},
+            "t_s": value,
+            "monotonic_s": value,
+        },
+        "trend": {"first": number, "step_s": value, "reset": flag, "channel": text, "unit": text},
     }
     headers = [_tagged("kind", kind, {**fields, **arrays}) for kind, fields in frames.items()]
-    headers[-1]["properties"]["channel"] = text
     return {
         **events,
         "Event": {"oneOf": list(refs)},

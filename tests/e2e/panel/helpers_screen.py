@@ -191,6 +191,16 @@ def axe_script() -> Path:
     return Path(given)
 
 
+def press_keys(page, text: str, apart_s: float) -> None:
+    """Press keys and Enter, so far apart by the time of the keyboard, however busy all is."""
+    session, now_s = page.context.new_cdp_session(page), time.time()
+    for number, key in enumerate([*text, "Enter"]):
+        at = {"key": key, "timestamp": now_s + number * apart_s}
+        down = {"text": key} if key != "Enter" else {"text": "\r", "windowsVirtualKeyCode": 13}
+        session.send("Input.dispatchKeyEvent", {"type": "keyDown", **at, **down})
+        session.send("Input.dispatchKeyEvent", {"type": "keyUp", **at})
+
+
 class Screen:
     """One browser window at the panel, used as a person does."""
 

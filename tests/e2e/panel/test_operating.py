@@ -7,7 +7,7 @@ import json
 import pytest
 from playwright.sync_api import expect
 
-from e2e.panel.helpers_screen import ENDLESS, LOADED, NAME, STATION
+from e2e.panel.helpers_screen import ENDLESS, LOADED, NAME, STATION, press_keys
 
 CERTIFICATE = {  # in the order in which Tab comes to them
     "Customer": "A customer",
@@ -25,7 +25,7 @@ def test_from_choosing_to_the_certificate_by_mouse(screen, panel):
     page = screen.page
     screen.begin(specimen="B-17")
     screen.wait_for_compensation()
-    assert page.locator(".plot-swing canvas").count() == 1
+    assert page.locator(".plot-curve canvas").count() == 1
     screen.wait_for_result()
     assert "Pass" in page.locator(".result-head .verdict-word").inner_text()
     value = float(page.locator(".result-head .verdict-value").inner_text().split(" ")[0])
@@ -138,10 +138,14 @@ def test_pause_repeat_skip_and_abort(screen, panel):
     page.keyboard.press("F8")
     panel.wait_for("paused")
     page.locator(".banner", has_text="the rig is at a standstill").wait_for()
-    frequency = page.locator(".readout", has_text="Frequency").locator(".readout-value")
-    expect(frequency).to_have_text("\N{EN DASH}")  # what was measured before says nothing of now
+    frequency = page.locator(".readout.old", has_text="Swing frequency")
+    expect(frequency).to_contain_text("read ")  # since when it is so: nobody reads it now
     expect(page.locator(".step.failed")).to_have_count(0)  # it was interrupted, and comes anew
     page.get_by_role("button", name="Repeat point").click()
+    page.locator("#dialog-text").focus()
+    press_keys(page, "SN-42", 0.01)  # a scanner's: it is no reason, and here is no queue
+    expect(page.locator(".notice")).to_contain_text("not taken as an answer: SN-42")
+    expect(page.locator("#dialog-text")).to_have_value("")
     page.locator("#dialog-text").fill("a bump")
     page.keyboard.press("Enter")
     page.locator(".step.running", has_text="at 20 Hz").wait_for()
@@ -206,7 +210,7 @@ def test_by_hand(screen, panel):
     cycles.fill("10")
     page.get_by_role("button", name="Record a point").click()
     expect(page.locator("#cycles-note")).to_be_empty()
-    page.locator(".manual-points", has_text="001").wait_for()
+    page.locator(".manual-record .results", has_text="10 Hz").wait_for()
     frequency.fill("12.5")
     frequency.press("Enter")
     why = page.locator(".readout.compensated .readout-small")

@@ -42,7 +42,7 @@ def test_results_stand_in_a_table_with_limits_and_no_empty_swing(new_screen, sup
         expect(page.locator(".live-results tbody th")).to_have_count(measured)
         prompt = page.locator(".prompt-text").text_content()
         assert prompt == "Is the load at its place?"
-        expect(page.locator(".plot-swing")).to_be_hidden()
+        expect(page.locator(".plot-curve")).to_be_hidden()
         yes.click()
     expect(page.locator(".live-results tbody th")).to_have_count(4)
     voltages = page.locator(".results").first

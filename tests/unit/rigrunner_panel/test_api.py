@@ -470,8 +470,8 @@ class TestHistory:
         result = json.loads((demo.loaded / "result.json").read_text(encoding="utf-8"))
         found = result["headline"]["compensated"]
         assert items[0]["verdict"] == result["decision"]["verdict"] == "pass"
-        assert items[0]["headline"]["value_nm"] == found["value"]
-        assert items[0]["headline"]["U_nm"] == found["expanded_uncertainty_95"]
+        assert items[0]["headline"]["value"] == found["value"]
+        assert items[0]["headline"]["U"] == found["expanded_uncertainty_95"]
         assert (items[0]["specimen"], items[0]["operator"]) == ("DEMO-0001", "Demo operator")
 
     def test_runs_can_be_searched_filtered_and_paged(self, client, demo):

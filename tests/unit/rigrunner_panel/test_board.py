@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from rigrunner_panel.control import Control, short_name
 from rigrunner_panel.errors import PanelError
 from rigrunner_panel.view.board import SECTIONS, Board
-from rigrunner_panel.view.sections import AnalysingView, Readings, State
+from rigrunner_panel.view.sections import AnalysingView, Reading, State
 
 NOW = datetime(2026, 3, 1, 12, tzinfo=UTC)
 
@@ -51,7 +51,7 @@ def test_the_state_is_of_the_model_that_is_published():
 def test_what_stays_the_same_is_not_told():
     board, calls = Board(), []
     board.wake = lambda: calls.append(1)
-    board.put(phase="idle", readings=Readings())
+    board.put(phase="idle", readings={})
     assert (calls, board.delta()) == ([], None)
     board.put(phase="running")
     assert json.loads(board.delta())["changes"] == {"phase": "running"}
@@ -60,9 +60,9 @@ def test_what_stays_the_same_is_not_told():
 
 def test_a_value_that_is_not_finite_is_null_in_the_state():
     board = Board()
-    board.put(readings=Readings(load_n=float("nan")))
+    board.put(readings={"t.load": Reading(value=float("nan"), unit="", shown=0.0, shown_in="")})
     text = board.state("me")
-    assert json.loads(text)["readings"]["load_n"] is None
+    assert json.loads(text)["readings"]["t.load"]["value"] is None
     assert "NaN" not in text
 
 

@@ -10,63 +10,11 @@ from hypothesis import strategies as st
 from e2e.helpers_panel import parse_frame
 from rigrunner.api.data import Block
 from rigrunner.api.events import Samples
+from rigrunner.api.figures import Axis, Curve
 from rigrunner_panel.live.curves import Curves, frame
-from rigrunner_panel.live.swing import PHASES, SwingCutter
 from rigrunner_panel.live.trend import COLUMNS, STEP_S, Trend
 
 RATE_HZ = 2000.0
-
-
-def swinging(seconds, frequency_hz=5.0, start_s=0.0):
-    """Return angle and torque with a peak of 2 at phase 90 degrees and an offset of 0.5."""
-    t = start_s + np.arange(round(seconds * RATE_HZ)) / RATE_HZ
-    phase = 2 * np.pi * frequency_hz * t + 1.0
-    return (0.04 * np.sin(phase)).astype(np.float32), (0.5 + 1.5 * np.sin(phase)).astype(np.float32)
-
-
-def blocks(*arrays, size=200):
-    for first in range(0, len(arrays[0]), size):
-        yield tuple(each[first : first + size] for each in arrays)
-
-
-def test_swings_are_cut_once_each_and_begin_where_the_angle_rises():
-    angle, torque = swinging(3.0)
-    angle = angle + np.random.default_rng(1).normal(0, 4e-4, len(angle)).astype(np.float32)
-    cutter = SwingCutter(RATE_HZ, 5.0)
-    swings = [one for a, t in blocks(angle, torque) for one in cutter.take(t, a)]
-    ends = [one.end_s for one in swings]
-    assert len(swings) == 14  # of 15 periods the first one has begun before the recording
-    assert np.diff(ends) == pytest.approx(0.2, abs=3e-3)
-    for one in swings:
-        assert one.frequency_hz == pytest.approx(5.0, rel=0.02)
-        assert one.raw_nm[PHASES // 4] == pytest.approx(2.0, abs=0.01)
-        assert one.raw_nm[3 * PHASES // 4] == pytest.approx(-1.0, abs=0.01)
-
-
-def test_noise_of_a_rig_at_rest_is_no_swing():
-    noise = np.random.default_rng(2).normal(0, 1e-3, 20_000).astype(np.float32)
-    cutter = SwingCutter(RATE_HZ, 5.0)
-    assert not [one for a, t in blocks(noise, noise) for one in cutter.take(t, a)]
-
-
-def test_without_an_angle_the_set_frequency_tells_how_long_a_swing_is():
-    _, torque = swinging(2.0)
-    cutter = SwingCutter(RATE_HZ, 5.0)
-    swings = [one for (t,) in blocks(torque) for one in cutter.take(t, None)]
-    assert len(swings) == 9
-    assert {one.angle_rad for one in swings} == {None}
-
-
-def test_a_cutter_keeps_little_of_what_it_was_given():
-    cutter = SwingCutter(RATE_HZ, 5.0)
-    for number in range(200):
-        angle, torque = swinging(0.1, start_s=number * 0.1)
-        cutter.take(torque, angle)
-    assert len(cutter._torque) < RATE_HZ
-    still = SwingCutter(RATE_HZ, 0.001)
-    for _ in range(1000):
-        still.take(np.zeros(2000, np.float32), np.zeros(2000, np.float32))
-    assert len(still._torque) <= 31 * RATE_HZ
 
 
 @given(
@@ -125,60 +73,66 @@ def test_a_frame_says_what_was_put_in_aligned_to_four_bytes(values, text):
     assert int.from_bytes(content[:4], "little") % 4 == 0
 
 
-def curve(start, angle, torque, recording="001"):
-    channels = {"tester.angle": angle, "tester.torque": torque}
-    return samples(recording, Block(RATE_HZ, start, 0.0, channels))
+CURVE = Curve(
+    title="One cycle", x=Axis("phase", "°", 0.0, 360.0), y=Axis("force", "N"),
+    at=np.array([0.0, 180.0, 360.0]), end_s=2.0, frequency_hz=5.0,
+    series={"measured": np.array([1.0, 2.0, 1.0]), "corrected": np.array([0.5, 1.5, 0.5])},
+)  # fmt: skip
 
 
 def samples(recording, block, monotonic_s=0.0):
     return Samples(seq=0, monotonic_s=monotonic_s, utc="2026", recording=recording, block=block)
 
 
-def test_swings_of_one_block_are_shown_one_after_the_other_and_compensated_when_known():
-    curves = Curves()
-    curves.begin("001", 5.0)
-    angle, torque = swinging(1.0)
-    curves.take(curve(0, angle, torque), 0.0)
-    frames = [parse_frame(one) for one in iter(curves.next_swing, None)]
-    assert len(frames) == 4
-    assert [list(arrays) for _, arrays in frames] == [["raw_nm", "angle_rad"]] * 4
-    correction = 1.5 * np.sin(2 * np.pi * np.arange(512) / 512)
-    curves.correct("001", correction)
-    angle, torque = swinging(1.0, start_s=1.0)
-    curves.take(curve(2000, angle, torque), 1.0)
-    _, arrays = parse_frame(curves.next_swing())
-    assert arrays["compensated_nm"] == pytest.approx(0.5, abs=0.01)
+def block_of(values, first=0, name="chamber.air"):
+    return Block(RATE_HZ, first, 0.0, {name: np.asarray(values, np.float32)})
 
 
-def test_another_recording_is_not_compensated_with_this_ones_correction():
+def test_a_curve_is_told_with_its_axes_and_the_time_of_its_end():
     curves = Curves()
-    curves.correct("001", np.ones(16))
-    curves.begin("002", 5.0)
-    angle, torque = swinging(1.0)
-    curves.take(curve(0, angle, torque, "002"), 0.0)
-    assert "compensated_nm" not in parse_frame(curves.next_swing())[1]
+    curves.draw("001", CURVE, 12.5)
+    header, arrays = parse_frame(curves.next_curve())
+    assert (header["kind"], header["recording"], header["title"]) == ("curve", "001", "One cycle")
+    assert header["x"] == {"name": "phase", "unit": "°", "low": 0.0, "high": 360.0}
+    assert (header["t_s"], header["monotonic_s"], header["frequency_hz"]) == (2.0, 12.5, 5.0)
+    assert {name: each.tolist() for name, each in arrays.items()} == {
+        "x": [0, 180, 360], "measured": [1, 2, 1], "corrected": [0.5, 1.5, 0.5],
+    }  # fmt: skip
+    assert curves.next_curve() is None
+    assert parse_frame(curves.whole()[1])[0] == header  # a screen that comes later
+
+
+def test_of_many_curves_the_latest_are_told():
+    curves = Curves()
+    for number in range(20):
+        curves.draw("001", CURVE, float(number))
+    told = [parse_frame(each)[0]["monotonic_s"] for each in iter(curves.next_curve, None)]
+    assert told == [16, 17, 18, 19]
 
 
 def test_the_trend_tells_only_what_is_new_and_a_new_screen_everything():
     curves = Curves()
-    angle, torque = swinging(2.0)
-    curves.take(curve(0, angle[:2000], torque[:2000]), 0.0)
+    curves.take(samples("001", block_of(np.ones(2000))), 0.0, {})
     assert parse_frame(curves.next_trend())[0]["first"] == 0
     assert curves.next_trend() is None
-    curves.take(curve(2000, angle[2000:], torque[2000:]), 1.0)
+    curves.take(samples("001", block_of(np.ones(2000), 2000)), 1.0, {})
     header, arrays = parse_frame(curves.next_trend())
-    assert (header["first"], header["reset"], len(arrays["min_nm"])) == (20, False, 20)
+    assert (header["first"], header["reset"], len(arrays["minimum"])) == (20, False, 20)
     header, arrays = parse_frame(curves.whole()[0])
-    assert (header["first"], header["reset"], len(arrays["min_nm"])) == (0, True, 40)
+    assert (header["first"], header["reset"], len(arrays["minimum"])) == (0, True, 40)
 
 
-def test_without_a_torque_the_first_channel_is_over_time_and_is_named():
+def test_over_time_is_the_first_listed_channel_that_is_recorded_in_the_unit_of_people():
     curves = Curves()
-    air = np.linspace(290, 300, 200, dtype=np.float32)
-    curves.begin("001", None)
-    block = Block(RATE_HZ, 0, 0.1, {"chamber.air": air, "meter.resistance": 2 * air})
-    curves.take(samples("001", block), 0)
+    air = np.linspace(293.15, 303.15, 200)
+    block = Block(RATE_HZ, 0, 0.1, {"meter.resistance": 2 * air, "chamber.air": air})
+    units = {"meter.voltage": "V", "chamber.air": "°C", "meter.resistance": "Ω"}
+    curves.take(samples("001", block), 0, units)
     header, arrays = parse_frame(curves.next_trend())
-    assert header["channel"] == "chamber.air"
-    assert (arrays["min_nm"].min(), arrays["max_nm"].max()) == (290, 300)
-    assert curves.next_swing() is None
+    assert (header["channel"], header["unit"]) == ("chamber.air", "°C")
+    assert arrays["minimum"].min() == pytest.approx(20, abs=1e-4)
+    assert arrays["maximum"].max() == pytest.approx(30, abs=1e-4)
+    curves.take(samples("002", block_of(np.ones(200), name="other.x")), 1.0, units)
+    header, arrays = parse_frame(curves.next_trend())
+    assert (header["channel"], header["unit"]) == ("other.x", "")
+    assert np.nanmax(arrays["maximum"]) == 1  # nothing of the other channel

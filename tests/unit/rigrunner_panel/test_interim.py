@@ -9,7 +9,7 @@ import pytest
 from helpers_any_quantity import written
 from helpers_cli import call
 from helpers_workflow import quick_procedure, run
-from rigrunner.api.events import Samples, StepEnded, StepStarted
+from rigrunner.api.events import StepEnded
 from rigrunner.api.figures import Axis, Figure, Series
 from rigrunner.registry import load_registry
 from rigrunner.run.locate import find_procedure, find_station, run_names
@@ -17,34 +17,23 @@ from rigrunner.runfile import read
 from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_panel.history import History
 from rigrunner_panel.live.interim import interim_result
-from rigrunner_panel.view.of_result import correction, live_view
+from rigrunner_panel.view.of_result import live_view
 from rigrunner_panel.view.sections import LiveView
 
 
 class Onlooker:
-    """Analyses a run so far, inside the run: after each recording, and once within each."""
+    """Analyses a run so far, inside the run: after each recording."""
 
     def __init__(self, runs, partners):
         self.runs, self.partners = runs, partners
         self.registry = load_registry()
-        self.after, self.within = [], []
-        self._wanted_s, self._samples = 0.0, 0
+        self.after = []
 
     def __call__(self, event):
-        if isinstance(event, StepStarted) and event.recording:
-            self._wanted_s, self._samples = 8 / event.setpoints["tester.frequency"], 0
-        elif isinstance(event, Samples):
-            self._samples += event.block.samples
-            enough = self._samples / event.block.rate_hz > self._wanted_s
-            if enough and len(self.within) == len(self.after):
-                self.within.append(self._found(event.recording))
-        elif isinstance(event, StepEnded) and event.recording:
-            self.after.append(self._found(""))
-
-    def _found(self, recording):
-        folder = self.runs / run_names(self.runs)[-1]
-        found = interim_result(folder, self.registry, self.partners, recording)
-        return None if found is None else found[0]
+        if isinstance(event, StepEnded) and event.recording:
+            folder = self.runs / run_names(self.runs)[-1]
+            found = interim_result(folder, self.registry, self.partners)
+            self.after.append(None if found is None else found[0])
 
 
 @pytest.fixture(scope="module")
@@ -64,37 +53,19 @@ def test_the_last_live_value_is_the_final_one_to_the_last_bit(watched):
     onlooker, finished = watched
     last = live_view(onlooker.after[-1], final=True)
     final = live_view(finished.result, final=True)
-    assert last.points == final.points
+    assert [each.value for each in last.results] == [each.value for each in final.results]
     assert last.headline == final.headline
-    assert last.raw_headline == final.raw_headline
     assert last.checks == final.checks
-    assert len(final.points) == 5
+    assert len(final.results) == 5
     assert (last.verdict, final.verdict) == ("", "pass")  # nothing is decided before the end
 
 
-def test_each_recording_adds_a_point_that_stays_as_it_is(watched):
+def test_each_recording_adds_a_result(watched):
     onlooker, _ = watched
     views = [live_view(each, final=False) for each in onlooker.after]
-    assert [len(each.points) for each in views] == [1, 2, 3, 4, 5]
-    assert [each.points[0].raw_nm for each in views] == [views[0].points[0].raw_nm] * 5
-
-
-def test_the_recording_that_goes_on_takes_part_with_its_whole_swings(watched):
-    onlooker, finished = watched
-    assert len(onlooker.within) == 5
-    for part, whole in zip(onlooker.within, TorqueDetails.of(finished.result).loaded, strict=True):
-        point = TorqueDetails.of(part).loaded[-1]
-        assert point.recording == whole.recording
-        assert 3 <= point.cycles < whole.cycles
-        assert point.peak_nm[0] == whole.peak_nm[0]
-
-
-def test_what_is_taken_from_the_swing_is_what_the_method_took(watched):
-    onlooker, _ = watched
-    name, taken = correction(onlooker.after[-1])
-    trace = TorqueDetails.of(onlooker.after[-1]).compensations["template_inverse"].points[-1].trace
-    assert name == TorqueDetails.of(onlooker.after[-1]).loaded[-1].recording
-    assert trace.raw_nm - taken == pytest.approx(trace.compensated_nm)
+    assert [len(each.results) for each in views] == [1, 2, 3, 4, 5]
+    assert [each.recordings for each in views] == [1, 2, 3, 4, 5]
+    assert len({each.results[0].uncorrected for each in views}) == 1
 
 
 def test_a_watched_stretch_is_analysed_in_place_of_the_recordings(watched):
@@ -103,9 +74,9 @@ def test_a_watched_stretch_is_analysed_in_place_of_the_recordings(watched):
     stretch = read(folder).recordings[2]
     found, _ = interim_result(folder, onlooker.registry, onlooker.partners, watched=stretch)
     expected = TorqueDetails.of(finished.result).compensations["template_inverse"].points[2]
-    (point,) = live_view(found, final=False).points
-    assert point.recording == stretch.name
-    assert point.torque_nm == pytest.approx(expected.torque.value, abs=1e-3)
+    (row,) = live_view(found, final=False).results
+    assert row.place == f"{stretch.setpoints['tester.frequency']:g} Hz"
+    assert row.value == pytest.approx(expected.torque.value, abs=1e-3)
 
 
 def test_an_uncertainty_that_the_data_do_not_tell_is_none_here_and_in_the_history(
@@ -116,8 +87,8 @@ def test_an_uncertainty_that_the_data_do_not_tell_is_none_here_and_in_the_histor
         find_procedure("paper_reproduction"), tmp_path / "runs", station=find_station("paper")
     )
     view = live_view(finished.result, final=True)
-    assert view.headline.U_nm is None
-    assert {point.U_nm for point in view.points} == {None}
+    assert view.headline.U is None
+    assert {each.U for each in view.results} == {None}
     assert LiveView.model_validate_json(view.model_dump_json()) == view
     (item,) = History(tmp_path / "runs").items()
     assert item.headline == view.headline
@@ -131,7 +102,7 @@ def test_named_results_are_there_with_their_limits_while_the_run_goes_on(tmp_pat
     assert done.code == 0, done.err
     result, acceptance = interim_result(runs / run_names(runs)[0], load_registry(), {})
     view = live_view(result, final=False, acceptance=acceptance)
-    assert (view.points, view.verdict) == ((), "")
+    assert view.verdict == ""
     voltages = [each for each in view.results if each.name == "voltage"]
     assert [(each.place, each.value) for each in voltages] == [
         ("0 A", 12.031), ("1 A", 12.022), ("2 A", 12.014), ("5 A", 11.987),

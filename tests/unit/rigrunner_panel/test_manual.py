@@ -20,6 +20,7 @@ from rigrunner_panel.jobs.manual import Hand
 from rigrunner_panel.process.link import Link
 from rigrunner_panel.process.messages import CloseManual, SetDrive
 from rigrunner_panel.process.switch import Switch
+from rigrunner_panel.process.watched import WatchedChannels
 from unit.engine.helpers_pausing import Person
 
 
@@ -32,7 +33,7 @@ def done_by_hand(device, *wishes):
     planned = replace(planned, plan=Plan(()), devices={"tester": device})
     commands = SimpleNamespace(by_hand=lambda: left.pop(0), has_by_hand=lambda: bool(left))
     link = Link(commands, SimpleNamespace(send=told.append), Switch())
-    hand = Hand(planned, record("by hand"), link)
+    hand = Hand(planned, record("by hand"), link, WatchedChannels(told.append, planned.devices))
     rig = Rig({"tester": device}, clock)
     rig.connect()
     summary = run_by_hand(

@@ -137,8 +137,8 @@ def test_numbers_are_shown_as_people_read_them(scripts, expression, expected):
 
 def test_the_screen_reads_the_frames_that_the_server_writes(scripts):
     sent = frame(
-        {"kind": "swing", "recording": "ä", "t_s": 1.5},
-        {"raw_nm": np.array([1.5, -2.25]), "angle_rad": np.array([0.5])},
+        {"kind": "curve", "recording": "ä", "t_s": 1.5},
+        {"x": np.array([1.5, -2.25]), "y": np.array([0.5])},
     )
     assert struct.unpack_from("<I", sent)[0] % 4 == 0
     buffer = f"new Uint8Array({list(sent)}).buffer"
@@ -148,14 +148,15 @@ def test_the_screen_reads_the_frames_that_the_server_writes(scripts):
         f"(f => ({{...f, curves: Object.fromEntries("
         f"Object.entries(f.curves).map(([k, v]) => [k, [...v]]))}}))(m.decodeFrame({buffer}))",
     )
-    assert (read["kind"], read["recording"], read["t_s"]) == ("swing", "ä", 1.5)
-    assert read["curves"] == {"raw_nm": [1.5, -2.25], "angle_rad": [0.5]}
+    assert (read["kind"], read["recording"], read["t_s"]) == ("curve", "ä", 1.5)
+    assert read["curves"] == {"x": [1.5, -2.25], "y": [0.5]}
 
 
 def test_columns_of_the_trend_are_joined_filled_in_and_bounded(scripts):
     expression = """(() => {
       const frame = (first, low, high) => ({ first, step_s: 0.1, reset: false,
-        curves: { min_nm: low, max_nm: high } });
+        channel: "a.b", unit: "V",
+        curves: { minimum: low, maximum: high } });
       let trend = { first: 0, stepS: 1, minimum: [], maximum: [] };
       trend = m.joined(trend, frame(0, [1, 2], [3, 4]));
       trend = m.joined(trend, frame(1, [-2, 5], [9, 6]));
@@ -166,7 +167,7 @@ def test_columns_of_the_trend_are_joined_filled_in_and_bounded(scripts):
         last: trend.maximum.at(-1), start: trend.minimum[0] };
     })()"""
     read = evaluated(scripts, "store", expression)
-    known = {"first": 0, "stepS": 0.1, "channel": "", "minimum": [1, -2, 5]}
+    known = {"first": 0, "stepS": 0.1, "channel": "a.b", "unit": "V", "minimum": [1, -2, 5]}
     assert read["early"] == {**known, "maximum": [3, 9, 6]}
     assert (read["length"], read["first"]) == (1200, 303)
     assert (read["start"], read["last"]) == (300, 1499)
@@ -191,9 +192,9 @@ def test_no_script_imports_itself_by_way_of_others():
 def test_a_curve_of_an_earlier_job_does_not_stay(scripts, job, kept):
     done = (
         "m.takeState({job: {run: 'A'}})",
-        "m.takeFrame({kind: 'swing', recording: '001'})",
+        "m.takeFrame({kind: 'curve', recording: '001'})",
         f"m.takeChanges(2, {{job: {job}}})",
-        "m.store.lastSwing !== null",
+        "m.store.lastCurve !== null",
     )
     assert evaluated(scripts, "store", f"({', '.join(done)})") is kept
 

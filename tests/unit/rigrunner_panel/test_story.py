@@ -9,6 +9,7 @@ from math import nan
 import numpy as np
 import pytest
 
+from e2e.helpers_panel import parse_frame
 from rigrunner.api.data import Block
 from rigrunner.api.events import (
     Alarm,
@@ -24,10 +25,11 @@ from rigrunner.api.events import (
     StepEnded,
     StepStarted,
 )
+from rigrunner.api.figures import Axis, Curve
 from rigrunner.api.findings import Findings, MeasurementResult, ResultDefinition
 from rigrunner.api.quantity import Estimate
 from rigrunner_panel.live.story import UNKEPT, Story
-from rigrunner_panel.process.messages import Analysed, Ended, Failed, Found, Show, Values
+from rigrunner_panel.process.messages import Analysed, Drawn, Ended, Failed, Found, Show, Values
 from rigrunner_panel.view.board import SECTIONS, Board
 from rigrunner_panel.view.sections import (
     ChannelView,
@@ -39,7 +41,6 @@ from rigrunner_panel.view.sections import (
     Preflight,
     PreflightItem,
     PromptView,
-    Readings,
     StepView,
 )
 
@@ -54,16 +55,14 @@ class NoLinks:
         return ()
 
 
-def step(index, point, frequency_hz=None):
+def step(index, point):
     return StepView(
         index=index, path=f"main[{index}]", phase="main", action="record", text="",
-        point=point, estimated_s=10.0, frequency_hz=frequency_hz,
+        point=point, estimated_s=10.0,
     )  # fmt: skip
 
 
-PLAN = PlanView(
-    estimated_s=40.0, steps=(step(0, ""), step(1, "a", 5.0), step(2, "a", 5.0), step(3, "b", 9.0))
-)
+PLAN = PlanView(estimated_s=40.0, steps=(step(0, ""), step(1, "a"), step(2, "a"), step(3, "b")))
 
 
 def event(kind, **fields):
@@ -151,17 +150,15 @@ def test_steps_are_shown_as_they_go(board, story):
 
 
 def test_a_recording_of_which_statistics_alone_are_kept_is_shown_while_it_lasts(board, story):
-    """At 5 Hz and 1000 samples per second: a swing is whole after 0.2 s."""
-    time_s = np.arange(1000) / 1000
-    waves = {"tester.torque": np.sin(10 * np.pi * time_s).astype(np.float32),
-             "tester.angle": np.cos(10 * np.pi * time_s).astype(np.float32)}  # fmt: skip
+    wave = np.sin(np.arange(1000) / 30)
     story.take(event(RunStarted, **STARTED))
     story.take(begun(1))
-    block = Block(1000.0, 0, 0.0, waves)
+    block = Block(1000.0, 0, 0.0, {"tester.force": wave})
     story.take(event(Samples, recording="", block=block, monotonic_s=1.0))
+    cycle = Curve(title="c", x=Axis("t"), y=Axis("F"), at=wave, series={"": wave}, end_s=1.0)
+    story.take(Drawn("", cycle, 1.0))
     assert board.get("progress").recording == UNKEPT
-    assert board.get("readings").frequency_hz == pytest.approx(5.0, rel=0.01)
-    assert story.curves.next_swing() is not None
+    assert parse_frame(story.curves.next_curve())[0]["recording"] == UNKEPT
     assert story.curves.next_trend() is not None
     story.take(ended(1))
     assert board.get("progress").recording == ""
@@ -185,16 +182,17 @@ def test_what_was_set_and_read_is_known_in_its_units(board, story):
     story.take(ended(0, action="set", values={"t.load": 1000.0}, units=units))
     story.take(ended(1, values={"t.load": 998.0, "t.temperature": 296.15}, units=units))
     found = board.get("readings")
-    assert (found.set_frequency_hz, found.set_load_n, found.load_n) == (5.0, 1000.0, 998.0)
-    assert found.temperature_c == pytest.approx(23.0)
-    assert found.values["t.temperature"].unit == "K"
+    assert (found["t.frequency"].set, found["t.load"].set) == (5.0, 1000.0)
+    assert (found["t.load"].value, found["t.temperature"].unit) == (998.0, "K")
+    assert found["t.temperature"].shown == pytest.approx(23.0)
+    assert found["t.temperature"].set is None
 
 
 def test_a_load_that_was_set_is_what_was_read_back_and_not_what_was_read_before(board, story):
     story.take(ended(0, values={"t.load": 0.4}, units={"t.load": "N"}))
     story.take(ended(1, action="set", values={"t.load": 998.0}, units={"t.load": "N"}))
     found = board.get("readings")
-    assert (found.set_load_n, found.load_n, found.load_utc) == (998.0, 998.0, "2026")
+    assert (found["t.load"].set, found["t.load"].value) == (998.0, 998.0)
 
 
 def test_what_was_made_safe_stands_where_it_was_read_back(board, story):
@@ -204,9 +202,9 @@ def test_what_was_made_safe_stands_where_it_was_read_back(board, story):
     read_back = {"t.load": 1.5, "t.frequency": 0.0}
     story.take(event(MadeSafe, what="t", read_back=read_back))
     found = board.get("readings")
-    assert (found.set_load_n, found.load_n, found.load_utc) == (1.5, 1.5, "2026")
-    assert (found.set_frequency_hz, found.frequency_hz) == (0.0, 0.0)
-    assert found.values["t.load"].unit == "N"
+    assert (found["t.load"].set, found["t.load"].value, found["t.load"].utc) == (1.5, 1.5, "2026")
+    assert (found["t.frequency"].set, found["t.frequency"].value) == (0.0, 0.0)
+    assert found["t.load"].unit == "N"
 
 
 CHANNELS = (
@@ -231,7 +229,7 @@ def test_each_channel_has_the_time_of_its_value_and_the_read_back_after_made_saf
         "t.load": (0.4, "2026-11-23T12:00:07.000Z"),
         "t.temperature": (20.0, "2026-11-23T12:00:00.000Z"),
     }
-    assert board.get("readings").values["t.load"].utc == "2026-11-23T12:00:07.000Z"
+    assert board.get("readings")["t.load"].utc == "2026-11-23T12:00:07.000Z"
     story.take(ended(1, action="record", values={"t.load": 500.0}))  # a mean over the recording
     assert channels_of(board)["t.load"][0] == 0.4
 
@@ -250,6 +248,7 @@ def test_nothing_of_an_earlier_job_stays(board):
     story.take(Show({"plan": PLAN, "channels": CHANNELS}))
     story.take(event(RunStarted, **STARTED))
     story.take(begun(1, "001"))
+    story.take(ended(0, action="set", values={"t.load": 1.0}, units={"t.load": "N"}))
     story.take(Values({"t.load": 999.0}, 1795435200.0, 0.5))
     story.take(event(Alarm, source="x", text="hot"))
     story.take(Failed("it is so", "do this"))
@@ -292,10 +291,10 @@ def test_a_scan_shows_each_point_and_how_far_it_is(board):
     for point, load in enumerate((10.0, 20.0, 40.0)):
         story.take(row(point, load))
     readings, progress = board.get("readings"), board.get("progress")
-    assert (readings.set_load_n, readings.load_n) == (40.0, 39.0)
-    assert readings.temperature_c == pytest.approx(27.0)
-    assert readings.values["t.load"].unit == "N"
-    assert readings.set_frequency_hz == 5.0
+    assert (readings["t.load"].set, readings["t.load"].value) == (40.0, 39.0)
+    assert readings["t.temperature"].value == 300.15
+    assert readings["t.load"].unit == "N"
+    assert readings["t.frequency"].set == 5.0
     assert (progress.scanned, progress.scan_points) == (3, 4)
     assert (progress.done_s, progress.left_s) == (10.0 + 7.5, 2.5)
     assert board.events(-1) == told
@@ -306,18 +305,19 @@ def test_a_scan_shows_each_point_and_how_far_it_is(board):
     assert board.get("progress").states == "oo"
 
 
-def test_a_scan_does_not_forget_the_frequency_that_was_measured(board, story):
-    story.take(scan_begun(1))
-    measured = board.get("readings").model_copy(update={"frequency_hz": 5.01})
-    board.put(readings=measured)
-    story.take(row(0, 10.0))
-    assert board.get("readings").frequency_hz == 5.01
+def test_what_is_read_now_is_among_the_readings_and_where_it_was_set_stays(board, story):
+    story.take(Show({"channels": CHANNELS}))
+    story.take(ended(0, action="set", values={"t.load": 1000.0}, units={"t.load": "N"}))
+    story.take(Values({"t.load": 999.0, "t.temperature": 300.0}, 1795435200.0, 0.5))
+    (name,) = board.get("readings")  # what no step has set or read is among the channels alone
+    now = board.get("readings")[name]
+    assert (now.value, now.set, now.utc) == (999.0, 1000.0, "2026-11-23T12:00:00.000Z")
 
 
 def test_a_new_job_knows_nothing_of_the_rig_that_an_earlier_one_found(board, story):
     story.take(ended(0, action="set", values={"tester.load": 1000.0}, units={"tester.load": "N"}))
     Story(board, story.job, NoLinks())
-    assert board.get("readings") == Readings()
+    assert board.get("readings") == {}
 
 
 def test_an_interlock_is_active_until_it_clears_and_lists_stay_short(board, story):
@@ -332,7 +332,7 @@ def test_an_interlock_is_active_until_it_clears_and_lists_stay_short(board, stor
     assert board.get("alarms")[-1].text == "299"
 
 
-LIVE = LiveView(recordings=1, final=False, method="m", problem="", taken_s=0.1)
+LIVE = LiveView(recordings=1, final=False, problem="", taken_s=0.1)
 
 
 def test_events_are_told_as_they_are_and_no_event_of_an_earlier_job_stays(board, story):
@@ -356,12 +356,12 @@ def test_events_are_told_as_they_are_and_no_event_of_an_earlier_job_stays(board,
 
 def test_the_run_s_own_result_is_the_last_that_is_shown(board, story):
     story.take(event(RunStarted, **STARTED))
-    story.analysed(Analysed(LIVE))
+    story.take(Analysed(LIVE))
     assert board.get("live") == LIVE
     final = LIVE.model_copy(update={"final": True, "recordings": 4})
     end = Finished(run="R1", folder="f", outcome="completed", reason="", verdict="pass")
     story.take(Ended(end, final))
-    story.analysed(Analysed(LIVE))  # an answer that came too late
+    story.take(Analysed(LIVE))  # an answer that came too late
     assert board.get("live") == final
 
 

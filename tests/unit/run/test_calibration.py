@@ -227,8 +227,8 @@ def test_what_is_entered_for_a_simulated_device_is_held_to(tmp_path):
     changes = ("plugin: bench_tester", "plugin: swing_tester_sim"), ("2026-06-01", "2026-02-01")
     found = calibration_findings(planned(tmp_path, bench(tmp_path, *changes)))
     assert [(each.lack, each.channel) for each in found] == [
-        ("overdue", "tester.angle"),
         ("overdue", "tester.torque"),
+        ("overdue", "tester.angle"),
         ("overdue", "tester.load"),
     ]
 

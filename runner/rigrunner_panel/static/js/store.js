@@ -1,11 +1,11 @@
 // The state as the server last told it, and who wants to know when it changes.
 
-export const store = { state: null, rigs: [], connected: false, lastSwing: null, trend: newTrend() };
+export const store = { state: null, rigs: [], connected: false, lastCurve: null, trend: newTrend() };
 
 const listeners = new Set();
 
 function newTrend() {
-  return { first: 0, stepS: 1, minimum: [], maximum: [] };
+  return { first: 0, stepS: 1, channel: "", unit: "", minimum: [], maximum: [] };
 }
 
 // `listener(changed)` gets the set of sections that changed; returns how to stop listening.
@@ -27,9 +27,9 @@ export function takeConnected(connected) {
 // Curves of an earlier job are not those of the rig that is now in front of somebody.
 function forgetCurves(before, job) {
   if (!before?.run || job?.run === before.run) return;
-  store.lastSwing = null;
+  store.lastCurve = null;
   store.trend = newTrend();
-  tell(new Set(["swing", "trend"]));
+  tell(new Set(["curve", "trend"]));
 }
 
 // All rigs in a few words each, of which one may be that of this window.
@@ -55,18 +55,18 @@ export function takeChanges(seq, changes) {
 const WINDOW = 1200;
 
 export function takeFrame(frame) {
-  if (frame.kind === "swing") {
-    store.lastSwing = frame;
-    tell(new Set(["swing"]));
+  if (frame.kind === "curve") {
+    store.lastCurve = frame;
+    tell(new Set(["curve"]));
   } else if (frame.kind === "trend") {
-    store.trend = joined(frame.reset ? newTrend() : store.trend, frame);
+    store.trend = joined(frame.reset || frame.channel !== store.trend.channel ? newTrend() : store.trend, frame);
     tell(new Set(["trend"]));
   }
 }
 
 // The columns that were known with those of a frame, no more than the window.
 export function joined(trend, frame) {
-  const { min_nm: low, max_nm: high } = frame.curves;
+  const { minimum: low, maximum: high } = frame.curves;
   const first = trend.minimum.length ? trend.first : frame.first;
   const minimum = [...trend.minimum];
   const maximum = [...trend.maximum];
@@ -81,7 +81,7 @@ export function joined(trend, frame) {
     maximum[at] = high[i];
   }
   const over = Math.max(0, minimum.length - WINDOW);
-  return { first: first + over, stepS: frame.step_s, channel: frame.channel ?? "", minimum: minimum.slice(over), maximum: maximum.slice(over) };
+  return { first: first + over, stepS: frame.step_s, channel: frame.channel, unit: frame.unit, minimum: minimum.slice(over), maximum: maximum.slice(over) };
 }
 
 export function hasControl() {

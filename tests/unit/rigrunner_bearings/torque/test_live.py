@@ -1,24 +1,24 @@
-"""Windows of a recording that goes on: whole cycles, each in one of them, and bounded."""
+"""The live view of the torque: swings as curves, and the analysis of the latest cycles."""
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
+from rigrunner.api.analysis_context import AnalysisContext
 from rigrunner.api.data import Block
-from rigrunner.api.errors import DataError
+from rigrunner.registry import load_registry
+from rigrunner_bearings.conformance.recordings import run_of_swings
 from rigrunner_bearings.torque import live
-from rigrunner_bearings.torque.live import Windows
-from rigrunner_bearings.torque.motion import find_motion
-from rigrunner_bearings.torque.prepare import prepare_point
-from unit.analysis.helpers_analysis import recording, run_of, spec
+from unit.analysis.helpers_analysis import recording, run_of
 
-PEAKS = 2 + 0.01 * np.arange(60)
+SETTINGS = {
+    "no_load": {"from": "latest", "procedure": "SSPB-NLI"},
+    "compensations": ["peak_same_frequency", "template_inverse"],
+    "primary": "template_inverse",
+}
 
 
 def blocks_of(whole, size, start=0):
@@ -27,91 +27,113 @@ def blocks_of(whole, size, start=0):
         yield Block(whole.rate_hz, first, 0.0, channels)
 
 
-def windows_of(whole, size, blocks=None):
-    empty = replace(whole, channels=dict.fromkeys(whole.channels, np.empty(0)))
-    cutter = Windows(empty, run_of(whole))
-    return [each for block in blocks or blocks_of(whole, size) for each in cutter.take(block)]
+def fold_of(settings=SETTINGS):
+    registry = load_registry()
+    context = AnalysisContext(plugins=registry, measurand="friction torque", symbol="M")
+    return (registry.live("swing_torque", settings, context),
+            registry.make("analysis", "swing_torque", settings, context))  # fmt: skip
 
 
-def peaks_in(windows, run):
-    points = [prepare_point(each, run, spec(), lambda _: []) for each in windows]
-    return np.concatenate([each.peak_nm for each in points])
+def begun(fold, whole, run):
+    fold.begin(replace(whole, channels=dict.fromkeys(whole.channels, np.empty(0))), run)
 
 
-@settings(max_examples=25, deadline=None)
-@given(
-    frequency_hz=st.sampled_from([1.0, 7.3, 10.0, 34.0]),
-    entered=st.floats(0.9, 1.1),
-    lead=st.floats(0.01, 0.99),
-    size=st.integers(50, 3000),
-)
-def test_each_cycle_is_in_one_window_and_has_the_value_of_the_whole_recording(
-    frequency_hz, entered, lead, size
-):
-    whole = recording(PEAKS, frequency_hz, lead=lead)
-    whole = replace(
-        whole, setpoints={**whole.setpoints, "tester.frequency": entered * frequency_hz}
+def follow(fold, whole, run, size=200):
+    """Give a fold a whole recording, as it is read; return the curves."""
+    begun(fold, whole, run)
+    curves = []
+    for block in blocks_of(whole, size):
+        channels = {
+            name: run.readings(name, np.asarray(values, float), run.zero(whole.name, name))
+            for name, values in block.channels.items()
+        }
+        curves += fold.take(replace(block, channels=channels))
+    return curves
+
+
+@pytest.fixture(scope="module")
+def swings():
+    return run_of_swings(0)
+
+
+def test_the_torque_is_that_of_the_stored_analysis_to_the_last_bit(swings):
+    fold, analysis = fold_of()
+    for whole in swings.recordings:
+        follow(fold, whole, replace(swings, recordings=()))
+        fold.findings()
+    found, stored = fold.findings(), analysis(swings)
+    assert len(found.results) == len(swings.recordings) == 5
+    for live_one, one in zip(found.results, stored.results, strict=True):
+        assert (live_one.place, live_one.readings) == (one.place, one.readings)
+        assert live_one.estimate == one.estimate
+        assert live_one.uncorrected == one.uncorrected
+    (figure,) = found.figures
+    compensated, measured = figure.series
+    assert [each.y for each in compensated.points] == [e.estimate.value for e in stored.results]
+    assert [each.y for each in measured.points] == pytest.approx(
+        [e.uncorrected.value for e in stored.results]
     )
-    run = run_of(whole)
-    windows = windows_of(whole, size)
-    found = peaks_in(windows, run)
-    wanted = prepare_point(whole, run, spec(), lambda _: []).peak_nm
-    first = int(np.argmin(np.abs(wanted - found[0])))  # the very first may lie too near the border
-    assert first <= 1
-    assert np.array_equal(found, wanted[first : first + len(found)])
-    longest = max(live.WINDOW_CYCLES, live.LEAST_S * frequency_hz) + 3
-    assert len(wanted) - first - len(found) <= longest * 1.25 + size * frequency_hz / whole.rate_hz
-    assert all(find_motion(each, run, each.channels["tester.torque"]) for each in windows)
 
 
-def test_no_more_is_kept_than_a_window():
-    whole = recording(np.tile(PEAKS, 5), 10.0)
-    empty = replace(whole, channels=dict.fromkeys(whole.channels, np.empty(0)))
-    cutter, kept = Windows(empty, run_of(whole)), []
-    for block in blocks_of(whole, 100):
-        list(cutter.take(block))
-        kept.append(sum(len(each) for parts in cutter._channels.values() for each in parts))
-    period = whole.rate_hz / 10.0
-    cycles = max(live.WINDOW_CYCLES, live.LEAST_S * 10.0)
-    assert max(kept) <= 2 * (cycles + 2 + 1) * period  # of two channels
-    assert max(kept[len(kept) // 2 :]) == max(kept[: len(kept) // 2])
+def test_without_the_partner_run_there_are_the_measured_peaks_alone(swings):
+    fold, _ = fold_of()
+    follow(fold, swings.recordings[1], replace(swings, recordings=(), partners={}))
+    found = fold.findings()
+    assert found.results == ()
+    ((series,),) = ([each.name for each in figure.series] for figure in found.figures)
+    assert series == "measured"
 
 
-def test_a_slow_swing_has_windows_too():
-    whole = recording(PEAKS[:20], 0.5)
-    found = peaks_in(windows_of(whole, 1000), run_of(whole))
-    wanted = prepare_point(whole, run_of(whole), spec(), lambda _: []).peak_nm
-    assert len(found) >= live.WINDOW_CYCLES
-    assert np.array_equal(found, wanted[: len(found)])
+def test_the_swings_are_drawn_and_corrected_once_the_correction_is_known(swings):
+    fold, _ = fold_of()
+    (whole,) = swings.recordings[2:3]
+    run = replace(swings, recordings=())
+    begun(fold, whole, run)
+    first, *rest = blocks_of(whole, whole.samples // 2)
+    before = fold.take(first)
+    fold.findings()
+    after = [curve for block in rest for curve in fold.take(block)]
+    assert {tuple(each.series) for each in before} == {("measured",)}
+    assert {tuple(each.series) for each in after} == {("measured", "compensated")}
+    assert len(before) + len(after) == 12
+    compensated = np.mean([each.series["compensated"] for each in after], axis=0)
+    assert np.ptp(compensated) < np.ptp(after[0].series["measured"]) / 2
 
 
-def test_after_a_gap_it_begins_anew():
-    whole = recording(PEAKS, 10.0)
-    half = whole.samples // 2 // 100 * 100
-    lost = [each for each in blocks_of(whole, 100) if each.first_sample != half]
-    found = peaks_in(windows_of(whole, 100, lost), run_of(whole))
-    wanted = prepare_point(whole, run_of(whole), spec(), lambda _: []).peak_nm
-    places = np.argmin(np.abs(wanted[None] - found[:, None]), axis=1)
-    assert np.array_equal(found, wanted[places])
-    assert (np.diff(places) > 0).all()
-    assert half * 10.0 / whole.rate_hz not in places
+def test_no_more_is_kept_than_the_latest_samples(monkeypatch):
+    monkeypatch.setattr(live, "KEPT_SAMPLES", 2000)
+    whole = recording(np.tile(2 + 0.01 * np.arange(60), 5), 10.0)
+    fold, _ = fold_of()
+    follow(fold, whole, run_of(whole))
+    fold.findings()
+    wanted = max(2000, live.KEPT_CYCLES * whole.rate_hz / 10.0)
+    assert wanted <= fold._now.window().samples <= wanted + 200
+    latest = whole.channels["tester.torque"][-fold._now.window().samples :]
+    assert np.array_equal(fold._now.window().channels["tester.torque"], latest)
 
 
-def test_what_never_swings_is_told_and_does_not_pile_up(monkeypatch):
-    monkeypatch.setattr(live, "MOST_SAMPLES", 5000)
-    whole = recording(PEAKS, 10.0)
-    still = replace(whole, channels={name: 0 * each for name, each in whole.channels.items()})
-    empty = replace(still, channels=dict.fromkeys(still.channels, np.empty(0)))
-    cutter = Windows(empty, run_of(still))
-    for number, block in enumerate(blocks_of(still, 100), 1):
-        too_few = pytest.raises(DataError, match="too few cycles in 5000 samples")
-        with too_few if number % 51 == 0 else nullcontext():
-            assert not list(cutter.take(block))
-        assert cutter._samples <= 5000
+def test_after_a_gap_it_begins_anew(swings):
+    fold, _ = fold_of()
+    whole = swings.recordings[2]
+    run = replace(swings, recordings=())
+    begun(fold, whole, run)
+    blocks = list(blocks_of(whole, 200))
+    for block in (*blocks[:20], *blocks[30:]):
+        fold.take(block)
+    assert fold._now.window().samples == whole.samples - 30 * 200
 
 
-def test_a_recording_at_rest_has_no_windows():
-    whole = recording(PEAKS, 10.0)
-    rest = replace(whole, setpoints={**whole.setpoints, "tester.frequency": 0.0})
-    with pytest.raises(DataError, match="its frequency was set to zero"):
-        windows_of(rest, 100)
+@pytest.mark.parametrize("frequency_hz", [0.0, None])
+def test_what_does_not_swing_is_left_out(frequency_hz):
+    whole = recording(2 + 0.01 * np.arange(60), 10.0)
+    setpoints = {} if frequency_hz is None else {"tester.frequency": frequency_hz}
+    fold, _ = fold_of()
+    assert follow(fold, replace(whole, setpoints=setpoints), run_of(whole)) == []
+    assert fold.findings().results == ()
+
+
+def test_what_is_not_kept_is_drawn_and_enters_no_result(swings):
+    fold, _ = fold_of()
+    whole = replace(swings.recordings[2], name="")
+    assert follow(fold, whole, replace(swings, recordings=()))
+    assert (fold.findings().results, fold.findings().figures) == ((), ())

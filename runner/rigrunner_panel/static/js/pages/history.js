@@ -69,7 +69,7 @@ export function historyPage() {
       h("td", {}, h("a", { class: "row-link", href: `#/runs/${encodeURIComponent(item.run)}` }, localTime(item.started_utc) || item.run)),
       h("td", { class: "wrap" }, said(item.title) || item.problem || item.run), h("td", { class: "wrap" }, item.specimen), h("td", {}, item.station),
       h("td", {}, verdict ? h("span", { class: `mark ${item.interrupted ? "interrupted" : verdict.replaceAll(" ", "-")}` }, item.verdict ? verdictText(item.verdict) : t(`outcome.${outcome}`)) : ""),
-      h("td", { class: "number" }, item.headline ? withUncertainty(item.headline.value_nm, item.headline.U_nm, "N·m") : shownNumber(item.result ?? "")));
+      h("td", { class: "number" }, item.headline ? withUncertainty(item.headline.value, item.headline.U, item.headline.unit) : shownNumber(item.result ?? "")));
   }
 
   function update() {

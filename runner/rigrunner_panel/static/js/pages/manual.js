@@ -3,16 +3,18 @@
 import { personName } from "../client.js";
 import { button, fill, h, setText, show } from "../dom.js";
 import { draft } from "../draft.js";
-import { fixed, plain, typedNumber, withUncertainty } from "../format.js";
+import { plain, typedNumber } from "../format.js";
 import { alarmStrip } from "../parts/alarms.js";
+import { channelList } from "../parts/channels.js";
 import { isBusy } from "../parts/bar.js";
 import { endedBanners } from "../parts/ended.js";
 import { field } from "../parts/field.js";
 import { refusedWords } from "../parts/notices.js";
 import { preflightCard } from "../parts/preflight.js";
+import { liveResults } from "../parts/results.js";
 import { readouts } from "../parts/readouts.js";
-import { swingChart } from "../plots/swing.js";
-import { frequencyChart } from "../plots/frequency.js";
+import { latestCurve } from "../plots/curve.js";
+import { resultCharts } from "../plots/results.js";
 import { steer, steerOrRefuse } from "../steer.js";
 import { listen, store } from "../store.js";
 import { said, t } from "../texts.js";
@@ -21,11 +23,12 @@ import { titlesOf } from "../titles.js";
 const CYCLES = 10;
 const FEWEST_CYCLES = 3;
 const MOST_CYCLES = 1000;
-const WATCHED = "live"; // what is watched now stands among the points, last
 
 export function manualPage() {
-  const swing = swingChart();
-  const frequency = frequencyChart();
+  const curve = latestCurve();
+  const figures = resultCharts(1);
+  const channels = channelList();
+  const watch = button(t("channels.title"), () => seeChannels(channels.element.hidden), { kind: "big", "aria-pressed": "false" });
   const numbers = readouts();
   const alarms = alarmStrip();
   const opener = openCard();
@@ -34,16 +37,17 @@ export function manualPage() {
   const cycles = field(t("manual.cycles"), h("input", { type: "text", inputmode: "numeric", id: "cycles", autocomplete: "off", value: String(CYCLES) }), { kind: "narrow" });
   const record = button(t("manual.record"), () => recordPoint(), { kind: "primary big" });
   const close = button(t("manual.close"), () => steer("manual/close"), { kind: "big" });
-  const points = h("ul", { class: "manual-points" });
+  const points = liveResults();
+  const plots = h("div", { class: "manual-plots" }, channels.element, curve.element, figures.element);
   const bench = h("div", { class: "manual-bench" },
     numbers.element,
-    h("div", { class: "manual-plots" }, swing.element, frequency.element),
+    plots,
     h("div", { class: "manual-side" },
       h("section", { class: "card" }, h("h2", {}, t("manual.drives")), drives),
       h("section", { class: "card manual-record" }, h("h2", {}, t("manual.points")),
-        h("div", { class: "row" }, cycles.element, record), recording, points)),
+        h("div", { class: "row" }, cycles.element, record), recording, points.element)),
     alarms.element);
-  const element = h("div", { class: "page manual" }, h("div", { class: "head" }, h("h1", {}, t("manual.title")), close), opener.element, bench);
+  const element = h("div", { class: "page manual" }, h("div", { class: "head" }, h("h1", {}, t("manual.title")), h("div", { class: "row" }, watch, close)), opener.element, bench);
   let built = "";
 
   function recordPoint() {
@@ -61,11 +65,15 @@ export function manualPage() {
     show(bench, Boolean(open) || (state.job?.kind === "manual" && state.phase !== "idle" && state.phase !== "finished"));
     show(opener.element, !open && state.job?.kind !== "manual" || state.phase === "finished" || state.phase === "idle");
     show(close, Boolean(open));
+    show(watch, Boolean(open));
     opener.update();
     numbers.update();
     alarms.update();
     record.disabled = close.disabled = !open;
-    if (changed.has("live")) frequency.show(state.live?.points ?? []);
+    if (changed.has("live")) {
+      figures.show((state.live?.figures ?? []).slice(-1));
+      points.show((state.live?.results ?? []).filter((each) => !each.is_ongoing));
+    }
     if (!open) return;
     const names = state.manual.drives.map((drive) => drive.name).join();
     if (names !== built) {
@@ -73,36 +81,35 @@ export function manualPage() {
       fill(drives, state.manual.drives.map(driveRow));
     }
     setText(recording, state.manual.recording ? t("manual.recording", { name: state.manual.recording }) : said(state.manual.refused));
-    fill(points, (state.live?.points ?? []).filter((point) => point.recording !== WATCHED).map(pointRow));
   }
 
-  // The manual mode watches all the time: its latest swing is always one of now.
-  function showSwing() {
-    swing.show(store.lastSwing, store.lastSwing?.recording);
+  function seeChannels(on) {
+    show(channels.element, on);
+    plots.classList.toggle("of-channels", on);
+    watch.setAttribute("aria-pressed", String(on));
+  }
+
+  // The manual mode watches all the time: its latest curve is always one of now.
+  function showCurve() {
+    curve.show(store.lastCurve, store.lastCurve?.recording);
   }
 
   const forget = listen((changed) => {
-    if (changed.has("swing")) showSwing();
-    if (changed.size > 1 || !(changed.has("swing") || changed.has("trend"))) update(changed);
+    if (changed.has("curve")) showCurve();
+    if (changed.size > 1 || !(changed.has("curve") || changed.has("trend"))) update(changed);
   });
   queueMicrotask(() => {
     update(new Set(["live", "manual"]));
-    showSwing();
+    showCurve();
   });
   return {
     title: t("manual.title"),
     element,
     leave() {
       forget();
-      swing.leave();
-      frequency.leave();
+      for (const each of [curve, figures, channels]) each.leave();
     },
   };
-}
-
-function pointRow(point) {
-  return h("li", {}, h("strong", {}, point.recording),
-    h("span", {}, Number.isFinite(point.torque_nm) ? withUncertainty(point.torque_nm, point.U_nm, "N·m") : `${fixed(point.raw_nm, 3)} N·m`));
 }
 
 function openCard() {

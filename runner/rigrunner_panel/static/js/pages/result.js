@@ -98,7 +98,7 @@ function head({ item, reason }, again, unfinished) {
   return h("div", { class: "result-head" },
     h("div", {}, h("h1", {}, said(item.title) || item.run), h("p", { class: "soft" }, [item.specimen, item.station, localTime(item.started_utc), item.operator].filter(Boolean).join(" · "))),
     h("div", { class: `verdict ${kind}` }, h("strong", { class: "verdict-word" }, word),
-      h("span", { class: "verdict-value" }, item.headline ? withUncertainty(item.headline.value_nm, item.headline.U_nm, "N·m") : shownNumber(item.result ?? ""))),
+      h("span", { class: "verdict-value" }, item.headline ? withUncertainty(item.headline.value, item.headline.U, item.headline.unit) : shownNumber(item.result ?? ""))),
     button(t("result.again"), again, { kind: "primary big" }),
     item.outcome !== "completed" ? endedBanners(why, { isNow: Boolean(mine), hint: mine?.hint }) : null,
     unfinished);
@@ -142,7 +142,7 @@ function points(found) {
   if (!rows.length) return null;
   return h("section", { class: "card" },
     h("details", {}, h("summary", {}, h("h2", {}, t("result.points"))),
-      h("table", {}, h("thead", {}, h("tr", {}, h("th", {}, t("setup.frequency")), h("th", {}, t("plot.compensated")))),
+      h("table", {}, h("thead", {}, h("tr", {}, h("th", {}, t("setup.frequency")), h("th", {}, said("compensated")))),
         h("tbody", {}, rows.map((row) => h("tr", {}, h("td", {}, `${plain(row.set_frequency.value)} Hz`), h("td", {}, withUncertainty(row.torque.value, row.torque.expanded_uncertainty_95, row.torque.unit))))))));
 }
 

@@ -7,13 +7,12 @@ import { askReason } from "../parts/dialogs.js";
 import { abort, pauseOrResume } from "../parts/keys.js";
 import { plotChoice } from "../parts/plots.js";
 import { promptCard } from "../parts/prompt.js";
-import { hasSwing, readouts } from "../parts/readouts.js";
+import { readouts } from "../parts/readouts.js";
 import { liveResults } from "../parts/results.js";
 import { stepList, stepWords } from "../parts/steps.js";
 import { verdictLine } from "../parts/verdict.js";
-import { frequencyChart } from "../plots/frequency.js";
+import { latestCurve } from "../plots/curve.js";
 import { resultCharts } from "../plots/results.js";
-import { swingChart } from "../plots/swing.js";
 import { trendChart } from "../plots/trend.js";
 import { steer } from "../steer.js";
 import { listen, store } from "../store.js";
@@ -22,15 +21,14 @@ import { said, t } from "../texts.js";
 const STEERABLE = new Set(["running", "asking", "pausing", "paused"]);
 
 export function runPage() {
-  const swing = swingChart();
+  const curve = latestCurve();
   const trend = trendChart();
-  const frequency = frequencyChart();
   const results = liveResults();
   const curves = resultCharts();
   const channels = channelList();
-  const ofSwing = [["swing", t("plot.swing")], ["trend", t("plots.trend")], ["frequency", t("plot.over_frequency")]];
+  const ofCurve = [["curve", t("plots.curve")], ["trend", t("plots.trend")], ["figures", t("plots.figures")]];
   const ofResults = [["trend", t("plots.trend")], ["results", t("plots.results")], ["figures", t("plots.figures")]];
-  const own = () => (store.state && !hasSwing(store.state) ? ofResults : ofSwing);
+  const own = () => (store.lastCurve ? ofCurve : ofResults);
   const chosen = plotChoice(own, () => store.state && arrange(store.state));
   const steps = stepList();
   const numbers = readouts();
@@ -51,8 +49,7 @@ export function runPage() {
     show(chosen.chooser, chosen.chooser.hidden);
     choose.setAttribute("aria-pressed", String(!chosen.chooser.hidden));
   }, { kind: "big", "aria-pressed": "false" });
-  const swingHost = h("div", { class: "plot-swing" }, swing.element);
-  const plots = h("div", { class: "run-plots", role: "group", tabindex: "0", "aria-label": t("plots.all") }, channels.element, swingHost, results.element, curves.element, trend.element, frequency.element, chosen.element);
+  const plots = h("div", { class: "run-plots", role: "group", tabindex: "0", "aria-label": t("plots.all") }, channels.element, curve.element, results.element, curves.element, trend.element, chosen.element);
   const element = h("div", { class: "page run" },
     h("aside", { class: "run-side" }, steps.element),
     h("div", { class: "run-head" }, h("div", {}, title, step), verdict.element),
@@ -88,7 +85,6 @@ export function runPage() {
     show(paused, Boolean(state.pause));
     if (state.pause) fill(paused, h("strong", {}, t("run.paused")), h("span", {}, [state.pause.reason, ...(state.pause.moving.length ? state.pause.moving : [t("run.standing")])].filter(Boolean).map(said).join(" · ")));
     if (changed.has("live") || changed.has("plan") || changed.has("progress")) arrange(state);
-    if (changed.has("live") || changed.has("plan")) frequency.show(state.live?.points ?? [], frequencies(state.plan));
     steps.update(changed);
     numbers.update();
     alarms.update();
@@ -96,28 +92,31 @@ export function runPage() {
     verdict.update();
   }
 
-  // Where nothing swings there are results and the recorded channel; a plot of nothing is not shown.
+  // Where no analysis shows curves there is the table of results; a plot of nothing is not shown.
   function arrange(state) {
-    const swings = hasSwing(state);
-    plots.classList.toggle("of-results", !swings);
+    const isCurve = Boolean(store.lastCurve);
+    plots.classList.toggle("of-results", !isCurve);
     plots.classList.toggle("of-chosen", !chosen.element.hidden);
-    show(swingHost, swings && chosen.wants("swing"));
-    show(frequency.element, swings && chosen.wants("frequency"));
-    show(results.element, !swings && chosen.wants("results"));
-    show(curves.element, !swings && chosen.wants("figures"));
-    show(trend.element, (swings || store.trend.minimum.length > 0) && chosen.wants("trend"));
-    if (swings) return;
+    show(curve.element, isCurve && chosen.wants("curve"));
+    show(results.element, !isCurve && chosen.wants("results"));
+    show(curves.element, chosen.wants("figures"));
+    show(trend.element, store.trend.minimum.length > 0 && chosen.wants("trend"));
     results.show(state.live?.results ?? []);
-    curves.show(state.live?.figures ?? []);
+    curves.show((state.live?.figures ?? []).slice(isCurve ? -1 : 0));
+  }
+
+  function showCurve() {
+    curve.show(store.lastCurve, store.state?.progress?.recording);
+    chosen.take();
   }
 
   const forget = listen((changed) => {
-    if (changed.has("swing") || changed.has("progress")) swing.show(store.lastSwing, store.state?.progress?.recording);
+    if (changed.has("curve") || changed.has("progress")) showCurve();
     if (changed.has("trend")) {
       trend.show(store.trend);
       if (store.state) arrange(store.state);
     }
-    if (changed.size > 1 || !(changed.has("swing") || changed.has("trend"))) update(changed);
+    if (changed.size > 1 || !(changed.has("curve") || changed.has("trend"))) update(changed);
   });
   const aging = setInterval(() => {
     if (store.state) numbers.update();
@@ -125,7 +124,7 @@ export function runPage() {
   queueMicrotask(() => {
     chosen.take();
     update(new Set(["live", "plan", "progress"]));
-    swing.show(store.lastSwing, store.state?.progress?.recording);
+    showCurve();
     trend.show(store.trend);
   });
   return {
@@ -134,13 +133,9 @@ export function runPage() {
     leave() {
       forget();
       clearInterval(aging);
-      for (const each of [swing, trend, frequency, curves, channels, chosen]) each.leave();
+      for (const each of [curve, trend, curves, channels, chosen]) each.leave();
     },
   };
-}
-
-function frequencies(plan) {
-  return (plan?.steps ?? []).map((step) => step.frequency_hz ?? 0);
 }
 
 function stepText(state) {

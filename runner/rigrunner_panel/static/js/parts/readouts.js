@@ -1,7 +1,7 @@
 // The large numbers: what is set, what is measured, and what comes out.
 
 import { fill, h, setText } from "../dom.js";
-import { clock, fixed, plain, UNKNOWN, withUncertainty } from "../format.js";
+import { clock, plain, shownNumber, UNKNOWN, withUncertainty } from "../format.js";
 import { isOld } from "./channels.js";
 import { store } from "../store.js";
 import { said, t } from "../texts.js";
@@ -19,83 +19,76 @@ function age(row, text, utc) {
   setText(row.small, [text, old ? t("read.since", { time: clock(utc) }) : ""].filter(Boolean).join(" · "));
 }
 
-// The point that is being recorded, or the last one that was analysed.
-export function presentPoint(state) {
-  const points = state.live?.points ?? [];
-  const name = state.progress?.recording;
-  return points.find((point) => point.recording === name) ?? points.at(-1) ?? null;
+// The value that the analyses show of the readings that go on, or the last one that they showed; null where they cannot.
+function presentResult({ live }) {
+  const results = live?.results ?? [];
+  return results.findLast((each) => each.is_ongoing) ?? (live?.problem ? null : results.at(-1));
 }
 
-// Whether a cycle with a frequency is what the run is about; a plan that is not there yet may be.
-export function hasSwing(state) {
-  if (state.job?.kind === "manual" || !state.plan) return true;
-  return state.plan.steps.some((step) => Number.isFinite(step.frequency_hz)) || Boolean(state.live?.points.length);
+// Where drives were set and what was read, the drives first.
+function presentValues({ readings, channels, plan }, most) {
+  const names = new Map([...Object.entries(plan?.drives ?? {}), ...channels.map((each) => [each.name, each.long_name])]);
+  const all = Object.entries(readings);
+  const isSet = ([, { set }]) => Number.isFinite(set);
+  const known = [...all.filter(isSet), ...all.filter((each) => !isSet(each)).reverse()].slice(0, most);
+  return known.map(([name, value]) => ({ key: name, name: said(names.get(name)) || name, value }));
 }
 
 const MOST_VALUES = 5;
+const MOST_BESIDE_RESULT = 3;
 
-// The latest values by name, in the units in which they are written.
-function valueText({ shown, shown_in: unit }) {
-  return unit && unit !== "1" ? `${plain(shown)} ${unit}` : plain(shown);
+// A value in the unit in which it is written.
+function valueText(shown, { shown_in: unit }) {
+  const number = plain(Number(shown.toPrecision(5)));
+  return unit && unit !== "1" ? `${number} ${unit}` : number;
+}
+
+function resultText({ value, U, unit }) {
+  return withUncertainty(value, U ?? NaN, unit === "1" ? "" : unit);
 }
 
 export function readouts() {
-  const frequency = readout(t("read.frequency"));
-  const load = readout(t("read.load"));
-  const raw = readout(t("read.raw"), "raw");
-  const rig = readout(t("read.compensation"));
-  const torque = readout(t("read.torque"), "compensated");
-  const rows = [frequency, load, raw, rig, torque];
-  const element = h("div", { class: "readouts" }, rows.map((row) => row.element));
-  let named = "";
-  let shown = [];
+  const element = h("div", { class: "readouts" });
+  let rows = new Map();
+  let built = "";
 
-  function showValues(values) {
-    const latest = Object.entries(values).slice(-MOST_VALUES);
-    const names = latest.map(([name]) => name).join();
-    if (names !== named) {
-      named = names;
-      shown = latest.map(([name]) => readout(name));
-      element.classList.add("of-values");
-      fill(element, shown.map((row) => row.element));
-    }
-    latest.forEach(([, value], i) => {
-      setText(shown[i].value, valueText(value));
-      age(shown[i], "", value.utc);
-    });
+  // Each row is [key, name, kind]; a row that stays keeps its place on the page.
+  function build(wanted) {
+    const key = JSON.stringify(wanted);
+    if (key === built) return;
+    built = key;
+    rows = new Map(wanted.map(([id, name, kind]) => [id, readout(name, kind)]));
+    fill(element, [...rows.values()].map((row) => row.element));
   }
 
   return {
     element,
     update() {
       const { state } = store;
-      if (!hasSwing(state)) {
-        showValues(state.readings.values);
-        return;
+      const result = presentResult(state);
+      const problem = result ? "" : state.live?.problem;
+      const values = presentValues(state, result || problem ? MOST_BESIDE_RESULT : MOST_VALUES);
+      const corrects = Number.isFinite(result?.uncorrected);
+      build([...values.map(({ key, name }) => [key, name, ""]),
+        ...(corrects ? [["uncorrected", t("read.uncorrected"), "raw"]] : []),
+        ...(result ? [["result", said(result.text) || result.name, "compensated"]] : []),
+        ...(problem ? [["problem", t("read.result"), "compensated"]] : [])]);
+      for (const { key, value } of values) {
+        const row = rows.get(key);
+        setText(row.value, valueText(value.shown, value));
+        age(row, Number.isFinite(value.set) ? t("read.set", { value: valueText(value.set, value) }) : "", value.utc);
       }
-      if (named) {
-        named = "";
-        element.classList.remove("of-values");
-        fill(element, rows.map((row) => row.element));
+      if (problem) {
+        const { small } = rows.get("problem");
+        setText(small, said(problem));
+        small.title = small.textContent; // two lines of it are seen
       }
-      const { readings } = state;
-      const point = presentPoint(state);
-      const unit = (number, decimals, symbol) => (Number.isFinite(number) ? `${fixed(number, decimals)} ${symbol}` : UNKNOWN);
-      const isNow = point && (state.job?.kind === "manual" || point.recording === state.progress?.recording);
-      const here = isNow ? point : null; // what was recorded before may no longer be so
-      const turning = state.pause ? null : readings.frequency_hz ?? here?.frequency_hz; // what is paused was measured before
-      setText(frequency.value, unit(turning, 2, "Hz"));
-      age(frequency, t("read.set", { value: unit(readings.set_frequency_hz, 2, "Hz") }), state.pause ? "" : readings.frequency_utc);
-      setText(load.value, unit(readings.load_n ?? here?.load_n, 0, "N"));
-      age(load, t("read.set", { value: unit(readings.set_load_n, 0, "N") }), readings.load_utc);
-      for (const row of [raw, rig, torque]) row.element.classList.toggle("old", Boolean(point) && !isNow);
-      setText(raw.value, unit(point?.raw_nm, 3, "N·m"));
-      setText(raw.small, point ? t("read.cycles", { cycles: point.cycles, value: `${plain(point.set_frequency_hz)} Hz` }) : "");
-      setText(rig.value, unit(point?.rig_nm, 3, "N·m"));
-      setText(rig.small, state.live?.method ?? "");
-      setText(torque.value, point && Number.isFinite(point.torque_nm) ? withUncertainty(point.torque_nm, point.U_nm, "N·m") : UNKNOWN);
-      setText(torque.small, point && Number.isFinite(point.torque_nm) ? t("read.at", { value: `${plain(point.set_frequency_hz)} Hz` }) : said(state.live?.problem ?? ""));
-      torque.small.title = torque.small.textContent; // two lines of it are seen
+      if (!result) return;
+      const row = rows.get("result");
+      setText(row.value, resultText(result));
+      setText(row.small, [shownNumber(result.place), t("read.readings", { count: result.readings })].filter(Boolean).join(" · "));
+      if (corrects) setText(rows.get("uncorrected").value, resultText({ ...result, value: result.uncorrected, U: null }));
+      for (const name of ["result", "uncorrected"]) rows.get(name)?.element.classList.toggle("old", !result.is_ongoing || state.phase === "finished");
     },
   };
 }

@@ -28,7 +28,7 @@ export function verdictLine() {
       const said = verdict ? `${SIGNS[verdict] ?? "~"} ${verdictText(verdict)}` : t(final ? "verdict.none" : "verdict.not_yet");
       setText(word, verdict && !final ? t("verdict.so_far", { verdict: said }) : said);
       const named = (final && finished.result) || "";
-      setText(value, headline ? withUncertainty(headline.value_nm, headline.U_nm, "N·m") : shownNumber(named));
+      setText(value, headline ? withUncertainty(headline.value, headline.U, headline.unit) : shownNumber(named));
     },
   };
 }

@@ -2,7 +2,7 @@
 
 import { h, show } from "../dom.js";
 import { colour } from "../theme.js";
-import { t } from "../texts.js";
+import { said, t } from "../texts.js";
 import { axis, chart, legend } from "./chart.js";
 
 const CAP_PX = 4;
@@ -45,9 +45,9 @@ function figureChart(figure) {
     series: [{}, hidden(), hidden(), hidden()],
     hooks: { draw: [(plot) => draw(plot, now)] },
   });
-  const made = chart(figure.title, t("plot.of_over", { y: words(figure.y), x: words(figure.x) }), options, columns([]));
+  const made = chart(said(figure.title), t("plot.of_over", { y: words(figure.y), x: words(figure.x) }), options, columns([]));
   const limit = legend([["limit", t("plot.limit")]]);
-  const keys = figure.series.map((each, i) => [`${paint(each, i)} ${each.kind === "line" ? "" : "point"}`, each.name || t("plot.result_u")]);
+  const keys = figure.series.map((each, i) => [`${paint(each, i)} ${each.kind === "line" ? "" : "point"}`, said(each.name) || t("plot.result_u")]);
   made.element.append(h("div", { class: "legends" }, legend(keys), limit));
   return {
     ...made,
@@ -67,7 +67,7 @@ function paint({ kind }, i) {
 }
 
 function words({ name, unit }) {
-  return unit && unit !== "1" ? `${name} / ${unit}` : name;
+  return unit && unit !== "1" ? `${said(name)} / ${unit}` : said(name);
 }
 
 function padded(share) {

@@ -1,4 +1,4 @@
-// Raw torque over the time of the run: between the least and the greatest sample of each column.
+// A recorded channel over the time of the run: between the least and the greatest sample of each column.
 
 import { colour } from "../theme.js";
 import { t } from "../texts.js";
@@ -17,7 +17,7 @@ export function trendChart() {
       { stroke: colour("raw"), width: 1, points: { show: false }, spanGaps: false },
     ],
   });
-  const made = chart(t("plot.trend"), t("plot.over_time"), options, EMPTY);
+  const made = chart(t("plots.trend"), t("plot.seconds"), options, EMPTY);
   return {
     ...made,
     show(trend) {
@@ -25,8 +25,7 @@ export function trendChart() {
         made.set(EMPTY);
         return;
       }
-      if (trend.channel) made.call(t("plot.channel", { channel: trend.channel }), t("plot.seconds"));
-      else made.call(t("plot.trend"), t("plot.over_time"));
+      made.call(t("plot.channel", { channel: trend.channel }), [trend.unit === "1" ? "" : trend.unit, t("plot.seconds")].filter(Boolean).join(" "));
       const at = trend.minimum.map((_, i) => (trend.first + i) * trend.stepS);
       made.set([at, trend.minimum.map(known), trend.maximum.map(known)]);
     },

@@ -1,4 +1,4 @@
-"""The latest whole swings of the current recording over the crank phase, for the screen."""
+"""The latest whole swings of a recording in progress, over the crank phase."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float32]
+Floats = NDArray[np.float64]
 
 PHASES = 256
 LONGEST_S = 30.0
-"""Longest swing in s to show; it bounds the memory."""
+"""Longest swing in s; it bounds the memory."""
 HYSTERESIS = 0.3
 """Hysteresis as a share of the half range, so that noise around zero is not taken for a swing."""
 AGREE = 0.3
@@ -22,13 +22,12 @@ _KEPT_SWINGS = 1.25
 
 @dataclass(frozen=True, eq=False)
 class Swing:
-    """One swing: arrays of shape (PHASES,); at phase 0 the angle rises through its middle."""
+    """One swing, shape (PHASES,); at phase 0 the angle rises through its middle."""
 
     frequency_hz: float
     end_s: float
     """Time of its end in the recording, in s."""
-    raw_nm: Floats
-    angle_rad: Floats | None
+    torque_nm: Floats
 
 
 class SwingCutter:
@@ -38,13 +37,13 @@ class SwingCutter:
     frequency gives the length of a swing, and its start is arbitrary.
     """
 
-    def __init__(self, rate_hz: float, frequency_hz: float) -> None:
+    def __init__(self, rate_hz: float, frequency_hz: float, first_sample: int = 0) -> None:
         self._rate_hz = rate_hz
         self._period = rate_hz / frequency_hz
-        self._torque = np.empty(0, np.float32)
-        self._angle = np.empty(0, np.float32)
-        self._first = 0
-        self._shown = 0.0
+        self._torque = np.empty(0, np.float64)
+        self._angle = np.empty(0, np.float64)
+        self._first = first_sample
+        self._shown = float(first_sample)
 
     def take(self, torque_nm: Floats, angle_rad: Floats | None) -> list[Swing]:
         """Add consecutive samples of shape (n,); return the swings that they complete."""
@@ -69,9 +68,8 @@ class SwingCutter:
 
     def _swing(self, start: float, end: float) -> Swing:
         places = start + (end - start) * np.arange(PHASES) / PHASES
-        angle = _at(places, self._angle) if len(self._angle) else None
         end_s = (self._first + end) / self._rate_hz
-        return Swing(self._rate_hz / (end - start), end_s, _at(places, self._torque), angle)
+        return Swing(self._rate_hz / (end - start), end_s, _at(places, self._torque))
 
     def _forget(self) -> None:
         """Drop all but one whole swing, whose range gives the middle."""
@@ -83,7 +81,7 @@ class SwingCutter:
 
 
 def _at(places: NDArray[np.float64], values: Floats) -> Floats:
-    return np.interp(places, np.arange(len(values)), values).astype(np.float32)
+    return np.interp(places, np.arange(len(values)), values)
 
 
 def _rises(angle: Floats) -> NDArray[np.float64]:

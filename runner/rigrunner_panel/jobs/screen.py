@@ -1,0 +1,48 @@
+"""What a job is told at the panel and shows there, in place of a terminal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner_panel.process.person import PanelAnswers, PanelPauses, PanelPerson
+from rigrunner_panel.process.watched import WatchedChannels
+from rigrunner_panel.view.channels import channels_of
+from rigrunner_panel.view.of_plan import plan_view
+from rigrunner_panel.view.sections import AnalysingView
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from rigrunner.plan import Plan
+    from rigrunner.run.prepare import Planned
+    from rigrunner_panel.process.link import Link
+    from rigrunner_panel.process.messages import Job
+
+
+class Screen:
+    """The screens of a job that runs, or that a person controls manually."""
+
+    def __init__(self, job: Job, link: Link, planned: Planned) -> None:
+        operator = job.view.operator
+        self._job = job
+        self._link = link
+        self._planned = planned
+        self.watched = WatchedChannels(link.sender.send_unless_behind, planned.devices)
+        self.person = PanelPerson(link.sender, planned.clock, operator)
+        self.answers = PanelAnswers(link, operator, self.watched)
+        self.pauses = PanelPauses(link, self.watched)
+
+    def begin(self, plan: Plan, partners: Mapping[str, Path]) -> None:
+        """Show what is about to run."""
+        taken = tuple(each.name for each in partners.values())
+        known = {"title": self._planned.procedure.model.title, "partners": taken}
+        self._link.show(
+            job=self._job.view.model_copy(update=known),
+            plan=plan_view(plan, self._planned.devices),
+            channels=tuple(channels_of(self._planned)),
+        )
+
+    def progress(self, what: str, done: int, of: int) -> None:
+        """Show how far the analysis is."""
+        self._link.show(analysing=AnalysingView(what=what, done=done, of=of))

@@ -1,0 +1,71 @@
+// The latest curve that an analysis shows of a recording, such as one cycle over its phase.
+
+import { h, setText } from "../dom.js";
+import { fixed } from "../format.js";
+import { colour } from "../theme.js";
+import { said, t } from "../texts.js";
+import { axis, chart, legend } from "./chart.js";
+
+const X = "x"; // the array with the values of x; the others are series
+const UNKEPT = "-"; // the name of a recording of which statistics alone are kept
+const EMPTY = [[0, 1], [null, null], [null, null]];
+const PAINTS = ["raw", "compensated"];
+const STEPS_DEG = [30, 45, 90];
+
+function curveChart({ title, x, y }) {
+  const of = h("span", { class: "plot-of" });
+  const keys = h("div", { class: "legend" });
+  const range = Number.isFinite(x.low) && Number.isFinite(x.high) ? { range: [x.low, x.high] } : {};
+  const options = () => ({
+    scales: { x: { time: false, ...range } },
+    axes: [axis({ size: 26, ...(x.unit === "°" ? { incrs: STEPS_DEG } : {}) }), axis({ size: 46 })],
+    series: [{}, ...PAINTS.map((paint, i) => ({ stroke: colour(paint), width: 2 + i, points: { show: false } }))],
+  });
+  const made = chart(said(title), t("plot.of_over", { y: words(y), x: words(x) }), options, EMPTY);
+  made.element.append(keys);
+  let shown = "";
+  return {
+    ...made,
+    // `recording` is what is being recorded now; a curve of another one is a past one, and looks so.
+    show({ curves, recording: own, frequency_hz: hertz }, recording) {
+      const { [X]: at, ...series } = curves;
+      const names = Object.keys(series);
+      if (names.join() !== shown) {
+        shown = names.join();
+        keys.replaceChildren(...legend(names.map((name, i) => [PAINTS[i], said(name)])).childNodes, of);
+      }
+      const values = names.map((name) => series[name]);
+      made.set([at, values[0], values[1] ?? new Array(at.length).fill(null)]);
+      const isPast = own !== recording;
+      made.element.classList.toggle("past", isPast);
+      const name = [own === UNKEPT ? t("plot.unkept") : own, Number.isFinite(hertz) ? `${fixed(hertz, 2)} Hz` : ""].filter(Boolean).join(", ");
+      setText(of, isPast ? t("plot.past", { name }) : name);
+    },
+  };
+}
+
+function words({ name, unit }) {
+  return unit && unit !== "1" ? `${said(name)} / ${unit}` : said(name);
+}
+
+// The chart of the latest curve, made anew where its axes are others.
+export function latestCurve() {
+  const element = h("div", { class: "plot-curve" });
+  let made = null;
+  let title = "";
+  return {
+    element,
+    show(frame, recording) {
+      if (frame?.title !== title) {
+        made?.leave();
+        made = frame ? curveChart(frame) : null;
+        title = frame?.title;
+        element.replaceChildren(...(made ? [made.element] : []));
+      }
+      made?.show(frame, recording);
+    },
+    leave() {
+      made?.leave();
+    },
+  };
+}
