@@ -7,7 +7,7 @@ import json
 import pytest
 from playwright.sync_api import expect
 
-from e2e.panel.helpers_screen import LOADED, NAME, STATION, running_panel
+from e2e.panel.helpers_screen import LOADED, NAME, STATION, press_keys, running_panel
 from helpers_cli import call
 from helpers_thorough import first
 
@@ -63,6 +63,24 @@ def test_scans_that_do_not_wait_for_each_other_are_all_added_in_order(open_queue
         page.keyboard.type("SN-4\n")
         row(page, "SN-4").wait_for()
         expect(note).not_to_contain_text("already")
+
+
+def test_a_scan_while_a_reason_is_asked_for_goes_to_the_queue(open_queue, lab):
+    with running_panel(lab) as panel:
+        page = open_queue(panel).page
+        scan(page, "SN-1")
+        row(page, "SN-1").get_by_role("button", name="Hold").click()
+        reason = page.locator("#dialog-text")
+        reason.fill("no ")
+        reason.focus()
+        press_keys(page, "SN-2", 0.01)
+        row(page, "SN-2").wait_for()
+        expect(reason).to_have_value("no ")
+        expect(reason).to_be_focused()
+        press_keys(page, "grease", 0.2)
+        expect(page.locator(".dialog")).to_have_count(0)
+        expect(row(page, "SN-1")).to_contain_text("no grease")
+        assert [each["specimen"] for each in panel.get("queue")["entries"]] == ["SN-1", "SN-2"]
 
 
 def test_a_german_list_with_decimal_commas_is_added_as_it_is_pasted(new_screen, lab):

@@ -9,6 +9,7 @@ import { isBusy } from "../parts/bar.js";
 import { askReason } from "../parts/dialogs.js";
 import { inputForm } from "../parts/inputs.js";
 import { problemList } from "../parts/notices.js";
+import { takeScans } from "../parts/scanner.js";
 import { working } from "../parts/working.js";
 import { verdictText } from "../parts/verdict.js";
 import { steer, steerOrRefuse, tried } from "../steer.js";
@@ -83,7 +84,10 @@ export function queuePage() {
       problem,
       h("div", { class: "queue-columns" }, adding,
         h("section", { class: "card queue-card" }, h("div", { class: "queue-scroll", tabindex: "0", role: "region", "aria-label": t("queue.title") }, table, nothing, left)))),
-    leave: forget,
+    leave() {
+      forget();
+      takeScans(null);
+    },
   };
 }
 
@@ -192,6 +196,10 @@ function addCard() {
     const text = scan.value.trim();
     if (!text) return;
     scan.value = "";
+    await addScan(text);
+  }
+
+  async function addScan(text) {
     if (scans.push(text) > 1) return;
     const refusals = h("div", {});
     const latest = h("div", {});
@@ -206,6 +214,7 @@ function addCard() {
     }
     if (refused) field.className = "field bad";
     scan.setAttribute("aria-invalid", String(Boolean(refused)));
+    if (!form.contains(document.activeElement) && document.activeElement !== document.body) return; // a question is open
     scan.focus();
     if (refused && !scan.value) {
       scan.value = refused;
@@ -229,6 +238,7 @@ function addCard() {
   }
 
   if (chosen.procedure && chosen.station) changed();
+  takeScans(addScan);
   return h("section", { class: "card queue-add" }, h("h2", {}, t("queue.add_title")),
     procedure, station, form, plain, others, simulated,
     h("details", {}, h("summary", {}, t("queue.list_title")), listField,

@@ -2,6 +2,7 @@
 
 import { button, h } from "../dom.js";
 import { field, filledIn } from "./field.js";
+import { keepScansOut } from "./scanner.js";
 import { t } from "../texts.js";
 
 let host = null;
@@ -18,7 +19,7 @@ export function dismissDialog() {
 }
 
 // Shows a form; resolves with what `read` gives once `check` allows it, or null where it was put away.
-export function askForm(title, fields, { confirm, read, kind = "primary", check = () => true }) {
+export function askForm(title, fields, { confirm, read, kind = "primary", check = () => true, scans = false }) {
   const before = document.activeElement;
   return new Promise((resolve) => {
     const end = (answer) => {
@@ -45,6 +46,7 @@ export function askForm(title, fields, { confirm, read, kind = "primary", check 
         end(null);
       }
     });
+    if (!scans) keepScansOut(box);
     dismiss();
     dismiss = () => end(null);
     host.replaceChildren(box);
@@ -54,13 +56,13 @@ export function askForm(title, fields, { confirm, read, kind = "primary", check 
 }
 
 // Asks for one text, which may be left empty where it is not required.
-async function askOne(title, label, { value = "", required = true, confirm, kind }) {
+async function askOne(title, label, { value = "", required = true, confirm, kind, scans }) {
   const text = field(label, h("input", { type: "text", id: "dialog-text", value, required, autocomplete: "off" }));
-  return askForm(title, [text.element], { confirm, kind, read: text.value, check: () => !required || filledIn([text]) });
+  return askForm(title, [text.element], { confirm, kind, scans, read: text.value, check: () => !required || filledIn([text]) });
 }
 
 export function askName({ title = t("dialog.name.title"), confirm = t("dialog.name.take") } = {}) {
-  return askOne(title, t("dialog.name.label"), { confirm });
+  return askOne(title, t("dialog.name.label"), { confirm, scans: true }); // as from a badge
 }
 
 export function askReason(title, options) {
