@@ -59,7 +59,7 @@ def manual(job: Job, link: Link) -> Ended:
     source = next((s.action for s in planned.plan.steps if isinstance(s.action, Record)), None)
     if source is None or source.cycle_frequency_hz is None:
         raise DataError(
-            f"{planned.procedure.model.id} records no swing", hint="choose a procedure that does"
+            f"{planned.procedure.model.id} records no cycles", hint="choose a procedure that does"
         )
     partners = partners_for(planned, job.runs, job.partners)
     screen.begin(Plan(()), partners)
@@ -181,11 +181,12 @@ class Hand:
 
     def _watch(self, session: Session, stamp: EventStamp) -> None:
         """Show the rig's readings for a while, unless a command is waiting."""
-        self.watched.look(session.rig)
         if not self.frequency_hz > 0:
+            self.watched.look(session.rig)
             session.rig.clock.sleep(0.05)
             return
         seconds = max(LOOK_S, CYCLES_SEEN / self.frequency_hz)
+        self.watched.look(session.rig, seconds)
         role, channels, units = self.source.role, self.source.channels, self.source.units
         started_utc, set_points = utc_text(self.planned.clock.utc()), dict(self.set_points)
         self.link.sender.send(Watching(set_points, units))

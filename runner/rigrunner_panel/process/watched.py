@@ -36,8 +36,11 @@ class WatchedChannels:
         self._due_s = dict.fromkeys(self._names, 0.0)
         self._rig: Rig | None = None
 
-    def look(self, rig: Rig | None = None) -> None:
-        """Read the devices that are due; without a rig, those of the last rig."""
+    def look(self, rig: Rig | None = None, busy_s: float = 0.0) -> None:
+        """Read the devices that are due; without a rig, those of the last rig.
+
+        `busy_s`: the next look is not before that time.
+        """
         self._rig = rig or self._rig
         if self._rig is None:
             return
@@ -53,4 +56,4 @@ class WatchedChannels:
             took_s = time.monotonic() - began_s
             pause_s = max(EVERY_S, SHARE * took_s)
             self._due_s[role] = began_s + took_s + pause_s
-            self._send(Values(values, time.time(), took_s + pause_s))
+            self._send(Values(values, time.time(), took_s + max(pause_s, busy_s)))

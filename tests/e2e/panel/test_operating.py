@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 from playwright.sync_api import expect
@@ -203,6 +204,15 @@ def test_by_hand(screen, panel):
     frequency.fill("10")
     frequency.press("Enter")
     screen.wait_for_compensation()
+    page.get_by_role("button", name="Channels").click()
+    rows = page.locator(".channels tbody tr")
+    expect(rows).to_have_count(len(panel.get("state")["channels"]))
+    fresh = page.locator(".channels tbody tr:not(.old)")
+    expect(fresh).to_have_count(rows.count())  # between the readings of the recorded ones too
+    boxes = [each.bounding_box() for each in page.locator(".channels canvas").all()]
+    edge = page.locator(".channels").bounding_box()
+    assert all(each["x"] + each["width"] <= edge["x"] + edge["width"] for each in boxes)
+    page.get_by_role("button", name="Channels").click()
     cycles = page.get_by_label("Cycles")
     cycles.fill("2")
     page.get_by_role("button", name="Record a point").click()
@@ -238,7 +248,14 @@ def test_runs_are_found_and_compared(screen):
     expect(page.locator(".runs tbody tr").nth(1)).to_be_visible()
     page.locator(".runs tbody input:not(:checked)").first.check()
     page.get_by_role("button", name="Compare (2 of 2)").click()
-    page.locator(".compare .card").first.wait_for()
+    cards = page.locator(".compare .card")
+    cards.first.wait_for()
+    expect(cards.first.locator("h2")).to_have_text("results")  # what differs in the result first
+    expect(cards.first.locator("li").first).to_contain_text(re.compile(r"0\.7\d"))
+    heavy = [each.locator("li.matters").count() > 0 for each in cards.all()[1:]]
+    assert heavy == sorted(heavy, reverse=True), "then what matters before what does not"
+    assert True in heavy
+    assert False in heavy
 
 
 def test_a_history_row_opens_by_a_click_anywhere(screen, panel):
