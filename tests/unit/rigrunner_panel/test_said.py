@@ -1,4 +1,4 @@
-"""What the server says in English is said in the other language too, by the file of texts alone."""
+"""What the program says in English is said in German too, by one table of sentences."""
 
 from __future__ import annotations
 
@@ -87,12 +87,11 @@ ROOT = Path(rigrunner.__file__).parent
 PANEL = ROOT.parent / "rigrunner_panel"
 STATIC = PANEL / "static"
 ENGLISH = json.loads((STATIC / "texts/en.json").read_text(encoding="utf-8"))
-SAYS = {
-    key: text
-    for key, text in ENGLISH.items()
-    if key.startswith("says.") or (key.startswith("instead.") and key.endswith(".of"))
-}
-"""What the server says, and the advice of the command line that is said in other words."""
+GERMAN = json.loads((STATIC / "texts/said.de.json").read_text(encoding="utf-8"))
+"""By the part of the program: what it says in English, and that in German."""
+ADVICE = [t for key, t in ENGLISH.items() if key.startswith("instead.") and key.endswith(".of")]
+"""What the command line advises, which the panel says in other words."""
+SAYS = [*ADVICE, *itertools.chain.from_iterable(GERMAN.values())]
 STEPS = sorted(f"steps/{each.name}" for each in (ROOT / "steps").glob("*.py"))
 SILENT = {  # modules of the panel that speak to the terminal, or to programs that use the API
     "serve.py", "openapi.py", "operations.py", "requests.py", "answers.py", "app.py", "security.py",
@@ -157,9 +156,9 @@ def shape(pattern: str) -> re.Pattern[str]:
 
 @pytest.mark.parametrize("module", SPEAKERS)
 def test_every_sentence_of_the_server_has_a_key(module):
-    shapes = [shape(each) for each in SAYS.values()]
+    shapes = [shape(each) for each in SAYS]
     unknown = [
-        f"{module}:{line}: {text!r} has no key 'says. ...' in static/texts"
+        f"{module}:{line}: {text!r} has no German in static/texts/said.de.json"
         for line, text in sentences(ROOT / module, without_problems=module in STEPS)
         if text not in PIECES | NAMES and not any(each.fullmatch(text) for each in shapes)
     ]
@@ -183,15 +182,16 @@ def translated(tmp_path_factory):
     folder = tmp_path_factory.mktemp("said")
     for name in ("said", "format"):
         shutil.copy(STATIC / f"js/{name}.js", folder / f"{name}.mjs")
-    for language in ("en", "de"):
-        shutil.copy(STATIC / f"texts/{language}.json", folder)
+    for name in ("en", "de", "said.de"):
+        shutil.copy(STATIC / f"texts/{name}.json", folder)
     program = """
       import fs from 'fs';
       import { shownNumber, useDecimalSign } from './format.mjs';
       import { translator } from './said.mjs';
       const read = (name) => JSON.parse(fs.readFileSync(name));
       useDecimalSign(',');
-      const say = translator(read('en.json'), read('de.json'), shownNumber);
+      const say = translator(
+        read('said.de.json'), read('en.json'), read('de.json'), shownNumber);
       process.stdout.write(JSON.stringify(read(0).map(say)));
     """
 

@@ -38,6 +38,20 @@ def test_both_languages_say_the_same_with_the_same_values():
         assert german[key].strip(), key
 
 
+def test_what_the_server_says_is_one_sentence_with_the_same_values_in_german():
+    rooms = words("said.de")
+    sentences = [each for room in rooms.values() for each in room.items()]
+    assert len(dict(sentences)) == len(sentences)
+    for english, german in sentences:
+        names, told = (
+            sorted(re.findall(r"\{(?!article)(\w+)\}", each))  # German does without articles
+            for each in (english, german)
+        )
+        assert told == names, english
+        assert german.strip(), english
+    assert not [key for key in words("en") if key.startswith("says.")]  # where they stood before
+
+
 @pytest.mark.parametrize("language", ["en", "de"])
 def test_what_puts_a_question_away_is_not_called_as_what_aborts_a_run(language):
     texts = words(language)
@@ -56,8 +70,7 @@ def test_no_word_is_unused_and_none_is_missing():
     unused = {
         key
         for key in known - named
-        if not key.startswith((*prefixes, "says.", "instead."))
-        and key.rpartition(".")[2] not in tails
+        if not key.startswith((*prefixes, "instead.")) and key.rpartition(".")[2] not in tails
     }
     assert unused == set()
 
@@ -310,7 +323,7 @@ AMEND = (
 )
 def test_advice_of_the_command_line_is_said_as_the_screen_has_it(scripts, language, said):
     english, chosen = json.dumps(words("en")), json.dumps(words(language))
-    say = "m.advice(en)" if language == "en" else f"m.translator(en, {chosen})"
+    say = "m.advice(en)" if language == "en" else f"m.translator({{}}, en, {chosen})"
     shown = f"((en) => [{json.dumps(AMEND)}, 'no advice'].map({say}))({english})"
     assert evaluated(scripts, "said", shown) == [said, "no advice"]
 

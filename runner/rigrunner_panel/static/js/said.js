@@ -1,7 +1,6 @@
-// What the server says in English, in another language: the sentences of the language's file whose
-// keys begin with "says.". The English sentence is the key, as the server knows one language alone.
+// What the server says in English, in another language: the table of the language's file has an English sentence
+// and its translation, by the part of the program that says it. The server knows one language alone.
 
-const SAYS = "says.";
 const KINDS = {
   id: "\\S+",
   member: "[\\w-]+\\.[\\w.-]+",
@@ -18,10 +17,9 @@ const PLACE = /\{([a-z]+)(\d*)\}/g;
 const INSTEAD = /^instead\.(.+)\.of$/;
 
 // Returns what translates a text: a sentence that no pattern knows stays as it is. `number` shows a number with its unit.
-export function translator(english, words, number = String) {
-  const patterns = Object.keys(english)
-    .filter((key) => key.startsWith(SAYS) && words[key])
-    .map((key) => pattern(english[key], words[key]))
+export function translator(table, english, words, number = String) {
+  const patterns = Object.values(table)
+    .flatMap((room) => Object.entries(room).map(([sentence, into]) => pattern(sentence, into)))
     .concat(Object.keys(english).filter((key) => INSTEAD.test(key)).map((key) => ({ ...pattern(english[key], words[key.replace(/\.of$/, "")]), literal: Infinity })))
     .sort((one, other) => other.literal - one.literal);
 
@@ -44,7 +42,7 @@ export function translator(english, words, number = String) {
 
 // The same for English, whose sentences stay as they are.
 export function advice(english) {
-  return translator(Object.fromEntries(Object.entries(english).filter(([key]) => !key.startsWith(SAYS))), english);
+  return translator({}, english, english);
 }
 
 function pattern(sentence, into) {

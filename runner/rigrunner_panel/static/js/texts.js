@@ -16,13 +16,12 @@ export async function loadTexts() {
   language = LANGUAGES.includes(wanted) ? wanted : "en";
   words = await fetched(language);
   useDecimalSign(DECIMAL_SIGNS[language]);
-  const english = language === "en" ? words : await fetched("en");
-  say = language === "en" ? advice(english) : translator(english, words, shownNumber);
+  say = language === "en" ? advice(words) : translator(await fetched(`said.${language}`), await fetched("en"), words, shownNumber);
   document.documentElement.lang = language;
 }
 
-async function fetched(code) {
-  return (await fetch(`/texts/${code}.json`)).json();
+async function fetched(name) {
+  return (await fetch(`/texts/${name}.json`)).json();
 }
 
 // What the server said in English, in the language of the screen.
