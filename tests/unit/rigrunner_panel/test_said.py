@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import pytest
@@ -18,6 +19,8 @@ import rigrunner
 from helpers_lacking import lacking
 from rigrunner.api.errors import InvalidFileError
 from rigrunner.api.quantity import parse_quantity
+from rigrunner.api.unit_tables import KINDS
+from rigrunner.api.units import with_article
 from rigrunner.procedure.answers import AnswerError, Expected
 from rigrunner.run.locate import find_procedure, find_station
 from rigrunner.run.planning import planned_run
@@ -34,39 +37,28 @@ if TYPE_CHECKING:
 
 UNKNOWN = "Q"
 """Stands in a sentence for what is known only when it is said."""
-_FOR_FILES = {"complain", "add"}
+_HELP = {"description", "help", "example", "trial", "json_schema_extra"}
+"""Told by the schema and by lists of plugins, in English."""
 _A_SENTENCE = re.compile(r"[a-z]{2}")
 
 
-def sentences(path: Path, *, without_problems: bool = False) -> Iterator[tuple[int, str]]:
-    """Yield line and text; without what a plan finds wrong in files, where that is asked for."""
+def sentences(path: Path) -> Iterator[tuple[int, str]]:
+    """Yield line and text of what a module says to people."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
     left = {each.value for each in ast.walk(tree) if isinstance(each, ast.Expr)}  # docstrings
     for node in ast.walk(tree):
         if isinstance(node, ast.JoinedStr):
             left |= {*ast.walk(node)} - {node}
-        if without_problems and _is_of_a_problem(node):
-            left |= {*ast.walk(node)}
+        match node:
+            case ast.keyword(arg=name) if name in _HELP:
+                left |= {*ast.walk(node)}
+            case ast.Call(func=ast.Name(id="quantity")):  # of a setting, with its help
+                left |= {*ast.walk(node)}
     for node in ast.walk(tree):
         if isinstance(node, (ast.Constant, ast.JoinedStr)) and node not in left:
             for text in _said(node):
                 if " " in text.strip() and _A_SENTENCE.search(text):
                     yield node.lineno, text
-
-
-def _is_of_a_problem(node: ast.AST) -> bool:
-    match node:
-        case ast.Call(func=ast.Attribute(attr=name)):
-            return name in _FOR_FILES
-        case ast.Assign(targets=[ast.Name(id=name)]):
-            return name in ("message", "hint") or name.isupper()
-        case ast.Call(func=ast.Name(id="refused")):  # of a file
-            return True
-        case ast.Call(func=ast.Name(id="Field")):  # told by the schema
-            return True
-        case ast.FunctionDef(name="do" | "where"):  # of a step: what it raises, as the engine does
-            return True
-    return False
 
 
 def _said(node: ast.AST) -> list[str]:
@@ -85,6 +77,7 @@ def _said(node: ast.AST) -> list[str]:
 
 ROOT = Path(rigrunner.__file__).parent
 PANEL = ROOT.parent / "rigrunner_panel"
+PLUGINS = ROOT.parents[1] / "plugins"
 STATIC = PANEL / "static"
 ENGLISH = json.loads((STATIC / "texts/en.json").read_text(encoding="utf-8"))
 GERMAN = json.loads((STATIC / "texts/said.de.json").read_text(encoding="utf-8"))
@@ -92,19 +85,44 @@ GERMAN = json.loads((STATIC / "texts/said.de.json").read_text(encoding="utf-8"))
 ADVICE = [t for key, t in ENGLISH.items() if key.startswith("instead.") and key.endswith(".of")]
 """What the command line advises, which the panel says in other words."""
 SAYS = [*ADVICE, *itertools.chain.from_iterable(GERMAN.values())]
-STEPS = sorted(f"steps/{each.name}" for each in (ROOT / "steps").glob("*.py"))
+CHECKER = [
+    *(
+        str(each.relative_to(ROOT))
+        for room in ("yamlfile", "procedure", "station", "plan", "steps", "signal/expression")
+        for each in sorted((ROOT / room).glob("*.py"))
+    ),
+    *(f"api/{each}.py" for each in (
+        "accuracy", "calibration", "conditions", "filters", "fit_choice", "instruments", "labels",
+        "member", "places", "plugin_refs", "quantity", "rig", "settings", "texts",
+    )),
+    "interlock.py",
+    *(
+        f"../../plugins/{each.relative_to(PLUGINS)}"
+        for room in ("rigrunner_plugins/analyses", "rigrunner_plugins/fits",
+                     "rigrunner_plugins/devices", "rigrunner_bearings/devices")
+        for each in sorted((PLUGINS / room).rglob("settings.py"))
+    ),
+    *(f"../../plugins/rigrunner_plugins/{each}.py" for each in (
+        "analyses/equation/kinds", "analyses/equation/text", "devices/declared",
+        "devices/composite/routes",
+    )),
+    *(f"../../plugins/rigrunner_bearings/torque/{each}.py" for each in (
+        "contradictions", "planning", "requirements_of_plan", "requirers", "settings",
+    )),
+]  # fmt: skip
+"""Modules that say what is wrong with a procedure or a station."""
 SILENT = {  # modules of the panel that speak to the terminal, or to programs that use the API
     "serve.py", "openapi.py", "operations.py", "requests.py", "answers.py", "app.py", "security.py",
     "commands/__init__.py", "commands/panel.py",
 }  # fmt: skip
 SPEAKERS = [
-    *STEPS,
+    *CHECKER,
     *sorted(
         f"../{each.relative_to(ROOT.parent)}"
         for each in PANEL.rglob("*.py")
         if not each.as_posix().endswith(tuple(SILENT))
     ),
-    "procedure/answers.py", "api/quantity.py", "engine/breaks.py", "engine/interlocks.py",
+    "engine/breaks.py", "engine/interlocks.py",
     "engine/watching.py", "run/calibration.py", "run/partners.py",
     "run/rig_lock.py", "queue/intake.py", "queue/store.py",
     *sorted(f"documents/verifying/{each.name}" for each in ROOT.glob("documents/verifying/*.py")),
@@ -115,26 +133,16 @@ SPEAKERS = [
         "trends/charts", "trends/rules",
     )),
 ]  # fmt: skip
-PIECES = {  # of sentences: these are put together and translated as a whole, see below
-    "Scan Q Q, reading Q", "between Q and Q, Q points", "at Q, 1 point",
-    "Measure Q, Q", "mean over Q s", "Record Q of Q, Q (Q s)", "Q cycles at Q Hz", "for a time",
-    "Keep statistics of Q of Q, Q (Q s)",
-    "Q to Q Q", "Q may be set to Q", "with code Q", "without a word",
-    "the process of the run ended Q", "Q or less", "Q or more", "Q to Q", "Q is out of range (Q)",
-    "Q, not Q", " or 'Q'", "write QQ", "Q: aborted while pausedQ", "Q again", "up to Q",
-    "from Q to Q", "Q days before this run", "Q day before this run",
-    "the calibration of Q was due on Q, Q", "Q is calibrated Q", "Q, but Q Q", "enter it; Q",
-    "Q is set to",
-    "; looked at and refused: Q", "there is no Q in QQ",
-    "the rig of station Q", "the instrument of 'Q' at Q", "Q is in useQ", " on station Q",
-    ": QQ, process Q, since Q", "; or start with",
+PIECES = {  # of sentences that are put together otherwise than their patterns look
+    "Scan Q Q, reading Q", "; or start with", "enter it; Q", "Q, and the baseline is the first Q",
     "found energised: Q; made safe, read back now: Q",
-    "was issued", "was recorded", "Q: Q when it Q, Q now", "signed by Q at Q, key Q",
-    "Q, which is trusted", "Q, which is not among the trusted keys",
-    "Q; whether that key is theirs is not known (--trust)", "DOES NOT MATCH: Q difference",
-    "not all could be checked", "OPEN: nothing differs, but Q", "no chart can be made",
-    " (and Q more)", "a certificate must say: ", "Q cannot be certified: Q: Q",
-    "there is 1 value", "there are Q values", "Q, and the baseline is the first Q",
+    "add it here: 'uses: {Q: Q}'", "Q N to Q N",
+    "enter its accuracy: {channel: ", ", measures: ..., accuracy: ...}", "takes Q, not Q",
+    "; a slope over a channel or set-point is a result of the analysis 'curve'",
+    "rate is 'Q', needed: Q rate above 0", "reading Q: the part 'Q' has no reading",
+    "set it before, such as 'set: {Q: 0 N}'", "record an angle, such as Q.angle",
+    "record the angle of rotation, such as Q.angle", ", with the rule 'Q',",
+    "a quantity with broken powers of its unit", "a quantity of no known unit",
 }  # fmt: skip
 NAMES = {  # of things and threads, and what stands in the log alone
     "panel client Q", "the Q of Q", "zero Q", "interlock Q",
@@ -144,33 +152,96 @@ NAMES = {  # of things and threads, and what stands in the log alone
     "to the panel", "take over", "another program",
     "a bug in the panel: the screen may be wrong, the run is not",
     "a bug in the panel: the queue stands still",
+    *("nesting depth", "mapping values", "end of stream"),  # words of PyYAML
+    *("no mapping at Q", "module Q has no attribute Q"),  # for programs
+    "rigrunner.api.instruments.Q is Instrument now; the name goes with 0.3",
+    *("5 deg", "2 mm", "45 mm", "0.002 kg·m²", "0.3 N·m·s/rad"),
+    *("Q per Q, within Q", "reading of Q", "Q, order Q, Q HzQ", ", Q dB ripple"),
+    *("FIR of Q taps at Q Hz", "measured up to Q Hz (Q)"),  # in a budget of uncertainty
+    *("unit Q at Q", "unit Q at Q:Q", "tcp:Q:Q/unit Q", "for Q, a line", "of the channel"),
+    *("wrong frequency", "dropped blocks", "repeated block", "wrong order", "hidden gap"),
+    *("time back", "quantity in the channel's unit"),  # faults of simulated devices
+    "a class of PyMeasure such as pymeasure.instruments.keithley.Keithley2000",  # for an editor
+    *("a property such as voltage or ch_1.voltage", "a name such as shutdown"),
+    *("a port such as /dev/ttyUSB0 or COM3", "@py, @ivi or FILE.yaml@sim"),
+    ("a VISA name such as TCPIP::192.168.0.7::5025::SOCKET, ASRL/dev/ttyUSB0::INSTR or"
+     " GPIB0::12::INSTR"),
+    "a number, with the parameter's unit where it has one",
 }  # fmt: skip
 
 
 def shape(pattern: str) -> re.Pattern[str]:
     """Return what matches a pattern where what fills its places is not known yet."""
-    open_places = re.sub(r"\{(said|list)\d*\}", "\1", pattern)
-    literal = re.escape(re.sub(r"\{\w+\}", "\0", open_places))
-    return re.compile(literal.replace("\0", "Q(?: Q)?").replace("\1", r"(?:Qs?|\w+)"))
+    places = {"quantity": "(?:an? )?Q", "list": r"(?:Qs?|[\w, ]+)", "": r"(?:Q(?: \S+)?|\w+)"}
+    places |= dict.fromkeys(("said", "got", "all", "any"), r"(?:Qs?|\w+)")
+    pieces = re.split(r"\{([a-z]+)\d*\}", pattern)
+    pieces[::2] = map(re.escape, pieces[::2])
+    pieces[1::2] = [places.get(each, places[""]) for each in pieces[1::2]]
+    return re.compile("".join(pieces))
+
+
+SHAPES = [shape(each) for each in SAYS]
+
+
+def parts(text: str) -> list[str]:
+    """Return what is known of a sentence or of a piece of one."""
+    known = [each.strip() for each in re.split(rf"{UNKNOWN}|\{{\w+\}}", text)]
+    return [each for each in known if re.search("[a-z]", each)]
+
+
+def is_piece(text: str) -> bool:
+    """Say whether all that is known of it stands in one sentence that has a German text."""
+    inside = ".*".join(rf"(?<![a-z]){re.escape(each)}(?![a-z])" for each in parts(text))
+    return re.search(inside, "\n".join(SAYS)) is not None
 
 
 @pytest.mark.parametrize("module", SPEAKERS)
-def test_every_sentence_of_the_server_has_a_key(module):
-    shapes = [shape(each) for each in SAYS]
+def test_every_sentence_of_the_server_has_a_german_text(module):
     unknown = [
-        f"{module}:{line}: {text!r} has no German in static/texts/said.de.json"
-        for line, text in sentences(ROOT / module, without_problems=module in STEPS)
-        if text not in PIECES | NAMES and not any(each.fullmatch(text) for each in shapes)
+        f"{module}:{line}: {text!r} has no German text in static/texts/said.de.json"
+        for line, text in sentences(ROOT / module)
+        if text not in PIECES | NAMES
+        and not any(each.fullmatch(text) for each in SHAPES)
+        and not is_piece(text)
     ]
     assert unknown == []
 
 
+def written(path: Path) -> Iterator[str]:
+    """Yield all texts of a module, each in all that it may be."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    inner = {
+        part for node in ast.walk(tree) if isinstance(node, ast.JoinedStr)
+        for part in ast.walk(node) if part is not node
+    }  # fmt: skip
+    for node in ast.walk(tree):
+        if node not in inner and isinstance(node, (ast.Constant, ast.JoinedStr)):
+            yield from _said(node)
+
+
+def test_every_sentence_of_the_table_is_still_said():
+    """Half of the longest run of words of each: many sentences are put together."""
+    folders = ("runner", "plugins", "reports")
+    modules = [each for name in folders for each in (ROOT.parents[1] / name).rglob("*.py")]
+    files = [
+        each for name in (*folders, "procedures", "stations")
+        for each in (ROOT.parents[1] / name).rglob("*.yaml")
+    ]  # fmt: skip
+    texts = [text for each in modules for text in written(each)]
+    said = "\n".join([*texts, *(each.read_text(encoding="utf-8") for each in files)])
+
+    def is_said(sentence: str) -> bool:
+        words = max((each.split() for each in re.split(r"\{\w+\}", sentence)), key=len)
+        half = max(len(words) // 2, 1)
+        runs = (" ".join(words[at : at + half]) for at in range(len(words) - half + 1))
+        return any(run.strip("':;,.() ") in said for run in runs)
+
+    others = GERMAN["words of PyYAML and of the system"]
+    assert [each for each in SAYS if each not in others and not is_said(each)] == []
+
+
 def test_what_is_left_out_is_still_said_somewhere():
-    said = {
-        text
-        for module in SPEAKERS
-        for _, text in sentences(ROOT / module, without_problems=module in STEPS)
-    }
+    said = {text for module in SPEAKERS for _, text in sentences(ROOT / module)}
     assert said >= PIECES | NAMES
 
 
@@ -374,6 +445,62 @@ def translated(tmp_path_factory):
             "liegt nach der Prüfung, die am 2026-01-02 (UTC) begann",
         ),
         ("--received: 'x' is not a date", "'x' is not a date"),
+        (
+            "'10 N·m' is a torque; speed is an angular velocity, in rad/s",
+            "„10 N·m“ passt nicht (Drehmoment); speed: Winkelgeschwindigkeit, in rad/s",
+        ),
+        (
+            "there is a result 'torque' for each load and speed",  # names stay as they are
+            "das Ergebnis „torque“ gibt es je load und speed",
+        ),
+        (
+            (
+                "expected t.load up to 500 N with t.frequency up to 35.5 Hz or t.load up to 1 kN"
+                " with t.frequency up to 5 Hz; it is written at p.yaml:11:23"
+            ),
+            (
+                "erwartet: t.load bis 500 N mit t.frequency bis 35,5 Hz oder t.load bis 1 kN mit"
+                " t.frequency bis 5 Hz; es steht in p.yaml:11:23"
+            ),
+        ),
+        (
+            "got a list of 2, expected a text or a number or true or false",
+            (
+                "eine Liste mit 2 Einträgen steht hier,"
+                " erwartet: ein Text oder eine Zahl oder true oder false"
+            ),
+        ),
+        ("got 'nothing', expected a list", "'nothing' steht hier, erwartet: eine Liste"),
+        ("roles: none", "Rollen: keine"),
+        (
+            "the unattended answer: 'warm' is not a number with a unit",
+            "die Antwort für den unbeaufsichtigten Betrieb: 'warm' ist keine Zahl mit Einheit",
+        ),
+        (
+            "last set-points: psu.voltage 40 V; nothing has confirmed since that it is safe",
+            "letzte Sollwerte: psu.voltage 40 V; seither hat nichts bestätigt, dass er sicher ist",
+        ),
+        (
+            (
+                "the analysis, with the rule 'grubbs', needs at least 12 cycles in each recording,"
+                " got 3 at 1.5 Hz"
+            ),
+            (
+                "die Auswertung mit der Regel „grubbs“ braucht mindestens 12 Zyklen je"
+                " Aufzeichnung, vorhanden: 3 bei 1,5 Hz"
+            ),
+        ),
+        (
+            (
+                "the limit is for the no-load torque from rest, and the result is the load-induced"
+                " torque under way under 1000 N"
+            ),
+            (
+                "der Grenzwert gilt für eine andere Messgröße (Leerlaufmoment aus der Ruhe) als"
+                " das Ergebnis (lastinduziertes Drehmoment in der Bewegung unter 1000 N)"
+            ),
+        ),
+        ("load is an issue", "load is an issue"),  # no kind of quantity
         ("the motor is hot", "the motor is hot"),  # of a device: nobody has translated it
         ("the drive has no power", "the drive has no power"),
         ("", ""),
@@ -518,6 +645,48 @@ def problems_of_a_text():
                 yield from (each.message, each.hint)
 
 
+def quantities():
+    """Every kind of quantity."""
+    yield from (f"'1' is {with_article(name)}, not a force" for name, *_ in KINDS)
+
+
+SPOILED_STATION = {
+    "eccentric: 2 mm": "eccentric: 50 mm",
+    "title: ": "titel: ",
+    "mandrel: M-01": "mandrel: 5",
+    "plugin: swing_tester_sim": "plugin: swing_tester_smi",
+    "{seed: 1}": "{seed: 1.5, sede: 2}",
+    "order: [tester.frequency": "order: [tester.frequncy",
+    "order: [": "drives: {tester.load: {max: 5 Hz}}\n  order: [",
+    "  interlocks:": "  combinations: [{allowed: [{tester.load: 5 N, x.y: 1 Hz}]}]\n  interlocks:",
+    "above: 60 °C": "above: 60 N",
+    "channel: tester.temperature": "channel: tester.temprature",
+    "calibration: simulated": "calibration: real",
+    "full_scale: 10 N·m": "full_scale: 10 N",
+    "gain: 0.3 %": "gain: 0.3 N·m",
+    "corner: 1 kHz": "corner: 1 Nm",
+    "channel: tester.torque": "channel: torque",
+    "drift: 0.02 N·m": "drift: 0.02 N",
+}
+"""The same of a station."""
+
+
+def problems_of_a_station():
+    """What the preflight says of a station that is wrong."""
+    procedure, good = find_procedure("starting_torque_1000n"), find_station("simulated")
+    text = good.read_text(encoding="utf-8")
+    for right, wrong in SPOILED_STATION.items():
+        assert right in text
+        with TemporaryDirectory() as folder:
+            station = Path(folder) / "station.yaml"
+            station.write_text(text.replace(right, wrong, 1), encoding="utf-8")
+            try:
+                planned_run(procedure, station)
+            except InvalidFileError as error:
+                for each in error.problems:
+                    yield from (each.message, each.hint)
+
+
 def names_in_procedures():
     """What shipped procedures ask for, and what they measure."""
     for path in sorted(Path(find_procedure("gauge_rr")).parent.glob("*.yaml")):
@@ -536,6 +705,8 @@ def names_in_procedures():
         checks,
         names_in_procedures,
         problems_of_a_text,
+        problems_of_a_station,
+        quantities,
         names_of_devices,
     ],
 )
