@@ -500,6 +500,18 @@ def translated(tmp_path_factory):
                 " das Ergebnis (lastinduziertes Drehmoment in der Bewegung unter 1000 N)"
             ),
         ),
+        (
+            (
+                "/lab/ab.yaml:34:17: rig.full_scale: got '10 N', a force, expected a torque\n"
+                "/lab/s.yaml:9:1: load: '5 N' is a force, not a time (units of time: s, min)"
+            ),
+            (
+                "/lab/ab.yaml:34:17: rig.full_scale: „10 N“ passt nicht (Kraft), erwartet:"
+                " Drehmoment\n"
+                "/lab/s.yaml:9:1: load: '5 N' passt nicht: Kraft statt Zeit (Einheiten für Zeit:"
+                " s, min)"
+            ),
+        ),
         ("load is an issue", "load is an issue"),  # no kind of quantity
         ("the motor is hot", "the motor is hot"),  # of a device: nobody has translated it
         ("the drive has no power", "the drive has no power"),

@@ -16,8 +16,9 @@ const KINDS = {
 const LONGEST = 1000; // characters of a sentence
 const A_SENTENCE = 3; // the fewest known characters: '{name}: {said}' is of one part
 const NO_LIST = new Set(["none", "nothing"]);
-const OTHERS = "(?:(?!; ).)+?";
+const OTHERS = "(?:(?!; )[^\\n])+?";
 const LABEL = /^[^{}]+ [^{}]+: \{said\}$/; // what is said behind such a label is a sentence of its own
+const PROBLEM = /^(\S+:\d+:\d+: (?:[\w.[\]-]+: )?)(.+)$/;
 const PLACE = /\{([a-z]+)(\d*)\}/g;
 
 // Advice of the command line ("instead.X.of") is said as it is followed on the screen ("instead.X"), in every language.
@@ -57,8 +58,20 @@ export function translator({ quantities = {}, ...rooms }, english, words, number
     return text.split(` ${word} `).map((part) => way(part)).join(` ${whole(word) ?? word} `);
   }
 
+  // A problem of a file in one line: '{place}: {field}: {message} ({hint})'.
+  function problem(text) {
+    for (let at = text.indexOf(" ("); at > 0 && text.endsWith(")"); at = text.indexOf(" (", at + 1)) {
+      const told = whole(text.slice(0, at));
+      if (told !== null) return `${told} (${say(text.slice(at + 2, -1))})`;
+    }
+    return say(text);
+  }
+
   // Sentences stand behind each other with "; " between them, which may be within a sentence too.
   function say(text) {
+    if (text.includes("\n")) return text.split("\n").map(say).join("\n");
+    const placed = PROBLEM.exec(text);
+    if (placed) return placed[1] + problem(placed[2]);
     const parts = text.split("; ");
     const rest = (count) => (count < parts.length ? `; ${say(parts.slice(count).join("; "))}` : "");
     for (const count of [parts.length, 4, 3, 2, 1]) {
