@@ -1,4 +1,8 @@
-"""Many stored runs: curves laid over each other, and control charts of the archive."""
+"""Many stored runs: curves laid over each other, and control charts of the archive.
+
+What needs the archive is imported by the first request for it: SQLAlchemy takes a fifth of the
+time in which a panel starts.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,6 @@ from typing import TYPE_CHECKING
 
 from rigrunner.clock import utc_text
 from rigrunner.runfile import read
-from rigrunner_panel import trends
 from rigrunner_panel.errors import PanelError
 from rigrunner_panel.overlaying import channel_figure, recorded, result_figures
 from rigrunner_panel.web.answers import (
@@ -20,7 +23,8 @@ from rigrunner_panel.web.answers import (
 )
 
 if TYPE_CHECKING:
-    from rigrunner.api.studies import Trend, TrendSeries
+    from rigrunner.api.figures import Figure
+    from rigrunner.api.studies import TrendSeries
     from rigrunner_panel.web.asked import Asked
     from rigrunner_panel.web.panel import Panel
 
@@ -46,6 +50,8 @@ def overlay(panel: Panel, asked: Asked) -> OverlayAnswer:
 
 def update(panel: Panel, _: Asked) -> ArchiveUpdated:
     """Bring the archive up to date with the runs: a file beside them, made of them alone."""
+    from rigrunner_panel import trends  # noqa: PLC0415  (see above)
+
     with panel.archiving:
         found = trends.update(panel.settings.runs)
     if found is None:
@@ -57,11 +63,15 @@ def update(panel: Panel, _: Asked) -> ArchiveUpdated:
 
 def quantities(panel: Panel, _: Asked) -> Quantities:
     """Return what there is to chart."""
+    from rigrunner_panel import trends  # noqa: PLC0415  (see above)
+
     return Quantities(items=trends.quantities(panel.settings.runs))
 
 
 def trend(panel: Panel, asked: Asked) -> TrendAnswer:
     """Return control charts of a quantity, one for each group of runs."""
+    from rigrunner_panel import trends  # noqa: PLC0415  (see above)
+
     query = asked.query
     by = tuple(each for each in query.get("by", "").split(",") if each)
     chart, rules = query.get("chart") or "i-mr", query.get("rules") or "nelson"
@@ -75,14 +85,14 @@ def trend(panel: Panel, asked: Asked) -> TrendAnswer:
         quantity=found.quantity,
         unit=found.unit,
         rules=dict(found.rules),
-        charts=[_chart(found, each) for each in found.series],
+        charts=[_chart(each, trends.figure(found, each)) for each in found.series],
         not_charted=dict(found.not_charted),
         excluded=[RunAndReason(run=each.run_id, reason=each.reason) for each in found.excluded],
         warnings=list(found.warnings),
     )
 
 
-def _chart(found: Trend, series: TrendSeries) -> ChartOfGroup:
+def _chart(series: TrendSeries, figure: Figure) -> ChartOfGroup:
     alarms = [
         AlarmAt(
             run=each.observed.run_id,
@@ -100,5 +110,5 @@ def _chart(found: Trend, series: TrendSeries) -> ChartOfGroup:
         runs=[each.observed.run_id for each in series.points],
         alarms=alarms,
         warnings=list(series.warnings),
-        figure=trends.figure(found, series),
+        figure=figure,
     )

@@ -154,3 +154,4 @@ def test_what_records_and_analyses_begins_without_the_packages_of_scipy(module):
     assert "scipy" in modules
     packages = {"special", "ndimage", "signal", "stats", "optimize", "interpolate", "integrate"}
     assert not {f"scipy.{name}" for name in packages} & modules
+    assert "sqlalchemy" not in modules, "the archive is asked for by few"
