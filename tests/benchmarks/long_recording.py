@@ -187,7 +187,7 @@ def figures(sizes: tuple[int, ...]) -> list[Figure]:
         for samples, folder in folders.items():
             long_run(folder, samples // CHANNELS)
         for some in [*pairwise(sizes)] or [sizes]:
-            for _ in range(turns(max(some))):
+            for _ in range(turns(max(some)) if some[1:] else 1):  # one alone takes no turns
                 for samples in some:
                     taken[samples].append(analysed(folders[samples]))
     return [each for some in taken.items() for each in of_size(*some)] + of_further(taken)

@@ -60,7 +60,8 @@ MEGA = 1e6
 
 def measure(scale: Scale) -> list[Figure]:
     times = scale.of(15, 1)
-    fresh("-c", COLD)  # compiles
+    if not scale.short:
+        fresh("-c", COLD)  # compiles
     cold = paired(partial(fresh, "-c", COLD), partial(fresh, "-c", FLOOR), times)
     given = report_input()
     page = html(given)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import re
+import shutil
 from math import sqrt
 
 import pytest
@@ -127,16 +128,25 @@ def test_check_refuses_what_would_give_no_verdict_with_its_line(tmp_path, change
     assert re.search(r"(supply|station)\.yaml:\d+:\d+: error", called.err)
 
 
-def test_it_is_certified_and_verified(passed, tmp_path):
-    letterhead = make_letterhead(tmp_path / "letterhead")
+@pytest.fixture(scope="module")
+def certified(passed, tmp_path_factory):
+    """Certify the run: the letterhead and the folder of the certificate, to be read."""
+    folder = tmp_path_factory.mktemp("certified")
+    letterhead, out = make_letterhead(folder / "letterhead"), folder / "out"
     issued = call(
         "certify", passed[1], "--letterhead", letterhead, "--authorised-by", "A. Nother",
         "--customer", "C", "--customer-contact", "D", "--item", "Power supply", "--item-id", "1",
         "--item-condition", "new", "--received", "2020-01-01", "--operator", "O",
-        "--not-for-certification", "--out", tmp_path / "out",
+        "--not-for-certification", "--out", out,
     )  # fmt: skip
     assert issued.code == 0, issued.err
-    (content,) = (tmp_path / "out").glob("*.json")
+    return letterhead, out
+
+
+@pytest.mark.thorough
+def test_it_is_certified_and_verified(passed, certified):
+    letterhead, out = certified
+    (content,) = out.glob("*.json")
     certificate = json.loads(content.read_text(encoding="utf-8"))
     names = [each["name"] for each in certificate["named"]]
     assert names == ["voltage"] * 4 + ["regulation"]
@@ -146,19 +156,14 @@ def test_it_is_certified_and_verified(passed, tmp_path):
     assert units["voltage at bench.current = 0 A"] == "V"
     verified = call("verify", content, "--letterhead", letterhead, "--runs", passed[1].parent)
     assert verified.code == 0, verified.out + verified.err
-    page = next((tmp_path / "out").glob("*.html")).read_text(encoding="utf-8")
+    page = next(out.glob("*.html")).read_text(encoding="utf-8")
     assert "load regulation" in page
 
 
 @pytest.mark.thorough
-def test_a_certificate_whose_number_was_changed_does_not_verify(passed, tmp_path):
-    letterhead = make_letterhead(tmp_path / "letterhead")
-    call(
-        "certify", passed[1], "--letterhead", letterhead, "--authorised-by", "A. Nother",
-        "--customer", "C", "--customer-contact", "D", "--item", "Power supply", "--item-id", "1",
-        "--item-condition", "new", "--received", "2020-01-01", "--operator", "O",
-        "--not-for-certification", "--out", tmp_path / "out",
-    )  # fmt: skip
+def test_a_certificate_whose_number_was_changed_does_not_verify(passed, certified, tmp_path):
+    letterhead, out = certified
+    shutil.copytree(out, tmp_path / "out")
     (content,) = (tmp_path / "out").glob("*.json")
     text = content.read_text(encoding="utf-8")
     assert '"printed": "44.0"' in text

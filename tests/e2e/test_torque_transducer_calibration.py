@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from helpers_cli import call
+from helpers_workflow import quick_procedure
 from rigrunner.run.locate import find_procedure
 from rigrunner_plugins.loopback.lever import (
     CUBIC,
@@ -115,9 +116,9 @@ def test_the_starting_torque_uses_the_entry(calibrated, tmp_path):
     torques = {}
     for station in (STATION, tmp_path / "own.yaml"):
         runs = tmp_path / station.stem
-        for procedure in ("no_load_inertia_sweep", "starting_torque_1000n"):
+        for name in ("no_load_inertia_sweep", "starting_torque_1000n"):
             told = ("--station", station, "--unattended", "--runs", runs)
-            called = call("run", procedure, *told)
+            called = call("run", quick_procedure(tmp_path, name), *told)
             assert called.code in {0, 10}, called.err
         run = max(runs.glob("*STT*"))
         document = json.loads((run / "result.json").read_text(encoding="utf-8"))
