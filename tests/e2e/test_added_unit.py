@@ -49,6 +49,7 @@ def run(lab):
     return found
 
 
+@pytest.mark.thorough
 def test_a_run_is_shown_in_a_unit_whose_plugin_is_gone(lab, run):
     shown = shell(lab, f"rigrunner show {run.name} --runs runs").stdout
     assert "voltage at bench.current = 0 A  pass: 1.00258" in shown  # 12.031 V / 12

@@ -389,6 +389,7 @@ def test_a_run_at_the_panel_has_a_guardian_too(tmp_path, monkeypatch):
         screen.close()
 
 
+@pytest.mark.thorough
 def test_of_two_rigs_at_the_panel_the_killed_one_is_made_safe_and_the_other_runs_on(
     tmp_path, monkeypatch
 ):

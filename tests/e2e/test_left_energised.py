@@ -261,6 +261,7 @@ def test_the_panel_raises_an_alarm_when_the_process_of_a_run_dies(lab):
         screen.close()
 
 
+@pytest.mark.thorough
 def test_a_person_says_at_the_panel_that_a_rig_is_safe_which_cannot_be_reached(left):
     lab, _ = left
     standing = lab.state.read_text()

@@ -213,6 +213,7 @@ def test_stop_makes_the_rig_safe_within_its_time_whoever_asks(screen, server, la
     bob.close()
 
 
+@pytest.mark.thorough
 def test_a_run_goes_on_while_nobody_and_while_somebody_deaf_is_connected(screen, server):
     start(screen)
     screen.answer()
@@ -280,6 +281,7 @@ def test_by_hand_a_point_is_set_watched_recorded_and_kept_apart_from_procedures(
     assert set(ended.read_back.values()) == {0.0}
 
 
+@pytest.mark.thorough
 def test_what_the_preflight_refuses_starts_only_by_name_and_reason(server, lab):
     text = (lab / "station.yaml").read_text(encoding="utf-8")
     overdue = "certificate: C-1\n    laboratory: L\n    calibrated: 2020-01-01\n    due: 2021-01-01"

@@ -219,6 +219,7 @@ def begin(new_screen, panel, station, title, procedure):
     return screen
 
 
+@pytest.mark.thorough
 def test_stop_of_a_rig_is_one_click_on_the_overview_and_stops_no_other(new_screen, two_rigs):
     with running_panel(two_rigs) as panel:
         first = begin(new_screen, panel, BENCH, STATION, LOADED)

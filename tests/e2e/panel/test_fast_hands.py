@@ -40,8 +40,10 @@ class Held:
     ("place", "label", "listed"),
     [
         ("#/", "Search procedures", ".card:first-child .item"),
-        ("#/procedures", "Search procedures", ".runs tbody tr"),
-        ("#/history", "Search specimen", ".runs tbody tr"),
+        pytest.param(
+            "#/procedures", "Search procedures", ".runs tbody tr", marks=pytest.mark.thorough
+        ),
+        pytest.param("#/history", "Search specimen", ".runs tbody tr", marks=pytest.mark.thorough),
     ],
 )
 def test_an_answer_that_comes_late_does_not_replace_a_newer_one(screen, place, label, listed):
@@ -73,6 +75,7 @@ def test_what_has_the_focus_keeps_it_when_the_list_comes_anew(screen):
     expect(chosen).to_be_focused()
 
 
+@pytest.mark.thorough
 def test_a_double_click_on_start_starts_one_run(screen, panel):
     screen.open()
     screen.choose()
@@ -100,6 +103,7 @@ def test_fields_of_the_newest_choice_stay_when_an_earlier_answer_comes(screen):
     expect(lot).to_be_focused()
 
 
+@pytest.mark.thorough
 def test_neither_a_double_click_nor_a_scan_answers_a_question(new_screen, lab):
     text = (lab / "procedures/quick_torque.yaml").read_text(encoding="utf-8")
     text = text.replace(LOADED, TWO_QUESTIONS).replace("id: QUICK-ST", "id: QUICK-TWO")

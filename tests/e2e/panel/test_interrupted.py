@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 
+import pytest
 from playwright.sync_api import expect
 
 from e2e.helpers_panel import started_by
@@ -58,6 +59,7 @@ def test_a_killed_run_is_resumed_from_the_panel_and_ends_sealed(screen, panel):
     assert sum(each["run"] == run for each in panel.get("runs")["items"]) == 1
 
 
+@pytest.mark.thorough
 def test_a_killed_run_is_closed_as_it_is_with_a_reason(screen, panel):
     page = screen.page
     screen.begin(ENDLESS)

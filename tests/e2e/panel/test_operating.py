@@ -258,6 +258,7 @@ def test_runs_are_found_and_compared(screen):
     assert False in heavy
 
 
+@pytest.mark.thorough
 def test_a_history_row_opens_by_a_click_anywhere(screen, panel):
     page = screen.page
     run = panel.get("runs")["items"][0]["run"]

@@ -114,6 +114,7 @@ def test_two_who_edit_one_procedure_are_told_and_nothing_is_lost(new_screen, pan
     expect(first.locator(".editor-notes .warn")).to_have_count(0)
 
 
+@pytest.mark.thorough
 def test_a_shipped_procedure_is_changed_in_a_copy(new_screen, panel):
     screen = new_screen(panel)
     screen.open("#/procedures/gauge_rr")

@@ -9,7 +9,6 @@ from playwright.sync_api import expect
 
 from e2e.panel.helpers_screen import LOADED, NAME, STATION, press_keys, running_panel
 from helpers_cli import call
-from helpers_thorough import first
 
 SIZES = {"desk": (1280, 720), "tablet": (820, 1180)}
 SLOW = {"offline": False, "latency": 300, "downloadThroughput": -1, "uploadThroughput": -1}
@@ -83,6 +82,7 @@ def test_a_scan_while_a_reason_is_asked_for_goes_to_the_queue(open_queue, lab):
         assert [each["specimen"] for each in panel.get("queue")["entries"]] == ["SN-1", "SN-2"]
 
 
+@pytest.mark.thorough
 def test_a_german_list_with_decimal_commas_is_added_as_it_is_pasted(new_screen, lab):
     text = (lab / "procedures/quick_torque.yaml").read_text(encoding="utf-8")
     title = "Quick torque at a room temperature"
@@ -163,8 +163,9 @@ def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(open_queue, lab):
         assert (again["inputs"]["specimen"], again["reason"]) == ("SN-3", "the panel was killed")
 
 
-@pytest.mark.parametrize("locale", first(1, ["en-GB", "de-DE"]))
-@pytest.mark.parametrize("size", first(1, [*SIZES]))
+@pytest.mark.thorough
+@pytest.mark.parametrize("locale", ["en-GB", "de-DE"])
+@pytest.mark.parametrize("size", [*SIZES])
 def test_the_page_of_the_queue_is_looked_at(  # noqa: PLR0917  (fixtures)
     new_screen, lab, pictures, monkeypatch, size, locale
 ):

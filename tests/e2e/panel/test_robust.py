@@ -183,6 +183,7 @@ def test_a_rig_that_is_not_safe_is_told_in_red_and_apart(new_screen, lab):
         expect(why).not_to_contain_text("safe")
 
 
+@pytest.mark.thorough
 def test_a_browser_that_speaks_german_is_answered_in_german(new_screen):
     screen = new_screen(locale="de-DE")
     screen.open()

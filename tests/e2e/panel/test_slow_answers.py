@@ -39,6 +39,7 @@ def test_every_page_says_that_it_reads(slow, panel):
         waits(slow)
 
 
+@pytest.mark.thorough
 def test_a_list_says_that_it_is_added(slow, panel):
     slow.evaluate("location.hash = '#/queue'")
     slow.locator("#queue-procedure").select_option(label=LOADED)

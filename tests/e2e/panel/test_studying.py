@@ -76,6 +76,7 @@ def test_a_control_chart_is_drawn_with_its_limits_and_the_runs_beyond_them(
         expect(chart.locator("canvas")).to_be_visible()
 
 
+@pytest.mark.thorough
 def test_results_and_curves_of_two_runs_are_drawn_over_each_other(new_screen, panel, pictures):
     runs = sorted(each.name for each in panel.runs.iterdir() if "QUICK" in each.name)[:2]
     screen = new_screen()
