@@ -8,9 +8,23 @@ import pytest
 
 from rigrunner.api.errors import ExitCode
 from rigrunner.api.events import Outcome
-from rigrunner.api.verdict import Verdict
+from rigrunner.api.results import Result
+from rigrunner.api.verdict import Decision, LimitDecision, Limits, Verdict
 from rigrunner.run.finish import FinishedRun, verdict_code
-from unit.rigrunner_reports.helpers_report import deciding, loaded_result
+from unit.analysis.helpers_runs import run_of
+
+
+def decided(verdict):
+    """Return a completed run with a decision on one limit."""
+    part = LimitDecision(
+        of="wear",
+        verdict=verdict,
+        reason="",
+        limits=Limits.between(None, 1.0, "mm"),
+        source="a test",
+    )
+    decision = Decision(rule="simple", parts=(part,))
+    return Result(run=run_of(), measurand="wear", symbol="w", decision=decision)
 
 
 @pytest.mark.parametrize(
@@ -23,16 +37,13 @@ from unit.rigrunner_reports.helpers_report import deciding, loaded_result
     ],
 )
 def test_a_completed_run_ends_as_its_verdict(verdict, code):
-    result = loaded_result()
-    assert (
-        verdict_code(replace(result, decision=deciding(result.decision, verdict=verdict))) is code
-    )
+    assert verdict_code(decided(verdict)) is code
 
 
 @pytest.mark.parametrize("outcome", ["aborted", "error", ""])
 @pytest.mark.parametrize("is_decided", [True, False])
 def test_a_run_that_was_not_completed_is_never_a_success(outcome, is_decided):
-    result = loaded_result()
+    result = decided(Verdict.PASS)
     result = replace(result, run=replace(result.run, outcome=outcome))
     if not is_decided:
         result = replace(result, decision=None)
@@ -51,13 +62,12 @@ def test_a_run_that_was_not_completed_is_never_a_success(outcome, is_decided):
 def test_a_failed_step_makes_a_pass_undecided_and_leaves_a_fail(
     tmp_path, verdict, failed_steps, code
 ):
-    result = loaded_result()
     finished = FinishedRun(
         folder=tmp_path,
         outcome=Outcome.COMPLETED,
         reason="",
         error=None,
-        result=replace(result, decision=deciding(result.decision, verdict=verdict)),
+        result=decided(verdict),
         passed_over=failed_steps,
     )
     assert finished.exit_code is code
