@@ -43,7 +43,6 @@ LEFT_OUT = {
         "unit/rigrunner_fleet/reanalysis/test_command.py",
         "unit/rigrunner_panel/test_api.py",
         "unit/rigrunner_panel/test_interim.py",
-        "unit/rigrunner_panel/test_latest.py",
         "unit/rigrunner_panel/test_manual.py",
         "unit/rigrunner_panel/test_preflight.py",
         "unit/rigrunner_panel/test_procedures.py",

@@ -36,7 +36,7 @@ def test_channels_are_live_while_nothing_is_recorded_and_old_afterwards(
     page.locator(".step.running", has_text="at 20 Hz").wait_for()
     if locale == "de-DE":
         page.get_by_label("Language").select_option("de")
-        page.wait_for_selector(".page.run")
+        page.locator(".page.run .step.running").wait_for()
     page.keyboard.press("F8")
     panel.wait_for("paused")
     page.get_by_role("button", name="Channels" if locale == "en-GB" else "Kanäle").click()
@@ -69,7 +69,7 @@ def test_channels_are_live_while_nothing_is_recorded_and_old_afterwards(
     ]
     assert abs(safe["value"] - made_safe["read_back"]["tester.load"]) < 1e-6
     assert safe["utc"] == made_safe["utc"]
-    load = page.locator(".readout.old").nth(1)
+    load = page.locator(".readout.old").first
     expect(load).to_contain_text(made_safe["utc"][17:19])  # since when it is so
 
 
@@ -95,7 +95,7 @@ def test_the_operator_chooses_plots_which_are_kept_for_the_procedure(new_screen,
         page.get_by_label("Channel", exact=True).select_option("tester.torque")
         page.get_by_label("over", exact=True).select_option(label=over)
         page.get_by_role("button", name="Add plot").click()
-    page.get_by_role("checkbox", name="Torque over frequency").uncheck()
+    page.get_by_role("checkbox", name="Figures of results").uncheck()
     plots = page.locator(".chosen-plots figure")
     expect(plots).to_have_count(2)
     expect(plots.nth(1)).to_contain_text("tester.torque over tester.angle")

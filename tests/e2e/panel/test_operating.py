@@ -197,7 +197,7 @@ def test_by_hand(screen, panel):
     )
     load.fill("1000")
     load.press("Enter")
-    expect(page.locator(".readout-small").nth(1)).to_contain_text("set 1000 N")
+    expect(page.locator(".readout", has_text="Radial load")).to_contain_text("set 1000 N")
     frequency.fill("50")
     frequency.press("Enter")
     expect(page.locator(".field.bad .field-note")).to_contain_text("out of range (0 to 35 Hz)")
