@@ -171,7 +171,7 @@ def _refuse_character(text: str, position: int) -> NoReturn:
     raise ExpressionError(
         f"column {position + 1}: the character{shown} ({name}) is not allowed",
         column=position + 1,
-        hint="allowed are letters a to z and A to Z, digits, _ + - * / ( )",
+        hint="allowed are letters a to z and A to Z, digits, _ . , + - * / ( )",
     )
 
 
