@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 
 import pytest
 from playwright.sync_api import expect
@@ -251,11 +250,10 @@ def test_runs_are_found_and_compared(screen):
     cards = page.locator(".compare .card")
     cards.first.wait_for()
     expect(cards.first.locator("h2")).to_have_text("results")  # what differs in the result first
-    expect(cards.first.locator("li").first).to_contain_text(re.compile(r"0\.7\d"))
+    expect(cards.first.locator("li").first).to_contain_text("verdict was changed from")
     heavy = [each.locator("li.matters").count() > 0 for each in cards.all()[1:]]
     assert heavy == sorted(heavy, reverse=True), "then what matters before what does not"
     assert True in heavy
-    assert False in heavy
 
 
 @pytest.mark.thorough

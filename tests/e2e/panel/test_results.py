@@ -49,7 +49,7 @@ def test_results_stand_in_a_table_with_limits_and_no_empty_swing(new_screen, sup
     expect(voltages.locator("caption")).to_have_text("output voltage, U, in V")
     expect(voltages.locator("tbody tr").first).to_contain_text("11.98 … 12.1")
     expect(page.locator(".result-plots .plot")).to_have_count(1)
-    expect(page.locator(".readouts")).to_contain_text("bench.voltage")
+    expect(page.locator(".readouts")).to_contain_text("Voltage")
     yes.click()
     screen.wait_for_result()
     rows = page.locator(".result-body .results").first.locator("tbody tr")
