@@ -407,8 +407,8 @@ OTHERS = {
             ["the suffix is 'csv'"],
         ),
         "a crash": (
-            [("point.torque", "point.torqeu")],
-            ["AttributeError", "'torqeu'", "correct", "spring.py:"],
+            [("each.estimate", "each.estimaet")],
+            ["AttributeError", "'estimaet'", "correct", "spring.py:"],
         ),
         "a date of today": (
             [
