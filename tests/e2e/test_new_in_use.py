@@ -76,7 +76,7 @@ def test_the_new_compensation_stands_beside_the_others(lab):
     assert all(0.2 < torque < 2.5 for torque in torques)
 
 
-def test_the_new_report_has_a_row_for_each_point_of_each_method(lab):
+def test_the_new_report_has_a_row_for_each_result(lab):
     folder, (_, loaded) = lab
     words = ["--station", folder / "station.yaml", "--runs", folder / "runs"]
     called = call("report", loaded.name, *words, "--format", NAMES["report"])
@@ -84,11 +84,12 @@ def test_the_new_report_has_a_row_for_each_point_of_each_method(lab):
     written = loaded / "report.csv"
     assert called.out.strip() == str(written)
     head, *rows = csv.reader(io.StringIO(written.read_text(encoding="utf-8")))
-    assert head[0] == "method"
-    assert len(rows) == 4 * len(HERTZ)
-    of_own = {float(row[1]): float(row[3]) for row in rows if row[0] == NAMES["compensation"]}
-    own = analysed(loaded)["compensations"][NAMES["compensation"]]["points"]
-    assert sorted(of_own.values()) == pytest.approx(sorted(p["torque"]["value"] for p in own))
+    assert head == ["result", "place", "value", "standard uncertainty", "unit"]
+    assert [row[0] for row in rows] == ["torque"] * len(HERTZ)
+    found = analysed(loaded)
+    primary = found["compensations"][found["analysis"]["primary"]]["points"]
+    values = [float(row[2]) for row in rows]
+    assert sorted(values) == pytest.approx(sorted(p["torque"]["value"] for p in primary))
 
 
 def test_the_new_importer_makes_the_same_run_of_text_files(lab):
