@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from playwright.sync_api import expect
 
-from e2e.panel.helpers_screen import ASKS, NAME
+from e2e.panel.helpers_screen import ASKS, NAME, press_keys
 
 RANGE = "is out of range (15 °C to 30 °C)"
 
@@ -95,8 +95,7 @@ def test_a_number_and_an_interlock_by_keyboard_alone(asking, panel):
     page.locator(".banner", has_text="Paused").wait_for()
     asking.focus_on("Continue anyway")
     press("Enter")
-    write("the load is meant")
-    press("Enter")
+    press_keys(page, "the load is meant", 0.2)
     asking.wait_for_result()
     (override,) = on_record(panel, "override by")
     assert override.startswith(f"override by {NAME}")
