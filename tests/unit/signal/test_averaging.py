@@ -109,7 +109,7 @@ def plain_mean_turn(values, starts, parts):
 
 @given(
     first=st.floats(0, 50),
-    periods=st.lists(st.floats(64, 300), min_size=1, max_size=40),
+    periods=st.lists(st.floats(65, 300), min_size=1, max_size=40),
     parts=st.integers(1, 64),
 )
 def test_a_mean_turn_is_that_of_its_parts_one_by_one(first, periods, parts):
@@ -136,3 +136,5 @@ def test_a_mean_turn_of_a_harmonic_is_smaller_by_what_is_said():
 def test_a_part_without_a_sample_is_refused():
     with pytest.raises(ValueError, match="needs cycles of 64 samples"):
         mean_turn(np.ones(200), np.array([0.0, 63.5, 130.0]), 64)
+    with pytest.raises(ValueError, match="needs cycles of 64 samples"):
+        mean_turn(np.ones(200), np.array([0.5, 64.5, 128.5]), 64)  # 1.5 and 2.5 round to 2
