@@ -8,23 +8,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api import Check
 from rigrunner.api.analysis import Bias
 from rigrunner.api.checks import ABOVE_ZERO, Limit, skipped
 from rigrunner.signal.blocks import blocks, limits
 from rigrunner.signal.held import longest_at, longest_held
 from rigrunner_bearings.api.points import MotionSource, StartPoint, SwingPoint
 from rigrunner_bearings.api.rig import rig_of
+from rigrunner_bearings.signal.pulses import repetition_frequency
 from rigrunner_bearings.signal.swings import kept_cycles
 from rigrunner_bearings.torque.channels import torque_channel
-from rigrunner_bearings.torque.motion_checks import SEEN, motion_check, seen_frequency_hz
 from rigrunner_bearings.torque.sampling import ENOUGH, samples_per_cycle
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from rigrunner.api import Array, Check, Recording, RunData
+    from rigrunner.api import Array, Recording, RunData
     from rigrunner.api.data import Samples
     from rigrunner_bearings.api.points import PeakPoint
+
 
 EQUAL_AT_RAIL = 3
 SHORT = 2.0
@@ -285,3 +287,43 @@ def _samples(point: SwingPoint) -> tuple[float, str]:
 def _not_zeroed(run: RunData) -> Iterable[tuple[float, str]]:
     channels = sorted({torque_channel(each, run.instruments) for each in run.recordings})
     return ((float(channel not in run.zeros), channel) for channel in channels)
+
+
+SEEN = {
+    MotionSource.ANGLE: "angle says",
+    MotionSource.TACHO: "tacho says",
+    MotionSource.INDEX: "index pulses say",
+    MotionSource.ENTERED: "torque repeats at",
+}
+FALLBACKS = {
+    MotionSource.TACHO: "frequency and phase are from the tacho, with a larger uncertainty",
+    MotionSource.INDEX: "frequency and phase are from one index pulse per cycle, with a larger "
+    "uncertainty",
+    MotionSource.ENTERED: "cycles were cut by the entered frequency, and only peak methods apply",
+}
+SINGLE = "single values at entered frequencies, whose scatter is unknown; only peak methods apply"
+
+
+def motion_check(points: Iterable[PeakPoint], prefix: str = "") -> Check:
+    """Return whether an angle channel showed the motion, or what stood for it."""
+    found = dict.fromkeys(_stand_in(point) for point in points)
+    stand_ins = "; ".join(text for text in found if text)
+    return Check(
+        f"{prefix}angle channel",
+        ok=not stand_ins,
+        text=f"no angle channel: {stand_ins}" if stand_ins else "frequency and phase are its own",
+        advice="record the angle of the swing" if stand_ins else "",
+    )
+
+
+def seen_frequency_hz(point: PeakPoint, run: RunData) -> float:
+    """Return the measured frequency; where only one was entered, that of the torque itself."""
+    if point.motion is not MotionSource.ENTERED:
+        return point.frequency_hz.value
+    recording = next(each for each in run.recordings if each.name == point.recording)
+    torque = recording.channels[torque_channel(recording, run.instruments)]
+    return repetition_frequency(torque, recording.rate_hz, point.set_frequency_hz)
+
+
+def _stand_in(point: PeakPoint) -> str:
+    return SINGLE if point.cycles == 1 else FALLBACKS.get(point.motion, "")

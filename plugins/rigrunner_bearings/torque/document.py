@@ -10,21 +10,22 @@ from rigrunner.signal.as_json.budget import TORQUE, budget
 from rigrunner.signal.as_json.checks import checks_of
 from rigrunner.signal.as_json.curves import curve_of
 from rigrunner.signal.as_json.values import Json, estimate, number, plain, quantity
+from rigrunner.signal.bands import bands
 from rigrunner_bearings.api.points import SwingPoint
 from rigrunner_bearings.signal.swings import kept_cycles
-from rigrunner_bearings.torque.document_fits import fit
-from rigrunner_bearings.torque.document_validation import validation
 from rigrunner_bearings.torque.settings import StartsSpec
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from rigrunner.api import Array, Rejection
+    from rigrunner.api import Array, Curve, Points, Rejection
     from rigrunner.api.analysis_context import Plugins
     from rigrunner.api.plugin_refs import PluginRef
+    from rigrunner.signal.as_json.values import Json
     from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation
     from rigrunner_bearings.api.points import PeakPoint
-    from rigrunner_bearings.api.torque import TorqueDetails
+    from rigrunner_bearings.api.torque import FittedTorque, TorqueDetails
+    from rigrunner_bearings.api.validation import Agreement, Validation
     from rigrunner_bearings.torque.settings import TorqueSettings
 
 
@@ -138,4 +139,73 @@ def _compensated(point: CompensatedPoint) -> Json:
         "rig": quantity(point.rig_nm, TORQUE),
         "torque": estimate(point.torque),
         "budget": budget(point.components),
+    }
+
+
+def fit(fitted: FittedTorque) -> Json:
+    """Return a fit with its points; its curve is null where there is none."""
+    return {
+        "name": fitted.name,
+        "problem": fitted.problem or None,
+        "points": {
+            "x": {"values": plain(fitted.points.x), "unit": fitted.points.x_unit},
+            "y": {"values": plain(fitted.points.y), "unit": fitted.points.y_unit},
+            "u_y": {"values": plain(fitted.points.u_y), "unit": fitted.points.y_unit},
+        },
+        "curve": None if fitted.curve is None else curve_of(fitted.curve),
+        "at_the_points": None
+        if fitted.curve is None
+        else _at_the_points(fitted.curve, fitted.points),
+    }
+
+
+def _at_the_points(curve: Curve, points: Points) -> Json:
+    """Return the curve and the half-widths of its bands at each x, in the unit of y."""
+    found = bands(curve, points.x)
+    return {
+        "curve": plain(found.value),
+        "confidence_95": plain(found.confidence),
+        "prediction_95": plain(found.prediction),
+        "unit": points.y_unit,
+    }
+
+
+def validation(found: Validation) -> Json:
+    """Return both checks of a method's result."""
+    equation, pipeline = found.equation, found.pipeline
+    return {
+        "method": found.method,
+        "agrees": found.agrees,
+        "statements": list(found.statements),
+        "significant_digits": found.digits,
+        "seed": found.seed,
+        "equation": {
+            "trials": equation.trials,
+            "stable": equation.stable,
+            "mean": _agreement(equation.mean),
+            "points": [_agreement(each) for each in equation.points],
+        },
+        "pipeline": {
+            "draws": pipeline.draws,
+            "refused": pipeline.refused,
+            "through_the_data": list(pipeline.through_the_data),
+            "as_effects": list(pipeline.as_effects),
+            "mean": _agreement(pipeline.mean),
+            "points": [_agreement(each) for each in pipeline.points],
+        },
+    }
+
+
+def _agreement(found: Agreement) -> Json:
+    frequency = found.set_frequency_hz
+    return {
+        "set_frequency": None if frequency is None else quantity(frequency, "Hz"),
+        "gum": estimate(found.gum),
+        "mean": quantity(found.mean, TORQUE),
+        "standard_uncertainty": quantity(found.u, TORQUE),
+        "interval_95": {"low": found.low, "high": found.high, "unit": TORQUE},
+        "ends_differ_by": quantity(found.apart, TORQUE),
+        "tolerance": quantity(found.tolerance, TORQUE),
+        "resolution": quantity(found.resolution, TORQUE),
+        "agrees": found.agrees,
     }

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import struct
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime, timedelta
 from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Answer, Outcome, Scanned, StepEnded, StepStarted
+from rigrunner.clock import utc_text
 from rigrunner.runfile.added_units import define_units_of
 from rigrunner.runfile.attempts import measured, superseded
 from rigrunner.runfile.codec import block_from, event_from, event_unpacked, header_from, truth_from
@@ -27,7 +30,6 @@ from rigrunner.runfile.recordings import (
     read_recording,
     stored_bytes,
 )
-from rigrunner.runfile.rows import Rows
 from rigrunner.runfile.scratch import Scratch
 from rigrunner.runfile.stored_samples import IN_MEMORY
 
@@ -41,6 +43,7 @@ if TYPE_CHECKING:
     from rigrunner.api.events import Event
     from rigrunner.runfile.folder import RunFolder
     from rigrunner.runfile.recordings import RecordingFacts
+
 
 _T = TypeVar("_T")
 _EVENT_FROM: Mapping[int, Callable[[bytes], Event | None]] = {
@@ -305,3 +308,39 @@ def _unknown_start(name: str) -> StepStarted:
     return StepStarted(
         seq=0, monotonic_s=0.0, utc="", step="", index=0, action="record", text="", recording=name
     )
+
+
+_FIXED = "<IdIq"
+"""Number of the event, monotonic time, number of the point, milliseconds of UTC since 1970."""
+_EPOCH, _MILLISECOND = datetime(1970, 1, 1, tzinfo=UTC), timedelta(milliseconds=1)
+
+
+class Rows:
+    """Points of a scan in a journal of the form before MessagePack.
+
+    The first point was stored whole, and has what all have in common; the others are numbers alone.
+    """
+
+    def __init__(self, whole: Scanned) -> None:
+        self._whole = whole
+        self._unpack = struct.Struct(f"{_FIXED}{len(whole.setpoints) + len(whole.values)}d").unpack
+
+    def event_from(self, data: bytes) -> Scanned:
+        """Return the point; raise DataError if it does not belong to this scan."""
+        whole = self._whole
+        try:
+            seq, monotonic_s, point, milliseconds, *numbers = self._unpack(data)
+            utc = utc_text(_EPOCH + milliseconds * _MILLISECOND)
+        except (struct.error, OverflowError) as error:
+            raise DataError(f"a record of the run is not a point of its scan: {error}") from error
+        at = len(whole.setpoints)
+        return Scanned(
+            seq=seq,
+            monotonic_s=monotonic_s,
+            utc=utc,
+            step=whole.step,
+            point=point,
+            measurement=whole.measurement,
+            setpoints=dict(zip(whole.setpoints, numbers[:at], strict=True)),
+            values=dict(zip(whole.values, numbers[at:], strict=True)),
+        )

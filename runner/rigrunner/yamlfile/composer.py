@@ -6,6 +6,7 @@ tree from its events here avoids both.
 
 from __future__ import annotations
 
+import math
 import re
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -14,10 +15,61 @@ import yaml
 from rigrunner.api.errors import InvalidFileError, Location, Problem
 from rigrunner.api.texts import TURNING, name_of, refused_character
 from rigrunner.yamlfile.document import Document, Marks, Path, dotted
-from rigrunner.yamlfile.scalars import ScalarError, read_plain
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+
+_CONSTANTS: dict[str, bool | None] = {
+    "": None, "~": None, "null": None, "Null": None, "NULL": None,
+    "true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False,
+}  # fmt: skip
+_INTEGER = re.compile(r"[-+]?[0-9]+")
+_FLOAT = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
+_NOT_FINITE = re.compile(r"[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)")
+_LEADING_ZERO = re.compile(r"[-+]?0+[0-9]")
+_MAX_DIGITS = 40
+
+
+class ScalarError(ValueError):
+    """A scalar that has two possible meanings, or none."""
+
+    def __init__(self, message: str, hint: str) -> None:
+        super().__init__(message)
+        self.message = message
+        self.hint = hint
+
+
+def read_plain(text: str) -> bool | float | str | None:
+    """Return the value of an unquoted scalar, by the core schema of YAML 1.2.
+
+    Raises ScalarError for its ambiguous forms.
+    """
+    if text in _CONSTANTS:
+        return _CONSTANTS[text]
+    if _NOT_FINITE.fullmatch(text):
+        raise ScalarError(f"{text} is not a number to work with", "write a finite number")
+    if _FLOAT.fullmatch(text):
+        return _number(text)
+    return text
+
+
+def _number(text: str) -> float:
+    if len(text) > _MAX_DIGITS:
+        raise ScalarError(f"a number of {len(text)} characters", "put it in quotes if it is a text")
+    if _LEADING_ZERO.match(text):
+        hint = f"write {_stripped(text)} for the number, or '{text}' in quotes for the text"
+        raise ScalarError(f"{text} has a leading zero", hint)
+    value = int(text) if _INTEGER.fullmatch(text) else float(text)
+    if not math.isfinite(value):
+        raise ScalarError(f"{text} is too large a number", "write a smaller number")
+    return value
+
+
+def _stripped(text: str) -> str:
+    sign = text[0] if text[0] in "+-" else ""
+    return sign + re.sub("^0+(?=[0-9])", "", text.removeprefix(sign))
+
 
 MAX_DEPTH = 40
 TOO_DEEP = f"nested more than {MAX_DEPTH} deep"

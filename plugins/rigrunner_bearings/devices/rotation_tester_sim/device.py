@@ -8,8 +8,6 @@ import numpy as np
 
 from rigrunner.api import ChannelInfo, DriveInfo, Identity
 from rigrunner_bearings.devices.rotation_tester_sim.friction import breakaway_torque_nm, friction_nm
-from rigrunner_bearings.devices.rotation_tester_sim.history import History
-from rigrunner_bearings.devices.rotation_tester_sim.motion import REST_S, start
 from rigrunner_bearings.devices.simulated.connection import Connection
 from rigrunner_bearings.devices.simulated.sensor_errors import (
     draw_constant_errors,
@@ -26,6 +24,50 @@ if TYPE_CHECKING:
     from rigrunner.api import Array, Block, DeviceContext, StopToken
     from rigrunner_bearings.devices.rotation_tester_sim.parameters import BenchParameters
     from rigrunner_bearings.devices.rotation_tester_sim.settings import RotationTesterSettings
+
+
+REST_S = 0.25
+"""A recorded start begins with so much rest."""
+
+
+def start(time_s: Array, speed_rad_s: float, acceleration_rad_s2: float) -> tuple[Array, Array]:
+    """Return travel in rad and acceleration in rad/s² at times of shape (n,)."""
+    moving_s = np.maximum(time_s - REST_S, 0.0)
+    until_s = speed_rad_s / acceleration_rad_s2
+    gaining_s = np.minimum(moving_s, until_s)
+    travel = acceleration_rad_s2 * gaining_s**2 / 2 + speed_rad_s * (moving_s - gaining_s)
+    accelerating = (time_s >= REST_S) & (moving_s < until_s)
+    return travel, np.where(accelerating, acceleration_rad_s2, 0.0)
+
+
+class History:
+    """Turns since the bearing was new, and when it last moved, by the clock that is told."""
+
+    def __init__(self, now_s: float) -> None:
+        self._turns = 0.0
+        self._since_s = now_s
+        self._frequency_hz = 0.0
+
+    def turns(self, now_s: float) -> float:
+        """Return the turns made until now."""
+        return self._turns + self._frequency_hz * (now_s - self._since_s)
+
+    def rest_s(self, now_s: float) -> float:
+        """Return how long the bearing has been at rest; 0 while it turns."""
+        return 0.0 if self._frequency_hz else now_s - self._since_s
+
+    def change(self, now_s: float, frequency_hz: float) -> None:
+        """From now on the bearing turns so fast; 0: it rests."""
+        if frequency_hz == self._frequency_hz:
+            return
+        self._turns = self.turns(now_s)
+        self._since_s, self._frequency_hz = now_s, frequency_hz
+
+    def moved(self, until_s: float, turns: float) -> None:
+        """Add a start that was over at that time."""
+        self._turns += turns
+        self._since_s = until_s
+
 
 MODEL = "rotation_tester_sim"
 TURN_RAD = 2 * np.pi

@@ -3,29 +3,34 @@
 from __future__ import annotations
 
 import math
+import zlib
+from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
 
 from rigrunner.api import (
     DeviceLostError,
     DeviceRejectedError,
     Pausable,
+    PluginError,
     Readable,
     Settable,
     Streaming,
+    unit,
 )
 from rigrunner.api.devices import CountsStreams, KnowsStream, KnowsTruth, Observing
 from rigrunner.api.samples import as_samples
+from rigrunner.api.units import with_article
+from rigrunner_plugins.devices.channels import named
 from rigrunner_plugins.devices.fault.answers import HINT, affect
 from rigrunner_plugins.devices.fault.blocks import extra_s, spoilt_blocks
-from rigrunner_plugins.devices.fault.checking import check_faults
 from rigrunner_plugins.devices.fault.samples import Stream, spoil_for
-from rigrunner_plugins.devices.fault.when import Occasions
+from rigrunner_plugins.devices.fault.settings import CHANNELS_UNIT, NATURES
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    import numpy as np
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from rigrunner.api import (
         Block,
@@ -40,6 +45,78 @@ if TYPE_CHECKING:
     from rigrunner.api.readings import Reading
     from rigrunner_plugins.devices.fault.samples import Spoil
     from rigrunner_plugins.devices.fault.settings import Call, FaultSettings, FaultyDeviceSettings
+
+
+def check_faults(faults: Iterable[FaultSettings], device: Device) -> None:
+    """Raise PluginError for a channel or drive that is not there, or a quantity of another kind."""
+    for number, fault in enumerate(faults, start=1):
+        where = f"fault {number} ({fault.kind})"
+        _check_drives(where, fault, device)
+        if fault.call == "stream":
+            channel = named(device.channels, fault.channel, f"{where}: the device has no channel")
+            if NATURES[fault.kind].dimension == CHANNELS_UNIT and fault.extent is not None:
+                _check_unit(where, "extent", fault.extent.dimension, channel)
+
+
+def _check_drives(where: str, fault: FaultSettings, device: Device) -> None:
+    no_drive = f"{where}: the device has no drive"
+    if fault.drive:
+        named(device.drives, fault.drive, no_drive)
+    for name, value in fault.at.items():
+        _check_unit(where, "at", value.dimension, named(device.drives, name, no_drive))
+    if fault.kind == "wrong frequency" and not any(d.sets_cycle_frequency for d in device.drives):
+        raise PluginError(f"{where}: the device has no drive that sets a frequency")
+
+
+def _check_unit(where: str, field: str, got: str, info: ChannelInfo | DriveInfo) -> None:
+    wanted = unit(info.unit).dimension
+    if got != wanted:
+        raise PluginError(
+            f"{where}: {field}: got {with_article(got)}, {info.name} takes {with_article(wanted)}"
+        )
+
+
+class Occasions:
+    """Counts the calls that a fault may affect, since the device was connected.
+
+    What is left to chance follows from the seed, the call, the set-points and how often the call
+    was made there: the order in which set-points come does not matter.
+    """
+
+    def __init__(self, faults: Sequence[FaultSettings], seed: int) -> None:
+        self._faults = tuple(faults)
+        self._seed = seed
+        self._calls: Counter[int] = Counter()
+        self._there: Counter[tuple[int, str]] = Counter()
+
+    def begin(self) -> None:
+        """Count anew."""
+        self._calls.clear()
+        self._there.clear()
+
+    def due(
+        self, call: Call, set_points: Mapping[str, float], drive: str = ""
+    ) -> Iterator[tuple[FaultSettings, np.random.Generator]]:
+        """Yield the faults that affect this call, each with its source of random numbers."""
+        place = f"{call} {drive} " + " ".join(f"{k}={v:.6g}" for k, v in set_points.items())
+        for index, fault in enumerate(self._faults):
+            if fault.call != call or fault.drive not in ("", drive) or not _at(fault, set_points):
+                continue
+            self._calls[index] += 1
+            self._there[index, place] += 1
+            words = zlib.crc32(place.encode())
+            rng = np.random.default_rng([self._seed, index, words, self._there[index, place]])
+            chance = rng.uniform()
+            chosen = not fault.calls or self._calls[index] in fault.calls
+            if chosen and chance < fault.probability:
+                yield fault, rng
+
+
+def _at(fault: FaultSettings, set_points: Mapping[str, float]) -> bool:
+    return all(
+        math.isclose(set_points[drive], wanted.si, rel_tol=1e-6, abs_tol=1e-9)
+        for drive, wanted in fault.at.items()
+    )
 
 
 def make(settings: FaultyDeviceSettings, context: DeviceContext) -> Device:

@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
+import threading
 from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
-from rigrunner.api import DeviceLostError, DeviceNotFoundError, DeviceRejectedError, Driver
+from rigrunner.api import (
+    DeviceError,
+    DeviceLostError,
+    DeviceNotFoundError,
+    DeviceRejectedError,
+    Driver,
+)
 from rigrunner.api.cleanup import do_all
 from rigrunner.api.driver import check_patience
 from rigrunner_plugins.devices.declared import channel_infos, drive_infos, reading_infos
@@ -14,7 +22,6 @@ from rigrunner_plugins.devices.modbus.grouping import MOST_REGISTERS, Span, span
 from rigrunner_plugins.devices.modbus.identification import identify, text_at
 from rigrunner_plugins.devices.modbus.places import span
 from rigrunner_plugins.devices.modbus.settings import Tcp
-from rigrunner_plugins.devices.modbus.watchdog import Heartbeat
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -24,7 +31,46 @@ if TYPE_CHECKING:
     from rigrunner_plugins.devices.modbus.line import Line
     from rigrunner_plugins.devices.modbus.places import Number, Place
     from rigrunner_plugins.devices.modbus.served.server import ModbusServer
-    from rigrunner_plugins.devices.modbus.settings import ModbusSettings, Write
+    from rigrunner_plugins.devices.modbus.settings import ModbusSettings, Watchdog, Write
+
+
+class Heartbeat:
+    """Tells the instrument from `start` to `stop` that this program lives and the line holds.
+
+    It is no proof of more: it runs in a thread of its own. Where a beat fails the line is closed,
+    with the reason.
+    """
+
+    def __init__(self, watchdog: Watchdog, line: Line) -> None:
+        self._watchdog = watchdog
+        self._line = line
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._beat, name="modbus watchdog", daemon=True)
+
+    def start(self) -> None:
+        """Begin, in a thread of its own."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End; return once the thread has ended."""
+        self._ended.set()
+        self._thread.join()
+
+    def _beat(self) -> None:
+        watchdog = self._watchdog
+        beat = Span(watchdog.table, watchdog.address, 1, watchdog.unit_id)
+        for value in itertools.cycle(watchdog.write or (None,)):
+            try:
+                if value is None:
+                    self._line.read(beat)
+                else:
+                    self._line.write(watchdog, [value], multiple=False)
+            except DeviceError as error:
+                self._line.close(f"the watchdog failed: {error.message}")
+                return
+            if self._ended.wait(watchdog.every):
+                return
+
 
 _T = TypeVar("_T")
 _BASIC_OBJECTS = range(3)

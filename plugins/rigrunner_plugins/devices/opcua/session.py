@@ -6,28 +6,73 @@ back.
 
 from __future__ import annotations
 
+import asyncio
 import logging
+import threading
+from concurrent.futures import CancelledError
+from contextlib import suppress
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from asyncua import ua
 
-from rigrunner.api import DeviceLostError, DeviceRejectedError, DeviceTimeoutError
-from rigrunner_plugins.devices.opcua.loop import LoopThread
+from rigrunner.api import (
+    DeviceLostError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+    QuantityError,
+    unit,
+)
 from rigrunner_plugins.devices.opcua.opening import open_client, said, status
-from rigrunner_plugins.devices.opcua.units import symbol_of
 
 if TYPE_CHECKING:
     from collections.abc import Coroutine, Sequence
     from pathlib import Path
-    from typing import Any, TypeVar
+    from typing import Any
 
     from asyncua import Client, Node
 
     from rigrunner_plugins.devices.opcua.settings import NodeValue, OpcUaSettings
     from rigrunner_plugins.devices.opcua.types import Type
 
-    _T = TypeVar("_T")
+_T = TypeVar("_T")
+
+
+class LoopThread:
+    """Runs coroutines for callers that wait; nothing is left of it after `stop`."""
+
+    def __init__(self, name: str) -> None:
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    def do(self, work: Coroutine[Any, Any, _T], timeout_s: float) -> _T:
+        """Return what it returns; raise what it raises, or TimeoutError."""
+        future = asyncio.run_coroutine_threadsafe(asyncio.wait_for(work, timeout_s), self._loop)
+        try:
+            return future.result()
+        except CancelledError as error:  # the library gave itself up
+            raise ConnectionError("the connection was given up") from error
+
+    def stop(self) -> None:
+        """Cancel what still runs, and end the thread."""
+        if self._thread.is_alive():
+            with suppress(RuntimeError):  # it is ending by itself, and has closed its loop
+                self._loop.call_soon_threadsafe(self._loop.stop)
+            self._thread.join()
+
+    def _run(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        try:
+            self._loop.run_forever()
+        finally:
+            tasks = asyncio.all_tasks(self._loop)
+            for task in tasks:
+                task.cancel()
+            self._loop.run_until_complete(asyncio.gather(*tasks, return_exceptions=True))
+            self._loop.run_until_complete(self._loop.shutdown_asyncgens())
+            self._loop.close()
+
 
 # what it would print on stderr stands in our errors, in words
 logging.getLogger("asyncua").addHandler(logging.NullHandler())
@@ -208,3 +253,59 @@ def _shown(value: object) -> str:
     if value is None:
         return "nothing"
     return "an array" if isinstance(value, list) else f"a {type(value).__name__}: {value!r:.40}"
+
+
+UNECE = "http://www.opcfoundation.org/UA/units/un/cefact"
+_CODES = {
+    "NU": "N·m",
+    "D83": "mN·m",
+    "NEW": "N",
+    "B47": "kN",
+    "HTZ": "Hz",
+    "KHZ": "kHz",
+    "RPM": "rpm",
+    "C81": "rad",
+    "C25": "mrad",
+    "DD": "deg",
+    "SEC": "s",
+    "C26": "ms",
+    "MIN": "min",
+    "HUR": "h",
+    "DAY": "d",
+    "MTR": "m",
+    "MMT": "mm",
+    "4H": "µm",
+    "C62": "1",
+    "P1": "%",
+    "KEL": "K",
+    "CEL": "°C",
+    "VLT": "V",
+    "2Z": "mV",
+    "AMP": "A",
+    "4K": "mA",
+    "KGM": "kg",
+    "GRM": "g",
+    "2A": "rad/s",
+    "MTS": "m/s",
+}
+
+
+def unit_id(code: str) -> int:
+    """Return the UnitId of a common code of UNECE Recommendation 20 (OPC 10000-8, 5.6.4.3).
+
+    It is made of the characters of the code, each one byte, the first the highest.
+    """
+    return int.from_bytes(code.encode("ascii"), "big")
+
+
+_BY_ID = {unit_id(code): symbol for code, symbol in _CODES.items()}
+
+
+def symbol_of(namespace: str | None, number: int, text: str | None) -> str:
+    """Return the symbol of the unit in a node's EngineeringUnits; '' if it is not known."""
+    if namespace == UNECE and number in _BY_ID:
+        return _BY_ID[number]
+    try:
+        return unit(text or "").symbol
+    except QuantityError:
+        return ""

@@ -19,7 +19,7 @@ from rigrunner_bearings.compensations.bearing import (
     reversals,
 )
 from rigrunner_bearings.compensations.drive_line import DriveLine
-from rigrunner_bearings.compensations.noise_bias import noise_bias
+from rigrunner_bearings.compensations.evaluation import noise_bias
 from rigrunner_bearings.compensations.response import Waveform
 from rigrunner_bearings.compensations.support_friction import make_friction
 from rigrunner_bearings.compensations.swing import make_swing

@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 from scipy.signal import lsim
 
 from rigrunner_bearings.devices.swing_tester_sim import friction
-from rigrunner_bearings.devices.swing_tester_sim.driveline import resonate
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
-from rigrunner_bearings.devices.swing_tester_sim.rig import steady_state
+from rigrunner_bearings.devices.swing_tester_sim.rig import resonate, steady_state
 from rigrunner_bearings.signal import kinematics
 
 RATIO = 2 / 45

@@ -8,7 +8,7 @@ import pytest
 from rigrunner.api.errors import DataError
 from rigrunner_bearings.api.points import MotionSource, SwingPoint
 from rigrunner_bearings.signal.kinematics import angular_velocity
-from rigrunner_bearings.torque.motion_checks import motion_check
+from rigrunner_bearings.torque.checks import motion_check
 from rigrunner_bearings.torque.prepare import prepare_point
 from unit.analysis.helpers_analysis import RATE_HZ, RATIO, RIG_KEYS, recording, run_of, spec
 

@@ -23,9 +23,9 @@ from rigrunner.api.events import Outcome
 from rigrunner.clock import WallClock
 from rigrunner.registry import load_registry
 from rigrunner.steps.set_drives import SetDrive
+from rigrunner_plugins.devices.opcua.session import UNECE, symbol_of, unit_id
 from rigrunner_plugins.devices.opcua.settings import OpcUaSettings
 from rigrunner_plugins.devices.opcua.types import TYPES, encode
-from rigrunner_plugins.devices.opcua.units import UNECE, symbol_of, unit_id
 from rigrunner_testing import subject
 from unit.rigrunner_plugins.devices.helpers_conformance import (
     applicable,

@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from rigrunner_plugins.devices.opcua.loop import LoopThread
+from rigrunner_plugins.devices.opcua.session import LoopThread
 
 FOREVER_S = 3600.0
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from rigrunner_bearings.compensations.bearing import Reversals
-from rigrunner_bearings.compensations.noise_bias import noise_bias
+from rigrunner_bearings.compensations.evaluation import noise_bias
 
 N, CYCLES = 400, 30
 WHERE = Reversals(np.arange(20, 120), np.arange(220, 320))

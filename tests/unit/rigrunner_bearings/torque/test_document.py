@@ -8,7 +8,7 @@ import pytest
 from rigrunner.api.data import Points
 from rigrunner.registry import load_registry
 from rigrunner_bearings.api.torque import FittedTorque
-from rigrunner_bearings.torque.document_fits import fit
+from rigrunner_bearings.torque.document import fit
 
 REGISTRY = load_registry()
 POINTS = Points(

@@ -14,7 +14,7 @@ from rigrunner.api.events import RunStarted, Scanned, StepStarted
 from rigrunner.runfile import codec, read
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.journal import JournalWriter, Kind
-from rigrunner.runfile.rows import Rows
+from rigrunner.runfile.loose import Rows
 from unit.runfile.helpers_runfile import header_of
 
 FIRST = Scanned(
