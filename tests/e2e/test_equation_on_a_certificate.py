@@ -83,6 +83,7 @@ def test_the_content_has_the_equation_and_the_budget_of_the_deciding_value(issue
     assert found == pytest.approx(by_hand, rel=1e-6)
 
 
+@pytest.mark.thorough
 def test_every_form_shows_them_and_verifies(issued):
     page = form(issued, ".html").read_text(encoding="utf-8")
     section = page.split('<section id="models">')[1].split("</section>")[0]

@@ -94,6 +94,7 @@ def test_a_stop_while_the_process_still_starts_ends_it_in_order(screen, server, 
     assert "Fatal Python error" not in "".join(server.said)
 
 
+@pytest.mark.thorough
 def test_the_whole_way_with_a_second_one_watching_and_a_reload(screen, server):
     watcher = Screen(server, "client-bob-0001", RIG)
     hostile = "<script>alert(1)</script>/../x"

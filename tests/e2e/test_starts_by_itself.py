@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 
+import pytest
+
 from e2e.helpers_panel import Screen, served
 from helpers_cli import call
 
@@ -33,6 +35,7 @@ def statuses(screen):
     return [each["status"] for each in screen.state["queue"]["entries"]]
 
 
+@pytest.mark.thorough
 def test_two_specimens_follow_each_other_without_a_word_and_one_that_may_not_waits(tmp_path):
     lab = tmp_path / "lab"
     assert call("init", lab).code == 0

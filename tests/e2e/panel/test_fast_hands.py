@@ -61,6 +61,7 @@ def test_an_answer_that_comes_late_does_not_replace_a_newer_one(screen, place, l
     expect(shown).to_have_count(0)
 
 
+@pytest.mark.thorough
 def test_what_has_the_focus_keeps_it_when_the_list_comes_anew(screen):
     page = screen.page
     screen.open()
@@ -87,6 +88,7 @@ def test_a_double_click_on_start_starts_one_run(screen, panel):
     assert panel.get("queue")["entries"] == []
 
 
+@pytest.mark.thorough
 def test_fields_of_the_newest_choice_stay_when_an_earlier_answer_comes(screen):
     screen.open("#/queue")
     page = screen.page

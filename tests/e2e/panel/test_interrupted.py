@@ -29,6 +29,7 @@ def answer_yes(page):
     page.locator(".prompt").get_by_role("button", name="Yes").click()
 
 
+@pytest.mark.thorough
 def test_a_killed_run_is_resumed_from_the_panel_and_ends_sealed(screen, panel):
     page = screen.page
     screen.begin()

@@ -60,6 +60,7 @@ def test_a_mistake_is_shown_at_its_line_and_what_may_stand_there_is_offered(new_
     expect(page.locator(".cm-help")).to_contain_text("measurand")
 
 
+@pytest.mark.thorough
 def test_it_is_saved_and_approved_by_name_and_the_changes_are_told(new_screen, panel):
     screen = new_screen(panel)
     page = open_text(screen)

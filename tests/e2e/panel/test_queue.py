@@ -47,6 +47,7 @@ def row(page, text):
     return page.locator(".queue-table tbody tr", has_text=text)
 
 
+@pytest.mark.thorough
 def test_scans_that_do_not_wait_for_each_other_are_all_added_in_order(open_queue, lab):
     """A scanner sends the next specimen while the panel still adds the last one."""
     with running_panel(lab) as panel:
@@ -64,6 +65,7 @@ def test_scans_that_do_not_wait_for_each_other_are_all_added_in_order(open_queue
         expect(note).not_to_contain_text("already")
 
 
+@pytest.mark.thorough
 def test_a_scan_while_a_reason_is_asked_for_goes_to_the_queue(open_queue, lab):
     with running_panel(lab) as panel:
         page = open_queue(panel).page

@@ -28,6 +28,7 @@ def waits(page):
     expect(bar).to_have_count(0)
 
 
+@pytest.mark.thorough
 def test_every_page_says_that_it_reads(slow, panel):
     first, *_, last = sorted(each.name for each in panel.runs.iterdir() if each.is_dir())
     for place in (

@@ -40,6 +40,7 @@ def shifted(tmp_path):
     return folder
 
 
+@pytest.mark.thorough
 def test_a_control_chart_is_drawn_with_its_limits_and_the_runs_beyond_them(
     new_screen, shifted, pictures
 ):

@@ -234,6 +234,7 @@ def test_a_text_is_checked_and_planned_before_it_is_saved(client, lab):
     ]
 
 
+@pytest.mark.thorough
 def test_changes_are_told_against_the_last_run_and_then_against_the_approved_one(client, lab):
     nothing = post(client, "compare", text=TEXT).json()
     assert (nothing["run"], nothing["changes"]) == ("", [])
