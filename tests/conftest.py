@@ -84,7 +84,7 @@ def pytest_configure(config) -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     if hasattr(signal, "SIGQUIT"):
         signal.signal(signal.SIGQUIT, signal.SIG_DFL)
-    # else each of the thousand programs that tests start compiles all anew
+    # else each of the thousand programs that tests start compiles all again
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     worker = os.environ.get("PYTEST_XDIST_WORKER")
     if worker or not config.getoption(

@@ -155,7 +155,7 @@ def rooms_table() -> str:
 
 
 def page(text: str) -> str:
-    """Return the page with its tables made anew."""
+    """Return the page with its tables made again."""
     head, mark, _ = text.partition(MARK)
     if not mark:
         raise SystemExit(f"the page has no line {MARK.strip()}")

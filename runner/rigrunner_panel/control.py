@@ -51,7 +51,7 @@ class Control:
             is_other = before is not None and before.client != client
             if before is not None and is_other and not take_over:
                 message = f"{before.name} has control"
-                raise wrong_state(message, "take it over, if that is agreed: it goes on record")
+                raise wrong_state(message, "take it over, if that is agreed: it is recorded")
             since = before.since_utc if before is not None and not is_other else utc_text(now)
             self._holder = Holder(client, name, since)
             self._tell()

@@ -155,7 +155,7 @@ def fresh(*words: object) -> str:
     """Run Python in a fresh process, from compiled code; return what it prints.
 
     Where Python is told to write none (PYTHONDONTWRITEBYTECODE), every start compiles our sources
-    anew. The first start after a change compiles them: it is not to be measured.
+    again. The first start after a change compiles them: it is not to be measured.
     """
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
     done = subprocess.run(

@@ -3,7 +3,7 @@
 A sweep of a press that does nothing but remember, half of its steps a set-point and half a reading
 with a limit, as `setpoints` has it. The whole run is a process of its own: it is planned, done,
 analysed, sealed and reported; imports are not counted. The floor writes a line of csv for each step
-and flushes it. Memory is the most that the process had resident (VmHWM of Linux, which begins anew
+and flushes it. Memory is the most that the process had resident (VmHWM of Linux, which begins again
 with each program; `ru_maxrss` begins with that of the parent), less that after its imports. Time is
 that of the processor.
 

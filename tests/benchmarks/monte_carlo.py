@@ -4,7 +4,7 @@ A million trials by the adaptive procedure (JCGM 101), in blocks, with mean, sta
 and both coverage intervals at the end. The floor draws the same random numbers in the same blocks,
 and does nothing with them. The first equation has four correlated Gaussian inputs; the other is
 that of the demonstration's result, the mean of twelve set-points. A draw of the pipeline perturbs
-the demonstration's cycles and its rig, and compensates them anew; it is held against one analysis
+the demonstration's cycles and its rig, and compensates them again; it is held against one analysis
 of both its runs, reading them not included.
 """
 

@@ -2,7 +2,7 @@
 
 The floor is a program of five commands in click that does nothing else. Both are started as the
 script is that pip installs, and from compiled code: where Python is told to write none
-(PYTHONDONTWRITEBYTECODE), every start compiles our sources anew, a fifth of the time of `check`.
+(PYTHONDONTWRITEBYTECODE), every start compiles our sources again, a fifth of the time of `check`.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ def api_pages():
 
 
 @pytest.fixture(scope="module")
-def anew(api_pages, tmp_path_factory):
+def again(api_pages, tmp_path_factory):
     folder = tmp_path_factory.mktemp("reference")
     for name in ("hooks.md", "api.md"):
         shutil.copy(PAGES / name, folder)
@@ -42,11 +42,11 @@ def anew(api_pages, tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", ["hooks.md", "api.md", "api.txt"])
-def test_the_pages_are_those_of_the_source(anew, name):
+def test_the_pages_are_those_of_the_source(again, name):
     """The API changed? Decide by docs/reference/api.md whether API_VERSION is raised."""
-    made, committed = ((folder / name).read_text("utf-8") for folder in (anew, PAGES))
+    made, committed = ((folder / name).read_text("utf-8") for folder in (again, PAGES))
     differing = sorted(set(made.splitlines()) ^ set(committed.splitlines()))
-    assert made == committed, f"'{ANEW}' writes it anew; lines that differ: {differing}"
+    assert made == committed, f"'{ANEW}' writes it again; lines that differ: {differing}"
 
 
 @pytest.mark.parametrize("name", ["hooks.md", "api.md"])

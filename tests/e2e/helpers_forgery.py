@@ -14,7 +14,7 @@ VALUE = re.compile(r'(<p class="value">[^(<]*\()(\d+[.,]\d+)')
 
 
 def resealed(path, change):
-    """Change a document and seal it anew; `change` takes and returns its bytes."""
+    """Change a document and seal it again; `change` takes and returns its bytes."""
     path.write_bytes(seal(change(unsealed(path.read_bytes(), path.suffix)), path.suffix))
 
 

@@ -203,7 +203,7 @@ def test_kill_9_loses_no_finished_block_and_the_cycles_continue(tmp_path):
 
 
 def _finished_blocks(lab, running, at_least):
-    """Return the blocks that are on record once there are so many; while the run goes on."""
+    """Return the blocks that are on record once there are so many; while the run continues."""
     until = time.monotonic() + 120
     while time.monotonic() < until:
         assert running.poll() is None, "the run was over too soon"

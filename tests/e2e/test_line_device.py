@@ -136,7 +136,7 @@ def test_one_answer_that_fails_costs_no_measurement(lab, tmp_path, wrong, number
     (folder,) = folders
     rows = read(folder).measurements
     assert [each.values["device.force"] for each in rows] == [500.0] * 6
-    assert press.heard.count(b"*IDN?\n") == 2  # identified again after it was connected anew
+    assert press.heard.count(b"*IDN?\n") == 2  # identified again after it was connected again
     assert press.force == b"0.0"
 
 

@@ -142,7 +142,7 @@ def test_a_folder_that_becomes_read_only_costs_nothing_that_was_complete(open_fo
     shown = call("resume", folder.name, "--runs", runs, "--dry-run")
     assert "error at 2026" in shown.err
     assert "Permission denied" in shown.err
-    assert "goes on at main[0]" in shown.err
+    assert "resumes at main[0]" in shown.err
     assert take_up(folder).outcome is Outcome.COMPLETED
     stored = read(folder)
     assert len(stored.recordings) == 5
@@ -225,7 +225,7 @@ def test_the_command_line_leads_from_a_interrupted_run_to_its_end(tmp_path):
     assert shown.code == ExitCode.PASS
     assert "finished recordings: 001_8Hz" in shown.err
     assert "interrupted: 002_15Hz, of which" in shown.err
-    assert "goes on at main[0].sweep[1].set: Set tester.frequency to 15 Hz" in shown.err
+    assert "resumes at main[0].sweep[1].set: Set tester.frequency to 15 Hz" in shown.err
     assert not read(killed).info.sealed
     copy = runs / "copy"
     shutil.copytree(killed, copy)

@@ -29,7 +29,7 @@ PLUGINS = {word: new_plugin(word, f"authors_{word.replace('-', '_')}", REGISTRY)
 pytestmark = pytest.mark.thorough
 AT_HAND = find_spec("hatchling") is not None
 QUIETLY = ["-q", "--no-deps", *(["--no-build-isolation"] if AT_HAND else [])]
-"""What builds them is not installed anew for each, where the environment that tests has it."""
+"""What builds them is not installed again for each, where the environment that tests has it."""
 WITHOUT = {"PYTHONPATH", "MYPYPATH", "PYTEST_ADDOPTS", "COLUMNS"}
 
 

@@ -194,7 +194,7 @@ def test_a_run_that_was_killed_within_it_begins_it_anew(lab):
     folder, whole = interrupted(lab, lambda event: isinstance(event, Scanned) and event.point == 1)
     assert loads(read(folder).measurements) == [100.0, 200.0]
     shown = call("resume", folder, "--dry-run")
-    assert "goes on at main[1].scan" in shown.err + shown.out
+    assert "resumes at main[1].scan" in shown.err + shown.out
     assert "measured: cell, 2 rows" in shown.err + shown.out
     called = call("resume", folder, "--by", "Ada", "--unattended")
     assert called.code == 0, called.err

@@ -145,7 +145,7 @@ def test_it_runs_with_its_live_value_verdict_and_report(ran):
     samples = [each.channels["tester.temperature"] for each in read(folder).recordings]
     rise = max(each[:].max() for each in samples) - min(each[:].min() for each in samples)
     assert found["estimate"]["value"] == pytest.approx(rise, rel=1e-9)
-    shown = re.findall(r"by now: warming of the bearing: (\S+) K of (\d+) readings", called.err)
+    shown = re.findall(r"so far: warming of the bearing: (\S+) K of (\d+) readings", called.err)
     assert [int(count) for _, count in shown] == [
         sum(map(len, samples[:index])) for index in (1, 2, 3)
     ]

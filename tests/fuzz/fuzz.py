@@ -145,7 +145,7 @@ def _serve(pipe: Connection) -> None:
 
 
 class Reader:
-    """The process that reads; begun anew whenever a file was too much for it."""
+    """The process that reads; begun again whenever a file was too much for it."""
 
     def __init__(self) -> None:
         self._begin()

@@ -1,4 +1,4 @@
-"""Records the numbers of the guard anew: `PYTHONPATH=tests python -m guard`.
+"""Records the numbers of the guard again: `PYTHONPATH=tests python -m guard`.
 
 What has moved is printed. Commit the file alone, and say in the message why each of it moved.
 """

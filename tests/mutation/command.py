@@ -99,7 +99,7 @@ def _tried(
     given: argparse.Namespace,
     equivalent: Mapping[tuple[str, str], str],
 ) -> list[tuple[Mutant, Verdict]]:
-    """Try all mutants: quickly where a function changes; what survives that, with all anew.
+    """Try all mutants: quickly where a function changes; what survives that, with all again.
 
     What is done once, when a module is imported, notices only the second.
     """

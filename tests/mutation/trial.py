@@ -174,7 +174,7 @@ class _Chosen(_Telling):
 
 
 def try_anew(change: Change, tests: Sequence[Known], patience: Patience) -> Verdict:
-    """Run the tests until one fails, with the sources imported anew."""
+    """Run the tests until one fails, with the sources imported again."""
     names = [each.name for each in tests]
 
     def work(tell: Callable[[str], None], folder: Path) -> int:

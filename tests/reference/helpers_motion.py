@@ -58,7 +58,7 @@ def random_rig(model, seed):
 
 
 def _again(recording, parameters, seed, cycles):
-    """Return the recording taken anew, with every channel and so many cycles."""
+    """Return the recording taken again, with every channel and so many cycles."""
     hertz, load_n = (recording.setpoints[f"tester.{name}"] for name in ("frequency", "load"))
     errors = draw_constant_errors(parameters.sensors, rig_source(seed))
     state = RigState(hertz, load_n, 60.0)

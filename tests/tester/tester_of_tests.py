@@ -1,7 +1,7 @@
 """The tests' own tester, installed as a stranger's package: its torque is known by construction.
 
 At rest it shows its offset, `OFFSET_NM`. Turning, it shows besides, on the mean over whole cycles,
-`IDLE_NM` and `PER_NEWTON_NM` for each newton of load, with a sine and with noise that is drawn anew
+`IDLE_NM` and `PER_NEWTON_NM` for each newton of load, with a sine and with new noise
 for each recording of the same set-points.
 """
 

@@ -1,4 +1,4 @@
-"""Providers of plugins are found by the entry points of what is installed, each time anew."""
+"""Providers of plugins are found by the entry points of what is installed, each time again."""
 
 from __future__ import annotations
 

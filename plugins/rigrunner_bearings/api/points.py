@@ -31,7 +31,7 @@ class PeakPoint:
     """Its name; of a point from a `measure` step, that of the measurement."""
     set_frequency_hz: float
     frequency_hz: Estimate
-    """Measured; only with `motion` ENTERED it is what was entered, with the doubt it deserves."""
+    """Measured; only with `motion` ENTERED it is what was entered, with its uncertainty."""
     load_n: float
     peak_nm: Array
     """The raw maximum of each cycle as the paper takes it, shape (cycles,).

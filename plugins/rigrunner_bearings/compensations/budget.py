@@ -154,7 +154,7 @@ class Budget:
         return Effect(limited("low-pass filter", limit_hz, "Hz", corner), slope)
 
     def _angle_scale(self, found: Evaluated) -> Effect:
-        """Return what a swing larger than the angle channel shows does: J is learned anew."""
+        """Return what a swing larger than the angle channel shows does: J is learned again."""
         rig, limit = self.rescaled, self.described.angle_tolerance
         torque = starting_torque(rig.line, rig.friction, found.pair, self.settings.window)
         slope = (torque - found.maximum_nm) / limit if limit > 0 else 0.0

@@ -29,7 +29,7 @@ class RigErrors:
 
     Each within the half-width that the settings state. What changed at the load goes
     through the drive line as learned, and so into the loaded run's torque. The drive line itself is
-    learned anew from each draw, and so has its own error.
+    learned again from each draw, and so has its own error.
     """
 
     settings: InverseSettings

@@ -68,7 +68,7 @@ class Going:
         if len(found) < len(set(keys)):
             raise AbortedError(
                 f"the study was stopped after {len(found)} of {len(keys)} rigs",
-                hint=f"they are kept in {self.keep}: the same command goes on" if kept else "",
+                hint=f"they are kept in {self.keep}: the same command continues" if kept else "",
             )
         return [found[key] for key in keys]
 

@@ -1,4 +1,4 @@
-"""Whole-pipeline draws: perturb the prepared data as the budget states, and analyse each anew.
+"""Whole-pipeline draws: perturb the prepared data as the budget states, and analyse each again.
 
 What of the budget is no error of the data, such as what a method neglects, is added to the torque
 as the budget has it. So a draw has all errors once.

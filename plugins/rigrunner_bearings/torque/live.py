@@ -182,7 +182,7 @@ class _Latest:
         self._correction: Array | None = None
 
     def take(self, block: Block) -> list[Swing]:
-        """Take the next block; after a gap it begins anew."""
+        """Take the next block; after a gap it begins again."""
         if block.first_sample != self._next:
             self._blocks.clear()
             self._samples = 0
@@ -263,4 +263,4 @@ def _figures(shown: Sequence[_Shown]) -> tuple[Figure, ...]:
             ),
         )
     x, y = Axis("frequency", "Hz"), Axis("torque", "N·m")
-    return (Figure("Torque over frequency by now", x, y, tuple(series)),)
+    return (Figure("Torque over frequency so far", x, y, tuple(series)),)

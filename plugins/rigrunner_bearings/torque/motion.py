@@ -139,7 +139,7 @@ def _by_entry(torque_nm: Samples, rate_hz: float, entered_hz: float) -> Motion:
 
 
 def entered_frequency(entered_hz: float) -> Estimate:
-    """Return an entered frequency that nothing has measured, with the doubt it deserves."""
+    """Return an entered frequency that nothing has measured, with its uncertainty."""
     return Estimate(entered_hz, ENTERED_LIMIT * entered_hz / sqrt(3), inf, "Hz")
 
 

@@ -134,7 +134,7 @@ class MonteCarloSpec(Settings):
     most_trials: Annotated[int, Field(ge=1_000_000, le=100_000_000)] = 10_000_000
     """Where it stops though the results have not settled, or at `trials` if that is more."""
     draws: Annotated[int, Field(ge=500, le=100_000)] = 500
-    """How many draws of the recorded data, each analysed anew."""
+    """How many draws of the recorded data, each analysed again."""
     digits: Annotated[int, Field(ge=1, le=2)] = 1
     """How many digits of the standard uncertainty matter: they set how closely both must agree."""
     seed: Annotated[int, Field(ge=0)] = 1

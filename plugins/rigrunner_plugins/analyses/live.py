@@ -116,7 +116,7 @@ class LiveReadings:
         )
         points = tuple(Point(x, y) for x, y in self._curve)
         figure = Figure(
-            title=f"{definition.words} by now",
+            title=f"{definition.words} so far",
             x=Axis("time", "s"),
             y=Axis(definition.symbol or definition.name, definition.unit),
             series=(Series("", points, "line"),),

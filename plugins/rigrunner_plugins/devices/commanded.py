@@ -23,7 +23,7 @@ class CommandedDriver(Driver):
 
     Give it `begin_talk`, `set_up` and `send`. After a connection that was lost, or an answer that
     did not come, nobody knows whether the instrument was off meanwhile: it is identified and set up
-    anew before anything else is asked of it. To be made safe it need not be set up.
+    again before anything else is asked of it. To be made safe it need not be set up.
     """
 
     safe_commands: Sequence[str] = ()

@@ -221,7 +221,7 @@ def _column(
 def _cells(
     rows: Iterable[Line], file: str, header: FileHeader, segment: SegmentHeader, wanted: list[int]
 ) -> list[list[float]]:
-    """Return the numbers of the wanted columns; a column that has ended may not go on."""
+    """Return the numbers of the wanted columns; a column that has ended may not continue."""
     found: list[list[float]] = [[] for _ in wanted]
     ended = [False] * len(wanted)
     for line, text in rows:
@@ -234,7 +234,7 @@ def _cells(
             value = None if ended[at] else number(cell, header.decimal)
             if value is None:
                 problem = (
-                    f"'{segment.names[index]}' goes on after an empty cell"
+                    f"'{segment.names[index]}' continues after an empty cell"
                     if ended[at]
                     else f"'{cell[:40]}' is not a number with '{header.decimal}' as decimal mark"
                 )

@@ -100,5 +100,5 @@ def signing_key(secret: str) -> bytes:
         return base64.b64decode(secret.removeprefix(PREFIX), validate=True)
     except binascii.Error as error:
         raise PluginError(
-            "the secret is not base64 behind 'whsec_'", hint="copy it anew"
+            "the secret is not base64 behind 'whsec_'", hint="copy it again"
         ) from error

@@ -48,4 +48,4 @@ class AnalysisContext:
     progress: Progress = unseen
     """Is told how far what takes minutes is; what it raises ends the analysis."""
     interim: bool = False
-    """Whether the run goes on: what takes minutes is left out then."""
+    """Whether the run continues: what takes minutes is left out then."""

@@ -347,7 +347,7 @@ class CountsStreams(Protocol):
     """Varies each stream at the same set-points, as a simulator does with its noise."""
 
     def continue_after(self, streams: Sequence[Mapping[str, float]]) -> None:
-        """Count what was streamed before the program was started anew: set-points by drive."""
+        """Count what was streamed before the program was started again: set-points by drive."""
         ...
 
 

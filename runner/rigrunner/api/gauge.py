@@ -24,7 +24,7 @@ class NamedStudy(Settings):
     ]
     between_mountings: Annotated[
         Scatter | None,
-        Field(description="the study's repeatability, where each trial was mounted anew"),
+        Field(description="the study's repeatability, where each trial was mounted again"),
     ] = None
     reproducibility: Annotated[
         Scatter | None, Field(description="between operators, with their interaction")

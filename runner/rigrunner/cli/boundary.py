@@ -71,7 +71,7 @@ def _refuse_unprintable(arguments: list[str]) -> None:
         if refused:
             raise UsageError(
                 f"the word '{seen[:40]}' has the character {name_of(refused[0])}",
-                hint="type it anew: it was copied from somewhere with what cannot be seen",
+                hint="type it again: it was copied from somewhere with what cannot be seen",
             )
 
 

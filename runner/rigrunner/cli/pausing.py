@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _LOOK_EVERY_S = 0.5
 _HELP = {
     Choice.RESUME: "continue; settling and the interrupted step are repeated",
-    Choice.OVERRIDE: "go on in spite of the interlock, with a reason",
+    Choice.OVERRIDE: "continue despite the interlock, with a reason",
     Choice.REPEAT: "do {point} again from its start; what was recorded is kept",
     Choice.SKIP: "leave out the rest of {point}, with a reason",
     Choice.NOTE: "put a remark on record",
@@ -68,11 +68,11 @@ class TerminalPauses:
             reason = self._answer(question, watch)
             refused = refused_character(reason)
             if refused:
-                message(f"Please type it anew, without the character {name_of(refused[0])}.")
+                message(f"Please type it again, without the character {name_of(refused[0])}.")
             elif reason:
                 return reason
             else:
-                message("Please give it in words: it goes on record.")
+                message("Please give it in words: it is recorded.")
 
     def _answer(self, question: str, watch: Callable[[], None]) -> str:
         prompt(question)

@@ -105,7 +105,7 @@ class LineProgress:
         for each in found.results if is_whole else ():
             if self._told.get((each.name, each.place)) != each.readings:
                 self._told[each.name, each.place] = each.readings
-                message(f"by now: {_live_text(each)}")
+                message(f"so far: {_live_text(each)}")
 
     def paused(self) -> AbstractContextManager[None]:
         """Do nothing: lines leave room for a question."""
@@ -134,7 +134,7 @@ class BarProgress:
             self._analyses[what] = self._progress.add_task(what, total=of, step=what)
         self._progress.update(self._analyses[what], completed=done)
 
-    def live(self, found: Findings, *, is_whole: bool) -> None:  # noqa: ARG002  (drawn anew each time)
+    def live(self, found: Findings, *, is_whole: bool) -> None:  # noqa: ARG002  (drawn again each time)
         """Show the latest value beside the step."""
         if self._task is not None and found.results:
             text = printable(f"{self._text}: {_live_text(found.results[-1])}")

@@ -49,7 +49,7 @@ def _next(plan: Plan, resume_at: ResumePoint) -> Iterator[str]:
     if resume_at.start < len(plan.steps):
         step = plan.steps[resume_at.start]
         number, count = resume_at.start + 1, len(plan.steps)
-        yield f"goes on at {step.path}: {step.text} (step {number} of {count})"
+        yield f"resumes at {step.path}: {step.text} (step {number} of {count})"
 
 
 def _names(names: tuple[str, ...]) -> str:

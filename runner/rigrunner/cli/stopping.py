@@ -212,7 +212,7 @@ def _suspend(ended: str) -> None:
 
     Without a shell that could continue it the system ignores this, and the program ends.
     """
-    _say(f"{ended}Suspended: the rig is closed. 'fg' goes on to the end of the program.")
+    _say(f"{ended}Suspended: the rig is closed. 'fg' continues the program to its end.")
     os.kill(os.getpid(), signal.SIGTSTP)
     _say(f"Continued. {ended or 'The rig was closed before the program was suspended. '}")
 

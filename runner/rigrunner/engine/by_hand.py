@@ -73,7 +73,7 @@ class _ByHand(Run):
         attempts: Counter[int] = Counter()
         try:
             for index, step in enumerate(steps(self._session)):
-                self._session.check(anew=True)
+                self._session.check(read_all=True)
                 done = do_step(index, step, self._session, self.notes, attempts)
                 self.notes.stopped_at = done.missed
                 if self.notes.stopped_at:

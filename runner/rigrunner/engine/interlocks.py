@@ -75,18 +75,18 @@ class Guard:
         for each in watched:
             each.take(times_s, np.asarray(block.channels[each.interlock.member.name]), end_s)
 
-    def look(self, *, anew: bool = False) -> None:
-        """Read the channels that are due, or with `anew` all; record what tripped or cleared."""
+    def look(self, *, read_all: bool = False) -> None:
+        """Read the channels that are due, or all; record what tripped or cleared."""
         for each in self._watches:
             now_s = self._rig.clock.monotonic_s()
-            if anew or now_s - each.looked_s >= each.interlock.every_s - _ROUNDING_S:
+            if read_all or now_s - each.looked_s >= each.interlock.every_s - _ROUNDING_S:
                 self._read(each)
         for each in self._watches:
             self._tell(each)
 
-    def check(self, *, anew: bool = False) -> None:
+    def check(self, *, read_all: bool = False) -> None:
         """Look, then raise InterlockError or PauseWantedError for what is tripped."""
-        self.look(anew=anew)
+        self.look(read_all=read_all)
         acting = [each for each in self.tripped if each.interlock.does != "forbid"]
         for each in sorted(acting, key=lambda one: _GRAVEST.index(one.interlock.does)):
             if each.interlock.does == "pause":

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rigrunner.api.events import Event
     from rigrunner.bus import Bus, Emit
 
-GOES_ON = "; the run goes on"
+GOES_ON = "; the run continues"
 """End of the text of an alarm for a failure after which the run continues."""
 
 

@@ -175,7 +175,7 @@ class Run:
                 index = self._next(index, decision)
                 before = settles_before(steps, index) if index < len(steps) else []
         if self.notes.first is None:
-            self._session.watch(anew=True)  # what came up in the last step must not pass unseen
+            self._session.watch(read_all=True)  # what came up in the last step must not pass unseen
 
     def teardown(self) -> None:
         """Execute the remaining teardowns: of the calls that the run is in, and its own."""
@@ -247,7 +247,7 @@ class Run:
         self._session.intervene(RESUME_RUN, resume_at.by, subject=resume_at.subject)
         unpaused = replace(self._session, pauses=None)
         for index, step in zip(resume_at.before, before, strict=True):
-            unpaused.check(anew=True)
+            unpaused.check(read_all=True)
             self._begun = index
             try:
                 done = do_step(index, step, unpaused, self.notes, self._attempts)
@@ -269,7 +269,7 @@ class Run:
 
     def _go_on(self, index: int, at: int) -> Done:
         """Execute a forward step; `at` is the progress of the run. Return as `do_step`."""
-        self._session.check(anew=True)
+        self._session.check(read_all=True)
         self._begun = at
         return do_step(index, self._plan.steps[index], self._session, self.notes, self._attempts)
 

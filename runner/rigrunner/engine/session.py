@@ -85,8 +85,8 @@ class Session:
             else:
                 self.emit(Alarm, source=source, text=f"{each.level}: {each.text}")
 
-    def check(self, *, anew: bool = False) -> None:
-        """Raise what prevents the step from continuing; with `anew` all interlocks are read.
+    def check(self, *, read_all: bool = False) -> None:
+        """Raise what prevents the step from continuing; with `read_all` all interlocks are read.
 
         AbortedError if the run has to stop or an interlock aborts it, PauseWantedError if it has to
         pause, DeviceTimeoutError if its time is over.
@@ -101,7 +101,7 @@ class Session:
             self.guard.look()
         else:
             if self.guard.watching:
-                self.guard.check(anew=anew)
+                self.guard.check(read_all=read_all)
             if self.pauses is not None and (by := self.pauses.wanted()):
                 raise PauseWantedError("a pause was asked for", by)
             if self.reads and self.drives is not None:
@@ -114,14 +114,14 @@ class Session:
         if self.reads and self.drives is not None and not self.is_ending:
             self.drives.check()
 
-    def watch(self, *, anew: bool = False) -> None:
+    def watch(self, *, read_all: bool = False) -> None:
         """Raise AbortedError if the run must not continue; pauses are ignored."""
         if self._telling is not None:
             self._tell(self._telling)
         if self.stop.is_set():
             raise stopped(self.stop)
         with suppress(PauseWantedError):
-            self.guard.check(anew=anew)
+            self.guard.check(read_all=read_all)
         self.show()
 
     def show(self) -> None:

@@ -98,7 +98,7 @@ def _read(path: Path, file: BinaryIO, of: dict[str, str]) -> dict[str, Any]:
     except (ValueError, TypeError, KeyError) as error:
         raise DataError(
             f"{path} is damaged, or is no list of what is done",
-            hint="remove it to begin anew",
+            hint="remove it to begin again",
         ) from error
 
 
@@ -107,7 +107,7 @@ def _refuse_other_work(path: Path, then: Mapping[str, str], now: Mapping[str, st
         if then.get(name) != now.get(name):
             raise UsageError(
                 f"{path} keeps other work: {name} was {then.get(name)}, is {now.get(name)}",
-                hint="remove it to begin anew, or name another place",
+                hint="remove it to begin again, or name another place",
             )
 
 

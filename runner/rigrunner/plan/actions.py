@@ -38,7 +38,7 @@ class Terms:
     tries: int = 1
     """How often it is tried, all in all."""
     goes_on: bool = False
-    """Whether the run goes on after the last failure."""
+    """Whether the run continues after the last failure."""
     limits: tuple[ValueLimit, ...] = ()
     """What its values may be; an action that judges them itself has them."""
     expected: tuple[ReadingLimit, ...] = ()

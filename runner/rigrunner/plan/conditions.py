@@ -60,7 +60,7 @@ class Reached(Action):
     """Of the channel."""
     minimum: float
     maximum: float
-    """The repetition goes on for as long as the channel is within, in that unit."""
+    """The repetition continues while the channel is within, in that unit."""
     condition: str
     """In words."""
     shown: str
@@ -92,7 +92,7 @@ class ResultReached(Action):
     result: str
     minimum: float
     maximum: float
-    """The repetition goes on for as long as the result is within, in the SI unit."""
+    """The repetition continues while the result is within, in the SI unit."""
     condition: str
     """In words."""
     shown: str

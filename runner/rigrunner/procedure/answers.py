@@ -49,7 +49,7 @@ class Expected:
             shown = text[:_LONGEST].encode("unicode_escape").decode()
             raise AnswerError(
                 f"got '{shown}', expected a text without control characters",
-                hint=f"its character {refused.start() + 1} is {name_of(refused[0])}: type it anew",
+                hint=f"its character {refused.start() + 1} is {name_of(refused[0])}: type it again",
             )
         if self.choices:
             return self._choice(text)

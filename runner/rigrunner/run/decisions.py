@@ -267,5 +267,5 @@ def _read(path: Path, digest: str) -> DecisionFile:
 
 
 def _unreadable(path: Path) -> DataError:
-    hint = "move it away to go on without it; a decision that is on record is never deleted"
+    hint = "move it away to continue without it; a decision that is on record is never deleted"
     return DataError(f"{path} is not a decision that can be read", hint=hint)

@@ -38,7 +38,7 @@ class RecordingDigest:
             "setpoints": {key: float(value) for key, value in setpoints.items()},
             "units": dict(units),
         }
-        if coordinates:  # a recording of before has none, and the same digest as ever
+        if coordinates:  # a recording of before has none, and the same digest as before
             self._known["coordinates"] = dict(coordinates)
         self._channels: dict[str, hashlib._Hash] = {}
 

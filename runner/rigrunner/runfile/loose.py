@@ -149,7 +149,7 @@ def _without_header(files: RunFolder) -> str:
         return (
             "samples were recorded: keep the folder, and take its journal from a copy or a backup"
         )
-    return "nothing was recorded: remove the folder, and run the procedure anew"
+    return "nothing was recorded: remove the folder, and run the procedure again"
 
 
 def unfolded(files: RunFolder) -> list[SampleJournal]:

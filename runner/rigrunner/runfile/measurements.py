@@ -43,7 +43,7 @@ def measurement_digest(measurement: Measurement, version: int) -> str:
     if version >= FIRST_WITH_LIMITS:
         known["limits"] = msgspec.to_builtins(measurement.limits)
         known["recording"] = measurement.recording
-    if measurement.coordinates:  # a row of before has none, and the same digest as ever
+    if measurement.coordinates:  # a row of before has none, and the same digest as before
         known["coordinates"] = dict(measurement.coordinates)
     if measurement.readings:
         known["readings"] = dict(measurement.readings)

@@ -1,4 +1,4 @@
-"""How many decimals a number deserves (GUM 7.2.6), and texts with as many."""
+"""How many decimals to show for a number (GUM 7.2.6), and texts with as many."""
 
 from __future__ import annotations
 

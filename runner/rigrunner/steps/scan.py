@@ -134,7 +134,7 @@ class Scan(Action):
         for point, value in enumerate(self.values):
             try:
                 if point:
-                    doing.check(anew=True)
+                    doing.check(read_all=True)
                 move(value)
                 if self.settle_s:
                     doing.wait(self.settle_s)

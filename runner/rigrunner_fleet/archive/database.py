@@ -23,7 +23,7 @@ _WRITES = "rigrunner_writes"
 _DAMAGED = ("SQLITE_CORRUPT", "SQLITE_NOTADB")
 _OLDER = tuple(str(each) for each in range(1, VERSION))
 _NO_SERVER = "is the server running, and may this machine reach it? A file needs no server"
-_MAKES_ANEW = "'rigrunner archive index FOLDER' makes it anew from the run files"
+_MAKES_ANEW = "'rigrunner archive index FOLDER' makes it again from the run files"
 
 
 class Database:
@@ -109,7 +109,7 @@ class Database:
         version = self._version(connection)
         if version != str(VERSION):
             older = "'rigrunner archive index FOLDER' brings it up to date"
-            newer = "'rigrunner archive rebuild FOLDER' makes it anew from the run files"
+            newer = "'rigrunner archive rebuild FOLDER' makes it again from the run files"
             raise DataError(
                 f"the archive {self.shown} is of version {version}, this program's is {VERSION}",
                 hint=older if version in _OLDER else newer,

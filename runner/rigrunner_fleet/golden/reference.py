@@ -117,7 +117,7 @@ def _read(file: Path) -> Reference:
         where = ".".join(map(str, first["loc"])) or "the file"
         raise DataError(
             f"{file} is no reference of a golden run: {where}: {first['msg']}",
-            hint="'rigrunner golden record' makes it anew",
+            hint="'rigrunner golden record' makes it again",
         ) from error
 
 

@@ -19,7 +19,7 @@ class DriveView(BaseModel):
 
 
 class ManualView(BaseModel):
-    """The drives, the recording that goes on, and why the last wish was refused."""
+    """The drives, the recording in progress, and why the last request was refused."""
 
     model_config = ConfigDict(frozen=True)
 

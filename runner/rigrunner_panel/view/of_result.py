@@ -65,7 +65,7 @@ def live_view(
 
 
 def with_live(view: LiveView | None, found: Findings) -> LiveView:
-    """Return the analysis with what a recording that goes on shows by now.
+    """Return the analysis with what a recording in progress shows so far.
 
     A value of no more readings than the analysis has already is left out.
     """

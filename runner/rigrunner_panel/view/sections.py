@@ -199,7 +199,7 @@ class PromptView(Section):
 
 
 class PauseView(Section):
-    """Where the run is paused, and how it may go on."""
+    """Where the run is paused, and how it may be resumed."""
 
     step: str
     point: str
@@ -247,7 +247,7 @@ class ResultView(Section):
     uncorrected: float | None = None
     """Its value without the correction of the analysis, if that has one."""
     is_ongoing: bool = False
-    """Whether its recording goes on, or is not kept: it is of the latest readings."""
+    """Whether its recording continues, or is not kept: it is of the latest readings."""
 
 
 class LiveView(Section):

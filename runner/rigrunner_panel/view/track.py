@@ -28,7 +28,7 @@ class Track:
         self._scanned = 0
 
     def begin(self, index: int, recording: str) -> None:
-        """Take note that a step begins, perhaps anew."""
+        """Take note that a step begins, perhaps again."""
         if index < len(self._states):
             self._states[index] = RUNNING
         self._index, self._began_s = index, time.monotonic()
@@ -45,7 +45,7 @@ class Track:
             self._states[index] = SKIPPED
 
     def break_off(self) -> None:
-        """Take note that a pause broke off the step that the run is at: it comes anew."""
+        """Take note that a pause broke off the step that the run is at: it comes again."""
         if self._is(self._index, FAILED):
             self._states[self._index] = TO_COME
 

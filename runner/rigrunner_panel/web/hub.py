@@ -28,7 +28,7 @@ TREND_S = 0.1
 RIGS_S = 0.25
 IDLE_S = 1.0
 MOST_WAITING = 64
-"""Messages for a screen that is slow; with more it gets the whole state anew instead."""
+"""Messages for a screen that is slow; with more it gets the whole state again instead."""
 
 
 class Screen:

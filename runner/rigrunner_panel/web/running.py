@@ -1,4 +1,4 @@
-"""Preflight, start, and what is asked of a run that goes on."""
+"""Preflight, start, and what is asked of a run in progress."""
 
 from __future__ import annotations
 
@@ -183,7 +183,7 @@ def pause(rig: Rig, asked: Asked) -> Done:
 
 
 def deciding(choice: Choice) -> Callable[[Rig, Asked], Done]:
-    """Return what decides how a paused run goes on, with the reason or the remark of the body."""
+    """Return what decides how a paused run is resumed, with the reason or remark of the body."""
 
     def decide(rig: Rig, asked: Asked) -> Done:
         said = getattr(asked.body, "text" if choice is Choice.NOTE else "reason", "")

@@ -29,7 +29,7 @@ TRIES = 3
 
 @check(
     moves=True,
-    fix="connect anew before the next call, and identify; `Driver` does: see `reconnects_after`",
+    fix="connect again before the next call, and identify; `Driver` does: see `reconnects_after`",
     needs=("exchanges_go_over_the_wire",),
 )
 def recovers_after_a_failure(subject: DeviceSubject) -> None:

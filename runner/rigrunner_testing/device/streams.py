@@ -22,7 +22,7 @@ TIME_OFF_S, TIME_OFF_PART = 0.5, 0.25
 
 
 @check(
-    fix="count samples, not blocks: `first_sample` goes on by the samples of each block",
+    fix="count samples, not blocks: `first_sample` increases by the samples of each block",
     needs=("quantities_declared",),
 )
 def streams_are_gapless(subject: DeviceSubject) -> None:
@@ -135,7 +135,7 @@ def streams_may_be_left(subject: DeviceSubject) -> None:
             leave(stream)
         found = blocks(device, STREAMED_S)
         total = sum(block.samples for block in found)
-        demand(found and found[0].first_sample == 0, "the stream after that does not begin anew")
+        demand(found and found[0].first_sample == 0, "the stream after that does not begin again")
         demand(
             abs(total - STREAMED_S * streaming.sample_rate_hz) <= 1,
             f"the stream after that has {total} samples",

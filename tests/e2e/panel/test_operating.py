@@ -140,7 +140,7 @@ def test_pause_repeat_skip_and_abort(screen, panel):
     page.locator(".banner", has_text="the rig is at a standstill").wait_for()
     frequency = page.locator(".readout.old", has_text="Swing frequency")
     expect(frequency).to_contain_text("read ")  # since when it is so: nobody reads it now
-    expect(page.locator(".step.failed")).to_have_count(0)  # it was interrupted, and comes anew
+    expect(page.locator(".step.failed")).to_have_count(0)  # it was interrupted, and comes again
     page.get_by_role("button", name="Repeat point").click()
     page.locator("#dialog-text").focus()
     press_keys(page, "SN-42", 0.01)  # a scanner's: it is no reason, and here is no queue

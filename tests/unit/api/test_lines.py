@@ -183,7 +183,7 @@ def test_another_instrument_is_refused(tmp_path, answer):
 
 
 def test_an_answer_that_comes_late_is_never_taken_for_another(tmp_path):
-    """The connection is given up with what may still come over it, and opened anew."""
+    """The connection is given up with what may still come over it, and opened again."""
     with peer(SCRIPT | {b"LEVEL 1\n": b"ok\nlate\n"}) as instrument:
         device = lamp(tmp_path, address=instrument.address)
         device.connect(1.0)

@@ -103,7 +103,7 @@ def test_an_interlock_ends_it_whatever_it_would_do_to_a_run(does):
         yield SET
         yield step(SetDrive("tester", "load", 100.0, "N"))
         yield RECORD
-        session.check(anew=True)
+        session.check(read_all=True)
 
     summary, _, device = by_hand(steps, interlocks=[lock])
     assert summary.outcome is Outcome.ABORTED

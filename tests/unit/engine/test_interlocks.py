@@ -230,7 +230,7 @@ def test_a_channel_that_cannot_be_read_trips():
 def test_a_pause_by_an_interlock_aborts_where_nobody_is_there():
     summary, listener, _ = run_with(replace(HOT, does="pause"), steps_over_at(1.0))
     assert summary.outcome is Outcome.ABORTED
-    assert "nobody is there to go on" in summary.reason
+    assert "nobody is there to resume it" in summary.reason
     assert [one.action for one in listener.of(Intervention)] == ["pause", "abort"]
 
 

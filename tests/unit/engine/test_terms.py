@@ -108,7 +108,7 @@ def test_the_run_goes_on_where_the_procedure_says_so_and_says_so_itself():
     assert summary.passed_over == ("main[0]: tester: cable",)
     assert summary.reason == "passed over: main[0]: tester: cable"
     assert [one.ok for one in listener.of(StepEnded)] == [False, True]
-    assert [one.text for one in listener.of(Alarm)] == ["tester: cable; the run goes on"]
+    assert [one.text for one in listener.of(Alarm)] == ["tester: cable; the run continues"]
 
 
 @pytest.mark.parametrize("terms", [Terms(tries=2), Terms(goes_on=True)])

@@ -24,7 +24,7 @@ def two_workers(workers=2):
     ):
         yield found
         if workers and found.status is distributed.Status.running:
-            with suppress(TimeoutError):  # or closing fails while one is begun anew
+            with suppress(TimeoutError):  # or closing fails while one is begun again
                 found.wait_for_workers(workers, timeout=60)
 
 

@@ -74,7 +74,7 @@ def test_the_last_set_point_of_each_drive_is_kept():
     move = rig.setter("tester", "load", None, lambda: None)
     for load in (10.0, 20.0, 30.5):
         move(load)
-    rig.set("tester", "frequency", 2.0)  # which writes all of them anew
+    rig.set("tester", "frequency", 2.0)  # which writes all of them again
     assert read_marker("press").set_points == "tester.load 30.5 N, tester.frequency 2 Hz"
     move(0.0)
     assert read_marker("press").set_points == "tester.load 0 N, tester.frequency 2 Hz"

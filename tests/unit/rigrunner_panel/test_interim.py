@@ -1,4 +1,4 @@
-"""The analysis of a run that goes on is the stored one: its last value is the run's own."""
+"""The analysis of a run in progress is the stored one: its last value is the run's own."""
 
 from __future__ import annotations
 

@@ -525,7 +525,6 @@ def test_a_sentence_is_said_in_german_whole_or_not_at_all(translated, english, g
 
 CHECKS = [
     "plugins/rigrunner_bearings/torque/checks.py",
-    "plugins/rigrunner_bearings/torque/motion_checks.py",
     "plugins/rigrunner_bearings/torque/one_setup.py",
     "plugins/rigrunner_bearings/torque/consistency.py",
     "plugins/rigrunner_bearings/compensations/checks.py",

@@ -353,7 +353,7 @@ def test_recover_leaves_a_run_that_could_not_be_kept_its_reason(unkept):
 
 
 def test_a_run_whose_device_was_lost_in_a_recording_is_resumed_to_its_end(tmp_path):
-    """The set-point that was interrupted is recorded anew, the others are kept as they are."""
+    """The set-point that was interrupted is recorded again, the others are kept as they are."""
     fault = "{plugin: tester_of_tests, settings: {seed: 1}, faults: [%s]}"
     station = station_file(
         tmp_path,

@@ -83,7 +83,7 @@ def test_before_main_no_time_has_elapsed(tmp_path):
 
 
 def test_time_goes_on_while_a_run_is_interrupted(tmp_path):
-    """The clock of another process begins anew; the date and time do not."""
+    """The clock of another process begins again; the date and time do not."""
     write(tmp_path / "run")
     with RunWriter(tmp_path / "run") as writer:
         emit = Emitter(Bus([writer]), SimulatedClock(START + timedelta(hours=1)), 20)

@@ -263,7 +263,7 @@ def test_what_is_known_of_an_unsealed_run_is_read_without_its_samples(tmp_path, 
 
 
 def rewritten(change):
-    """Return what writes the manifest anew, in its canonical form."""
+    """Return what writes the manifest again, in its canonical form."""
 
     def edit(file):
         document = json.loads(bytes(file["entry/manifest"][()]))

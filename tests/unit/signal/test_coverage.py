@@ -67,7 +67,7 @@ def test_the_factor_is_the_same_on_both_sides_of_a_rectangle():
 
 @pytest.mark.parametrize("seed", range(12))
 def test_the_interval_of_a_random_budget_holds_95_per_cent(seed):
-    """Rectangles, and a scatter that is estimated from few values anew in each trial."""
+    """Rectangles, and a scatter that is estimated from few values again in each trial."""
     rng = np.random.default_rng(seed)
     widths = rng.exponential(1.0, rng.integers(1, 6))
     scatter, dof = rng.exponential(0.5), float(rng.choice([9, 29, 100]))

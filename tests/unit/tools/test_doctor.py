@@ -309,7 +309,7 @@ def test_serial_ports_that_may_not_be_opened_say_in_which_group_to_be(tmp_path, 
     assert (usable.state, usable.found) == ("ok", "/dev/ttyUSB0")
     assert barred.state == "warn"
     assert barred.found == "you may not open /dev/ttyUSB1, which belongs to the group dialout"
-    assert barred.fix == "sudo usermod -aG dialout jones, then log in anew"
+    assert barred.fix == "sudo usermod -aG dialout jones, then log in again"
     ports.clear()
     assert only("serial ports", tmp_path).found == "none is seen"
 

@@ -1,4 +1,4 @@
-"""What the studies share on the command line: seed, tables, and how they go on."""
+"""What the studies share on the command line: seed, tables, and how they are resumed."""
 
 from __future__ import annotations
 

@@ -90,7 +90,7 @@ class SimulatedTester:
         return self._rig.sensors.sample_rate_hz
 
     def connect(self, timeout_s: float) -> Identity:
-        """Begin a set-up: its drift and its repetitions start anew."""
+        """Begin a set-up: its drift and its repetitions start again."""
         identity = self._connection.open(timeout_s)
         self._repetitions.clear()
         self._readings.clear()

@@ -91,7 +91,7 @@ class EncoderChannel(Settings):
     decoding: Literal["x1", "x2", "x4"] = "x4"
     """How many edges of a pulse are counted."""
     index: YesNo = False
-    """Whether the angle is set anew at the index pulse."""
+    """Whether the angle is set again at the index pulse."""
     index_angle: Angle = 0.0
     """To which angle."""
     index_when: Literal["high_high", "high_low", "low_high", "low_low"] = "high_high"

@@ -90,7 +90,7 @@ class Occasions:
         self._there: Counter[tuple[int, str]] = Counter()
 
     def begin(self) -> None:
-        """Count anew."""
+        """Count again."""
         self._calls.clear()
         self._there.clear()
 
@@ -168,7 +168,7 @@ class FaultyDevice:
         return bool(getattr(self._inner, "reads_back_while_streaming", False))
 
     def connect(self, timeout_s: float) -> Identity:
-        """Connect; what was lost is there again, and calls are counted anew.
+        """Connect; what was lost is there again, and calls are counted again.
 
         With faults it says that it is simulated: what it measures is no measurement to certify.
         """

@@ -37,7 +37,7 @@ class Stream:
 
 
 def spoil_for(fault: FaultSettings, stream: Stream, rng: np.random.Generator) -> Spoil | None:
-    """Return what a fault does to the samples; None where it is none of theirs."""
+    """Return what a fault does to the samples; None where it is another fault."""
     make = _SPOILS.get(fault.kind)
     return None if make is None else make(fault, stream, rng)
 

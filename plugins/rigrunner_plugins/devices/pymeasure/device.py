@@ -58,7 +58,7 @@ def make(settings: PyMeasureSettings, context: DeviceContext) -> PyMeasureDevice
 class PyMeasureDevice(CommandedDriver):
     """An instrument whose channels and drives are properties of a class of PyMeasure.
 
-    After a failure of the connection the class is made anew for what comes next.
+    After a failure of the connection the class is made again for what comes next.
     """
 
     def __init__(self, settings: PyMeasureSettings, context: DeviceContext) -> None:

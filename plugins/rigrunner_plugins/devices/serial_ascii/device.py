@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 class SerialAscii(Driver):
     """An instrument whose every line holds all of its channels.
 
-    After a failure the port is given back, and opened anew for the next line.
+    After a failure the port is given back, and opened again for the next line.
     """
 
     def __init__(self, settings: SerialAsciiSettings, context: DeviceContext) -> None:

@@ -68,7 +68,7 @@ class StreamingSerialAscii(SerialAscii):
         try:
             yield
         except DeviceError:
-            self._drop()  # whatever it was, what comes next begins anew
+            self._drop()  # whatever it was, what comes next begins again
             raise
         finally:
             if self._lines is not None:

@@ -1,4 +1,4 @@
-"""One conversation over VISA, which is begun anew after an answer went missing."""
+"""One conversation over VISA, which is begun again after an answer went missing."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class VisaLink:
     """Sends texts to an instrument and returns its answers.
 
     After an answer that did not come in time, a late one would be taken for that of the next
-    query. So the connection is then given back, and opened anew before the next message.
+    query. So the connection is then given back, and opened again before the next message.
     """
 
     def __init__(self, settings: VisaSettings, folder: Path, clock: Clock) -> None:

@@ -91,7 +91,7 @@ def _write(contents: Contents, folder: Path, target: Path) -> None:
                     digest.update(block)
                     inside.write(block)
             if digest.hexdigest() != each.sha256:  # `unpack` would refuse all of it
-                raise DataError(f"{folder / each.name} was changed meanwhile", hint="pack it anew")
+                raise DataError(f"{folder / each.name} was changed meanwhile", hint="pack it again")
 
 
 def _entry(name: str, size: int = 0) -> ZipInfo:

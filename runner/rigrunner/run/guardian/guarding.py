@@ -95,7 +95,7 @@ class Guardian:
         self._starts += 1
         descriptors = list(self._marks.locks.values()) if os.name != "nt" else []
         if -1 in descriptors:
-            descriptors = []  # it takes them anew, once they are free
+            descriptors = []  # it takes them again, once they are free
         try:
             with _blocked(IGNORED):  # a new process inherits that, until it ignores them itself
                 child = subprocess.Popen(  # noqa: S603  (our own interpreter and module)

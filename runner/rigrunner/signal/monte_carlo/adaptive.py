@@ -34,7 +34,7 @@ BLOCK = 10_000
 
 @dataclass(frozen=True, kw_only=True)
 class Adaptive:
-    """How long to go on.
+    """How long to continue.
 
     The results are stable to `tolerance_share` of the numerical tolerance: 1 for a result of its
     own, a fifth where it is to check another (8.2).

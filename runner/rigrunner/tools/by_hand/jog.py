@@ -80,7 +80,7 @@ class Jog:
 
     def look(self) -> None:
         """Read all interlocks, and raise on one that is tripped."""
-        self._guarded("look", lambda: self._session.check(anew=True))
+        self._guarded("look", lambda: self._session.check(read_all=True))
 
     def set(self, drive: str, text: str) -> float:
         """Set a drive to a set-point such as '5 Hz', and return its read-back in SI units."""

@@ -83,7 +83,7 @@ def serial_ports(_: Surroundings) -> Iterator[Finding]:
         yield Finding(_SERIAL, "ok", ", ".join(usable) or "none is seen")
     if barred:
         group = _group(barred[0])
-        fix = f"sudo usermod -aG {group} {getpass.getuser()}, then log in anew"
+        fix = f"sudo usermod -aG {group} {getpass.getuser()}, then log in again"
         found = f"you may not open {', '.join(barred)}, which belongs to the group {group}"
         yield Finding(_SERIAL, "warn", found, fix)
 

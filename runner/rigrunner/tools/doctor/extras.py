@@ -49,7 +49,7 @@ def each_extra(_: Surroundings) -> Iterator[Finding]:
     for extra, packages in sorted(asked.items()):
         yield _extra(extra, packages)
     if not asked:
-        fix = "install Rigrunner anew: its metadata are of an older version"
+        fix = "install Rigrunner again: its metadata are of an older version"
         yield Finding("extras", "warn", "its own metadata name none", fix)
 
 

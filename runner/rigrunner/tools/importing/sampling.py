@@ -91,7 +91,7 @@ def _checked_times(times_s: Array, stated_hz: float | None, place: Location) -> 
     intervals = len(times_s) - 1
     span_s = float(times_s[-1] - times_s[0]) if intervals > 0 else 0.0
     if span_s <= 0:
-        raise DataError("the times of the samples do not go on", location=place)
+        raise DataError("the times of the samples do not increase", location=place)
     step_s = 1 / stated_hz if stated_hz is not None else _usual(np.diff(times_s), span_s)
     gaps = np.flatnonzero(np.abs(np.diff(times_s) - step_s) > _GAP * step_s)
     if gaps.size:

@@ -98,7 +98,7 @@ class Look:
             return RunLook((unreadable,), run.sha256, 0)
         there = {storable(each.name): each for each in run.folder.iterdir() if each.is_file()}
         found = list(_not_the_same(run, set(there)))
-        if not run.sealed:  # a run that goes on changes all the time
+        if not run.sealed:  # a run in progress changes all the time
             return RunLook(tuple(found), run.sha256, 0)
         count = _Count(self.pace)
         sha256 = run.sha256

@@ -127,7 +127,7 @@ def test_slow_swings_show_no_drive_line():
 
 @pytest.mark.parametrize("doubt", [{"phase_u_rad": 0.01}, {"alignment_u_s": 3e-5}])
 def test_a_phase_in_doubt_shows_no_delay(doubt):
-    """An index pulse is known to half a sample, in each recording anew: that is in U."""
+    """An index pulse is known to half a sample, in each recording again: that is in U."""
     made = sweep(RigParameters(), FREQUENCIES)
     doubtful = replace(made, loaded=tuple(replace(p, **doubt) for p in made.loaded))
     assert learned(made)[1] is not None

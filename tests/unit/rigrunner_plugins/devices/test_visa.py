@@ -170,7 +170,7 @@ def test_a_query_does_not_wait_until_the_command_before_it_is_acknowledged(conne
 
 
 class TestAnInstrumentThatWasOff:
-    """After silence or a lost connection nobody knows how it is set: it is set up anew."""
+    """After silence or a lost connection nobody knows how it is set: it is set up again."""
 
     VERIFIED = merged(SOURCE, verify=[{"query": "UNIT?", "good": "NM"}])
 

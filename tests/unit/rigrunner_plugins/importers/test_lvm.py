@@ -165,7 +165,7 @@ LAST = "0.002000\t3e-07\t100000.0"
         (ROWS.split("X_Value", maxsplit=1)[0], "the names of the columns are not there"),
         (ROWS.split("\t\nChannels", maxsplit=1)[0], "the file has no segment"),
         (ROWS.replace(LAST, ""), "has 2 samples, its header says 3"),
-        (ROWS.replace("-1.5", ""), ":26: 'Angle' goes on after an empty cell"),
+        (ROWS.replace("-1.5", ""), ":26: 'Angle' continues after an empty cell"),
         (ROWS.replace("-1.5", "NaN"), ":25: 'NaN' is not a number"),
         (ROWS.replace("-1.5", "1,5"), ":25: '1,5' is not a number with '.' as decimal mark"),
         (ROWS.replace("\tTorque", "\tMoment"), "the column 'Torque' of 'torque' is not there"),

@@ -110,7 +110,7 @@ class Feed:
         return block, block.monotonic_s + block.samples / block.rate_hz
 
     def _keep(self, name: str, values: Array) -> None:
-        """Append; the room doubles where it ends, so that long recordings are not copied anew."""
+        """Append; the room doubles where it ends, so that long recordings are not copied again."""
         end = self.samples + len(values)
         while end > len(self._kept[name]):
             self._kept[name] = np.concatenate([self._kept[name], np.empty_like(self._kept[name])])

@@ -19,7 +19,7 @@ function age(row, text, utc) {
   setText(row.small, [text, old ? t("read.since", { time: clock(utc) }) : ""].filter(Boolean).join(" · "));
 }
 
-// The value that the analyses show of the readings that go on, or the last one that they showed; null where they cannot.
+// The value that the analyses show of the readings in progress, or the last one that they showed; null where they cannot.
 function presentResult({ live }) {
   const results = live?.results ?? [];
   return results.findLast((each) => each.is_ongoing) ?? (live?.problem ? null : results.at(-1));

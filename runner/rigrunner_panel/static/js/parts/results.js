@@ -32,7 +32,7 @@ function limitText({ lower, upper }) {
   return Number.isFinite(upper) ? `≤ ${plain(upper)}` : "";
 }
 
-// The verdict counts the uncertainty too; while the run goes on there is only whether the value is within.
+// The verdict counts the uncertainty too; while the run continues there is only whether the value is within.
 function judged(row) {
   if (row.verdict) return mark(row.verdict, SIGNS[row.verdict] ?? "~", verdictText(row.verdict));
   if (!limitText(row)) return "";

@@ -23,7 +23,7 @@ function marked(value) {
   return value === null ? "" : plain(value);
 }
 
-// `options` is made anew with the colours of the theme. Returns {element, set(data), leave}; `units` says what is over what.
+// `options` is made again with the colours of the theme. Returns {element, set(data), leave}; `units` says what is over what.
 export function chart(title, units, options, empty) {
   const plotHost = h("div", { class: "plot-host" });
   const shown = h("span", {}, title);

@@ -48,7 +48,7 @@ function words({ name, unit }) {
   return unit && unit !== "1" ? `${said(name)} / ${unit}` : said(name);
 }
 
-// The chart of the latest curve, made anew where its axes are others.
+// The chart of the latest curve, made again where its axes are others.
 export function latestCurve() {
   const element = h("div", { class: "plot-curve" });
   let made = null;

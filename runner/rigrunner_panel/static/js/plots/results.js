@@ -12,7 +12,7 @@ const COLOURS = ["compensated", "raw", "ink-soft", "good", "bad", "ink"];
 const DASH_PX = 11;
 const WHOLE = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000]; // steps of a count, such as of runs
 
-// Shows the figures that the server sends as data; a chart is made anew where its axes are others.
+// Shows the figures that the server sends as data; a chart is made again where its axes are others.
 export function resultCharts(most = 2) {
   const element = h("div", { class: "result-plots" });
   let charts = [];
