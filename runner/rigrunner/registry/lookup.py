@@ -207,8 +207,13 @@ class Registry:
     ) -> tuple[Objection, ...]:
         """Return settings that do not fit the units of the requirements; raise PluginError."""
         record, told = self._analysis(name), self.validated("analysis", name, settings)
+        known = {
+            f"{field}.{parameter}": symbol
+            for field, fit in chosen_fits(told).items()
+            for parameter, symbol in self.requires("fit", fit.name, fit.settings).parameters.items()
+        }
         with _named(self.find("analysis", name)):
-            return tuple(record.objections(told, units))
+            return tuple(record.objections(told, {**units, **known}))
 
     def partner_problems(
         self, name: str, settings: Mapping[str, Any], planned: PlannedRun, partner: RunData
