@@ -110,4 +110,4 @@ def _drive(settings: TabulatedSettings, name: str) -> DriveInfo:
 
 
 def _same(one: float, other: float) -> bool:
-    return isclose(one, other, rel_tol=SAME, abs_tol=SAME)
+    return isclose(one, other, rel_tol=SAME)
