@@ -241,3 +241,27 @@ def test_the_torque_is_a_result_like_any_other(tmp_path, changed, message):
     called = call("check", tmp_path / "mu.yaml", "--station", "simulated")
     assert called.code == (3 if message else 0), called.err
     assert message in called.err
+
+
+def test_a_run_that_could_not_be_analysed_says_how_its_data_are(tmp_path):
+    """Two parameters that stand for one: found by the fit, after the measurement."""
+    fit = "{expression: {over: [i], model: a + b + 0*i, start: {a: 6 V, b: 6 V}}}"
+    text = PROCEDURE.replace(
+        "acceptance:", CURVE[1:].replace("{polynomial: {degree: 1}}", fit) + "acceptance:"
+    )
+    procedure, station = written(tmp_path, procedure=text)
+    runs = tmp_path / "runs"
+    called = call("run", procedure, "--station", station, "--unattended", "--runs", runs)
+    assert called.code == 5, called.err
+    (folder,) = runs.iterdir()
+    assert "The run was completed, but could not be analysed." in called.err
+    assert f"'rigrunner reanalyse {folder} --analysis FILE" in called.err
+    other = tmp_path / "other.yaml"
+    results = "{name: voltage, unit: V}"
+    other.write_text(
+        f"rigrunner: analysis/1\nnamed:\n  - readings: {{of: bench.voltage, result: {results}}}\n",
+        encoding="utf-8",
+    )
+    again = call("reanalyse", folder, "--analysis", other, "--out", tmp_path / "again")
+    assert again.code == 0, again.err
+    assert "voltage,12.01" in (tmp_path / "again/results.csv").read_text(encoding="utf-8")
