@@ -41,14 +41,14 @@ def rigrunner_certificate_formats() -> list[CertificateFormatRecord]:
             name="html",
             help="One self-contained page, for the screen and for A4",
             suffix=".html",
-            revision=5,
+            revision=6,
             factory=_certificate_html,
         ),
         CertificateFormatRecord(
             name="pdf",
             help="Tagged A4 pages with bookmarks and page numbers, for the record",
             suffix=".pdf",
-            revision=5,
+            revision=6,
             factory=_certificate_pdf,
         ),
     ]

@@ -80,6 +80,8 @@ def test_show_and_report_have_them(passed):
     assert "load regulation" in page
     assert "Output voltage over bench.current" in page  # the caption of the figure
     assert re.search(r"≤\s50\smV", page)
+    assert "Settings of the analysis" in page
+    assert "despike" not in page
 
 
 def test_a_value_out_of_its_limit_fails_and_is_kept(tmp_path):
@@ -158,6 +160,7 @@ def test_it_is_certified_and_verified(passed, certified):
     assert verified.code == 0, verified.out + verified.err
     page = next(out.glob("*.html")).read_text(encoding="utf-8")
     assert "load regulation" in page
+    assert "cycle" not in page.lower()
 
 
 @pytest.mark.thorough

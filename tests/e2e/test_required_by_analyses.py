@@ -21,6 +21,7 @@ main:
   - sweep:
       set: bench.current
       over: [0 A, 1 A, 2 A, 5 A]
+      label: {way: up}
       steps:
         - measure: {channels: [bench.voltage, bench.ripple]}
 analysis:
@@ -49,6 +50,11 @@ CURVE = """
       fit: {polynomial: {degree: 1}}
       results: {value: {name: at, at: 4 A, unit: V}}
 """
+FORMULA = CURVE.replace(
+    "{polynomial: {degree: 1}}",
+    "{expression: {over: [i], model: U - r*i, start: {U: 12 V, r: 9 mA}}}",
+).replace("{value", "{parameters: {r: {name: r, unit: mΩ}}, value")
+HYSTERESIS = "{hysteresis: {name: h, unit: mV, between: {way: [up, dwn]}}"
 HERE = "per: bench.current, result: {name: voltage"
 
 
@@ -119,8 +125,38 @@ def test_results_of_results_are_made_limited_and_reported(tmp_path):
             "fit: {",
             "the fit needs 5 different values of bench.current, got 4",
         ),
+        (
+            "acceptance:",
+            CURVE.replace("{value", "{parameters: {a1: {name: r, unit: mV/A}}, value")[1:]
+            + "acceptance:",
+            "results: {parameters",
+            "the fit has no parameter 'a1'",
+        ),
+        (
+            "acceptance:",
+            FORMULA[1:] + "acceptance:",
+            "results: {parameters",
+            "got 'mΩ', a resistance; the fit begins with it in A, a current",
+        ),
+        (
+            "acceptance:",
+            CURVE.replace("{value", HYSTERESIS + ", value")[1:] + "acceptance:",
+            "results: {hysteresis",
+            "nothing is measured at way = dwn",
+        ),
     ],
-    ids=["unknown", "per", "circle", "kind", "coordinate", "spans", "points"],
+    ids=[
+        "unknown",
+        "per",
+        "circle",
+        "kind",
+        "coordinate",
+        "spans",
+        "points",
+        "parameter",
+        "parameter's unit",
+        "label",
+    ],
 )
 def test_what_a_run_would_not_give_is_refused_with_its_line(tmp_path, old, new, at, message):
     called = checked(tmp_path, (old, new))
@@ -205,3 +241,27 @@ def test_the_torque_is_a_result_like_any_other(tmp_path, changed, message):
     called = call("check", tmp_path / "mu.yaml", "--station", "simulated")
     assert called.code == (3 if message else 0), called.err
     assert message in called.err
+
+
+def test_a_run_that_could_not_be_analysed_says_how_its_data_are(tmp_path):
+    """Two parameters that stand for one: found by the fit, after the measurement."""
+    fit = "{expression: {over: [i], model: a + b + 0*i, start: {a: 6 V, b: 6 V}}}"
+    text = PROCEDURE.replace(
+        "acceptance:", CURVE[1:].replace("{polynomial: {degree: 1}}", fit) + "acceptance:"
+    )
+    procedure, station = written(tmp_path, procedure=text)
+    runs = tmp_path / "runs"
+    called = call("run", procedure, "--station", station, "--unattended", "--runs", runs)
+    assert called.code == 5, called.err
+    (folder,) = runs.iterdir()
+    assert "The run was completed, but could not be analysed." in called.err
+    assert f"'rigrunner reanalyse {folder} --analysis FILE" in called.err
+    other = tmp_path / "other.yaml"
+    results = "{name: voltage, unit: V}"
+    other.write_text(
+        f"rigrunner: analysis/1\nnamed:\n  - readings: {{of: bench.voltage, result: {results}}}\n",
+        encoding="utf-8",
+    )
+    again = call("reanalyse", folder, "--analysis", other, "--out", tmp_path / "again")
+    assert again.code == 0, again.err
+    assert "voltage,12.01" in (tmp_path / "again/results.csv").read_text(encoding="utf-8")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api import DeviceRejectedError
+from rigrunner.api.quantity import legible
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -35,8 +36,7 @@ class Drives:
         info = self._info(name)
         if not info.minimum <= value <= info.maximum:
             raise DeviceRejectedError(
-                f"{name}: {value:g} {info.unit} is out of range "
-                f"({info.minimum:g} to {info.maximum:g} {info.unit})"
+                f"{name}: {legible(value, info.unit)} is out of range ({info.range_text})"
             )
         self._move(info, value)
 

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 from rigrunner.api import Requirements
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from rigrunner_plugins.fits.settings import (
         AiccSettings,
         BasisSettings,
@@ -29,12 +31,14 @@ def least_points_of_aicc(coefficients: int) -> int:
 
 def of_polynomial(settings: PolynomialSettings) -> Requirements:
     """Return what the fit `polynomial` needs."""
-    return Requirements(points=least_points(settings.degree + 1))
+    powers = range(settings.degree + 1)
+    return Requirements(points=least_points(len(powers)), parameters=_coefficients(powers))
 
 
 def of_basis(settings: BasisSettings) -> Requirements:
     """Return what the fit `basis` needs."""
-    return Requirements(points=least_points(len(settings.powers)))
+    powers = settings.powers
+    return Requirements(points=least_points(len(powers)), parameters=_coefficients(powers))
 
 
 def of_aicc(settings: AiccSettings) -> Requirements:
@@ -45,7 +49,12 @@ def of_aicc(settings: AiccSettings) -> Requirements:
 
 def of_expression(settings: ExpressionSettings) -> Requirements:
     """Return what the fit `expression` needs."""
-    return Requirements(points=least_points(len(settings.start)))
+    units = {name: each.unit for name, each in settings.start.items()}
+    return Requirements(points=least_points(len(units)), parameters=units)
+
+
+def _coefficients(powers: Iterable[int]) -> dict[str, str]:
+    return {f"c{power}": "" for power in powers}
 
 
 def of_pchip(_: Any) -> Requirements:

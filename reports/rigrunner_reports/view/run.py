@@ -140,8 +140,11 @@ def _period(start_utc: str, end_utc: str) -> str:
 
 
 def settings(result: Result) -> Facts:
-    """Return the settings of the analysis, one per line."""
-    return tuple(_flat(result.settings, ()))
+    """Return the settings of the analysis, one per line; without a method, those that are given."""
+    told = result.settings
+    if not told.get("primary"):
+        told = {key: value for key, value in told.items() if value}
+    return tuple(_flat(told, ()))
 
 
 def _flat(value: object, path: tuple[str, ...]) -> Iterator[tuple[str, str]]:

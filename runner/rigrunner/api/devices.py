@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
 from rigrunner.api.errors import PluginError
+from rigrunner.api.quantity import legible
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -202,6 +203,13 @@ class DriveInfo:
         if self.tolerance is not None:
             return self.tolerance
         return 0.01 * (self.maximum - self.minimum)
+
+    @property
+    def range_text(self) -> str:
+        """The range in words: '0 to 3000 N', '300 nm to 1.1 µm'."""
+        low, high = (legible(each, self.unit) for each in (self.minimum, self.maximum))
+        number, _, symbol = low.partition(" ")
+        return f"{number if high.partition(' ')[2] == symbol else low} to {high}"
 
     @property
     def longest_s(self) -> float:

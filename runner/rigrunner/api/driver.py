@@ -20,6 +20,7 @@ from rigrunner.api.errors import (
     DeviceTimeoutError,
     PluginError,
 )
+from rigrunner.api.quantity import legible
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -238,8 +239,7 @@ class Driver:
         self._need_connection()
         if not info.minimum <= value <= info.maximum:
             raise DeviceRejectedError(
-                f"{drive}: {value:g} {info.unit} is out of range "
-                f"({info.minimum:g} to {info.maximum:g} {info.unit})"
+                f"{drive}: {legible(value, info.unit)} is out of range ({info.range_text})"
             )
         with self._watched():
             self._mapped(f"set {drive}", lambda: self.put(drive, value))

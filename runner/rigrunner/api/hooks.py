@@ -204,7 +204,8 @@ class AnalysisRecord(PluginRecord):
     """Returns, from the settings, what the analysis requires of a run, above all channels."""
     objections: Callable[[Any, Mapping[str, str]], Iterable[Objection]] = nothing
     """Returns, from the settings and the units of the requirements by name, settings that do not
-    fit. Channels have SI units; results have their own."""
+    fit. Channels have SI units; results have their own. The parameters of a fit that a field names
+    are there too, as 'fit.c0', if the fit declares them."""
     partner_problems: Callable[..., Iterable[str]] = nothing
     """Returns, from the settings, a planned run and a run that could be its partner, why that run
     cannot be used, beyond what `requires` asks of it."""

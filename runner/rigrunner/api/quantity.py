@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import math
 import re
+from contextlib import suppress
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from rigrunner.api.unit_tables import Unit  # noqa: TC001  (pydantic reads it at run time)
+from rigrunner.api.unit_tables import FACTORS, Unit
 from rigrunner.api.units import (
     COMPOSED,
     QuantityError,
@@ -20,6 +22,9 @@ from rigrunner.api.units import (
     usual_units,
     with_article,
 )
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 _MINUS = "\N{MINUS SIGN}"
 LONGEST_S = 3653 * 86400.0
@@ -34,6 +39,7 @@ _MORE_DIGITS = re.compile(r"[.,:'_]?[0-9]")
 _INVERSE = re.compile(r"1(?:/|$)")
 _COMMA = re.compile(r"[+-]?[0-9]+,([0-9]+)(?![0-9,.])")
 _GROUP = 3
+_LEGIBLE = 1000
 
 
 def quantity_pattern(dimension: str | None = None) -> str:
@@ -98,6 +104,29 @@ def readable(si: float, dimension: str) -> Quantity:
     ]
     exact = [each for each in written if math.isclose(each.si, si, rel_tol=1e-11)]
     return min(exact, key=lambda quantity: len(str(quantity)))
+
+
+def legible(si: float, symbol: str) -> str:
+    """Return an SI value as text, in a smaller or larger unit where its number has an exponent.
+
+    '450 nm' of 4.5e-07 in 'm'; 24.5 in 'N' stays '24.5 N'.
+    """
+    text = f"{si:.6g}"
+    if symbol and "e" in text:
+        dimension = unit(symbol).dimension
+        for known in (*usual_units(dimension), *_prefixed(symbol)):
+            if known.dimension != dimension:  # pH is no picohenry
+                continue
+            number = (si - known.offset) / known.factor
+            if 1 <= abs(number) < _LEGIBLE:
+                return f"{number:.6g} {known.symbol}"
+    return f"{text} {symbol}".rstrip()
+
+
+def _prefixed(symbol: str) -> Iterator[Unit]:
+    for prefix in FACTORS:
+        with suppress(QuantityError):
+            yield unit(f"{prefix}{symbol}")
 
 
 def parse_quantity(text: str, dimension: str | None = None) -> Quantity:

@@ -143,10 +143,10 @@ def certifiable(source: Source) -> None:
         is_fail = each is source.stored and each.info.outcome == Outcome.STOPPED_AT_LIMIT
         if each.info.outcome != Outcome.COMPLETED and not is_fail:
             why = f": {each.info.reason}" if each.info.reason else ""
-            raise DataError(
-                f"{each.header.run_id} ended as '{each.info.outcome}'{why}",
-                hint="only a completed run is a test that a certificate can report",
-            )
+            hint = "only a completed run is a test that a certificate can report"
+            if not each.info.sealed:
+                hint += f"; 'rigrunner resume {each.header.run_id}' completes it"
+            raise DataError(f"{each.header.run_id} ended as '{each.info.outcome}'{why}", hint=hint)
     if not info.sealed:
         raise DataError(
             f"{source.stored.header.run_id} is not sealed: its program was interrupted",

@@ -52,6 +52,11 @@ def _tell_error(finished: FinishedRun) -> None:
             f"It is not sealed. Fix the cause; then 'rigrunner resume {name}' resumes the run,"
             f" and 'rigrunner recover {name}' closes it as it is."
         )
+    elif error is not None and finished.outcome is Outcome.COMPLETED and finished.result is None:
+        message(
+            f"Its data are kept: 'rigrunner reanalyse {finished.folder} --analysis FILE --out"
+            " FOLDER' analyses them in another way."
+        )
     for text in finished.passed_over:
         message(f"The run went on after a failure: {text}")
 

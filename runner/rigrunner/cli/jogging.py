@@ -6,7 +6,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError, DataError, RigrunnerError, UsageError, did_you_mean
-from rigrunner.api.quantity import parse_quantity
+from rigrunner.api.quantity import legible, parse_quantity
 from rigrunner.cli.boundary import show_error
 from rigrunner.cli.keyboard import line_may_be_read
 from rigrunner.cli.output import message, prompt, result, unsafe_rig
@@ -68,12 +68,12 @@ def show_values(jog: Jog, values: Mapping[str, float]) -> None:
     """Print values with their units, and which are relative to a zero."""
     for name, value in values.items():
         zeroed = "  (less its zero)" if name in jog.zeros else ""
-        result(f"{name} {value:.6g} {jog.channels[name].unit}{zeroed}")
+        result(f"{name} {legible(value, jog.channels[name].unit)}{zeroed}")
 
 
 def show_set(jog: Jog, drive: str, actual: float) -> None:
     """Print the read-back of a drive."""
-    result(f"{drive} reads back {actual:.6g} {jog.drives[drive].unit}")
+    result(f"{drive} reads back {legible(actual, jog.drives[drive].unit)}")
 
 
 def _do(jog: Jog, words: list[str]) -> None:
@@ -147,8 +147,8 @@ def _show_help(jog: Jog) -> None:
     for words, text in HELP.items():
         message(f"  {words:22} {text}")
     for info in jog.drives.values():
-        span = f"{info.minimum:g} to {info.maximum:g} {info.unit}"
-        message(f"  drive {info.name}: {span}, safe at {info.safe_value:g} {info.unit}")
+        span, safe = info.range_text, legible(info.safe_value, info.unit)
+        message(f"  drive {info.name}: {span}, safe at {safe}")
     message(f"  channels: {', '.join(jog.channels) or 'none'}")
 
 

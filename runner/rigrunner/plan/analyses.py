@@ -231,7 +231,19 @@ class _Use:
             message = f"'{name}' is not set wherever {self.together} is measured"
             self.complain(("per",), message, did_you_mean(name, everywhere, listed))
         for each in self.needed:
+            self._check_values(each, chosen)
             self._check_set_points(each, chosen, per)
+
+    def _check_values(self, needed: NeededChannel, chosen: Iterable[Measured]) -> None:
+        """Add a problem for the first required value at which nothing will be measured."""
+        there = [each for each in chosen if needed.name in each.coordinate_units]
+        for value in needed.values if there else ():
+            if not any(each.may_be_at({needed.name: value}) for each in there):
+                known = sorted({str(each.place[needed.name]) for each in there})
+                message = f"nothing is measured at {needed.name} = {value}"
+                hint = did_you_mean(str(value), known, f"there are: {', '.join(known)}")
+                self.complain(needed.key, message, hint)
+                return
 
     def _check_set_points(
         self, needed: NeededChannel, chosen: Iterable[Measured], per: Iterable[str]
@@ -355,7 +367,7 @@ class _Use:
     @property
     def together(self) -> str:
         """The channels, in words."""
-        return " and ".join(each.name for each in self.needed)
+        return " and ".join(dict.fromkeys(each.name for each in self.needed))
 
     def complain(
         self, key: tuple[str | int, ...], message: str, hint: str, column: int = 0

@@ -83,8 +83,7 @@ class DriveStates:
             )
             return None
         if not drive.minimum <= quantity.si <= drive.maximum:
-            limits = f"{drive.minimum:g} to {drive.maximum:g} {drive.unit}"
-            message = f"{quantity} is out of range ({limits})"
+            message = f"{quantity} is out of range ({drive.range_text})"
             hint = f"these are the limits of {member}"
             self._problems.add(self._document, valued_at, message, hint)
         elif not self._standing.uncertain:

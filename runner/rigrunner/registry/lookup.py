@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections import defaultdict
 from collections.abc import Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Protocol
@@ -207,8 +207,13 @@ class Registry:
     ) -> tuple[Objection, ...]:
         """Return settings that do not fit the units of the requirements; raise PluginError."""
         record, told = self._analysis(name), self.validated("analysis", name, settings)
+        known = dict(units)
+        for field, fit in chosen_fits(told).items():
+            with suppress(PluginError):  # told by the check of the plugins
+                found = self.requires("fit", fit.name, fit.settings).parameters
+                known |= {f"{field}.{parameter}": symbol for parameter, symbol in found.items()}
         with _named(self.find("analysis", name)):
-            return tuple(record.objections(told, units))
+            return tuple(record.objections(told, known))
 
     def partner_problems(
         self, name: str, settings: Mapping[str, Any], planned: PlannedRun, partner: RunData

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol, SupportsFloat, TypeVar
 
 from rigrunner.api.errors import DeviceRejectedError, DeviceTimeoutError
 from rigrunner.api.member import Member
+from rigrunner.api.quantity import legible
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -51,7 +52,7 @@ def staying_away(
 ) -> list[str]:
     """Return, as text, which drives are not at their safe value; set-points by 'role.drive'."""
     return [
-        f"{info.name} stays at {value:g} {info.unit}"
+        f"{info.name} stays at {legible(value, info.unit)}"
         for info in drives
         if (value := set_points.get(Member(role, info.name))) not in {None, info.safe_value}
     ]

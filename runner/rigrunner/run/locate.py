@@ -8,6 +8,7 @@ from pathlib import Path
 from rigrunner.api.errors import UsageError, did_you_mean
 
 RUN_FILE = "run.h5"
+_OTHER_FILES = {".csv", ".html", ".json", ".pdf", ".yaml", ".yml"}
 MOST_NAMED = 12
 """Number of runs named in a message, the newest."""
 
@@ -46,6 +47,11 @@ def find_run(name_or_path: str, runs: Path) -> Path:
     """
     for candidate in (Path(name_or_path), runs / name_or_path):
         if candidate.is_dir() or candidate.is_file():
+            if candidate.is_file() and candidate.suffix.lower() in _OTHER_FILES:
+                hint = (
+                    f"a run is its folder in {runs}, or the {RUN_FILE} in it; see 'rigrunner runs'"
+                )
+                raise UsageError(f"{candidate} is not a run", hint=hint)
             return candidate.parent if candidate.name == RUN_FILE else candidate
     names = run_names(runs)
     begun = [name for name in names if name.startswith(name_or_path)]

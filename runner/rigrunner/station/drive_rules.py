@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.api.quantity import legible
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -41,8 +42,8 @@ class DriveRules:
         """
         if not allowed.minimum <= value <= allowed.maximum:
             raise DeviceRejectedError(
-                f"{_in_words(member)}: {value:g} {allowed.unit} is out of range "
-                f"({allowed.minimum:g} to {allowed.maximum:g} {allowed.unit})"
+                f"{_in_words(member)}: {legible(value, allowed.unit)} is out of range"
+                f" ({allowed.range_text})"
             )
         for combination in self.combinations:
             if member not in combination.drives:

@@ -10,7 +10,15 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from rigrunner.api.quantity import Quantity, largest, parse_quantity, quantity_pattern, readable
+from rigrunner.api.devices import DriveInfo
+from rigrunner.api.quantity import (
+    Quantity,
+    largest,
+    legible,
+    parse_quantity,
+    quantity_pattern,
+    readable,
+)
 from rigrunner.api.unit_tables import UNITS
 from rigrunner.api.units import (
     QuantityError,
@@ -309,3 +317,31 @@ def test_the_factor_of_a_quotient_is_that_of_its_parts(above, below):
     assert found.factor == pytest.approx(factor(above) / factor(below), rel=1e-12)
     assert unit(found.symbol) == found
     assert unit(si_symbol(found.dimension)).dimension == found.dimension
+
+
+@pytest.mark.parametrize(
+    ("si", "symbol", "text"),
+    [
+        (24.5, "N", "24.5 N"),
+        (0.0, "m", "0 m"),
+        (0.02, "m", "0.02 m"),
+        (4.5e-7, "m", "450 nm"),
+        (-3.80215e-6, "A", "-3.80215 µA"),
+        (2.508e-5, "m³", "25.08 mL"),
+        (3.2e6, "Pa", "3.2 MPa"),
+        (1e-30, "m", "1e-30 m"),
+        (1e-6, "", "1e-06"),
+        (5e-12, "H", "5e-12 H"),
+        (float("nan"), "V", "nan V"),
+    ],
+)
+def test_a_number_with_an_exponent_is_given_in_another_unit(si, symbol, text):
+    assert legible(si, symbol) == text
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "text"),
+    [(0, 3000, "0 to 3000 m"), (3e-7, 1.1e-6, "300 nm to 1.1 µm"), (3e-7, 9e-7, "300 to 900 nm")],
+)
+def test_the_range_of_a_drive_in_words(low, high, text):
+    assert DriveInfo("x", "m", "X", low, high).range_text == text

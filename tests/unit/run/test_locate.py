@@ -97,3 +97,11 @@ def test_a_mistyped_file_is_looked_for_where_it_would_be(tmp_path, monkeypatch, 
     with pytest.raises(UsageError) as caught:
         find_station(asked)
     assert caught.value.hint.replace("\\", "/") == hint
+
+
+def test_a_file_that_a_person_writes_or_reads_is_no_run(tmp_path):
+    procedure = tmp_path / "diode.yaml"
+    procedure.write_text("rigrunner: procedure/2\n", encoding="utf-8")
+    with pytest.raises(UsageError, match="is not a run") as caught:
+        find_run(str(procedure), tmp_path)
+    assert "a run is its folder" in caught.value.hint

@@ -17,6 +17,7 @@ from rigrunner.api import (
     YesNo,
     unit,
 )
+from rigrunner.api.errors import did_you_mean
 from rigrunner.api.fit_choice import FitChoice
 from rigrunner.api.member import NAME
 from rigrunner.api.places import CoordinateKey, Place, PlaceValue
@@ -232,11 +233,6 @@ class CurveSettings(Settings):
     def requires(self) -> Requirements:
         """Return the channels and coordinates to read, and the range that x must cover."""
         names = tuple(each.name for _, each in self.results.all_of())
-        ways = {
-            each.label: ("results", *key, "between")
-            for key, each in self.results.all_of()
-            if isinstance(each, BothWays)
-        }
         several = len(self.over) > 1
         channels = (
             NeededChannel(name=self.of, key=("of",), enters=names),
@@ -252,8 +248,14 @@ class CurveSettings(Settings):
                 for name, source in self.over.items()
             ),
             *(
-                NeededChannel(name=label, key=key, or_coordinate=True)
-                for label, key in ways.items()
+                NeededChannel(
+                    name=each.label,
+                    key=("results", *key, "between"),
+                    or_coordinate=True,
+                    values=each.ways,
+                )
+                for key, each in self.results.all_of()
+                if isinstance(each, BothWays)
             ),
         )
         return Requirements(channels=channels)
@@ -269,6 +271,7 @@ class CurveSettings(Settings):
         x = {name: units[source] or "1" for name, source in self.over.items()}
         only_x = next(iter(x.values()))
         yield from _other(("reference",), self.reference, only_x)
+        yield from self._unlike_fit(units)
         for key, each in self.results.all_of():
             at: tuple[str | int, ...] = ("results", *key)
             if isinstance(each, ValueAt):
@@ -284,6 +287,24 @@ class CurveSettings(Settings):
                 yield from _sloping(at, each, y, only_x)
             elif isinstance(each, Deviation):
                 yield from _stated(at, each, "1" if each.of_span else y, difference=True)
+
+    def _unlike_fit(self, units: Mapping[str, str]) -> Iterator[Objection]:
+        """Yield an error for each parameter that the fit does not have, or has in another unit."""
+        names = [key.removeprefix("fit.") for key in units if key.startswith("fit.")]
+        for name, each in self.results.parameters.items() if names else ():
+            at = ("results", "parameters", name)
+            if name not in names:
+                hint = did_you_mean(name, names, f"it has: {', '.join(names)}")
+                yield at, f"the fit has no parameter '{name}'", hint
+                continue
+            symbol = units[f"fit.{name}"]
+            wanted = unit(symbol or each.unit).dimension
+            given = unit(each.unit).dimension
+            if given != wanted and symbol != "1":
+                told = (
+                    f"got '{each.unit}', {with_article(given)}; the fit begins with it in {symbol}"
+                )
+                yield (*at, "unit"), f"{told}, {with_article(wanted)}", ""
 
 
 def _other(key: tuple[str | int, ...], given: Quantity | None, si: str) -> Iterator[Objection]:

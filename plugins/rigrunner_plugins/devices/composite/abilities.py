@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api import DeviceRejectedError
 from rigrunner.api.devices import CountsStreams, KnowsTruth
 from rigrunner.api.driver import wait_until_arrived
+from rigrunner.api.quantity import legible
 from rigrunner_plugins.devices.composite.base import POLL_S, Composite, find
 from rigrunner_plugins.devices.composite.clocks.aligned import AlignedStream, Wanted
 
@@ -66,8 +67,7 @@ class Sets(Composite):
         info = route.info
         if not info.minimum <= value <= info.maximum:
             raise DeviceRejectedError(
-                f"{drive}: {value:g} {info.unit} is out of range "
-                f"({info.minimum:g} to {info.maximum:g} {info.unit})"
+                f"{drive}: {legible(value, info.unit)} is out of range ({info.range_text})"
             )
         self.parts[route.part].begin(route.name, value)
         self.set_points[drive] = value

@@ -114,7 +114,7 @@ class Occasions:
 
 def _at(fault: FaultSettings, set_points: Mapping[str, float]) -> bool:
     return all(
-        math.isclose(set_points[drive], wanted.si, rel_tol=1e-6, abs_tol=1e-9)
+        math.isclose(set_points[drive], wanted.si, rel_tol=1e-6)
         for drive, wanted in fault.at.items()
     )
 

@@ -6,6 +6,7 @@ from math import isclose
 from typing import TYPE_CHECKING
 
 from rigrunner.api import ChannelInfo, DeviceLostError, DeviceRejectedError, DriveInfo, Identity
+from rigrunner.api.quantity import legible
 from rigrunner_plugins.devices.channels import check_channels
 from rigrunner_plugins.devices.drives import Drives
 
@@ -82,7 +83,10 @@ class Tabulated:
         for row in self._settings.rows:
             if all(map(_same, self._settings.place(row), here)):
                 return row
-        at = ", ".join(f"{info.name} {here[i]:g} {info.unit}" for i, info in enumerate(self.drives))
+        at = ", ".join(
+            f"{info.name} {legible(value, info.unit)}"
+            for info, value in zip(self.drives, here, strict=True)
+        )
         raise DeviceRejectedError(f"the table has no row for {at}", hint=self._listing())
 
     def _listing(self) -> str:
@@ -110,4 +114,4 @@ def _drive(settings: TabulatedSettings, name: str) -> DriveInfo:
 
 
 def _same(one: float, other: float) -> bool:
-    return isclose(one, other, rel_tol=SAME, abs_tol=SAME)
+    return isclose(one, other, rel_tol=SAME)

@@ -7,9 +7,15 @@ number it is.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from rigrunner.api.member import NAME
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.quantity import Quantity
 
 LEAST_CYCLES = 5
 """Whole cycles in a recording, after gross errors: with fewer, neither a gross error nor the
@@ -42,6 +48,9 @@ class NeededChannel:
     spans: tuple[float, float] | None = None
     """The least and the greatest value that it must reach, in the SI unit. It is asked of
     set-points: what is read is not known beforehand."""
+    values: tuple[Quantity | str, ...] = ()
+    """Values at each of which something must be measured; asked of set-points, counters and labels
+    only."""
     x_of: str = ""
     """Of the x of a fit, the field of the settings that names the fit: as many different set-points
     are asked for as that fit needs."""
@@ -130,3 +139,6 @@ class Requirements:
     """Samples per second, in each recording of its channels."""
     points: int = 0
     """Different x of the values that a fit is through."""
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    """Of a fit, its parameters, each with its unit in SI, or '' where that follows from the points;
+    empty where the settings alone do not tell them."""

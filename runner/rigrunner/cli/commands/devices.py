@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rigrunner.api.errors import ExitCode, UsageError
+from rigrunner.api.quantity import legible
 from rigrunner.api.summaries import pairs
 from rigrunner.cli.completing import stations
 from rigrunner.cli.options import json_option, record_option, replay_option
@@ -111,11 +112,11 @@ def _rows(report: DeviceReport) -> Iterator[tuple[str, str]]:
     if report.hint:
         yield "", f"fix: {report.hint}"
     for drive in report.drives:
-        at = f"{drive.drive} stands at {drive.found:.6g} {drive.unit}"
-        safe = f"safe is {drive.safe_value:g} {drive.unit}"
+        at = f"{drive.drive} stands at {legible(drive.found, drive.unit)}"
+        safe = f"safe is {legible(drive.safe_value, drive.unit)}"
         yield "", f"{at}, which is safe" if drive.safe else f"{at}, NOT SAFE when found: {safe}"
     for name, value in report.values.items():
-        yield "", f"{name.partition('.')[2]} reads {value:.6g} {report.units[name]}"
+        yield "", f"{name.partition('.')[2]} reads {legible(value, report.units[name])}"
     if report.read_s is not None:
         yield "", f"reading all of these once took {_MILLI * report.read_s:.3g} ms"
     for each in report.calibrated:

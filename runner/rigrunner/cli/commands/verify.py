@@ -92,13 +92,13 @@ def command(
 
 def _run(what: str, runs: Path) -> Path:
     """Return the run of that path or name; raise UsageError for a file of another kind."""
-    path = find_run(what, runs)
+    path = Path(what)
     if path.is_file() and path.suffix not in RUN_FILES:
         raise UsageError(
             f"{path} is neither a certificate nor a run",
             hint=f"a certificate is a file {', '.join(FORMS)}; a run is its folder or its run.h5",
         )
-    return path
+    return find_run(what, runs)
 
 
 def _text(found: Verification) -> str:

@@ -17,7 +17,7 @@ from rigrunner.api.errors import (
 )
 from rigrunner.api.events import Alarm, Intervention, MadeSafe, Note
 from rigrunner.api.member import Member
-from rigrunner.api.quantity import parse_quantity
+from rigrunner.api.quantity import legible, parse_quantity
 from rigrunner.api.units import QuantityError, unit
 from rigrunner.bus import Bus, Emitter
 from rigrunner.engine import UnattendedAnswers
@@ -87,14 +87,13 @@ class Jog:
         info = _found("drive", drive, self.drives)
         value = _quantity(text, info)
         if not info.minimum <= value <= info.maximum:
-            allowed = f"{info.minimum:g} to {info.maximum:g} {info.unit}"
-            raise UsageError(f"{drive}: {text} is out of range ({allowed})")
+            raise UsageError(f"{drive}: {text} is out of range ({info.range_text})")
         self.look()
         action = SetDrive(self.role, drive, value, info.unit)
         what = f"set {drive} {text}"
         measured = self._guarded(what, lambda: action.do(_STEP, self._session))
         actual = measured.values[Member(self.role, drive)]
-        self._note(f"{what}: reads back {actual:g} {info.unit}")
+        self._note(f"{what}: reads back {legible(actual, info.unit)}")
         return actual
 
     def read(self, names: Sequence[str] = ()) -> dict[str, float]:

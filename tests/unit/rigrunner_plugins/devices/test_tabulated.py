@@ -40,6 +40,15 @@ def test_each_row_is_read_where_it_stands_in_si_units(table):
     assert not isinstance(table, Streaming)
 
 
+def test_set_points_that_are_small_in_si_units_are_told_apart():
+    rows = [{"wavelength": f"{nm} nm", "power": f"{nm} µW"} for nm in (400, 400.5, 401)]
+    device = made(set_points=["wavelength"], rows=rows)
+    device.connect(1.0)
+    for nm in (400, 400.5, 401):
+        device.set("wavelength", nm * 1e-9)
+        assert device.read(["power"]) == {"power": pytest.approx(nm * 1e-6)}
+
+
 def test_where_there_is_no_row_it_names_those_that_are(table):
     table.set("frequency", 10.0)
     with pytest.raises(DeviceRejectedError) as caught:
