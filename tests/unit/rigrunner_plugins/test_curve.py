@@ -209,7 +209,7 @@ def test_an_unknown_is_found_by_its_own_readings():
     assert got.readings == 6
 
 
-def test_what_the_curve_does_not_give_is_left_out_and_nothing_is_decided():
+def test_what_the_curve_does_not_give_is_missing_with_the_reason():
     told = {
         "value": {"name": "far", "unit": "V", "at": "12 N·m"},
         "x_at": {"name": "x", "unit": "N·m", "y": "9 V"},
@@ -217,16 +217,45 @@ def test_what_the_curve_does_not_give_is_left_out_and_nothing_is_decided():
     }
     got = findings(run_of(rows(X, Y), EXACT), told)
     assert [each.name for each in got.results] == ["slope"]
-    assert [each.decisive and not each.ok for each in got.checks] == [True, True]
-    assert "12 N·m is outside the points, 0 to 10 N·m" in got.checks[0].text
-    assert "the value 9 V nowhere" in got.checks[1].text
+    assert [each.name for each in got.missing] == ["far", "x"]
+    assert "12 N·m is outside the points, 0 to 10 N·m" in got.missing[0].why
+    assert "the value 9 V nowhere" in got.missing[1].why
+
+
+def test_a_place_at_which_there_is_no_curve_leaves_those_of_the_others():
+    """At 2 A there is one point, of which no line can be made; at 3 A the points end at 5 N·m."""
+    loads = [{"load": "1 A"}] * 6 + [{"load": "2 A"}] + [{"load": "3 A"}] * 6
+    x, y = [*X, 3, *(X / 2)], [*Y, 1.4, *(Y / 2)]
+    told = {
+        "slope": {"name": "slope", "unit": "V/(N·m)"},
+        "value": {"name": "at_8", "unit": "V", "at": "8 N·m"},
+    }
+    got = findings(run_of(rows(x, y, labels=loads), EXACT), told, per="load")
+    assert [(each.name, each.place) for each in got.results] == [
+        ("at_8", "load = 1 A"), ("slope", "load = 1 A"), ("slope", "load = 3 A"),
+    ]  # fmt: skip
+    alone = findings(run_of(rows(X, Y), EXACT), told)
+    assert [each.components for each in got.results if each.place == "load = 1 A"] == [
+        each.components for each in alone.results
+    ]
+    assert [(each.name, each.place) for each in got.missing] == [
+        ("at_8", "load = 2 A"), ("at_8", "load = 3 A"), ("slope", "load = 2 A"),
+    ]  # fmt: skip
+    assert "8 N·m is outside the points, 0 to 5 N·m" in got.missing[1].why
+
+
+def test_a_curve_that_no_place_gives_is_refused():
+    loads = [{"load": "1 A"}, {"load": "2 A"}]
+    told = {"slope": {"name": "slope", "unit": "V/(N·m)"}}
+    with pytest.raises(DataError):
+        findings(run_of(rows([1, 2], [1, 2], labels=loads), EXACT), told, per="load")
 
 
 def test_a_curve_that_takes_a_value_twice_is_not_used_backwards():
     run = run_of(rows(X, (X - 5) ** 2 + NOISE), EXACT)
     told = {"x_at": {"name": "x", "unit": "N·m", "y": "4 V"}}
     got = findings(run, told, {"polynomial": {"degree": 2}})
-    assert "at 2 places" in got.checks[0].text
+    assert "at 2 places" in got.missing[0].why
 
 
 def test_a_value_of_a_nonlinear_fit_with_units():
@@ -277,9 +306,8 @@ def test_a_share_of_a_span_of_nothing_is_left_out():
     told = {"nonlinearity": {"name": "of_span", "unit": "%", "of_span": "yes"}}
     got = findings(run, told)
     assert not got.results
-    (check,) = got.checks
-    assert check.decisive
-    assert "its span is 0" in check.text
+    (missing,) = got.missing
+    assert "its span is 0" in missing.why
 
 
 UP_AND_DOWN = [{"way": "up"}] * 3 + [{"way": "down"}] * 3

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api import (
-    Check,
     Component,
     DataError,
     Estimate,
@@ -25,6 +24,7 @@ from rigrunner.api import (
     QuantityError,
     unit,
 )
+from rigrunner.api.findings import MissingResult
 from rigrunner.signal.coverage import excess_kurtosis
 from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.analyses.curve import derived
@@ -54,6 +54,7 @@ STEP = 1e-6
 """Shift of a channel's readings used to find its effect on a result, as a share of the channel's
 range."""
 SCATTER = "scatter about the curve"
+_Errors = dict[str, DataError | OutOfRangeError]
 
 
 @dataclass(frozen=True)
@@ -64,22 +65,35 @@ class CurveAnalysis:
     fit: Fit
 
     def __call__(self, run: RunData) -> Findings:
-        """Return the results of the curves; raise DataError if a curve cannot be fitted."""
+        """Return the results of the curves, and which of them have no value at a place, with why.
+
+        Raises DataError for a result that the data of no place give.
+        """
         results: list[MeasurementResult] = []
-        checks: list[Check] = []
+        missing: list[MissingResult] = []
+        refused: dict[str, DataError] = {}
         notes: dict[str, None] = {}
         figures: list[Figure] = []
         for source in sources(run, self.settings):
             one = _OneCurve(self.settings, self.fit, source)
-            found = tuple(one.results(checks, notes))
+            found, errors = one.results(notes)
             results += found
+            missing += [
+                MissingResult(of=of, coordinates=source.place, why=str(errors[of.name]).rstrip("."))
+                for of in self.settings.yields()
+                if of.name in errors
+            ]
+            refused |= {name: e for name, e in errors.items() if isinstance(e, DataError)}
             if found and len(self.settings.over) == 1:
                 figures.extend(one.figures(found[0].name))
+        for name in refused.keys() - {each.name for each in results}:
+            raise refused[name]
         order = {each.name: place for place, each in enumerate(self.settings.yields())}
         results.sort(key=lambda each: order[each.name])
+        missing.sort(key=lambda each: order[each.name])
         return Findings(
             results=tuple(results),
-            checks=tuple(checks),
+            missing=tuple(missing),
             notes=tuple(notes),
             figures=tuple(figures),
         )
@@ -91,25 +105,26 @@ class _OneCurve:
     fit: Fit
     source: Source
 
-    def results(self, checks: list[Check], notes: dict[str, None]) -> Iterator[MeasurementResult]:
-        """Yield the results; collect a failed check for each one that has no value, and notes."""
-        fitted = self._fitted(self.source.values)
+    def results(self, notes: dict[str, None]) -> tuple[list[MeasurementResult], _Errors]:
+        """Return the results, and by name why others have no value; collect notes."""
+        errors: _Errors = {}
+        try:
+            fitted = self._fitted(self.source.values)
+            return list(self._results(fitted, errors, notes)), errors
+        except DataError as error:  # of a fit, without which there is no result
+            return [], {each.name: error for each in self.settings.yields()} | errors
+
+    def _results(
+        self, fitted: Fitted, left_out: _Errors, notes: dict[str, None]
+    ) -> Iterator[MeasurementResult]:
         found: list[tuple[ResultDefinition, ResultSettings, Derived]] = []
         for definition, (_, told) in zip(
             self.settings.yields(), self.settings.results.all_of(), strict=True
         ):
             try:
                 value = self._derived(fitted, told)
-            except OutOfRangeError as error:
-                checks.append(
-                    Check(
-                        f"range of the curve for {definition.name}{self._place}",
-                        ok=False,
-                        text=str(error),
-                        advice=f"there is no {definition.words}",
-                        decisive=True,
-                    )
-                )
+            except (OutOfRangeError, DataError) as error:
+                left_out[definition.name] = error
                 continue
             found.append((definition, told, value))
             if value.note:

@@ -228,17 +228,63 @@ def test_temperatures_in_celsius():
 @pytest.mark.parametrize(
     ("model", "columns", "message"),
     [
-        ("R = U / I", {"meter.voltage": [1.0], "meter.current": [0.0]}, "has no value"),
-        ("R = sqrt(-U^2)/I", {"meter.voltage": [1.0], "meter.current": [1.0]}, "has no value"),
         ("R = U / I", {"meter.voltage": [1.0]}, "neither measured"),
         ("R = U / I", {"meter.voltage": [nan], "meter.current": [1.0]}, "not a finite number"),
     ],
 )
-def test_what_has_no_value_is_refused(model, columns, message):
+def test_what_was_not_measured_is_refused(model, columns, message):
     settings = told(model)
     run = run_of(columns, UNITS, METERS)
     with pytest.raises(DataError, match=message):
         findings(settings, run)
+
+
+PLACES = [0.0, 1.0, 2.0]
+
+
+@pytest.mark.parametrize(
+    ("model", "part"),
+    [("R = U / I", "U / I"), ("R = U / (number(1, A) * exp(I / I))", "I / I"),
+     ("R = U / number(1, A) * sqrt(I / number(1, A) - 0.5)", "sqrt(I / 1 A - 0.5)")],
+    ids=["divisor", "within", "root"],
+)  # fmt: skip
+def test_where_a_model_has_no_value_the_results_of_the_other_places_stand(model, part):
+    columns = {"meter.voltage": [0.001, 5.0, 10.0], "meter.current": [0.0, 1.0, 2.0]}
+    found = result(told(model, per="load.current"), columns, places=PLACES)
+    assert [each.place for each in found.results] == ["load.current = 1 A", "load.current = 2 A"]
+    alone = {name: values[1:] for name, values in columns.items()}
+    others = result(told(model, per="load.current"), alone, places=PLACES[1:])
+    assert [each.components for each in found.results] == [
+        each.components for each in others.results
+    ]
+    (missing,) = found.missing
+    assert missing.sentence == (
+        f"There is no value of y at load.current = 0 A: '{part}' gives no finite number."
+    )
+    cells = [cell for table in found.tables for row in table.rows for cell in row]
+    assert all(cell == cell for cell in cells)  # noqa: PLR0124  (no nan)
+
+
+def test_one_result_of_a_model_can_be_missing_beside_another():
+    settings = told() | {
+        "results": [{"name": "R", "unit": "Ω"}, {"name": "P", "unit": "mW"}],
+        "model": "R = U / I\nP = U * I",
+    }
+    del settings["result"]
+    found = result(settings, {"meter.voltage": [1.0], "meter.current": [0.0]})
+    assert [each.name for each in found.results] == ["P"]
+    (missing,) = found.missing
+    assert missing.sentence == "There is no value of R: 'U / I' gives no finite number."
+
+
+def test_trials_without_a_value_fail_the_check_and_show_no_nan():
+    """The root has a value where |a| < 0.01, in 10 % of the trials."""
+    constants = {"a": {"value": 0.0, "limits": 0.1}, "b": {"value": 1.0, "limits": 0.1}}
+    found = of_constants("(sqrt(0.0001 - a^2) + b) * x", constants)
+    (check,) = found.checks
+    assert check.decisive
+    assert not check.ok
+    assert not [each for each in found.tables if each.title.startswith("GUM and")]
 
 
 def test_degrees_of_freedom_are_infinite_without_scatter():
@@ -258,10 +304,14 @@ def of_constants(model, constants, **more):
 @pytest.mark.parametrize(
     ("model", "a"), [("sqrt(a) * x", 0.0), ("asin(a) * x", 1.0), ("(a - 1)^0.5 * x", 1.0)]
 )
-def test_a_model_without_a_slope_is_refused_with_the_input(model, a):
+def test_a_model_without_a_slope_has_no_value_there_and_the_input_is_named(model, a):
     """The derivative of a root at 0 and of asin at 1 is infinite."""
-    with pytest.raises(DataError, match="the model of y has no slope over a"):
-        of_constants(model, {"a": {"value": a, "limits": 0.1}})
+    found = of_constants(model, {"a": {"value": a, "limits": 0.1}})
+    (missing,) = found.missing
+    assert not found.results
+    assert missing.sentence.startswith(
+        "There is no value of y: the model has no slope over a, and so no uncertainty"
+    )
 
 
 @pytest.mark.parametrize(
