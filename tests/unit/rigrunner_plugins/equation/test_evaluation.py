@@ -80,6 +80,33 @@ def test_k_follows_from_the_shape_of_rectangular_inputs(limits, k):
     assert factor(estimate) == pytest.approx(k, rel=0.01)
 
 
+@pytest.mark.parametrize("r", [1.0, -1.0])
+@pytest.mark.parametrize("limits", [(1.0, 0.5, 0.01), (1.0, 0.5, 1.0)])
+@pytest.mark.parametrize("model", ["a + b + c", "a * b + c"])
+def test_fully_correlated_rectangles_are_one_rectangle(model, limits, r):
+    """k is held against a million draws, in which b follows a."""
+    constants = {
+        name: {"value": value, "limits": each}
+        for name, value, each in zip("abc", (70.0, 90.0, 1.0), limits, strict=True)
+    }
+    found = of_constants(
+        f"({model}) * x", constants, correlations=[{"between": ["a", "b"], "r": r}]
+    )
+    estimate = found.results[0].estimate
+    a, b, c = limits
+    one, other = np.random.default_rng(5).uniform(-1, 1, (2, 1_000_000))
+    drawn = {"a": 70 + a * one, "b": 90 + r * b * one, "c": 1 + c * other}
+    y = np.sort((drawn["a"] + drawn["b"] if "+ b" in model else drawn["a"] * drawn["b"])
+                + drawn["c"])  # fmt: skip
+    width = np.quantile(np.abs(y - estimate.value), 0.95)
+    assert estimate.u == pytest.approx(y.std(), rel=2e-3)
+    assert factor(estimate) * estimate.u == pytest.approx(width, rel=0.012)
+    (table,) = (each for each in found.tables if each.title.startswith("GUM and"))
+    low, high = (table.rows[0][table.columns.index(f"{each} (Monte Carlo)")] for each in
+                 ("low", "high"))  # fmt: skip
+    assert (high - low) / 2 == pytest.approx(width, rel=0.012)
+
+
 @pytest.mark.parametrize(
     ("r", "u"), [(1.0, 0.03), (-1.0, 0.01), (0.5, sqrt(0.0007)), (0.0, sqrt(0.0005))]
 )
