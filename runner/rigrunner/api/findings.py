@@ -105,6 +105,8 @@ class Formula:
     """The right side, in the notation of `rigrunner.signal.expression`."""
     quantities: Mapping[str, str] = field(default_factory=dict)
     """Names in it that stand for a number with a unit, such as {'number_1': '0 °C'}."""
+    is_curve: bool = False
+    """Whether it is a fitted curve, of which the result is derived. A certificate leaves it out."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from math import isnan, sqrt
 from pathlib import Path
 
@@ -428,3 +429,98 @@ def test_the_figure_has_points_curve_band_and_residuals():
     at_end = s * sqrt(1 / 5 + 50**2 / 6250)  # of the mean, and of the slope 50 K from it
     width = curve.points[0].U
     assert width == pytest.approx(3.182446 * at_end, rel=1e-6)  # Student's t for 3, 95 %
+
+
+MM = {"lever.travel": "m", "cell.force": "N"}
+STROKE_MM = np.array([0, 2, 4, 6, 8.0])
+FORCE_N = np.array([-0.4, 23.7, 47.6, 71.8, 95.5])
+LENGTH = {"slope": {"name": "slope", "unit": "N/mm"}}
+
+
+def spring(labels=(), force=FORCE_N):
+    measured = rows(
+        STROKE_MM / 1000, force, of="cell.force", over="lever.travel", units=MM, labels=labels
+    )
+    return [replace(each, written_in={"lever.travel": "mm"}) for each in measured]
+
+
+def shown(measured, fit=LINE, results=LENGTH, **settings):
+    told = {"of": "cell.force", "over": "lever.travel", **settings}
+    return findings(run_of(measured), results, fit, **told)
+
+
+def test_the_formula_and_the_parameters_are_in_the_units_of_the_procedure():
+    """Newton over millimetres by numpy, whose covariance is that of the scatter (H.3)."""
+    got = shown(spring())
+    (c1, c0), covariance = np.polyfit(STROKE_MM, FORCE_N, 1, cov=True)
+    by_name, by_value = got.formulas
+    assert (by_name.symbol, by_name.text, by_name.quantities) == ("force", "c0 + c1*travel", {})
+    assert by_value.text == by_name.text
+    assert by_value.quantities == {
+        "c0": f"(\N{MINUS SIGN}{-c0:.2f} N)", "c1": f"{c1:.3f} N/mm",
+    }  # fmt: skip
+    (table,) = got.tables
+    assert table.columns == ("", "estimate", "u", "unit")
+    assert [(row[0], row[3]) for row in table.rows] == [("c0", "N"), ("c1", "N/mm")]
+    numbers = [row[1:3] for row in table.rows]
+    expected = [(c0, sqrt(covariance[1, 1])), (c1, sqrt(covariance[0, 0]))]
+    assert numbers == pytest.approx(np.array(expected), rel=2e-3)
+    for figure in got.figures:
+        assert figure.x.unit == "mm"
+        assert [each.x for each in figure.series[1].points] == pytest.approx(STROKE_MM)
+    assert [each.y for each in got.figures[0].series[1].points] == pytest.approx(FORCE_N)
+
+
+def test_a_quadratic_has_its_powers_and_a_stated_parameter_its_unit():
+    fit = {"polynomial": {"degree": 2}}
+    told = {"parameters": {"c1": {"name": "c", "unit": "kN/m"}}}
+    got = shown(spring(), fit, told)
+    c2, c1, _ = np.polyfit(STROKE_MM, FORCE_N, 2)
+    assert got.formulas[0].text == "c0 + c1*travel + c2*travel**2"
+    units = {row[0]: (row[1], row[3]) for row in got.tables[0].rows}
+    assert units["c1"] == (pytest.approx(c1, rel=1e-3), "kN/m")
+    assert units["c2"] == (pytest.approx(c2, rel=1e-2), "N/mm²")
+
+
+def test_an_expression_keeps_its_names_and_counts_x_from_its_reference():
+    fit = {
+        "expression": {"over": ["s"], "model": "F0 + k*s", "start": {"F0": "1 N", "k": "9 N/mm"}}
+    }
+    got = shown(spring(), fit, reference="2 mm")
+    by_name, _ = got.formulas
+    assert by_name.text == "F0 + k*(travel - origin)"
+    assert by_name.quantities == {"origin": "2 mm"}
+    assert [row[0] for row in got.tables[0].rows] == ["F0", "k"]
+
+
+def test_curves_at_several_places_share_a_formula():
+    labels = [{"way": "up"}] * 5 + [{"way": "down"}] * 5
+    measured = spring(labels[:5]) + spring(labels[5:], FORCE_N + 1)
+    got = shown(measured, per="way")
+    assert len(got.formulas) == 1
+    (table,) = got.tables
+    assert [row[:2] for row in table.rows] == [
+        ("way = up", "c0"), ("way = up", "c1"), ("way = down", "c0"), ("way = down", "c1"),
+    ]  # fmt: skip
+
+
+def test_a_temperature_over_which_a_curve_is_counts_from_0_celsius():
+    run = run_of(rows(X + 273.15, Y, over="room.air"), EXACT)
+    got = findings(run, {"slope": {"name": "s", "unit": "V/K"}}, over="room.air")
+    assert got.formulas[0].text == "c0 + c1*(air - origin)"
+    assert got.formulas[0].quantities == {"origin": "0 °C"}
+    assert got.figures[0].x.unit == "°C"
+    assert [row[-1] for row in got.tables[0].rows] == ["V", "V/K"]
+
+
+def test_an_interpolation_has_no_formula():
+    recordings = [
+        Recording(f"r{i}", 100.0, START, {"lever.travel": x / 1000},
+                  {"cell.force": y + np.array([0.1, -0.1, 0.2, -0.2])}, MM)
+        for i, (x, y) in enumerate(zip(STROKE_MM, FORCE_N, strict=True))
+    ]  # fmt: skip
+    told = {"value": {"name": "F", "unit": "N", "at": "3 mm"}}
+    got = findings(run_of([], recordings=recordings), told, "pchip", of="cell.force",
+                   over="lever.travel")  # fmt: skip
+    assert got.results
+    assert (got.formulas, got.tables) == ((), ())

@@ -9,6 +9,7 @@ between readings, so its greatest possible effect counts.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 from math import inf, isfinite, isnan
 from typing import TYPE_CHECKING
@@ -30,6 +31,7 @@ from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.analyses.curve import derived
 from rigrunner_plugins.analyses.curve.derived import Derived, Fitted, OutOfRangeError
 from rigrunner_plugins.analyses.curve.figure import figures_of
+from rigrunner_plugins.analyses.curve.formula import mathematics
 from rigrunner_plugins.analyses.curve.points import sources
 from rigrunner_plugins.analyses.curve.settings import (
     BothWays,
@@ -74,6 +76,7 @@ class CurveAnalysis:
         refused: dict[str, DataError] = {}
         notes: dict[str, None] = {}
         figures: list[Figure] = []
+        curves: list[tuple[str, Fitted]] = []
         for source in sources(run, self.settings):
             one = _OneCurve(self.settings, self.fit, source)
             found, errors = one.results(notes)
@@ -84,18 +87,25 @@ class CurveAnalysis:
                 if of.name in errors
             ]
             refused |= {name: e for name, e in errors.items() if isinstance(e, DataError)}
-            if found and len(self.settings.over) == 1:
-                figures.extend(one.figures(found[0].name))
+            if found:
+                curves.append((found[0].place, one.fitted))
+                if len(self.settings.over) == 1:
+                    figures.extend(one.figures(found[0].name))
         for name in refused.keys() - {each.name for each in results}:
             raise refused[name]
         order = {each.name: place for place, each in enumerate(self.settings.yields())}
         results.sort(key=lambda each: order[each.name])
         missing.sort(key=lambda each: order[each.name])
+        formulas, tables = (
+            mathematics(curves, self.settings, results[0].name) if results else ((), ())
+        )
         return Findings(
             results=tuple(results),
             missing=tuple(missing),
             notes=tuple(notes),
             figures=tuple(figures),
+            formulas=formulas,
+            tables=tables,
         )
 
 
@@ -109,8 +119,7 @@ class _OneCurve:
         """Return the results, and by name why others have no value; collect notes."""
         errors: _Errors = {}
         try:
-            fitted = self._fitted(self.source.values)
-            return list(self._results(fitted, errors, notes)), errors
+            return list(self._results(self.fitted, errors, notes)), errors
         except DataError as error:  # of a fit, without which there is no result
             return [], {each.name: error for each in self.settings.yields()} | errors
 
@@ -137,11 +146,15 @@ class _OneCurve:
             lines = [(each, *effects[place]) for each, effects in errors]
             yield self._result(definition, told, value, lines)
 
+    @cached_property
+    def fitted(self) -> Fitted:
+        """The curve through the points as measured; raises DataError for none."""
+        return self._fitted(self.source.values)
+
     def figures(self, of: str) -> tuple[Figure, ...]:
         """Return the figures of the curve, to be shown with a result."""
-        fitted = self._fitted(self.source.values)
         over = next(iter(self.settings.over.values()))
-        return figures_of(fitted, of, over, self.settings.of, self._place)
+        return figures_of(self.fitted, of, over, self.settings.of, self._place)
 
     def _correlations(self, fitted: Fitted) -> Iterator[str]:
         """Yield the correlation of each pair of parameters that are results (GUM H.3.3)."""
