@@ -140,7 +140,8 @@ def _figures(result: Result) -> Figures:
 def _named(result: Result) -> dict[str, tuple[Picture, ...]]:
     parts = result.decision.parts if result.decision else ()
     pictures = {}
-    for name in dict.fromkeys(each.name for each in result.other_results):
+    every = (*result.other_results, *result.missing)
+    for name in dict.fromkeys(each.name for each in every):
         found = [each for each in result.other_results if each.name == name]
         pictures[name] = (
             *over_coordinate(found, [part for part in parts if part.named == name]),

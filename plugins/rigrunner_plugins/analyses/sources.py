@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from typing import TYPE_CHECKING
 
@@ -51,6 +51,8 @@ class Part:
     began: datetime
     step_s: float
     """Time between two samples in s; 0 for a table row."""
+    written_in: Mapping[str, str] = field(default_factory=dict)
+    """Units for display other than SI, by channel."""
 
 
 def groups(
@@ -176,7 +178,8 @@ def parts(run: RunData, names: Sequence[str], table: str | None = None) -> Itera
             continue
         if all(name in row.values for name in names):
             values = {name: np.array([_reading(name, row, run)]) for name in names}
-            yield Part(place_of(row), values, row.units, datetime.fromisoformat(row.utc), 0.0)
+            began = datetime.fromisoformat(row.utc)
+            yield Part(place_of(row), values, row.units, began, 0.0, row.written_in)
 
 
 def _reading(name: str, row: Measurement, run: RunData) -> float:
@@ -196,7 +199,8 @@ def _of_recording(recording: Recording, run: RunData, names: Sequence[str]) -> P
         for name in names
     }
     began = datetime.fromisoformat(recording.started_utc)
-    return Part(place_of(recording), values, recording.units, began, 1 / recording.rate_hz)
+    step_s = 1 / recording.rate_hz
+    return Part(place_of(recording), values, recording.units, began, step_s, recording.written_in)
 
 
 def place_of(of: Recording | Measurement) -> dict[str, CoordinateValue]:

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
-    from rigrunner.api import MeasurementResult
-    from rigrunner.api.findings import Table
+    from rigrunner.api import MeasurementResult, ResultDefinition
+    from rigrunner.api.findings import MissingResult, Table
     from rigrunner.api.results import Result
     from rigrunner.api.verdict import LimitDecision
     from rigrunner_reports.numbers import Stated
@@ -33,11 +33,11 @@ MOST_ROWS = 200
 
 @dataclass(frozen=True)
 class ResultRow:
-    """One result, with its own limit."""
+    """One result, with its own limit; without a value, a place where there is none."""
 
     coordinates: tuple[str, ...]
-    shown: Stated
-    readings: int
+    shown: Stated | None
+    readings: int | None
     limit: LimitView | None
 
 
@@ -97,26 +97,26 @@ class ResultView:
 
 def result_views(result: Result) -> tuple[ResultView, ...]:
     """Return the results by name, in the order of the procedure."""
-    names = dict.fromkeys(each.name for each in result.other_results)
-    return tuple(
-        _view(result, [r for r in result.other_results if r.name == name]) for name in names
-    )
+    every = (*result.other_results, *result.missing)
+    return tuple(_view(result, each.of) for each in {each.name: each for each in every}.values())
 
 
-def _view(result: Result, found: Sequence[MeasurementResult]) -> ResultView:
-    definition = found[0].of
+def _view(result: Result, definition: ResultDefinition) -> ResultView:
+    found = [each for each in result.other_results if each.name == definition.name]
+    missing = [each for each in result.missing if each.name == definition.name]
     parts = [
         part
         for part in (result.decision.parts if result.decision else ())
         if part.named == definition.name
     ]
     own = {id(part.result): part for part in parts if part.result is not None}
-    rows = [_row(each, own) for each in found]
+    rows = [*(_row(each, own) for each in found), *(_missing(each, parts) for each in missing)]
     if len(rows) > MOST_ROWS:
         rows.sort(key=lambda row: row.limit is None or row.limit.found.passes)
     judged = {id(each.estimate) for each in found}
     worst = min(parts, key=lambda part: part.badness, default=None)
-    budgeted = next((e for e in found if worst and e.estimate is worst.result), found[0])
+    first = found[0] if found else None
+    budgeted = next((e for e in found if worst and e.estimate is worst.result), first)
     return ResultView(
         name=definition.name,
         text=definition.words,
@@ -128,9 +128,10 @@ def _view(result: Result, found: Sequence[MeasurementResult]) -> ResultView:
         limits=tuple(
             LimitView(part)
             for part in parts
-            if id(part.result) not in judged or part.of.startswith("worst ")
+            if not (id(part.result) in judged or _has_row(part, missing))
+            or part.of.startswith("worst ")
         ),
-        budget=_budget(budgeted),
+        budget=None if budgeted is None else _budget(budgeted),
         formulas=tuple(equation(each) for each in result.formulas if each.of == definition.name),
         tables=tuple(table_view(each) for each in result.tables if each.of == definition.name),
     )
@@ -163,6 +164,22 @@ def _row(found: MeasurementResult, own: dict[int, LimitDecision]) -> ResultRow:
         readings=found.readings,
         limit=None if part is None else LimitView(part),
     )
+
+
+def _missing(missing: MissingResult, parts: Sequence[LimitDecision]) -> ResultRow:
+    part = next((each for each in parts if _has_row(each, [missing])), None)
+    return ResultRow(
+        coordinates=tuple(map(str, missing.coordinates.values())),
+        shown=None,
+        readings=None,
+        limit=None if part is None else LimitView(part),
+    )
+
+
+def _has_row(part: LimitDecision, missing: Sequence[MissingResult]) -> bool:
+    """Return whether a limit is for one of the places without a value."""
+    at = part.coordinates
+    return part.result is None and bool(at) and any(at == each.coordinates for each in missing)
 
 
 def _budget(found: MeasurementResult) -> BudgetView | None:

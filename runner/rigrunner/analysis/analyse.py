@@ -62,6 +62,7 @@ def analyse(
         symbol=context.symbol,
         decision=decision,
         results=findings.results,
+        missing=findings.missing,
         means=findings.means,
         details=findings.details,
         formulas=findings.formulas,
@@ -69,7 +70,7 @@ def analyse(
         figures=findings.figures,
         sections=findings.sections,
         checks=findings.checks,
-        notes=findings.notes,
+        notes=(*(each.sentence for each in findings.missing), *findings.notes),
         settings=settings_as_asked(analyses, found, known),
         revisions=revisions_of(analyses, acceptance, known),
     )
@@ -79,6 +80,7 @@ def _joined(found: Sequence[Findings]) -> Findings:
     """Return what several analyses found as one, with the checks as judged."""
     return Findings(
         results=tuple(result for each in found for result in each.results),
+        missing=tuple(missing for each in found for missing in each.missing),
         means=tuple(mean for each in found for mean in each.means),
         checks=tuple(as_judged(check) for each in found for check in each.checks),
         notes=tuple(note for each in found for note in each.notes),
@@ -109,5 +111,9 @@ def _evidence(found: Sequence[Findings], findings: Findings) -> Evidence:
             why = own or forbidden(map(as_judged, each.checks))
             problems |= dict.fromkeys(names, why)
     return Evidence(
-        results=findings.results, means=findings.means, problems=problems, details=details
+        results=findings.results,
+        missing=findings.missing,
+        means=findings.means,
+        problems=problems,
+        details=details,
     )

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from rigrunner.api.data import RunData
-    from rigrunner.api.findings import MeasurementResult, ResultDefinition, Table
+    from rigrunner.api.findings import MeasurementResult, MissingResult, ResultDefinition, Table
     from rigrunner.api.results import Result
     from rigrunner.signal.as_json.values import Json
 
@@ -73,6 +73,7 @@ def document(result: Result) -> Json:
         "revisions": dict(result.revisions),
         "headline": details.pop("headline"),
         **({"results": named} if named else {}),
+        **({"missing": [_missing(each) for each in result.missing]} if result.missing else {}),
         **({"tables": [_table(each) for each in result.tables]} if result.tables else {}),
         **{
             name: [plain(asdict(each)) for each in given]
@@ -98,6 +99,17 @@ def _named(result: MeasurementResult) -> Json:
         "estimate": estimate(result.estimate),
         "readings": result.readings,
         "budget": budget(result.components, result.of.unit),
+    }
+
+
+def _missing(missing: MissingResult) -> Json:
+    return {
+        "name": missing.name,
+        "symbol": missing.of.symbol or None,
+        "text": missing.of.text or None,
+        "unit": missing.of.unit,
+        "coordinates": coordinates_of(missing.coordinates),
+        "why": missing.why,
     }
 
 

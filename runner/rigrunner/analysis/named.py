@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import Requirements
     from rigrunner.api.analysis_context import AnalysisContext
     from rigrunner.api.data import RunData
-    from rigrunner.api.findings import MeasurementResult
+    from rigrunner.api.findings import MeasurementResult, MissingResult
     from rigrunner.procedure import AnalysisRef
 
 
@@ -28,26 +28,30 @@ def findings_of(
     *,
     context: AnalysisContext | None = None,
     known: Iterable[MeasurementResult] = (),
+    missing: Iterable[MissingResult] = (),
     as_far_as_possible: bool = False,
 ) -> tuple[Findings, ...]:
     """Return what each analysis found in a run, in the order in which they are given.
 
-    `context` is that of the procedure; `known` are results that are there already.
+    `context` is that of the procedure; `known` are results that are there already,
+    and `missing` those without a value.
     `as_far_as_possible`: one that cannot be made finds nothing. Raises DataError otherwise, and for
     analyses whose results are made of each other.
     """
-    results = list(known)
+    results, without = list(known), list(missing)
     required = [lookup.requires(each.kind, each.name, each.settings) for each in analyses]
     needed = [frozenset(one.name for one in each.results) for each in required]
     found = [Findings()] * len(analyses)
     for index in _in_order(analyses, needed, lookup):
         each = analyses[index]
         given = tuple(one for one in results if one.name in needed[index])
+        lacking = tuple(one for one in without if one.name in needed[index])
         with suppress(DataError) if as_far_as_possible else nullcontext():
             made = lookup.make(each.kind, each.name, each.settings, context)
             of = _with_partners(run, each.name, required[index])
-            found[index] = made(of, given) if needed[index] else made(of)
+            found[index] = made(of, given, lacking) if needed[index] else made(of)
             results += found[index].results
+            without += found[index].missing
     return tuple(found)
 
 

@@ -25,8 +25,6 @@ from rigrunner.signal.expression.syntax import ExpressionError, parse_any
 from rigrunner.signal.uncertainty import combine
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from rigrunner.analysis.lookup import Lookup
     from rigrunner.api.analysis import Curve, Fit, OutlierRule, Requirements
     from rigrunner.api.data import Array, Estimate, Points, RunData
@@ -202,23 +200,27 @@ class _Analysis:
     analysis: Analysis | AnalysisOfResults
     yields: Mapping[str, ResultDefinition]
 
-    def __call__(self, run: RunData, *results: Sequence[MeasurementResult]) -> Findings:
+    def __call__(self, run: RunData, *given: Any) -> Findings:
         for recording in run.recordings:
             protect(*recording.channels.values())
         with self.subject.named():
-            found = self.analysis(run, *results)
+            found = self.analysis(run, *given)
         need = self.subject.need
         if not isinstance(found, Findings):
             self.subject.refuse(f"{shown(found)}, expected Findings")
         shown_by_itself = {name for each in found.details for name in each.shown_results}
         places = [
-            (each.name, each.place) for each in found.results if each.name not in shown_by_itself
+            (each.name, each.place)
+            for each in (*found.results, *found.missing)
+            if each.name not in shown_by_itself
         ]
         need(len(set(places)) == len(places), "two results of one name and place")
         means = [each.name for each in found.means]
         need(len(set(means)) == len(means), "two means of one name")
         for each in (*found.results, *found.means):
             self._check(each)
+        for gone in found.missing:
+            self._check_definition(gone.of)
         for formula in chain(found.formulas, *(each.formulas for each in found.sections)):
             try:
                 parse_any(formula.text)
@@ -231,8 +233,7 @@ class _Analysis:
 
     def _check(self, result: MeasurementResult) -> None:
         need, estimate = self.subject.need, result.estimate
-        due = self.yields.get(result.name)
-        need(due == result.of, f"the result '{result.name}', which its record does not yield")
+        self._check_definition(result.of)
         need(
             estimate.unit == result.of.unit,
             f"'{result.name}' in '{estimate.unit}', stated in '{result.of.unit}'",
@@ -245,6 +246,10 @@ class _Analysis:
             by_lines, _ = combine(result.components)
             agrees = math.isclose(by_lines, u, rel_tol=_ROUNDING)
             need(agrees, f"'{result.name}' with u = {u:g}, by its budget {by_lines:g}")
+
+    def _check_definition(self, of: ResultDefinition) -> None:
+        is_due = self.yields.get(of.name) == of
+        self.subject.need(is_due, f"the result '{of.name}', which its record does not yield")
 
 
 _CHECKED = {

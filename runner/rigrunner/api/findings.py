@@ -44,20 +44,12 @@ class ResultDefinition:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MeasurementResult:
-    """One value of a named result, with its uncertainty and its place (VIM 2.9)."""
+class ResultPlace:
+    """A named result and one of its places."""
 
     of: ResultDefinition
-    estimate: Estimate
-    """In the unit of the definition."""
-    components: tuple[Component, ...] = ()
-    """Uncertainty budget, in the same unit; empty if the uncertainty is unknown."""
     coordinates: Mapping[str, CoordinateValue] = field(default_factory=dict)
     """A value for each coordinate of `of.per`."""
-    readings: int = 1
-    """Number of values that it was calculated from."""
-    uncorrected: Estimate | None = None
-    """The uncorrected value, judged beside it; None without a correction."""
 
     @property
     def name(self) -> str:
@@ -68,6 +60,37 @@ class MeasurementResult:
     def place(self) -> str:
         """The place as text: 'load.current = 2 A'; '' for the only one."""
         return place_text(self.coordinates)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasurementResult(ResultPlace):
+    """One value of a named result, with its uncertainty and its place (VIM 2.9)."""
+
+    estimate: Estimate
+    """In the unit of the definition."""
+    components: tuple[Component, ...] = ()
+    """Uncertainty budget, in the same unit; empty if the uncertainty is unknown."""
+    readings: int = 1
+    """Number of values that it was calculated from."""
+    uncorrected: Estimate | None = None
+    """The uncorrected value, judged beside it; None without a correction."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MissingResult(ResultPlace):
+    """A place at which a named result has no value, such as a quotient whose divisor is 0.
+
+    A limit on the result there, or on its mean, is inconclusive.
+    """
+
+    why: str
+    """The reason, to follow a colon: 'U / I gives no finite number'."""
+
+    @property
+    def sentence(self) -> str:
+        """What is missing, where and why, in one sentence."""
+        where = f" at {self.place}" if self.place else ""
+        return f"There is no value of {self.name}{where}: {self.why}."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,6 +105,8 @@ class Formula:
     """The right side, in the notation of `rigrunner.signal.expression`."""
     quantities: Mapping[str, str] = field(default_factory=dict)
     """Names in it that stand for a number with a unit, such as {'number_1': '0 °C'}."""
+    is_curve: bool = False
+    """Whether it is a fitted curve, of which the result is derived. A certificate leaves it out."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,6 +138,8 @@ class Findings:
 
     results: tuple[MeasurementResult, ...] = ()
     """One for each definition, or one for each place."""
+    missing: tuple[MissingResult, ...] = ()
+    """Places at which a result has no value, instead of a result there."""
     means: tuple[MeasurementResult, ...] = ()
     """Means over all places, of definitions whose analysis knows what the places have in common.
 
@@ -148,8 +175,16 @@ class Analysis(Protocol):
 class AnalysisOfResults(Protocol):
     """An Analysis that requires results of others, and is called with them."""
 
-    def __call__(self, run: RunData, results: Sequence[MeasurementResult]) -> Findings:
-        """Return the findings; raise DataError if required data or results are missing."""
+    def __call__(
+        self,
+        run: RunData,
+        results: Sequence[MeasurementResult],
+        missing: Sequence[MissingResult],
+    ) -> Findings:
+        """Return the findings; raise DataError if required data or results are missing.
+
+        `missing` are the places at which a required result has no value.
+        """
         ...
 
 

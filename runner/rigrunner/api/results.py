@@ -21,7 +21,13 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import Check
     from rigrunner.api.data import Estimate, Measurement, RunData
     from rigrunner.api.figures import Figure
-    from rigrunner.api.findings import Formula, MeasurementResult, ReportSection, Table
+    from rigrunner.api.findings import (
+        Formula,
+        MeasurementResult,
+        MissingResult,
+        ReportSection,
+        Table,
+    )
     from rigrunner.api.verdict import Decision, LaterDecision, LimitDecision, Verdict
 
 _Details = TypeVar("_Details", bound=AnalysisDetails)
@@ -105,6 +111,8 @@ class Result:
     symbol: str
     results: tuple[MeasurementResult, ...] = ()
     """All results by name, in the order of the analyses."""
+    missing: tuple[MissingResult, ...] = ()
+    """Places at which a result has no value."""
     means: tuple[MeasurementResult, ...] = ()
     """Means that analyses calculate themselves."""
     details: tuple[AnalysisDetails, ...] = ()

@@ -120,7 +120,7 @@ def models_of(result: Result) -> Iterator[MeasurementModel]:
         equations = tuple(
             Equation(symbol=each.symbol, text=each.text, quantities=dict(each.quantities))
             for each in result.formulas
-            if each.of == name
+            if each.of == name and not each.is_curve
         )
         if equations:
             own = [each for each in result.other_results if each.name == name]

@@ -148,24 +148,36 @@ def stated_risk(decision: Document) -> str:
 
 def _results(document: Document) -> str:
     """Return the named results of analyses: a table of each, by its coordinates."""
-    results = other_results(document)
+    results = [*other_results(document), *document.get("missing", ())]
     tables = []
     for name in dict.fromkeys(each["name"] for each in results):
         same = [each for each in results if each["name"] == name]
         first = same[0]
         symbol = f", {first['symbol']}" if first["symbol"] else ""
-        caption = f"{first['text'] or name}{symbol}, in {first['estimate']['unit']}, with U (95 %)"
+        unit = first["unit"] if "why" in first else first["estimate"]["unit"]
+        caption = f"{first['text'] or name}{symbol}, in {unit}, with U (95 %)"
         header = [*first["coordinates"], name, "readings"]
         rows = [
             [
                 *(coordinate_text(each["coordinates"][key]) for key in first["coordinates"]),
-                _with_known_u(each["estimate"]),
-                str(each["readings"]),
+                *(
+                    ("no value", "")
+                    if "why" in each
+                    else (_with_known_u(each["estimate"]), str(each["readings"]))
+                ),
             ]
             for each in same
         ]
-        tables.append("\n".join([caption, table(header, rows, "r" * len(header))]))
+        reasons = [f"no value{_at(each)}: {each['why']}" for each in same if "why" in each]
+        tables.append("\n".join([caption, table(header, rows, "r" * len(header)), *reasons]))
     return "\n\n".join(tables)
+
+
+def _at(missing: Document) -> str:
+    at = ", ".join(
+        f"{name} = {coordinate_text(each)}" for name, each in missing["coordinates"].items()
+    )
+    return f" at {at}" if at else ""
 
 
 def _with_known_u(estimate: Mapping[str, Any]) -> str:

@@ -153,7 +153,8 @@ def _procedure(stored: StoredRun) -> Procedure:
 
 def _refuse(result: Result, acceptance: Acceptance) -> None:
     """Raise DataError if there is no result, or a limit is for another measurand."""
-    run_id, given = result.run.run_id, {each.name for each in (*result.results, *result.means)}
+    known = (*result.results, *result.missing, *result.means)
+    run_id, given = result.run.run_id, {each.name for each in known}
     if not given:
         why = f": {result.notes[0]}" if result.notes else ""
         raise DataError(
@@ -172,12 +173,13 @@ def _refuse(result: Result, acceptance: Acceptance) -> None:
 
 def _refuse_other_results(result: Result, acceptance: Acceptance) -> None:
     """Raise DataError for a limit of a result that the run does not have, or of another kind."""
-    units = {each.name: each.of.unit for each in (*result.results, *result.means)}
+    known = (*result.results, *result.missing, *result.means)
+    units = {each.name: each.of.unit for each in known}
     for limit in acceptance.limits:
         if limit.of not in units:
-            known = ", ".join(units) or "none"
+            names = ", ".join(units) or "none"
             raise DataError(
-                f"{result.run.run_id} has no result '{limit.of}'", hint=f"results: {known}"
+                f"{result.run.run_id} has no result '{limit.of}'", hint=f"results: {names}"
             )
         kind = unit(units[limit.of]).dimension
         if limit.dimension != kind:

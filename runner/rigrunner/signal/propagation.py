@@ -19,7 +19,7 @@ from rigrunner.api.analysis import Component
 from rigrunner.api.data import Estimate
 from rigrunner.api.uncertainty import Differentiable, Distribution, Line
 from rigrunner.moved import moved
-from rigrunner.signal.coverage import excess_kurtosis
+from rigrunner.signal.coverage import KURTOSIS, excess_kurtosis
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -98,14 +98,54 @@ def sensitivities(model: MeasurementModel) -> Array:
     return change
 
 
-def _shapes(model: MeasurementModel, gradient: Array) -> Iterator[tuple[float, str]]:
-    """Yield the contribution of each input and its distribution; correlated ones pass for normal.
+def connected(model: MeasurementModel) -> Sequence[Sequence[int]]:
+    """Return the rows of inputs that are correlated or of one ensemble, each group in order."""
+    groups: list[list[int]] = []
+    for row in range(len(model.inputs)):
+        joined = [group for group in groups if any(_linked(model, row, other) for other in group)]
+        groups = [group for group in groups if group not in joined]
+        groups.append(sorted({row, *(other for group in joined for other in group)}))
+    return groups
 
-    Only of independent inputs do fourth cumulants add.
+
+def one_error(model: MeasurementModel, rows: Sequence[int]) -> Array | None:
+    """Return u of inputs with r = 1 or -1 that are one bounded error, with signs; else None.
+
+    They have one shape: rectangles that are fully correlated add to a rectangle.
     """
-    for row, (each, c) in enumerate(zip(model.inputs, gradient, strict=True)):
-        alone = model.correlation is None or np.count_nonzero(model.correlation[row]) == 1
-        yield abs(float(c)) * each.u, each.distribution if alone else Distribution.NORMAL
+    first = model.inputs[rows[0]]
+    alike = all(
+        (each.distribution, each.dof) == (first.distribution, first.dof)
+        for each in (model.inputs[row] for row in rows)
+    )
+    if model.correlation is None or len(rows) == 1 or first.distribution not in KURTOSIS:
+        return None
+    r = model.correlation[np.ix_(rows, rows)]
+    if not alike or np.any(np.abs(r) < 1):
+        return None
+    return np.asarray(np.array([model.inputs[row].u for row in rows]) * r[0])
+
+
+def _linked(model: MeasurementModel, row: int, other: int) -> bool:
+    one, two = model.inputs[row], model.inputs[other]
+    correlated = model.correlation is not None and model.correlation[row, other] != 0
+    return bool(correlated) or bool(one.ensemble and one.ensemble == two.ensemble)
+
+
+def _shapes(model: MeasurementModel, gradient: Array) -> Iterator[tuple[float, str]]:
+    """Yield independent contributions and their distributions; fully correlated inputs are one.
+
+    Others that are correlated pass for normal: only of independent inputs do fourth cumulants add.
+    """
+    for rows in connected(model):
+        whole = one_error(model, rows)
+        if whole is not None:
+            yield abs(float(gradient[list(rows)] @ whole)), model.inputs[rows[0]].distribution
+            continue
+        for row in rows:
+            each, c = model.inputs[row], gradient[row]
+            alone = model.correlation is None or np.count_nonzero(model.correlation[row]) == 1
+            yield abs(float(c)) * each.u, each.distribution if alone else Distribution.NORMAL
 
 
 def _lines(model: MeasurementModel) -> Mapping[str, list[int]]:

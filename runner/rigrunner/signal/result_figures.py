@@ -85,7 +85,7 @@ def _point(result: MeasurementResult, x: float, limits: Limits | None, missed: b
 def _axis(results: Sequence[MeasurementResult]) -> str | None:
     """Return the coordinate that is a number and has the most values, the first of several."""
     best, most = None, LEAST - 1
-    for name in results[0].coordinates:
+    for name in results[0].coordinates if results else ():
         values = {each.coordinates[name].usual.value for each in results}
         if not any(isinstance(value, str) for value in values) and len(values) > most:
             best, most = name, len(values)

@@ -59,6 +59,7 @@ def interim_result(
         [each for each in procedure.analysis if each not in giving],
         Scrutiny(registry),
         known=found.results,
+        missing=found.missing,
         as_far_as_possible=True,
     )
     return replace(

@@ -513,6 +513,10 @@ def translated(tmp_path_factory):
                 " s, min)"
             ),
         ),
+        (
+            "There is no value of R at load.current = 0 A: 'U / I' gives no finite number.",
+            "Es gibt keinen Wert von R bei load.current = 0 A: „U / I“ ergibt keine endliche Zahl.",
+        ),
         ("load is an issue", "load is an issue"),  # no kind of quantity
         ("the motor is hot", "the motor is hot"),  # of a device: nobody has translated it
         ("the drive has no power", "the drive has no power"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from math import isnan, sqrt
 from pathlib import Path
 
@@ -209,7 +210,7 @@ def test_an_unknown_is_found_by_its_own_readings():
     assert got.readings == 6
 
 
-def test_what_the_curve_does_not_give_is_left_out_and_nothing_is_decided():
+def test_what_the_curve_does_not_give_is_missing_with_the_reason():
     told = {
         "value": {"name": "far", "unit": "V", "at": "12 N·m"},
         "x_at": {"name": "x", "unit": "N·m", "y": "9 V"},
@@ -217,16 +218,45 @@ def test_what_the_curve_does_not_give_is_left_out_and_nothing_is_decided():
     }
     got = findings(run_of(rows(X, Y), EXACT), told)
     assert [each.name for each in got.results] == ["slope"]
-    assert [each.decisive and not each.ok for each in got.checks] == [True, True]
-    assert "12 N·m is outside the points, 0 to 10 N·m" in got.checks[0].text
-    assert "the value 9 V nowhere" in got.checks[1].text
+    assert [each.name for each in got.missing] == ["far", "x"]
+    assert "12 N·m is outside the points, 0 to 10 N·m" in got.missing[0].why
+    assert "the value 9 V nowhere" in got.missing[1].why
+
+
+def test_a_place_at_which_there_is_no_curve_leaves_those_of_the_others():
+    """At 2 A there is one point, of which no line can be made; at 3 A the points end at 5 N·m."""
+    loads = [{"load": "1 A"}] * 6 + [{"load": "2 A"}] + [{"load": "3 A"}] * 6
+    x, y = [*X, 3, *(X / 2)], [*Y, 1.4, *(Y / 2)]
+    told = {
+        "slope": {"name": "slope", "unit": "V/(N·m)"},
+        "value": {"name": "at_8", "unit": "V", "at": "8 N·m"},
+    }
+    got = findings(run_of(rows(x, y, labels=loads), EXACT), told, per="load")
+    assert [(each.name, each.place) for each in got.results] == [
+        ("at_8", "load = 1 A"), ("slope", "load = 1 A"), ("slope", "load = 3 A"),
+    ]  # fmt: skip
+    alone = findings(run_of(rows(X, Y), EXACT), told)
+    assert [each.components for each in got.results if each.place == "load = 1 A"] == [
+        each.components for each in alone.results
+    ]
+    assert [(each.name, each.place) for each in got.missing] == [
+        ("at_8", "load = 2 A"), ("at_8", "load = 3 A"), ("slope", "load = 2 A"),
+    ]  # fmt: skip
+    assert "8 N·m is outside the points, 0 to 5 N·m" in got.missing[1].why
+
+
+def test_a_curve_that_no_place_gives_is_refused():
+    loads = [{"load": "1 A"}, {"load": "2 A"}]
+    told = {"slope": {"name": "slope", "unit": "V/(N·m)"}}
+    with pytest.raises(DataError):
+        findings(run_of(rows([1, 2], [1, 2], labels=loads), EXACT), told, per="load")
 
 
 def test_a_curve_that_takes_a_value_twice_is_not_used_backwards():
     run = run_of(rows(X, (X - 5) ** 2 + NOISE), EXACT)
     told = {"x_at": {"name": "x", "unit": "N·m", "y": "4 V"}}
     got = findings(run, told, {"polynomial": {"degree": 2}})
-    assert "at 2 places" in got.checks[0].text
+    assert "at 2 places" in got.missing[0].why
 
 
 def test_a_value_of_a_nonlinear_fit_with_units():
@@ -277,9 +307,8 @@ def test_a_share_of_a_span_of_nothing_is_left_out():
     told = {"nonlinearity": {"name": "of_span", "unit": "%", "of_span": "yes"}}
     got = findings(run, told)
     assert not got.results
-    (check,) = got.checks
-    assert check.decisive
-    assert "its span is 0" in check.text
+    (missing,) = got.missing
+    assert "its span is 0" in missing.why
 
 
 UP_AND_DOWN = [{"way": "up"}] * 3 + [{"way": "down"}] * 3
@@ -400,3 +429,98 @@ def test_the_figure_has_points_curve_band_and_residuals():
     at_end = s * sqrt(1 / 5 + 50**2 / 6250)  # of the mean, and of the slope 50 K from it
     width = curve.points[0].U
     assert width == pytest.approx(3.182446 * at_end, rel=1e-6)  # Student's t for 3, 95 %
+
+
+MM = {"lever.travel": "m", "cell.force": "N"}
+STROKE_MM = np.array([0, 2, 4, 6, 8.0])
+FORCE_N = np.array([-0.4, 23.7, 47.6, 71.8, 95.5])
+LENGTH = {"slope": {"name": "slope", "unit": "N/mm"}}
+
+
+def spring(labels=(), force=FORCE_N):
+    measured = rows(
+        STROKE_MM / 1000, force, of="cell.force", over="lever.travel", units=MM, labels=labels
+    )
+    return [replace(each, written_in={"lever.travel": "mm"}) for each in measured]
+
+
+def shown(measured, fit=LINE, results=LENGTH, **settings):
+    told = {"of": "cell.force", "over": "lever.travel", **settings}
+    return findings(run_of(measured), results, fit, **told)
+
+
+def test_the_formula_and_the_parameters_are_in_the_units_of_the_procedure():
+    """Newton over millimetres by numpy, whose covariance is that of the scatter (H.3)."""
+    got = shown(spring())
+    (c1, c0), covariance = np.polyfit(STROKE_MM, FORCE_N, 1, cov=True)
+    by_name, by_value = got.formulas
+    assert (by_name.symbol, by_name.text, by_name.quantities) == ("force", "c0 + c1*travel", {})
+    assert by_value.text == by_name.text
+    assert by_value.quantities == {
+        "c0": f"(\N{MINUS SIGN}{-c0:.2f} N)", "c1": f"{c1:.3f} N/mm",
+    }  # fmt: skip
+    (table,) = got.tables
+    assert table.columns == ("", "estimate", "u", "unit")
+    assert [(row[0], row[3]) for row in table.rows] == [("c0", "N"), ("c1", "N/mm")]
+    numbers = [row[1:3] for row in table.rows]
+    expected = [(c0, sqrt(covariance[1, 1])), (c1, sqrt(covariance[0, 0]))]
+    assert numbers == pytest.approx(np.array(expected), rel=2e-3)
+    for figure in got.figures:
+        assert figure.x.unit == "mm"
+        assert [each.x for each in figure.series[1].points] == pytest.approx(STROKE_MM)
+    assert [each.y for each in got.figures[0].series[1].points] == pytest.approx(FORCE_N)
+
+
+def test_a_quadratic_has_its_powers_and_a_stated_parameter_its_unit():
+    fit = {"polynomial": {"degree": 2}}
+    told = {"parameters": {"c1": {"name": "c", "unit": "kN/m"}}}
+    got = shown(spring(), fit, told)
+    c2, c1, _ = np.polyfit(STROKE_MM, FORCE_N, 2)
+    assert got.formulas[0].text == "c0 + c1*travel + c2*travel**2"
+    units = {row[0]: (row[1], row[3]) for row in got.tables[0].rows}
+    assert units["c1"] == (pytest.approx(c1, rel=1e-3), "kN/m")
+    assert units["c2"] == (pytest.approx(c2, rel=1e-2), "N/mm²")
+
+
+def test_an_expression_keeps_its_names_and_counts_x_from_its_reference():
+    fit = {
+        "expression": {"over": ["s"], "model": "F0 + k*s", "start": {"F0": "1 N", "k": "9 N/mm"}}
+    }
+    got = shown(spring(), fit, reference="2 mm")
+    by_name, _ = got.formulas
+    assert by_name.text == "F0 + k*(travel - origin)"
+    assert by_name.quantities == {"origin": "2 mm"}
+    assert [row[0] for row in got.tables[0].rows] == ["F0", "k"]
+
+
+def test_curves_at_several_places_share_a_formula():
+    labels = [{"way": "up"}] * 5 + [{"way": "down"}] * 5
+    measured = spring(labels[:5]) + spring(labels[5:], FORCE_N + 1)
+    got = shown(measured, per="way")
+    assert len(got.formulas) == 1
+    (table,) = got.tables
+    assert [row[:2] for row in table.rows] == [
+        ("way = up", "c0"), ("way = up", "c1"), ("way = down", "c0"), ("way = down", "c1"),
+    ]  # fmt: skip
+
+
+def test_a_temperature_over_which_a_curve_is_counts_from_0_celsius():
+    run = run_of(rows(X + 273.15, Y, over="room.air"), EXACT)
+    got = findings(run, {"slope": {"name": "s", "unit": "V/K"}}, over="room.air")
+    assert got.formulas[0].text == "c0 + c1*(air - origin)"
+    assert got.formulas[0].quantities == {"origin": "0 °C"}
+    assert got.figures[0].x.unit == "°C"
+    assert [row[-1] for row in got.tables[0].rows] == ["V", "V/K"]
+
+
+def test_an_interpolation_has_no_formula():
+    recordings = [
+        Recording(f"r{i}", 100.0, START, {"lever.travel": x / 1000},
+                  {"cell.force": y + np.array([0.1, -0.1, 0.2, -0.2])}, MM)
+        for i, (x, y) in enumerate(zip(STROKE_MM, FORCE_N, strict=True))
+    ]  # fmt: skip
+    told = {"value": {"name": "F", "unit": "N", "at": "3 mm"}}
+    got = findings(run_of([], recordings=recordings), told, "pchip", of="cell.force",
+                   over="lever.travel")  # fmt: skip
+    assert got.results
+    assert (got.formulas, got.tables) == ((), ())

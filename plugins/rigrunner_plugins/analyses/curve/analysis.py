@@ -9,6 +9,7 @@ between readings, so its greatest possible effect counts.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 from math import inf, isfinite, isnan
 from typing import TYPE_CHECKING
@@ -16,7 +17,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api import (
-    Check,
     Component,
     DataError,
     Estimate,
@@ -25,11 +25,13 @@ from rigrunner.api import (
     QuantityError,
     unit,
 )
+from rigrunner.api.findings import MissingResult
 from rigrunner.signal.coverage import excess_kurtosis
 from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.analyses.curve import derived
 from rigrunner_plugins.analyses.curve.derived import Derived, Fitted, OutOfRangeError
 from rigrunner_plugins.analyses.curve.figure import figures_of
+from rigrunner_plugins.analyses.curve.formula import mathematics
 from rigrunner_plugins.analyses.curve.points import sources
 from rigrunner_plugins.analyses.curve.settings import (
     BothWays,
@@ -54,6 +56,7 @@ STEP = 1e-6
 """Shift of a channel's readings used to find its effect on a result, as a share of the channel's
 range."""
 SCATTER = "scatter about the curve"
+_Errors = dict[str, DataError | OutOfRangeError]
 
 
 @dataclass(frozen=True)
@@ -64,24 +67,45 @@ class CurveAnalysis:
     fit: Fit
 
     def __call__(self, run: RunData) -> Findings:
-        """Return the results of the curves; raise DataError if a curve cannot be fitted."""
+        """Return the results of the curves, and which of them have no value at a place, with why.
+
+        Raises DataError for a result that the data of no place give.
+        """
         results: list[MeasurementResult] = []
-        checks: list[Check] = []
+        missing: list[MissingResult] = []
+        refused: dict[str, DataError] = {}
         notes: dict[str, None] = {}
         figures: list[Figure] = []
+        curves: list[tuple[str, Fitted]] = []
         for source in sources(run, self.settings):
             one = _OneCurve(self.settings, self.fit, source)
-            found = tuple(one.results(checks, notes))
+            found, errors = one.results(notes)
             results += found
-            if found and len(self.settings.over) == 1:
-                figures.extend(one.figures(found[0].name))
+            missing += [
+                MissingResult(of=of, coordinates=source.place, why=str(errors[of.name]).rstrip("."))
+                for of in self.settings.yields()
+                if of.name in errors
+            ]
+            refused |= {name: e for name, e in errors.items() if isinstance(e, DataError)}
+            if found:
+                curves.append((found[0].place, one.fitted))
+                if len(self.settings.over) == 1:
+                    figures.extend(one.figures(found[0].name))
+        for name in refused.keys() - {each.name for each in results}:
+            raise refused[name]
         order = {each.name: place for place, each in enumerate(self.settings.yields())}
         results.sort(key=lambda each: order[each.name])
+        missing.sort(key=lambda each: order[each.name])
+        formulas, tables = (
+            mathematics(curves, self.settings, results[0].name) if results else ((), ())
+        )
         return Findings(
             results=tuple(results),
-            checks=tuple(checks),
+            missing=tuple(missing),
             notes=tuple(notes),
             figures=tuple(figures),
+            formulas=formulas,
+            tables=tables,
         )
 
 
@@ -91,25 +115,25 @@ class _OneCurve:
     fit: Fit
     source: Source
 
-    def results(self, checks: list[Check], notes: dict[str, None]) -> Iterator[MeasurementResult]:
-        """Yield the results; collect a failed check for each one that has no value, and notes."""
-        fitted = self._fitted(self.source.values)
+    def results(self, notes: dict[str, None]) -> tuple[list[MeasurementResult], _Errors]:
+        """Return the results, and by name why others have no value; collect notes."""
+        errors: _Errors = {}
+        try:
+            return list(self._results(self.fitted, errors, notes)), errors
+        except DataError as error:  # of a fit, without which there is no result
+            return [], {each.name: error for each in self.settings.yields()} | errors
+
+    def _results(
+        self, fitted: Fitted, left_out: _Errors, notes: dict[str, None]
+    ) -> Iterator[MeasurementResult]:
         found: list[tuple[ResultDefinition, ResultSettings, Derived]] = []
         for definition, (_, told) in zip(
             self.settings.yields(), self.settings.results.all_of(), strict=True
         ):
             try:
                 value = self._derived(fitted, told)
-            except OutOfRangeError as error:
-                checks.append(
-                    Check(
-                        f"range of the curve for {definition.name}{self._place}",
-                        ok=False,
-                        text=str(error),
-                        advice=f"there is no {definition.words}",
-                        decisive=True,
-                    )
-                )
+            except (OutOfRangeError, DataError) as error:
+                left_out[definition.name] = error
                 continue
             found.append((definition, told, value))
             if value.note:
@@ -122,11 +146,15 @@ class _OneCurve:
             lines = [(each, *effects[place]) for each, effects in errors]
             yield self._result(definition, told, value, lines)
 
+    @cached_property
+    def fitted(self) -> Fitted:
+        """The curve through the points as measured; raises DataError for none."""
+        return self._fitted(self.source.values)
+
     def figures(self, of: str) -> tuple[Figure, ...]:
         """Return the figures of the curve, to be shown with a result."""
-        fitted = self._fitted(self.source.values)
         over = next(iter(self.settings.over.values()))
-        return figures_of(fitted, of, over, self.settings.of, self._place)
+        return figures_of(self.fitted, of, over, self.settings.of, self._place)
 
     def _correlations(self, fitted: Fitted) -> Iterator[str]:
         """Yield the correlation of each pair of parameters that are results (GUM H.3.3)."""

@@ -23,7 +23,7 @@ def figures_of(fitted: Fitted, of: str, x: str, y: str, place: str) -> tuple[Fig
     The band is the 95 % coverage interval of the curve, from the scatter about it.
     """
     values = fitted.values
-    x_unit, y_unit = _shown(values.units[0]), _shown(values.y_unit)
+    x_unit, y_unit = values.shown[0], values.y_shown
     grid = np.linspace(*fitted.ends, SAMPLES)
     line, u = fitted.at(grid)
     dof = fitted.curve.dof
@@ -31,7 +31,7 @@ def figures_of(fitted: Fitted, of: str, x: str, y: str, place: str) -> tuple[Fig
     at = _numbers(values.x[:, 0] + values.origin, x_unit)
     over = _numbers(grid + values.origin, x_unit)
     band = k * u / unit(y_unit).factor
-    left = values.y - fitted.at(values.x[:, 0])[0]
+    left = (values.y - fitted.at(values.x[:, 0])[0]) / unit(y_unit).factor
     along = Axis(x, x_unit)
     curve = Figure(
         title=f"{y} over {x}{place}",
@@ -56,10 +56,6 @@ def figures_of(fitted: Fitted, of: str, x: str, y: str, place: str) -> tuple[Fig
         caption=f"Residuals of {y} over {x}{place}, within the curve's 95 % band.",
     )
     return curve, residuals
-
-
-def _shown(si: str) -> str:
-    return "°C" if unit(si).dimension == "temperature" else si
 
 
 def _numbers(si: Array, symbol: str) -> list[float]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api import DataError, Points, unit
+from rigrunner.api.member import channel_of
 from rigrunner.api.places import is_at
 from rigrunner_plugins.analyses.sources import (
     coordinate_of,
@@ -51,6 +52,9 @@ class Values:
     """SI units of the columns of x."""
     y_unit: str
     y_name: str
+    shown: tuple[str, ...]
+    """Units of the columns of x for display, as the procedure has them."""
+    y_shown: str
 
     def points(self) -> Points:
         """Return the points in the form that a fit takes."""
@@ -168,6 +172,8 @@ def _source(
     values = Values(
         x, y, _scatter(found, settings), asked, origin, tuple(settings.over), tuple(units),
         found[0].units[settings.of], settings.of,
+        tuple(_shown(found[0], source) for source in settings.over.values()),
+        _shown(found[0], settings.of),
     )  # fmt: skip
     if not (np.isfinite(x).all() and np.isfinite(y).all() and np.isfinite(asked).all()):
         raise DataError(f"{settings.of} over {', '.join(settings.over.values())}: a value is not a"
@@ -223,6 +229,15 @@ def _unit(part: Part, source: str) -> str:
     if source in part.values:
         return part.units[source]
     return set_unit(part, source)
+
+
+def _shown(part: Part, source: str) -> str:
+    """Return the unit for display: the written one, or the SI unit; a temperature in °C."""
+    if source not in part.values:
+        return coordinate_of(part, source).unit or "1"
+    written = part.written_in.get(channel_of(source), "")
+    si = part.units[source]
+    return written or ("°C" if unit(si).dimension == "temperature" else si)
 
 
 def _series(part: Part, name: str) -> Series:

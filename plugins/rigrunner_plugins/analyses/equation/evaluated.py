@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import isnan
+from math import isnan, nan
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import DataError
 from rigrunner.api import Effect as ToFirstOrder
 from rigrunner.api.uncertainty import Corrected
 from rigrunner.signal.coverage import expanded
@@ -65,10 +64,11 @@ class Evaluated:
             for model in (self.model, self._tangent)
         )
         good = np.sort(values[np.isfinite(values)])
-        if len(good) < TRIALS / 2:
-            raise DataError(f"the model of {self.result.name} has no value in most of its trials")
-        interval = symmetric(good, 0.95)
         reach = expanded(estimate)
+        if len(good) < TRIALS / 2:  # most are lost: the others show no interval
+            held = float(np.mean(np.abs(straight - estimate.value) <= reach))
+            return Trial(nan, nan, nan, nan, 0.0, held, TRIALS - len(good))
+        interval = symmetric(good, 0.95)
         return Trial(
             mean=float(good.mean()),
             u=float(good.std(ddof=1)),

@@ -10,7 +10,10 @@ from dataclasses import dataclass, replace
 from math import inf, isfinite, isnan, sqrt
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from rigrunner.api import Check, Component, DataError, Findings, MeasurementResult, unit
+from rigrunner.api.findings import MissingResult, ResultPlace
 from rigrunner.api.units import si_symbol
 from rigrunner.signal.monte_carlo.intervals import numerical_tolerance
 from rigrunner.signal.propagation import propagate, sensitivities
@@ -55,14 +58,20 @@ class EquationAnalysis:
 
     settings: EquationSettings
 
-    def __call__(self, run: RunData, results: Sequence[MeasurementResult] = ()) -> Findings:
-        """Return the results at each place; raise DataError if the model has no value there."""
+    def __call__(
+        self,
+        run: RunData,
+        results: Sequence[MeasurementResult] = (),
+        missing: Sequence[MissingResult] = (),
+    ) -> Findings:
+        """Return the results at each place; where the model has no value, which one and why."""
         settings = self.settings
         names = [each.of for each in settings.channels.values()]
         read = [name for name in names if is_read(run, name)]
         set_points = [name for name in names if name not in read]
-        if missing := missing_results(results, settings):
-            return Findings(checks=(missing,))
+        others = (*results, *missing)
+        if lacking := missing_results(others, settings):
+            return Findings(checks=(lacking,))
         found = (
             groups(
                 run,
@@ -73,16 +82,16 @@ class EquationAnalysis:
                 table=settings.table,
             )
             if names
-            else groups_of_results(results, settings)
+            else groups_of_results(others, settings)
         )
         definitions = settings.yields()
-        by_place = [self._at(run, results, group, definitions) for group in found]
-        evaluated = [each for place in by_place for each in place]
-        order = [
-            each for name in range(len(definitions)) for each in evaluated[name :: len(definitions)]
-        ]
+        evaluated = [self._at(run, others, group, definitions) for group in found]
+        by_place = [[each for each in at if isinstance(each, Evaluated)] for at in evaluated]
+        by_name = [each for at in zip(*evaluated, strict=True) for each in at]
+        order = [each for each in by_name if isinstance(each, Evaluated)]
         return Findings(
             results=tuple(each.result for each in order),
+            missing=tuple(each for each in by_name if isinstance(each, MissingResult)),
             checks=tuple(_checks(order)),
             notes=(
                 *_notes(settings, order),
@@ -94,7 +103,7 @@ class EquationAnalysis:
             ),
             formulas=tuple(formulas(settings)),
             tables=(
-                *tables(settings, by_place, _units(found[0], results)),
+                *tables(settings, by_place, _units(found[0], others)),
                 *(
                     table
                     for name in names_of(order)
@@ -108,14 +117,15 @@ class EquationAnalysis:
     def _at(
         self,
         run: RunData,
-        others: Sequence[MeasurementResult],
+        others: Sequence[ResultPlace],
         group: Group,
         definitions: Sequence[ResultDefinition],
-    ) -> list[Evaluated]:
+    ) -> list[Evaluated | MissingResult]:
         results = results_at(others, self.settings, group.place)
         inputs = inputs_of(run, self.settings, group, results)
         read = [len(group.times_s)] if self.settings.channels else []
-        readings = min([*read, *(each.readings for each in results.values())])
+        known = [each for each in results.values() if isinstance(each, MeasurementResult)]
+        readings = min([*read, *(each.readings for each in known)], default=0)
         return [
             self._evaluated(inputs, told, definition, group, readings)
             for told, definition in zip(self.settings.all_results, definitions, strict=True)
@@ -128,28 +138,29 @@ class EquationAnalysis:
         definition: ResultDefinition,
         group: Group,
         readings: int,
-    ) -> Evaluated:
+    ) -> Evaluated | MissingResult:
         tree = inputs.tree(self.settings, told)
         model = inputs.model(tree)
-        value = model.value
-        if not isfinite(value):
-            place = ", ".join(f"{name} = {each}" for name, each in group.place.items())
-            raise DataError(
-                f"the model of {definition.name} has no value{f' at {place}' if place else ''}",
-                hint="a divisor is 0, or a function is not defined there",
+        if not isfinite(model.value):
+            part = tree.undefined({each.name: np.array(each.value) for each in model.inputs})
+            source = self.settings.from_results.get(part)
+            why = (
+                f"'{part}' gives no finite number"
+                if source is None
+                else f"there is none of {source.of}"
             )
+            return MissingResult(of=definition, coordinates=group.place, why=why)
         steep = [
             each.name
             for each, slope in zip(model.inputs, sensitivities(model), strict=True)
             if not isfinite(slope)
         ]
         if steep:
-            place = ", ".join(f"{name} = {each}" for name, each in group.place.items())
-            raise DataError(
-                f"the model of {definition.name} has no slope over {steep[0]}"
-                f"{f' at {place}' if place else ''}",
-                hint="a root of 0, or another end of where a function is defined",
+            why = (
+                f"the model has no slope over {steep[0]}, and so no uncertainty: a root of 0,"
+                " or another end of where a function is defined"
             )
+            return MissingResult(of=definition, coordinates=group.place, why=why)
         try:
             found = propagate(model)
         except ValueError as error:
@@ -183,7 +194,7 @@ class EquationAnalysis:
         return added if self.settings.second_order or matters else 0.0
 
 
-def _units(group: Group, results: Sequence[MeasurementResult]) -> dict[str, str]:
+def _units(group: Group, results: Sequence[ResultPlace]) -> dict[str, str]:
     """Return the SI units of channels and results."""
     of_results = {each.name: si_symbol(unit(each.of.unit).dimension) for each in results}
     return {**group.units, **of_results}
@@ -273,6 +284,8 @@ def _notes(settings: EquationSettings, found: Sequence[Evaluated]) -> Iterator[s
             f"{name}: the curvature of the model counts: u is {u:.2g} {most.result.of.unit} with"
             f" the terms of second order (GUM 5.1.2, note), and {most.first_order_u:.2g} without."
         )
+    if not found:
+        return
     first = found[0].result.name
     stated = [name for name, told in settings.channels.items() if not told.instrument]
     if stated:

@@ -7,22 +7,27 @@ same wherever its channel is used; channels read together keep their observed co
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
-from math import inf, isfinite, sqrt
+from math import inf, isfinite, nan, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import Component, Distribution, Input, MeasurementModel, unit
+from rigrunner.api import Component, Distribution, Input, MeasurementModel, MeasurementResult, unit
 from rigrunner.api.uncertainty import Line
 from rigrunner.api.units import si_symbol
 from rigrunner.signal.expression.evaluation import evaluated
+from rigrunner.signal.expression.syntax import Expression, Name, Operation
+from rigrunner_plugins.analyses.equation.kinds import written
 from rigrunner_plugins.analyses.statistics import mean_scatter
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
 
-    from rigrunner.api import Array, MeasurementResult, RunData
+    from rigrunner.api import Array, RunData
+    from rigrunner.api.findings import ResultPlace
+    from rigrunner.signal.expression.syntax import Node
     from rigrunner_plugins.analyses.equation.settings import EquationSettings
     from rigrunner_plugins.analyses.equation.text import Model
     from rigrunner_plugins.analyses.settings import ResultSettings
@@ -89,6 +94,30 @@ class Tree:
             totals[equation.name] = total
         return {name: each / self.factor for name, each in totals[self.wanted].items()}
 
+    def undefined(self, inputs: Mapping[str, Array]) -> str:
+        """Return the innermost part of the equation that gives no finite number, as text."""
+        values = self._values(inputs)
+        parts = {each.name: each.expression for each in self.model.equations}
+        for name, part in parts.items():
+            values[name] = evaluated(part, values)[0]
+        node: Node = Name(self.wanted, 0)
+        while True:
+            if isinstance(node, Name) and node.name in parts:
+                node = parts[node.name].root
+            inner = node.operands if isinstance(node, Operation) else ()
+            bad = [
+                each
+                for each in inner
+                if not np.isfinite(evaluated(Expression("", each), values)[0])
+            ]
+            if not bad:
+                break
+            node = bad[0]
+        text = written(node)
+        for name, literal in self.model.literals.items():
+            text = re.sub(rf"\b{name}\b", str(literal), text)
+        return text
+
     def _values(self, inputs: Mapping[str, Array]) -> dict[str, Array]:
         values: dict[str, Array] = {name: np.asarray(each) for name, each in self.fixed.items()}
         values |= inputs
@@ -141,11 +170,12 @@ def inputs_of(
     run: RunData,
     settings: EquationSettings,
     group: Group,
-    results: Mapping[str, MeasurementResult],
+    results: Mapping[str, ResultPlace],
 ) -> Inputs:
     """Return the inputs of the model at one place.
 
-    `results` are results of other analyses at this place, by their symbols in the model.
+    `results` are results of other analyses at this place, by their symbols in the model; one
+    without a value is nan, and so is what is calculated from it.
     """
     found = Inputs()
     found.fixed |= {name: each.si for name, each in settings.parsed.literals.items()}
@@ -169,7 +199,10 @@ def inputs_of(
     taken = {*settings.inputs, *settings.constants, *settings.parsed.literals}
     taken |= {each.name for each in settings.parsed.equations}
     for name, result in results.items():
-        _enter_result(found, name, result, taken)
+        if isinstance(result, MeasurementResult):
+            _enter_result(found, name, result, taken)
+        else:
+            found.fixed[name] = nan
     for each in settings.correlations:
         one, other = each.between
         if one in settings.constants:

@@ -14,16 +14,14 @@ from rigrunner_plugins.analyses.sources import Group
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rigrunner.api import MeasurementResult
     from rigrunner.api.coordinates import CoordinateValue
+    from rigrunner.api.findings import ResultPlace
     from rigrunner_plugins.analyses.equation.settings import EquationSettings
-
-    Results = Sequence[MeasurementResult]
 
 _SAME = 1e-9
 
 
-def missing_results(known: Results, settings: EquationSettings) -> Check | None:
+def missing_results(known: Sequence[ResultPlace], settings: EquationSettings) -> Check | None:
     """Return a failed check if another analysis did not give a result that the model needs."""
     there = {each.name for each in known}
     missing = [each.of for each in settings.from_results.values() if each.of not in there]
@@ -39,7 +37,7 @@ def missing_results(known: Results, settings: EquationSettings) -> Check | None:
     )
 
 
-def groups_of_results(known: Results, settings: EquationSettings) -> list[Group]:
+def groups_of_results(known: Sequence[ResultPlace], settings: EquationSettings) -> list[Group]:
     """Return the places where the results apply, for a model that reads no channels.
 
     Raises DataError if they have no place in common.
@@ -60,22 +58,22 @@ def groups_of_results(known: Results, settings: EquationSettings) -> list[Group]
 
 
 def results_at(
-    known: Results,
+    known: Sequence[ResultPlace],
     settings: EquationSettings,
     place: Mapping[str, CoordinateValue],
-) -> dict[str, MeasurementResult]:
-    """Return the results at a place, by their symbols in the model; raise DataError if missing."""
+) -> dict[str, ResultPlace]:
+    """Return the results at a place, by their symbols in the model; raise DataError for none."""
     return {
         name: _at(known, settings, told.of, place) for name, told in settings.from_results.items()
     }
 
 
 def _at(
-    known: Results,
+    known: Sequence[ResultPlace],
     settings: EquationSettings,
     name: str,
     place: Mapping[str, CoordinateValue],
-) -> MeasurementResult:
+) -> ResultPlace:
     found = [
         each
         for each in known

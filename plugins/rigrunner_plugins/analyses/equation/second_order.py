@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.signal.coverage import KURTOSIS
+from rigrunner.signal.propagation import connected, one_error
 
 if TYPE_CHECKING:
     from rigrunner.api import Array, MeasurementModel
@@ -56,16 +57,20 @@ def _independent(model: MeasurementModel) -> tuple[Array, Array]:
     """Return independent directions of unit variance, (m, n), and the excess kurtosis of each."""
     u = np.array([each.u for each in model.inputs])
     r = np.eye(len(u)) if model.correlation is None else model.correlation
-    alone = np.count_nonzero(r, axis=1) == 1
-    rows = [u[i] * np.eye(len(u))[i] for i in np.flatnonzero(alone)]
-    kurtosis = [KURTOSIS.get(model.inputs[i].distribution, 0.0) for i in np.flatnonzero(alone)]
-    if not alone.all():
-        together = np.flatnonzero(~alone)
-        covariance = r[np.ix_(together, together)] * np.outer(u[together], u[together])
-        variances, vectors = np.linalg.eigh(covariance)
-        for variance, vector in zip(np.clip(variances, 0, None), vectors.T, strict=True):
+    directions: list[Array] = []
+    kurtosis: list[float] = []
+    for rows in connected(model):
+        own = KURTOSIS.get(model.inputs[rows[0]].distribution, 0.0)
+        whole = u[rows] if len(rows) == 1 else one_error(model, rows)
+        if whole is not None:
+            parts, flat = whole[None, :], own
+        else:
+            block = np.ix_(rows, rows)
+            variances, vectors = np.linalg.eigh(r[block] * np.outer(u[rows], u[rows]))
+            parts, flat = np.sqrt(np.clip(variances, 0, None))[:, None] * vectors.T, 0.0
+        for part in parts:
             row = np.zeros(len(u))
-            row[together] = np.sqrt(variance) * vector
-            rows.append(row)
-            kurtosis.append(0.0)
-    return np.array(rows).reshape(-1, len(u)), np.array(kurtosis)
+            row[rows] = part
+            directions.append(row)
+            kurtosis.append(flat)
+    return np.array(directions).reshape(-1, len(u)), np.array(kurtosis)

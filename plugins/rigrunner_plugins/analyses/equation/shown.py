@@ -52,7 +52,9 @@ def tables(
 
     `units` has the SI unit of each channel.
     """
-    first = places[0][0]
+    first = next((each for found in places for each in found), None)
+    if first is None:
+        return
     name = first.result.name
     at = f" at {first.result.place}" if first.result.place else ""
     yield _inputs(settings, first, units, f"Inputs of the model{at}")
@@ -60,7 +62,7 @@ def tables(
     if pairs:
         yield Table(of=name, title=f"Correlation of the inputs{at}",
                     columns=("", "", "r"), rows=tuple(pairs))  # fmt: skip
-    if len(places[0]) > 1:
+    if any(len(found) > 1 for found in places):
         yield Table(
             of=name,
             title="Correlation of the results",
@@ -121,7 +123,7 @@ def _inputs(
         if name in fixed:
             value, symbol = _on_its_scale(settings, name, fixed[name], units[told.of])
             how = "no scatter" if told.is_channel else f"result {told.of}, by its budget"
-            rows.append((name, value, how, "", "", symbol))
+            rows.append((name, value if np.isfinite(value) else "no value", how, "", "", symbol))
     for name, constant in settings.constants.items():
         if name in fixed:
             stated = constant.value
@@ -142,7 +144,7 @@ def _correlated(found: Evaluated) -> Iterator[tuple[str, str, float]]:
 
 def _compared(found: Evaluated) -> tuple[float | str, ...] | None:
     trial, estimate = found.trial, found.result.estimate
-    if trial is None:
+    if trial is None or np.isnan(trial.u):
         return None
     reach = expanded(estimate)
     low, high = estimate.value - reach, estimate.value + reach

@@ -42,9 +42,15 @@ def chosen_by(limit: Limit, evidence: Evidence) -> Iterator[Chosen]:
     """Yield each value that a limit is held against, at least one."""
     named = [each for each in evidence.results if each.name == limit.of]
     found = [(number, each) for number, each in enumerate(named) if limit.is_of(each.coordinates)]
+    gone = [
+        each for each in evidence.missing if each.name == limit.of and limit.is_of(each.coordinates)
+    ]
     short = limit.of in evidence.details
-    symbol = named[0].of.unit if named else limit.written.unit.symbol
+    symbol = next((each.of.unit for each in (*named, *gone)), limit.written.unit.symbol)
     mean = MEAN if short else f"mean {limit.of}"
+    if limit.mean and gone:
+        yield Chosen(mean, symbol, None, problem=gone[0].sentence, order=-1)
+        return
     if limit.mean and len(found) == len(named):
         for each in evidence.means:
             if each.name == limit.of:
@@ -58,20 +64,29 @@ def chosen_by(limit: Limit, evidence: Evidence) -> Iterator[Chosen]:
         if short and each.coordinates:
             words = ", ".join(map(str, each.coordinates.values()))
         yield Chosen(words, symbol, each.estimate, each.uncorrected, each.coordinates, order=number)
-    yield from _missing(limit, named, symbol, evidence, len(found))
+    for lacking in gone:
+        words = f"{limit.of} at {lacking.place}" if lacking.place else limit.of
+        yield Chosen(
+            words, symbol, None, None, lacking.coordinates, lacking.sentence, order=len(named)
+        )
+    there = [each.coordinates for each in (*named, *gone)]
+    yield from _missing(limit, there, symbol, evidence, len(found) + len(gone))
 
 
 def _missing(
     limit: Limit,
-    named: Sequence[MeasurementResult],
+    there: Sequence[Mapping[str, CoordinateValue]],
     symbol: str,
     evidence: Evidence,
     found: int,
 ) -> Iterator[Chosen]:
-    """Yield each place that the limit names and at which there is no result."""
+    """Yield each place that the limit names and at which there is no result.
+
+    `there` are the places of those with a value, or with a reason why they have none.
+    """
     short = limit.of in evidence.details
     for place in each_of(limit.where):
-        if any(is_at(place, each.coordinates) for each in named) or (found and not place):
+        if any(is_at(place, each) for each in there) or (found and not place):
             continue
         where = ", ".join(f"{name} = {value}" for name, value in place.items())
         words = f"{limit.of} at {where}" if where else limit.of
@@ -83,7 +98,7 @@ def _missing(
             words = shown or (MEAN if limit.mean else f"each {limit.each or 'result'}")
             why = f"There is no result at {shown}." if shown else why
         why = evidence.problems.get(limit.of) or why
-        yield Chosen(words, symbol, None, problem=why, order=len(named))
+        yield Chosen(words, symbol, None, problem=why, order=len(there))
 
 
 def mean_of(results: Sequence[MeasurementResult]) -> Estimate:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import Check
     from rigrunner.api.details import AnalysisDetails
-    from rigrunner.api.findings import MeasurementResult
+    from rigrunner.api.findings import MeasurementResult, MissingResult
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,6 +20,8 @@ class Evidence:
     """All results of a run that limits may be for."""
 
     results: tuple[MeasurementResult, ...] = ()
+    missing: tuple[MissingResult, ...] = ()
+    """Places at which a result has no value."""
     means: tuple[MeasurementResult, ...] = ()
     """Of those results whose analysis gives their mean itself."""
     problems: Mapping[str, str] = field(default_factory=dict)

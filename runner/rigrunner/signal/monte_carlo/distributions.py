@@ -107,6 +107,20 @@ class Arcsine:
 
 
 @dataclass(frozen=True, eq=False)
+class OneError:
+    """Inputs of mean (k,) that one error moves, each by its own u with sign (k,)."""
+
+    mean: Array
+    u: Array
+    error: Distribution
+    """Of mean 0 and standard deviation 1."""
+
+    def draw(self, rng: Generator, n: int) -> Array:
+        """Return rows of shape (n, k)."""
+        return np.asarray(self.mean + self.error.draw(rng, n)[:, None] * self.u)
+
+
+@dataclass(frozen=True, eq=False)
 class MultivariateNormal:
     """Gaussian of mean (k,) and covariance (k, k) (6.4.8); degenerate ones too."""
 

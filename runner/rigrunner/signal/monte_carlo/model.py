@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.signal.monte_carlo.distributions import MultivariateNormal, MultivariateT, named
+from rigrunner.signal.monte_carlo.distributions import (
+    MultivariateNormal,
+    MultivariateT,
+    OneError,
+    named,
+)
+from rigrunner.signal.propagation import connected, one_error
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -23,8 +29,8 @@ def output_of(model: MeasurementModel) -> Callable[[Generator, int], Array]:
     """Return the function that draws n values of the measurand, shape (n,).
 
     Inputs that are correlated, or of one ensemble, are drawn together: as a multivariate t of the
-    degrees of freedom that they share, or a multivariate normal if these are infinite. Raises
-    DataError for correlations that contradict each other.
+    degrees of freedom that they share, or a multivariate normal if these are infinite; bounded ones
+    with r = 1 or -1 as one error. Raises DataError for correlations that contradict each other.
     """
     alone, together = _grouped(model)
 
@@ -49,7 +55,7 @@ def _grouped(
     model: MeasurementModel,
 ) -> tuple[tuple[Input, ...], tuple[tuple[tuple[Input, ...], Distribution], ...]]:
     """Return the inputs that are drawn alone, and those that are drawn together."""
-    groups = _connected(model)
+    groups = connected(model)
     alone = tuple(model.inputs[group[0]] for group in groups if len(group) == 1)
     together = tuple(
         (tuple(model.inputs[row] for row in group), _joint(model, group))
@@ -59,28 +65,14 @@ def _grouped(
     return alone, together
 
 
-def _connected(model: MeasurementModel) -> Sequence[Sequence[int]]:
-    """Return the rows of the inputs that hang together, each in one group, in their order."""
-    groups: list[list[int]] = []
-    for row in range(len(model.inputs)):
-        joined = [group for group in groups if any(_linked(model, row, other) for other in group)]
-        groups = [group for group in groups if group not in joined]
-        groups.append(sorted({row, *(other for group in joined for other in group)}))
-    return groups
-
-
-def _linked(model: MeasurementModel, row: int, other: int) -> bool:
-    one, two = model.inputs[row], model.inputs[other]
-    correlated = model.correlation is not None and model.correlation[row, other] != 0
-    return bool(correlated) or bool(one.ensemble and one.ensemble == two.ensemble)
-
-
 def _joint(model: MeasurementModel, rows: Sequence[int]) -> Distribution:
     inputs = [model.inputs[row] for row in rows]
+    mean = np.array([each.value for each in inputs])
+    if (whole := one_error(model, rows)) is not None:
+        return OneError(mean, whole, named(inputs[0].distribution, 0.0, 1.0, inputs[0].dof))
     u = np.array([each.u for each in inputs])
     own = np.eye(len(rows))
     r = own if model.correlation is None else model.correlation[np.ix_(rows, rows)]
-    mean = np.array([each.value for each in inputs])
     dof = min(each.dof for each in inputs)
     scale = r * np.outer(u, u)
     return MultivariateNormal(mean, scale) if dof == inf else MultivariateT(mean, scale, dof)

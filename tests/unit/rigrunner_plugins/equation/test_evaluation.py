@@ -80,6 +80,33 @@ def test_k_follows_from_the_shape_of_rectangular_inputs(limits, k):
     assert factor(estimate) == pytest.approx(k, rel=0.01)
 
 
+@pytest.mark.parametrize("r", [1.0, -1.0])
+@pytest.mark.parametrize("limits", [(1.0, 0.5, 0.01), (1.0, 0.5, 1.0)])
+@pytest.mark.parametrize("model", ["a + b + c", "a * b + c"])
+def test_fully_correlated_rectangles_are_one_rectangle(model, limits, r):
+    """k is held against a million draws, in which b follows a."""
+    constants = {
+        name: {"value": value, "limits": each}
+        for name, value, each in zip("abc", (70.0, 90.0, 1.0), limits, strict=True)
+    }
+    found = of_constants(
+        f"({model}) * x", constants, correlations=[{"between": ["a", "b"], "r": r}]
+    )
+    estimate = found.results[0].estimate
+    a, b, c = limits
+    one, other = np.random.default_rng(5).uniform(-1, 1, (2, 1_000_000))
+    drawn = {"a": 70 + a * one, "b": 90 + r * b * one, "c": 1 + c * other}
+    y = np.sort((drawn["a"] + drawn["b"] if "+ b" in model else drawn["a"] * drawn["b"])
+                + drawn["c"])  # fmt: skip
+    width = np.quantile(np.abs(y - estimate.value), 0.95)
+    assert estimate.u == pytest.approx(y.std(), rel=2e-3)
+    assert factor(estimate) * estimate.u == pytest.approx(width, rel=0.012)
+    (table,) = (each for each in found.tables if each.title.startswith("GUM and"))
+    low, high = (table.rows[0][table.columns.index(f"{each} (Monte Carlo)")] for each in
+                 ("low", "high"))  # fmt: skip
+    assert (high - low) / 2 == pytest.approx(width, rel=0.012)
+
+
 @pytest.mark.parametrize(
     ("r", "u"), [(1.0, 0.03), (-1.0, 0.01), (0.5, sqrt(0.0007)), (0.0, sqrt(0.0005))]
 )
@@ -228,17 +255,63 @@ def test_temperatures_in_celsius():
 @pytest.mark.parametrize(
     ("model", "columns", "message"),
     [
-        ("R = U / I", {"meter.voltage": [1.0], "meter.current": [0.0]}, "has no value"),
-        ("R = sqrt(-U^2)/I", {"meter.voltage": [1.0], "meter.current": [1.0]}, "has no value"),
         ("R = U / I", {"meter.voltage": [1.0]}, "neither measured"),
         ("R = U / I", {"meter.voltage": [nan], "meter.current": [1.0]}, "not a finite number"),
     ],
 )
-def test_what_has_no_value_is_refused(model, columns, message):
+def test_what_was_not_measured_is_refused(model, columns, message):
     settings = told(model)
     run = run_of(columns, UNITS, METERS)
     with pytest.raises(DataError, match=message):
         findings(settings, run)
+
+
+PLACES = [0.0, 1.0, 2.0]
+
+
+@pytest.mark.parametrize(
+    ("model", "part"),
+    [("R = U / I", "U / I"), ("R = U / (number(1, A) * exp(I / I))", "I / I"),
+     ("R = U / number(1, A) * sqrt(I / number(1, A) - 0.5)", "sqrt(I / 1 A - 0.5)")],
+    ids=["divisor", "within", "root"],
+)  # fmt: skip
+def test_where_a_model_has_no_value_the_results_of_the_other_places_stand(model, part):
+    columns = {"meter.voltage": [0.001, 5.0, 10.0], "meter.current": [0.0, 1.0, 2.0]}
+    found = result(told(model, per="load.current"), columns, places=PLACES)
+    assert [each.place for each in found.results] == ["load.current = 1 A", "load.current = 2 A"]
+    alone = {name: values[1:] for name, values in columns.items()}
+    others = result(told(model, per="load.current"), alone, places=PLACES[1:])
+    assert [each.components for each in found.results] == [
+        each.components for each in others.results
+    ]
+    (missing,) = found.missing
+    assert missing.sentence == (
+        f"There is no value of y at load.current = 0 A: '{part}' gives no finite number."
+    )
+    cells = [cell for table in found.tables for row in table.rows for cell in row]
+    assert all(cell == cell for cell in cells)  # noqa: PLR0124  (no nan)
+
+
+def test_one_result_of_a_model_can_be_missing_beside_another():
+    settings = told() | {
+        "results": [{"name": "R", "unit": "Ω"}, {"name": "P", "unit": "mW"}],
+        "model": "R = U / I\nP = U * I",
+    }
+    del settings["result"]
+    found = result(settings, {"meter.voltage": [1.0], "meter.current": [0.0]})
+    assert [each.name for each in found.results] == ["P"]
+    (missing,) = found.missing
+    assert missing.sentence == "There is no value of R: 'U / I' gives no finite number."
+
+
+def test_trials_without_a_value_fail_the_check_and_show_no_nan():
+    """The root has a value where |a| < 0.01, in 10 % of the trials."""
+    constants = {"a": {"value": 0.0, "limits": 0.1}, "b": {"value": 1.0, "limits": 0.1}}
+    found = of_constants("(sqrt(0.0001 - a^2) + b) * x", constants)
+    (check,) = found.checks
+    assert check.decisive
+    assert not check.ok
+    assert not [each for each in found.tables if each.title.startswith("GUM and")]
 
 
 def test_degrees_of_freedom_are_infinite_without_scatter():
@@ -258,10 +331,14 @@ def of_constants(model, constants, **more):
 @pytest.mark.parametrize(
     ("model", "a"), [("sqrt(a) * x", 0.0), ("asin(a) * x", 1.0), ("(a - 1)^0.5 * x", 1.0)]
 )
-def test_a_model_without_a_slope_is_refused_with_the_input(model, a):
+def test_a_model_without_a_slope_has_no_value_there_and_the_input_is_named(model, a):
     """The derivative of a root at 0 and of asin at 1 is infinite."""
-    with pytest.raises(DataError, match="the model of y has no slope over a"):
-        of_constants(model, {"a": {"value": a, "limits": 0.1}})
+    found = of_constants(model, {"a": {"value": a, "limits": 0.1}})
+    (missing,) = found.missing
+    assert not found.results
+    assert missing.sentence.startswith(
+        "There is no value of y: the model has no slope over a, and so no uncertainty"
+    )
 
 
 @pytest.mark.parametrize(

@@ -42,6 +42,7 @@ def found(*analyses, meters=METERS, places=PLACES):
     run = run_of(columns, UNITS, meters, places)
     asked = [AnalysisRef.model_validate({name: told}) for name, told in analyses]
     made = findings_of(run, asked, Scrutiny(registry()))
+    assert not [missing for each in made for missing in each.missing]
     return [result for each in made for result in each.results]
 
 
@@ -133,6 +134,34 @@ def test_a_result_at_each_place_goes_with_that_of_the_same_place():
     )  # fmt: skip
     assert [each.place for each in (two, one)] == ["load.current = 2 A", "load.current = 1 A"]
     assert one.estimate.value == pytest.approx(VOLT[4:].mean() / 2)
+
+
+def test_what_is_made_of_a_result_without_a_value_has_none_at_that_place():
+    """R = U / I has none at 0 A; U + U there is another line of the same model, and has one."""
+    columns = {"meter.voltage": VOLT[:2], "meter.current": np.array([0.0, 0.02])}
+    of = {"inputs": {"U": "meter.voltage", "I": "meter.current"}, "per": ["load.current"]}
+    analyses = [
+        equation("R", "Ω", "U / I", **of),
+        equation("twice", "Ω", "2 * R", {"R": "R"}, per=["load.current"]),
+        ("equation", {
+            "results": [{"name": "power", "unit": "W"}, {"name": "double", "unit": "V"}],
+            "model": "power = R * I^2\ndouble = U + U",
+            "inputs": {"R": "R", **of["inputs"]}, "per": ["load.current"],
+        }),
+    ]  # fmt: skip
+    asked = [AnalysisRef.model_validate({name: told}) for name, told in analyses]
+    made = findings_of(run_of(columns, UNITS, METERS, [0.0, 1.0]), asked, Scrutiny(registry()))
+    assert [each.sentence for one in made for each in one.missing] == [
+        "There is no value of R at load.current = 0 A: 'U / I' gives no finite number.",
+        "There is no value of twice at load.current = 0 A: there is none of R.",
+        "There is no value of power at load.current = 0 A: there is none of R.",
+    ]
+    assert [(each.name, each.place) for one in made for each in one.results] == [
+        ("R", "load.current = 1 A"), ("twice", "load.current = 1 A"),
+        ("power", "load.current = 1 A"),
+        ("double", "load.current = 0 A"), ("double", "load.current = 1 A"),
+    ]  # fmt: skip
+    assert made[2].results[1].estimate.value == pytest.approx(2 * VOLT[0])
 
 
 def test_results_that_are_made_of_each_other_are_refused():

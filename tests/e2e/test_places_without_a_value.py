@@ -1,0 +1,206 @@
+"""A run with a place where a result has no value: verdict, files, report, certificate, archive."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import h5py
+import pytest
+
+from helpers_any_quantity import STATION, written
+from helpers_certificate import make_letterhead
+from helpers_cli import call
+from helpers_figures import drawn
+
+EQUATION = """\
+rigrunner: procedure/2
+id: PSU-R
+revision: "A"
+title: Resistance of a load
+inputs: {specimen: {ask: Serial number, unattended: PSU-1}}
+uses: {bench: supply_bench}
+main:
+  - sweep:
+      set: bench.current
+      over: [0 A, 1 A, 2 A]
+      steps: [{measure: {channels: [bench.voltage]}}]
+analysis:
+  - equation:
+      result: {name: resistance, symbol: R, unit: Ω}
+      per: bench.current
+      inputs: {U: bench.voltage, I: bench.current}
+      model: R = U / I
+acceptance:
+  limits:
+    - {of: resistance, LIMIT, min: 5 Ω, max: 13 Ω, source: sheet}
+"""
+CURVE = (
+    EQUATION.replace(
+        "over: [0 A, 1 A, 2 A]", "over: [0 A, 1 A, 2 A, 5 A]\n      label: {run: long}"
+    )
+    .replace(
+        "analysis:\n",
+        """\
+  - sweep:
+      set: bench.current
+      over: [0 A, 1 A, 2 A]
+      label: {run: short}
+      steps: [{measure: {channels: [bench.voltage]}}]
+analysis:
+""",
+    )
+    .split("  - equation:")[0]
+    + """\
+  - curve:
+      of: bench.voltage
+      over: bench.current
+      fit: {polynomial: {degree: 1}}
+      per: run
+      results: {x_at: {name: current, unit: A, y: 11.99 V}}
+acceptance:
+  limits:
+    - {of: current, LIMIT, max: 9 A, source: sheet}
+"""
+)
+NO_VALUE = "There is no value of resistance at bench.current = 0 A: 'U / I' gives no finite number"
+
+
+def run_of(folder, limit, procedure=EQUATION):
+    paths = written(folder, procedure=procedure.replace("LIMIT", limit), station=STATION)
+    procedure_path, station = paths
+    called = call(
+        "run", procedure_path, "--station", station, "--unattended", "--runs", folder / "runs"
+    )
+    (run,) = (folder / "runs").iterdir()
+    return called, run
+
+
+@pytest.fixture(scope="module")
+def judged(tmp_path_factory):
+    return run_of(tmp_path_factory.mktemp("missing"), "each: bench.current")
+
+
+def strict(path):
+    """Return a JSON file in which NaN is an error."""
+
+    def refuse(text):
+        raise AssertionError(text)
+
+    return json.loads(path.read_text(encoding="utf-8"), parse_constant=refuse)
+
+
+def test_the_results_of_the_other_places_stand_and_the_run_is_undecided(judged):
+    called, run = judged
+    assert called.code == 10, called.err
+    document = strict(run / "result.json")
+    assert [each["coordinates"]["bench.current"]["value"] for each in document["results"]] == [1, 2]
+    assert all(each["budget"] for each in document["results"])
+    (missing,) = document["missing"]
+    assert missing["coordinates"]["bench.current"] == {"value": 0.0, "unit": "A"}
+    assert missing["why"] == "'U / I' gives no finite number"
+    parts = {each["of"]: each for each in document["decision"]["parts"]}
+    assert {name: each["verdict"] for name, each in parts.items()} == {
+        "resistance at bench.current = 0 A": "inconclusive",
+        "resistance at bench.current = 1 A": "pass",
+        "resistance at bench.current = 2 A": "pass",
+    }
+    of_none = parts["resistance at bench.current = 0 A"]
+    assert of_none["result"] is None
+    assert of_none["probability_of_conformity"] is None
+    assert of_none["reason"].startswith(NO_VALUE)
+    assert "no value" in called.out
+
+
+@pytest.mark.parametrize(
+    ("limit", "code"),
+    [
+        ("where: {bench.current: [1 A, 2 A]}, each: bench.current", 0),
+        ("where: {bench.current: 0 A}", 10),
+        ("mean: yes", 10),
+        ("worst: yes", 10),
+    ],
+)
+def test_only_limits_that_need_the_place_are_inconclusive(tmp_path, limit, code):
+    called, run = run_of(tmp_path, limit)
+    assert called.code == code, called.out + called.err
+    document = strict(run / "result.json")
+    if code:
+        assert NO_VALUE in document["verdict"]["reason"]
+
+
+def test_a_curve_with_places(tmp_path):
+    called, run = run_of(tmp_path, "each: run", CURVE)
+    assert called.code == 10, called.err
+    document = strict(run / "result.json")
+    assert [each["coordinates"] for each in document["results"]] == [{"run": "long"}]
+    assert [each["coordinates"] for each in document["missing"]] == [{"run": "short"}]
+    assert {each["of"]: each["verdict"] for each in document["decision"]["parts"]} == {
+        "current at run = long": "pass",
+        "current at run = short": "inconclusive",
+    }
+
+
+def test_a_run_without_any_value_is_reported(tmp_path):
+    procedure = EQUATION.replace("[0 A, 1 A, 2 A]", "[0 A]")
+    called, run = run_of(tmp_path, "each: bench.current", procedure)
+    assert called.code == 10, called.err
+    assert "<td>no value</td>" in (run / "report.html").read_text(encoding="utf-8")
+
+
+def test_report_and_sealed_file_show_no_number_there(judged):
+    _, run = judged
+    page = (run / "report.html").read_text(encoding="utf-8")
+    section = page.split('<section id="results">')[1].split("</section>")[0]
+    (row,) = re.findall(r"<tr[^>]*><th[^>]*>0 A</th>.*?</tr>", section, re.DOTALL)
+    assert "<td>no value</td><td></td>" in row
+    assert "inconclusive" in row
+    assert NO_VALUE.replace("'", "&#39;") in page
+    assert not re.search(r"\bnan\b", re.sub(r"<[^>]*>", " ", section), re.IGNORECASE)
+    with h5py.File(run / "run.h5") as file:
+        texts = []
+        file.visititems(
+            lambda _, node: texts.append(node[()]) if isinstance(node, h5py.Dataset) else None
+        )
+    sealed = b"".join(each for each in texts if isinstance(each, bytes))
+    assert b"NaN" not in sealed
+
+
+def test_its_certificate_passes_nothing_there_and_verifies(judged, tmp_path):
+    _, run = judged
+    letterhead = make_letterhead(tmp_path / "letterhead")
+    with drawn():
+        called = call(
+            "certify", run, "--letterhead", letterhead, "--authorised-by", "A. Nother",
+            "--customer", "C", "--customer-contact", "D", "--item", "I", "--item-id", "1",
+            "--item-condition", "new", "--received", "2020-01-01", "--operator", "O",
+            "--not-for-certification", "--out", tmp_path / "out",
+        )  # fmt: skip
+        assert called.code == 0, called.err
+        (path,) = (tmp_path / "out").glob("*.json")
+        content = strict(path)
+        assert content["conformity"]["verdict"] == "inconclusive"
+        first = content["conformity"]["statements"][0]
+        assert first["of"] == "resistance at bench.current = 0 A"
+        assert first["printed_result"] == ""
+        assert len(content["named"]) == 2
+        assert any(each["text"].startswith(NO_VALUE) for each in content["deviations"])
+        for form in (tmp_path / "out").iterdir():
+            called = call("verify", form, "--runs", run.parent, "--letterhead", letterhead)
+            assert called.code == 0, called.out + called.err
+
+
+def test_it_can_be_decided_again_and_searched(judged, tmp_path):
+    _, run = judged
+    words = ["--by", "N", "--reason", "new sheet", "--rule", "guard_band_u"]
+    called = call("decide", run, *words)
+    assert called.code == 10, called.err
+    runs = run.parent
+    database = ("--database", tmp_path / "archive.sqlite")
+    called = call("archive", "index", runs, *database)
+    assert called.code == 0, called.err
+    called = call("archive", "search", *database, "--verdict", "inconclusive")
+    assert run.name in called.out, called.out + called.err
+    called = call("show", run)
+    assert called.code == 0, called.err
+    assert "no value at bench.current = 0 A" in called.out
