@@ -103,6 +103,8 @@ class Result:
     run: RunData
     measurand: str
     symbol: str
+    unit: str = ""
+    """Of the measurand; '' if not stated."""
     results: tuple[MeasurementResult, ...] = ()
     """All results by name, in the order of the analyses."""
     means: tuple[MeasurementResult, ...] = ()
