@@ -11,6 +11,7 @@ _OF_THE_ANALYSIS = {
 _OF_THE_API = {
     "compensations": "CompensatedPoint Compensation CompensationMethod Sweep",
     "points": "PeakPoint SwingPoint",
+    "measurand": "Condition MeasurandKind Nature",
     "rig": "RigDescription",
     "torque": "TorqueDetails",
 }
@@ -33,10 +34,12 @@ MOVED = {
     "rigrunner.api.hooks.CompensationRecord": f"{_API}:CompensationRecord",
     "rigrunner.api.hooks.Influence": f"{_API}:Influence",
     "rigrunner.api.data.RunData.rig": f"{_API}.rig:rig_of",
+    "rigrunner.api.measurand": f"{_API}.measurand",
     "rigrunner.api.results.Result.compensations": f"{_API}.torque:compensations_of",
     "rigrunner.api.rig": f"{_API}.rig",
     "rigrunner.api.torque": f"{_API}.torque",
     "rigrunner.api.validation": f"{_API}.validation",
+    "rigrunner.api.verdict.LimitDecision.load_n": f"{_API}.measurand:load_of",
     "rigrunner.signal.cycles": "rigrunner_bearings.signal.cycles",
     "rigrunner.signal.half_turns": "rigrunner_bearings.signal.half_turns",
     "rigrunner.signal.kinematics": "rigrunner_bearings.signal.kinematics",

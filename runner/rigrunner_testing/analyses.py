@@ -39,6 +39,8 @@ RATE_HZ, SAMPLES = 100.0, 40
 NOISE = 0.01
 """Standard deviation of a generated reading, in the SI unit."""
 TRIALS, MOST_MISSED = 40, 8
+_OF_A_LIMIT = ("objection", "as_written", "document")
+"""The methods of a LimitedMeasurand."""
 MOST_TRIED = 3
 """Results of a run whose coverage is counted: each takes a while."""
 
@@ -56,6 +58,21 @@ def says_what_it_yields(subject: Subject) -> None:
             raise Nonconformity(f"the result '{each.name}': {error.message}") from error
     twice = [name for name, count in Counter(each.name for each in named).items() if count > 1]
     demand(not twice, f"it yields '{twice[:1]}' twice")
+
+
+@check(
+    fix="name a model in `limit_measurand`: Settings with the methods of a LimitedMeasurand",
+    needs=("says_what_it_yields",),
+)
+def limits_can_say_which_result(subject: Subject) -> None:
+    """Where its results say which quantity they are, limits can say so by a key `measurand`."""
+    if not any(each.measurand for each in _definitions(subject)):
+        raise NotApplicable("its results have no measurand")
+    model = _record(subject).limit_measurand_model
+    if model is None:
+        raise Nonconformity("its results have a measurand, and no limit can have one")
+    lacking = [name for name in _OF_A_LIMIT if not callable(getattr(model, name, None))]
+    demand(not lacking, f"the model of the key `measurand` has no {' and no '.join(lacking)}")
 
 
 @check(fix="let `requires` give Requirements: a NeededChannel for each channel, as 'role.name'")
@@ -397,6 +414,7 @@ def _run(
 
 CHECKS: tuple[AnyCheck, ...] = (
     says_what_it_yields,
+    limits_can_say_which_result,
     says_what_it_requires,
     gives_what_it_yields,
     refuses_a_run_that_lacks_a_channel,

@@ -23,9 +23,7 @@ NAMES_BEARINGS = {
     "api/certificate/evidence.py": "fields of certificates of 0.1.0",
     "api/certificate/method.py": "fields of certificates of 0.1.0",
     "api/certificate/results.py": "fields of certificates of 0.1.0",
-    "api/measurand.py": "limits of 0.1.0 have a key 'measurand', which the core reads",
     "certificate/content.py": "fills the fields of certificates of 0.1.0",
-    "procedure/result_limits.py": "limits of 0.1.0 have a key 'measurand', which the core reads",
     "registry/culprit.py": "the packages of this project are no plugins of others",
     "yamlfile/upgrade.py": "procedures of 0.1.0 have one analysis without a name",
 }

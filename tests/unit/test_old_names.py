@@ -15,7 +15,11 @@ import rigrunner_testing.moved
 from rigrunner import moved
 
 TABLE = rigrunner_bearings.moved.MOVED | rigrunner_testing.moved.MOVED
-PROPERTIES = {"rigrunner.api.data.RunData.rig", "rigrunner.api.results.Result.compensations"}
+PROPERTIES = {
+    "rigrunner.api.data.RunData.rig",
+    "rigrunner.api.results.Result.compensations",
+    "rigrunner.api.verdict.LimitDecision.load_n",
+}
 NAMES = sorted(old for old, new in TABLE.items() if ":" in new and old not in PROPERTIES)
 MODULES = sorted(set(TABLE) - set(NAMES) - PROPERTIES - {"rigrunner.testing.pytest_plugin"})
 TAKEN = {"rigrunner.signal.gone": "json.decoder", "rigrunner.api.Gone": "json.encoder:JSONEncoder"}

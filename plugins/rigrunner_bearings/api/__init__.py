@@ -14,8 +14,9 @@ from rigrunner.api.hooks import PluginRecord, needs_nothing
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigrunner.api import MeasurandKind, Requirements
+    from rigrunner.api import Requirements
     from rigrunner_bearings.api.compensations import CompensationMethod
+    from rigrunner_bearings.api.measurand import MeasurandKind
 
 
 class Influence(StrEnum):

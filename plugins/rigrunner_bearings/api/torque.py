@@ -7,14 +7,16 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 from rigrunner.api import AnalysisDetails
+from rigrunner_bearings.api.measurand import LimitMeasurand
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rigrunner.api import Check, Component, Curve, Estimate, MeasurandKind, Points
-    from rigrunner.api.details import LimitedMeasurand
+    from rigrunner.api import Check, Component, Curve, Estimate, Points
+    from rigrunner.api.measurands import LimitedMeasurand
     from rigrunner.api.results import Result
     from rigrunner_bearings.api.compensations import Compensation
+    from rigrunner_bearings.api.measurand import MeasurandKind
     from rigrunner_bearings.api.points import PeakPoint
     from rigrunner_bearings.api.validation import Validation
 
@@ -96,7 +98,10 @@ class TorqueDetails(AnalysisDetails):
                 f"{self.primary} does not say which torque it yields, and the limit is for the "
                 f"{limited}."
             )
-        why = limited.objection(self.kind, [point.load_n for point in self.loaded])
+        if isinstance(limited, LimitMeasurand):
+            why = limited.objection(self.kind, [point.load_n for point in self.loaded])
+        else:
+            why = limited.objection(self.kind)
         return f"{why[:1].upper()}{why[1:]}: conformity cannot be stated." if why else ""
 
     def impossible(self, value: float, unit: str) -> str:

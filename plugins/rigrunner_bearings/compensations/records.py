@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api import Condition, KindRecord, MeasurandKind, Nature, hookimpl
+from rigrunner.api import KindRecord, hookimpl
 from rigrunner_bearings.api import CompensationRecord
+from rigrunner_bearings.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner_bearings.compensations import requirements
 
 if TYPE_CHECKING:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import Condition, Nature
 from rigrunner.api.accuracy import Accuracy
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.uncertainty import combine
+from rigrunner_bearings.api.measurand import Condition, Nature
 from rigrunner_bearings.conformance.recordings import (
     CLOSED_FORM,
     TIME_DOMAIN,

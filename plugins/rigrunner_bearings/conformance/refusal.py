@@ -6,7 +6,8 @@ from dataclasses import replace
 from math import sqrt
 from typing import TYPE_CHECKING
 
-from rigrunner.api import DataError, Nature
+from rigrunner.api import DataError
+from rigrunner_bearings.api.measurand import Nature
 from rigrunner_bearings.conformance.recordings import each_recording
 from rigrunner_bearings.conformance.subject import refused
 from rigrunner_bearings.torque.consistency import NAME as AGREEMENT

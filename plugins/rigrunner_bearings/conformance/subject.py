@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigrunner.analysis.analyse import analyse
-from rigrunner.api import Condition, DataError
+from rigrunner.api import DataError
 from rigrunner.procedure import AnalysisRef
 from rigrunner.registry import Registry, load_registry
 from rigrunner.signal.coverage import expanded
 from rigrunner_bearings.api import CompensationRecord
+from rigrunner_bearings.api.measurand import Condition
 from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.conformance.recordings import CLOSED_FORM, Runs, starts, swings
 from rigrunner_bearings.study.tools import tools

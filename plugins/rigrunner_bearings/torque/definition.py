@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 from rigrunner.api import Requirements
 
 if TYPE_CHECKING:
-    from rigrunner.api import AnalysisContext, MeasurandKind, ResultDefinition
+    from rigrunner.api import AnalysisContext, ResultDefinition
     from rigrunner.api.analysis_context import Plugins
+    from rigrunner_bearings.api.measurand import MeasurandKind
     from rigrunner_bearings.torque.settings import TorqueSettings
 
 

@@ -16,6 +16,7 @@ from rigrunner.api.coordinates import (
 from rigrunner.api.errors import did_you_mean
 from rigrunner.api.places import matches as is_place
 from rigrunner.api.planned import ExpectedReading, PlanProblem, StationPart
+from rigrunner_bearings.api.measurand import LimitMeasurand
 from rigrunner_bearings.api.rig import planned_rig
 from rigrunner_bearings.torque.channels import INDEX
 from rigrunner_bearings.torque.contradictions import contradictions
@@ -254,9 +255,9 @@ def _limits(
     for limit in chosen.limits:
         if limit.of != spec.name or not spec.primary:
             continue
-        if limit.measurand is not None and kind is not None:
+        if isinstance(limit.measurand, LimitMeasurand) and kind is not None:
             objection = limit.measurand.objection(kind, loads)
-            if objection and not limit.measurand.objection(kind, ()):
+            if objection and not limit.measurand.objection(kind):
                 hint = "limits and results of two measurands have nothing to say to each other"
                 yield PlanProblem(message=objection, hint=hint, key=("measurand",), of=limit)
         yield from _missing_frequencies(limit, chosen)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rigrunner_bearings.torque.live import LiveTorque
     from rigrunner_bearings.torque.settings import TorqueSettings
 
+_LIMIT = "rigrunner_bearings.api.measurand:LimitMeasurand"
 _SETTINGS = "rigrunner_bearings.torque.settings"
 _RECORDINGS = "rigrunner_bearings.conformance.recordings"
 
@@ -29,6 +30,7 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
             help="Torque at the reversals of swings, from recordings or from measured values",
             settings=f"{_SETTINGS}:SwingTorque",
             measurand="torque",
+            limit_measurand=_LIMIT,
             factory=_analysis,
             yields=_definitions,
             requires=_requirements,
@@ -53,6 +55,7 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
             help="Torque at the first movement: every recording is a start from rest",
             settings=f"{_SETTINGS}:Breakaway",
             measurand="torque",
+            limit_measurand=_LIMIT,
             factory=_analysis,
             yields=_definitions,
             requires=_requirements,

@@ -8,10 +8,8 @@ from pydantic import Field, model_validator
 
 from rigrunner.api import (
     Angle,
-    Condition,
     Duration,
     ListOf,
-    MeasurandKind,
     PartnerRun,
     ResultDefinition,
     Settings,
@@ -20,6 +18,7 @@ from rigrunner.api.analysis.requirements import LATEST, STATION
 from rigrunner.api.labels import Labels
 from rigrunner.api.names import Identifier, Name, Text
 from rigrunner.api.plugin_refs import FitRef, OutlierRuleRef, PluginRef
+from rigrunner_bearings.api.measurand import Condition, MeasurandKind
 
 if TYPE_CHECKING:
     from pydantic import GetJsonSchemaHandler

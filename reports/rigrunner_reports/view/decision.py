@@ -85,10 +85,7 @@ class LimitView:
     @property
     def measurand(self) -> str:
         """The measurand; '' if the limit has none."""
-        if self.found.measurand is None:
-            return ""
-        load = "" if self.found.load_n is None else f" under {self.found.load_n:g} N"
-        return f"{self.found.measurand}{load}"
+        return "" if self.found.measurand is None else str(self.found.measurand)
 
     @property
     def risk(self) -> str:

@@ -14,8 +14,11 @@ from rigrunner.analysis.verdict.rule import AppliedRule
 from rigrunner.api.analysis_context import AnalysisContext
 from rigrunner.api.checks import forbidden
 from rigrunner.api.findings import Findings
+from rigrunner.api.hooks import AnalysisRecord
 from rigrunner.api.progress import unseen
 from rigrunner.api.results import Result
+from rigrunner.api.units import si_symbol, unit
+from rigrunner.signal.as_json.budget import TORQUE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -60,6 +63,7 @@ def analyse(
         run=run,
         measurand=context.measurand,
         symbol=context.symbol,
+        unit=_unit_of(measurand, analyses, known),
         decision=decision,
         results=findings.results,
         missing=findings.missing,
@@ -74,6 +78,22 @@ def analyse(
         settings=settings_as_asked(analyses, found, known),
         revisions=revisions_of(analyses, acceptance, known),
     )
+
+
+def _unit_of(measurand: Measurand | None, analyses: Sequence[AnalysisRef], lookup: Scrutiny) -> str:
+    """Return the unit of the measurand, '' if it is not known.
+
+    The SI unit of what the analysis gives it for; else as the procedure states it, and N·m of any
+    torque, as documents of result/1 have it.
+    """
+    for each in analyses:
+        record = lookup.record(each.kind, each.name)
+        if isinstance(record, AnalysisRecord) and record.measurand:
+            return si_symbol(record.measurand)
+    if measurand is None or measurand.unit is None:
+        return ""
+    is_torque = unit(measurand.unit).dimension == unit(TORQUE).dimension
+    return TORQUE if is_torque else measurand.unit
 
 
 def _joined(found: Sequence[Findings]) -> Findings:

@@ -65,7 +65,7 @@ def document(result: Result) -> Json:
     stated = {key: partners.pop(name, None) for name, key in KEYS.items()}
     return {
         "format": FORMAT,
-        "measurand": {"symbol": result.symbol, "name": result.measurand, "unit": TORQUE},
+        "measurand": {"symbol": result.symbol, "name": result.measurand, "unit": result.unit},
         "run": _run(result.run),
         **{key: each for key, each in stated.items() if each is not None or key == KEYS[ONLY]},
         **({"partner_runs": partners} if partners else {}),

@@ -49,7 +49,6 @@ _NAMES = {
     ),
     "analysis_context": "AnalysisContext",
     "partners": "PartnerRun",
-    "measurand": "Condition MeasurandKind Nature",
     "uncertainty": "Distribution Effect Input MeasurementModel",
     "verdict": "Limits Verdict Zone",
     "events": "Event EventSink",

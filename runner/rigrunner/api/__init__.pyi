@@ -64,7 +64,6 @@ from rigrunner.api.importing import Column, Importer, NotInFileError
 from rigrunner.api.instruments import Instrument
 from rigrunner.api.letterhead import CertificateInput
 from rigrunner.api.lines import Answering, LineDriver, LineSettings
-from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.api.member import Member
 from rigrunner.api.partners import PartnerRun
 from rigrunner.api.quantity import Estimate, Quantity, parse_quantity
@@ -114,7 +113,6 @@ __all__ = [
     "Clock",
     "Column",
     "Component",
-    "Condition",
     "Curve",
     "DataError",
     "DecisionRuleRecord",
@@ -156,13 +154,11 @@ __all__ = [
     "ListOf",
     "Location",
     "Mask",
-    "MeasurandKind",
     "Measurement",
     "MeasurementModel",
     "MeasurementResult",
     "Member",
     "MissingPackageError",
-    "Nature",
     "NeededChannel",
     "NeededRun",
     "NoSettings",

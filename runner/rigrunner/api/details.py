@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Mapping
 
     from rigrunner.api.analysis import Check
     from rigrunner.api.certificate import CertifiedDetails
     from rigrunner.api.data import Array, RunData
-    from rigrunner.api.measurand import MeasurandKind
+    from rigrunner.api.measurands import LimitedMeasurand
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,14 +39,6 @@ class RunPlot:
     """The main column."""
     beside: tuple[str, ...] = ()
     """Columns that are plotted with it."""
-
-
-class LimitedMeasurand(Protocol):
-    """The measurand of a limit, given by its key `measurand`; prints as a description."""
-
-    def objection(self, found: MeasurandKind, loads_n: Iterable[float]) -> str:
-        """Return why this is not the measurand found under those loads; '' if it is."""
-        ...
 
 
 class AnalysisDetails:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Block, Estimate, Recording, RunData
     from rigrunner.api.details import AnalysisDetails
     from rigrunner.api.figures import Curve, Figure, Picture
-    from rigrunner.api.measurand import MeasurandKind
+    from rigrunner.api.measurands import ResultMeasurand
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,8 +34,9 @@ class ResultDefinition:
     """Coordinates that distinguish its values; empty for a single one."""
     id: str = ""
     """Identifier of the measurand for programs; '' if not stated."""
-    measurand: MeasurandKind | None = None
-    """Kind of torque, for a torque whose method states it; limits of other kinds are refused."""
+    measurand: ResultMeasurand | None = None
+    """Which quantity it is, where an analysis yields several of one unit; limits of another one are
+    refused."""
 
     @property
     def words(self) -> str:

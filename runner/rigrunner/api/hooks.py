@@ -224,6 +224,9 @@ class AnalysisRecord(PluginRecord):
     """The dimension of its result, such as 'torque', if that is the `measurand` of the procedure,
     which gives it symbol, name and unit. A procedure has one such analysis at most. '' for an
     analysis whose settings name its results."""
+    limit_measurand: type[Settings] | str | None = None
+    """The model of the key `measurand` of limits of its results, or its path, as for `settings`; it
+    has what a LimitedMeasurand has. None: its results need no such key."""
     changed: Callable[[Any, Any], Settings] | None = None
     """Returns the settings by which a stored run is analysed in another way, from its own and from
     others of which only the fields that were set count. Raises DataError 'KEY: why' where they
@@ -233,6 +236,12 @@ class AnalysisRecord(PluginRecord):
     trial_run: str = ""
     """Path, 'package.module:function', of a function that returns a RunData for a number 0, 1, ...,
     such as from a simulated rig; for an analysis that finds nothing in made-up values."""
+
+    @property
+    def limit_measurand_model(self) -> type[Settings] | None:
+        """The model of the key `measurand`; raises PluginError if the path leads to none."""
+        found = self.limit_measurand
+        return _model_at(found) if isinstance(found, str) else found
 
 
 @dataclass(frozen=True, kw_only=True)

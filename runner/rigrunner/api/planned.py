@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from rigrunner.api.coordinates import Coordinate
-    from rigrunner.api.details import LimitedMeasurand
     from rigrunner.api.instruments import Instrument
+    from rigrunner.api.measurands import LimitedMeasurand
     from rigrunner.api.member import Member
     from rigrunner.api.quantity import Quantity
     from rigrunner.api.steps import Rows

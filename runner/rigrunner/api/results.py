@@ -109,6 +109,8 @@ class Result:
     run: RunData
     measurand: str
     symbol: str
+    unit: str = ""
+    """Of the measurand; '' if not stated."""
     results: tuple[MeasurementResult, ...] = ()
     """All results by name, in the order of the analyses."""
     missing: tuple[MissingResult, ...] = ()

@@ -11,15 +11,16 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
 from math import inf, isfinite, isinf, nan
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.api.units import unit
+from rigrunner.moved import moved
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from rigrunner.api.coordinates import CoordinateValue
-    from rigrunner.api.measurand import MeasurandKind
+    from rigrunner.api.measurands import LimitedMeasurand
     from rigrunner.api.quantity import Estimate
 
 MEAN = "mean"
@@ -208,10 +209,14 @@ class LimitDecision:
     """The verdict of the same rule on the raw torque; None for other quantities."""
     marginal: bool = False
     """Whether a change of the result within the marginal band would change the verdict."""
-    measurand: MeasurandKind | None = None
+    measurand: LimitedMeasurand | None = None
     """The measurand that the limit is stated for."""
-    load_n: float | None = None
-    """The load that the limit is stated for, if any."""
+
+    if not TYPE_CHECKING:  # a checker would take any name
+
+        def __getattr__(self, name: str) -> Any:
+            """Return what has left this class; raise AttributeError for any other name."""
+            return moved(f"{__name__}.LimitDecision", name)(self)
 
     @property
     def passes(self) -> bool:

@@ -179,6 +179,9 @@ def _statement(found: LimitDecision) -> LimitStatement:
     probability, band = finite(found.probability), finite(found.guard_band)
     result = None if found.result is None else stated(found.result, found.of)
     decimals = 0 if result is None else result.decimals
+    measurand = {} if found.measurand is None else found.measurand.document()
+    load = measurand.get("load")  # has a field of its own in certificates of 0.1.0
+    load = load.get("value") if isinstance(load, dict) else None
     return LimitStatement(
         of=found.of,
         named=found.named,
@@ -193,8 +196,8 @@ def _statement(found: LimitDecision) -> LimitStatement:
         lower=finite(found.limits.lower),
         upper=finite(found.limits.upper),
         source=found.source,
-        measurand="" if found.measurand is None else str(found.measurand),
-        load_n=found.load_n,
+        measurand=str(measurand.get("text", "")),
+        load_n=load if isinstance(load, float) else None,
         guard_band=band,
         printed_guard_band="" if band is None else f"{printed(band, decimals)} {found.limits.unit}",
         stated_risk=finite(found.false_accept_risk),

@@ -15,7 +15,7 @@ from rigrunner.procedure.loading import (
 from rigrunner.procedure.model import Measurand, Procedure
 from rigrunner.procedure.named_results import check_result_limits
 from rigrunner.procedure.questions import Input
-from rigrunner.procedure.result_limits import Limit, LimitMeasurand
+from rigrunner.procedure.result_limits import Limit
 from rigrunner.procedure.steps import Step
 from rigrunner.procedure.texts import texts_digest
 
@@ -27,7 +27,6 @@ __all__ = [
     "InconsistentProcedureError",
     "Input",
     "Limit",
-    "LimitMeasurand",
     "LoadedProcedure",
     "Measurand",
     "Procedure",

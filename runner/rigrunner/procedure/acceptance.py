@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
 from rigrunner.api.plugin_refs import PluginRef
 from rigrunner.api.settings import Difference, ListOf, Settings
+from rigrunner.procedure.kinds import ASKED, KINDS, STORED
 from rigrunner.procedure.result_limits import Limit
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from rigrunner.procedure.analyses import AnalysisRef
+    from rigrunner.procedure.kinds import Kinds
 
 
 class DecisionRuleRef(PluginRef):
@@ -52,6 +59,11 @@ class Acceptance(Settings):
     def limits_of(self, name: str) -> tuple[Limit, ...]:
         """Return the limits of the results of a name."""
         return tuple(each for each in self.limits if each.of == name)
+
+    def as_read_by(self, kinds: Kinds, analyses: Iterable[AnalysisRef]) -> Self:
+        """Return it with its measurands as those analyses read them, or kept as written."""
+        context = {KINDS: kinds, STORED: True, ASKED: [each.name for each in analyses]}
+        return self.model_validate(self.as_written(), context=context)
 
     def as_written(self) -> dict[str, object]:
         """Return it as a file has it, with units; read back, it is the same."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic_core import SchemaValidator, core_schema
 
+from rigrunner.api.errors import PluginError
 from rigrunner.api.hooks import AnalysisRecord, StepRecord
 from rigrunner.registry import load_registry
 
@@ -22,6 +23,9 @@ KINDS = "kinds"
 
 STORED = "stored"
 """The key in it that says that the text is of a stored run, whose plugins may be missing here."""
+
+ASKED = "asked"
+"""The key in it of the names of the analyses that a procedure asks for."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +53,23 @@ def kinds_of(registry: Registry) -> Kinds:
 def installed_kinds() -> Kinds:
     """Return what is installed: for a procedure whose station is not known."""
     return kinds_of(load_registry())
+
+
+def measurand_models(context: Mapping[str, Any]) -> tuple[type[Settings], ...]:
+    """Return the models of the key `measurand` of limits, of the analyses that are asked for.
+
+    Of all that are known where the context of the validation does not say which are asked for.
+    """
+    known = (context.get(KINDS) or installed_kinds()).analyses
+    records = [known[name] for name in context.get(ASKED, known) if name in known]
+    return tuple(dict.fromkeys(model for each in records if (model := _measurand_model(each))))
+
+
+def _measurand_model(record: AnalysisRecord) -> type[Settings] | None:
+    try:
+        return record.limit_measurand_model
+    except PluginError:
+        return None  # the key is kept as written, and refused where a result is held against it
 
 
 def read_with_key(key: str, model: type[Settings], value: object, context: Any = None) -> Any:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import InvalidFileError, Problem
-from rigrunner.procedure.kinds import KINDS, STORED
+from rigrunner.procedure.kinds import ASKED, KINDS, STORED
 from rigrunner.procedure.model import Procedure
 from rigrunner.procedure.references import resolve, with_given
 from rigrunner.procedure.texts import texts_digest
@@ -98,13 +98,21 @@ def parse_procedure(
     written = parse(upgraded(text, name) if stored else text, name)
     refuse_older(written)
     document = resolve(with_given(written, given or {}))
-    model = validate(Procedure, document, context={KINDS: kinds, STORED: stored})
+    context = {KINDS: kinds, STORED: stored, ASKED: _analyses_asked(document)}
+    model = validate(Procedure, document, context=context)
     digest = hashlib.sha256(text.encode()).hexdigest()
     loaded = LoadedProcedure(model, document, digest, text)
     problems = inconsistencies(model, document)
     if problems:
         raise InconsistentProcedureError(problems, loaded)
     return loaded
+
+
+def _analyses_asked(document: Document) -> list[str]:
+    """Return the names of the analyses, as far as they are written as they should be."""
+    written = document.part(("analysis",))
+    listed = written if isinstance(written, list) else []
+    return [str(name) for each in listed if isinstance(each, dict) for name in each]
 
 
 def inconsistencies(procedure: Procedure, document: Document) -> list[Problem]:

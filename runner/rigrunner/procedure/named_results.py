@@ -127,7 +127,10 @@ def _check(
         problems.add(document, (*path, "of"), message, _near(limit.of, known))
         return
     _check_values(problems, document, path, limit, found)
-    _check_measurand(problems, document, path, limit, found)
+    message, hint = limit.objection_to(found)
+    if message:
+        at = path if limit.measurand is None else (*path, "measurand")
+        problems.add(document, at, message, hint)
     for key, places in (("where", limit.where), ("except", limit.except_)):
         for name in places:
             if name not in found.per:
@@ -140,24 +143,6 @@ def _check(
         several = f"there is a result '{found.name}' for each {' and '.join(open_)}"
         hint = f"say 'each: {open_[0]}', 'mean: yes' or 'worst: yes', or name one under 'where'"
         problems.add(document, (*path, "of"), several, hint)
-
-
-def _check_measurand(
-    problems: Problems, document: Document, path: Path, limit: Limit, found: ResultDefinition
-) -> None:
-    """Add a problem where it limits another measurand than the one that is measured."""
-    at: Path = (*path, "measurand")
-    if found.measurand is None:
-        if limit.measurand is not None:
-            message = f"'{limit.of}' does not say which torque it is"
-            problems.add(document, at, message, "leave 'measurand' out")
-    elif limit.measurand is None:
-        message = f"'{limit.of}' is a torque, and the key 'measurand' is missing"
-        hint = "say of which one: 'measurand: {nature: ..., condition: ...}'"
-        problems.add(document, path, message, hint)
-    elif objection := limit.measurand.objection(found.measurand, ()):
-        hint = "limits and results of two measurands have nothing to say to each other"
-        problems.add(document, at, objection, hint)
 
 
 def _check_values(

@@ -2,70 +2,95 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, model_validator
+from pydantic_core import core_schema
 
 from rigrunner.api.errors import DataError
-from rigrunner.api.measurand import CONDITIONS, NATURES, Condition, MeasurandKind, Nature
+from rigrunner.api.measurands import LimitedMeasurand
 from rigrunner.api.names import Name, Text
 from rigrunner.api.places import CoordinateKey, Places, is_in, places_text
 from rigrunner.api.quantity import Quantity
-from rigrunner.api.settings import Force, Settings, YesNo
+from rigrunner.api.settings import Settings, YesNo
 from rigrunner.api.units import unit
 from rigrunner.api.verdict import Limits
 from rigrunner.procedure.following import End, Line, Table
+from rigrunner.procedure.kinds import STORED, measurand_models, read_with_key
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterator, Mapping
+
+    from pydantic import GetCoreSchemaHandler
 
     from rigrunner.api.coordinates import CoordinateValue
-
-LOAD_TOLERANCE = 0.01
-"""How far a load may be from that of the limit, as a part of it."""
-UNLOADED_N = 10.0
-"""What a load cell may show of a bearing without load."""
+    from rigrunner.api.findings import ResultDefinition
+    from rigrunner.api.measurands import ResultMeasurand
 
 
-class LimitMeasurand(Settings):
-    """Which torque a limit is for; it says nothing of any other."""
+MEASURAND = "x-measurand"
+"""Marks, in the JSON Schema, the key that models of analyses describe."""
 
-    nature: Literal["load_induced", "total", "no_load"]
-    """What the load adds, all under load, or all without load."""
-    condition: Literal["at_reversal", "from_rest", "under_way"]
-    """At the reversals of a swing, at the first movement after a rest, or as a mean on the way."""
-    load: Force | None = None
-    """The load at which it holds; left out, at any."""
 
-    @property
-    def kind(self) -> MeasurandKind:
-        """Nature and condition."""
-        return MeasurandKind(Nature(self.nature), Condition(self.condition))
+@dataclass(frozen=True)
+class UnreadMeasurand:
+    """The key `measurand` as it is written: no analysis that could read it is installed here."""
+
+    written: Mapping[str, object]
 
     def __str__(self) -> str:
-        """Return it in words: 'load-induced torque at the reversals of a swing under 1000 N'."""
-        return str(self.kind) if self.load is None else f"{self.kind} under {self.load:g} N"
+        """Return it in one line: '{scale: HRC, load: 1471 N}'."""
+        return f"{{{', '.join(f'{key}: {value}' for key, value in self.written.items())}}}"
 
-    def objection(self, found: MeasurandKind, loads_n: Iterable[float]) -> str:
-        """Return why this is not the torque that was found under those loads; '' if it is."""
-        loads = sorted(loads_n)
-        unloaded = bool(loads) and loads[-1] <= UNLOADED_N
-        natures = {found.nature}
-        if found.nature is Nature.TOTAL and (unloaded or not loads):
-            natures.add(Nature.NO_LOAD)
-        fits = self.kind.nature in natures and self.kind.condition is found.condition
-        if fits and (self.load is None or all(self._is_at(load) for load in loads)):
-            return ""
-        return f"the limit is for the {self}, and the result is the {_words(found, loads)}"
+    def objection(self, found: ResultMeasurand) -> str:
+        """Return that nobody here knows what it is."""
+        return (
+            f"no analysis here can read the limit's measurand {self}, and the result is the {found}"
+        )
 
     def as_written(self) -> dict[str, object]:
-        """Return it as a file has it; read back, it is the same."""
-        written: dict[str, object] = {"nature": self.nature, "condition": self.condition}
-        return written if self.load is None else {**written, "load": f"{self.load!r} N"}
+        """Return it as a file has it."""
+        return dict(self.written)
 
-    def _is_at(self, load_n: float) -> bool:
-        assert self.load is not None  # noqa: S101  (asked only where there is one)
-        return abs(load_n - self.load) <= (LOAD_TOLERANCE * self.load or UNLOADED_N)
+    def document(self) -> dict[str, object]:
+        """Return its part of `result.json`."""
+        return {**self.written, "text": str(self)}
+
+
+class MeasurandKey:
+    """Reads the key `measurand` of a limit by the model that an analysis names."""
+
+    @classmethod
+    def inside(cls, name: str) -> type[Settings] | None:
+        """Return the model of that name, which stands in the place of an error; None for none."""
+        return next((each for each in measurand_models({}) if each.__name__ == name), None)
+
+    @classmethod
+    def __get_pydantic_core_schema__(
+        cls, source: object, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        """Let a model read it, by the analyses in the context of the validation."""
+        mapping = core_schema.dict_schema(core_schema.str_schema(), core_schema.any_schema())
+        return core_schema.with_info_after_validator_function(cls._read, mapping)
+
+    @staticmethod
+    def _read(value: dict[str, object], info: core_schema.ValidationInfo) -> LimitedMeasurand:
+        """Return it as the first model has it that takes it; else raise what the first one says.
+
+        Of a stored run, whose plugins may be missing here or of another version, it is kept.
+        """
+        context, refused = info.context or {}, None
+        for model in measurand_models(context):
+            try:
+                found: LimitedMeasurand = read_with_key(model.__name__, model, value, context)
+            except ValidationError as error:
+                refused = refused or error
+            else:
+                return found
+        if refused is not None and not context.get(STORED):
+            raise refused
+        return UnreadMeasurand(value)
 
 
 class Limit(Settings):
@@ -90,8 +115,10 @@ class Limit(Settings):
     """The lowest that is allowed; one that follows a coordinate is a mapping."""
     plus_minus: End | None = None
     """In place of both: how far from zero a difference may be, such as a deviation."""
-    measurand: LimitMeasurand | None = None
-    """Of a torque, and needed there: which one it is a limit of; it is refused for any other."""
+    measurand: Annotated[
+        Annotated[LimitedMeasurand, MeasurandKey] | None, Field(json_schema_extra={MEASURAND: True})
+    ] = None
+    """Which quantity the limit is for: needed where the result states its own, else refused."""
     source: Text
     """Who says so: a standard with its edition, a drawing, an agreement."""
 
@@ -179,6 +206,20 @@ class Limit(Settings):
         excepted = self.except_ and is_in(self.except_, coordinates)
         return is_in(self.where, coordinates) and not excepted
 
+    def objection_to(self, found: ResultDefinition) -> tuple[str, str]:
+        """Return why it is for another measurand than that of a result, and a hint; '' if not."""
+        if self.measurand is None:
+            if found.measurand is None:
+                return "", ""
+            message = f"'{self.of}' is the {found.measurand}, and the key 'measurand' is missing"
+            keys = " or ".join(", ".join(_required(model)) for model in measurand_models({}))
+            return message, f"say of which one the limit is, by the keys {keys}" if keys else ""
+        if found.measurand is None:
+            message = f"'{self.of}' does not say whether it is the {self.measurand}"
+            return message, "leave 'measurand' out"
+        hint = "limits and results of two measurands have nothing to say to each other"
+        return self.measurand.objection(found.measurand), hint
+
     def limits_at(self, coordinates: Mapping[str, CoordinateValue], symbol: str) -> Limits:
         """Return the limits at a place as numbers in a unit of the same kind.
 
@@ -225,6 +266,10 @@ class Limit(Settings):
         )
 
 
+def _required(model: type[Settings]) -> list[str]:
+    return [name for name, field in model.model_fields.items() if field.is_required()]
+
+
 def _number(
     end: Quantity | Line | Table,
     coordinates: Mapping[str, CoordinateValue],
@@ -241,12 +286,3 @@ def _number(
         si = end.si_at(coordinates)
     offset = 0.0 if is_difference else known.offset
     return float(f"{(si - offset) / known.factor:.15g}")
-
-
-def _words(found: MeasurandKind, loads_n: list[float]) -> str:
-    nature, condition = NATURES[found.nature], CONDITIONS[found.condition]
-    if not loads_n:
-        return f"{nature} {condition}"
-    low, high = loads_n[0], loads_n[-1]
-    span = f"{low:.0f} N" if high - low <= LOAD_TOLERANCE * high else f"{low:.0f} N to {high:.0f} N"
-    return f"{nature} {condition} under {span}"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.certificate import DecisionRecord
 from rigrunner.api.errors import DataError
 from rigrunner.procedure import Acceptance
+from rigrunner.procedure.kinds import STORED
 from rigrunner.yamlfile.upgrade import upgraded_acceptance
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ def record_of(decision: DecisionFile) -> DecisionRecord:
 def acceptance_of(record: DecisionRecord) -> Acceptance:
     """Return limits and rule of a decision on a certificate; raise DataError."""
     try:
-        return Acceptance.model_validate(upgraded_acceptance(record.acceptance))
+        held = upgraded_acceptance(record.acceptance)
+        return Acceptance.model_validate(held, context={STORED: True})
     except ValueError as error:
         raise DataError(f"the limits and rule of {record.file} cannot be read") from error

@@ -19,7 +19,8 @@ from rigrunner.api.events import Outcome
 from rigrunner.api.units import unit, with_article
 from rigrunner.api.verdict import LaterDecision, Verdict
 from rigrunner.clock import utc_text
-from rigrunner.procedure import Acceptance, parse_procedure
+from rigrunner.procedure import Acceptance, kinds_of, parse_procedure
+from rigrunner.procedure.kinds import STORED
 from rigrunner.run.locate import RUN_FILE
 from rigrunner.run.stored import analyse_run
 from rigrunner.runfile import read
@@ -135,8 +136,8 @@ def decide_again(
             hint="a run that was not completed neither passes nor fails",
         )
     before = acceptance_in_force(stored, folder)
-    after = change(before)
-    if after == before:
+    after = change(before).as_read_by(kinds_of(registry), _procedure(stored).analysis)
+    if before is not None and after.as_written() == before.as_written():
         raise UsageError("these limits and this rule hold already", hint="nothing was written")
     result = analyse_run(folder, registry, acceptance=after)
     _refuse(result, after)
@@ -174,20 +175,24 @@ def _refuse(result: Result, acceptance: Acceptance) -> None:
 def _refuse_other_results(result: Result, acceptance: Acceptance) -> None:
     """Raise DataError for a limit of a result that the run does not have, or of another kind."""
     known = (*result.results, *result.missing, *result.means)
-    units = {each.name: each.of.unit for each in known}
+    definitions = {each.name: each.of for each in known}
     for limit in acceptance.limits:
-        if limit.of not in units:
-            names = ", ".join(units) or "none"
+        if limit.of not in definitions:
+            names = ", ".join(definitions) or "none"
             raise DataError(
                 f"{result.run.run_id} has no result '{limit.of}'", hint=f"results: {names}"
             )
-        kind = unit(units[limit.of]).dimension
+        found = definitions[limit.of]
+        kind = unit(found.unit).dimension
         if limit.dimension != kind:
             raise DataError(
                 f"{limit.source}: the limit is {with_article(limit.dimension)}, and"
                 f" {limit.of} {with_article(kind)}",
-                hint=f"write it in {units[limit.of]}",
+                hint=f"write it in {found.unit}",
             )
+        message, hint = limit.objection_to(found)
+        if message:
+            raise DataError(f"{limit.source}: {message}", hint=hint)
 
 
 def _before(folder: Path, stored: StoredRun, held: Acceptance | None) -> dict[str, Any]:
@@ -250,7 +255,8 @@ def _read(path: Path, digest: str) -> DecisionFile:
     try:
         content = path.read_bytes()
         document = json.loads(content)
-        acceptance = Acceptance.model_validate(upgraded_acceptance(document["acceptance"]))
+        held = upgraded_acceptance(document["acceptance"])
+        acceptance = Acceptance.model_validate(held, context={STORED: True})
         file = DecisionFile(path, document, acceptance, hashlib.sha256(content).hexdigest())
         recordings, kind = document["run"]["digest_sha256"], document["format"]
         words = vars(file.summary).values()

@@ -130,10 +130,11 @@ def plan_run_in(
         lambda: make_plan(loaded_procedure, loaded_station, devices), but_of=missing
     )
     problems.without(lambda: check_result_limits(loaded_procedure, registry))
-    if plan is not None:
+    if plan is not None and not missing:  # whose steps the plan lacks
         to_come = run_to_come(loaded_procedure.model, loaded_station, plan, devices)
         problems.without(lambda: check_plan(loaded_procedure, loaded_station, to_come, registry))
         problems.without(lambda: check_analyses(loaded_procedure, loaded_station, plan, registry))
+    if plan is not None:
         problems.without(lambda: check_partners(loaded_procedure, loaded_station, registry))
     approval = problems.without(lambda: approval_state(loaded_procedure))
     if plan is None or approval is None or problems:

@@ -90,7 +90,9 @@ def analyse_stored(
     text, name = stored.header.procedure_text, stored.header.procedure_id
     kinds = kinds_of(registry)
     procedure = changes(parse_procedure(text, name, kinds=kinds, stored=True).model)
-    asked, limits = procedure.analysis, acceptance or procedure.acceptance
+    asked, limits = procedure.analysis, procedure.acceptance
+    if acceptance is not None:  # which may have been read without the plugins of the station
+        limits = acceptance.as_read_by(kinds, asked)
     run, analysed = run_data(stored), is_analysed(stored, procedure)
     if not analysed:
         asked, limits, run = (), None, replace(run, partners={})

@@ -20,8 +20,9 @@ def known_keys(model_type: type[BaseModel], loc: tuple[int | str, ...]) -> tuple
 def _inside(annotation: Any, step: int | str) -> Any:
     alternatives = _alternatives(annotation)
     for part in alternatives:
-        if hasattr(part, "inside"):  # it knows itself what stands under a key
-            return part.inside(step)
+        for known in (part, *getattr(part, "__metadata__", ())):
+            if hasattr(known, "inside"):  # it knows itself what stands under a key
+                return known.inside(step)
     for part in alternatives:
         if len(alternatives) > 1 and step in _names(part):
             return part

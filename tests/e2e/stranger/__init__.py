@@ -26,7 +26,6 @@ from rigrunner.api import (
     Check,
     Clock,
     Column,
-    Condition,
     Curve,
     DataError,
     DecisionRuleRecord,
@@ -63,11 +62,9 @@ from rigrunner.api import (
     ListOf,
     Location,
     Mask,
-    MeasurandKind,
     MeasurementModel,
     MeasurementResult,
     MissingPackageError,
-    Nature,
     NeededChannel,
     NoSettings,
     NotInFileError,
@@ -109,6 +106,7 @@ from rigrunner_bearings.api.compensations import (
     CompensationMethod,
     Sweep,
 )
+from rigrunner_bearings.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner_bearings.api.points import PeakPoint, SwingPoint
 from rigrunner_bearings.api.rig import RigDescription
 from rigrunner_bearings.signal.compensated import compensated_point

@@ -13,10 +13,10 @@ from rigrunner.api import AnalysisDetails
 from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.data import Estimate
 from rigrunner.api.findings import MeasurementResult, ResultDefinition
-from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import Acceptance
 from rigrunner.registry import load_registry
+from rigrunner_bearings.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner_bearings.api.torque import TorqueDetails
 
 REGISTRY = load_registry()
@@ -114,7 +114,6 @@ def test_the_decision_says_all_that_a_certificate_needs():
     assert decision.deciding.probability == pytest.approx(1.0, abs=1e-6)
     assert decision.deciding.source == "a test"
     assert str(decision.deciding.measurand) == "load-induced torque at the reversals of a swing"
-    assert decision.deciding.load_n is None
     assert [part.of for part in decision.parts] == ["mean"]
 
 
@@ -188,27 +187,18 @@ def test_a_no_load_breakaway_limit_says_nothing_of_a_loaded_swing():
     assert isnan(decision.deciding.probability)
 
 
-def test_a_total_torque_without_load_is_the_no_load_torque():
-    total = MeasurandKind(Nature.TOTAL, Condition.FROM_REST)
-    found = decide(accept(BREAKAWAY), evidence(kind=total, loads=(0.0, 2.0)))
-    assert found.verdict is Verdict.PASS
-    loaded = decide(accept(BREAKAWAY), evidence(kind=total, loads=(0.0, 500.0)))
-    assert loaded.verdict is Verdict.INCONCLUSIVE
-    assert "the result is the total torque from rest under 0 N to 500 N" in loaded.reason
-
-
-def test_a_limit_at_one_load_says_nothing_of_another():
-    at_load = limit(measurand=AT_REVERSAL | {"load": "1000 N"})
-    assert decide(accept(at_load), evidence(loads=(1009.0, 992.0))).verdict is Verdict.PASS
-    other = decide(accept(at_load), evidence(loads=(1009.0, 985.0)))
-    assert other.verdict is Verdict.INCONCLUSIVE
-    assert "under 1000 N, and the result is" in other.reason
-
-
-def test_a_method_that_does_not_say_what_it_yields_decides_nothing():
-    decision = decide(accept(limit()), evidence(kind=None))
-    assert decision.verdict is Verdict.INCONCLUSIVE
-    assert decision.reason.startswith("template_inverse does not say which torque it yields")
+def test_a_result_without_a_record_of_its_analysis_is_held_against_the_limit_too():
+    depth = MeasurementResult(of=TORQUE, estimate=Estimate(0.5, 0.05))
+    found = Evidence(results=(depth,))
+    assert decide(accept(limit(mean=False)), found).verdict is Verdict.PASS
+    other = {"nature": "total", "condition": "from_rest"}
+    for measurand, words in (
+        (other, "Torque: The limit is for the total torque from rest, and the result is"),
+        (None, "Torque: 'torque' is the load-induced torque at the reversals of a swing, and the"),
+    ):
+        decision = decide(accept(limit(mean=False, measurand=measurand)), found)
+        assert decision.verdict is Verdict.INCONCLUSIVE
+        assert decision.reason.startswith(words)
 
 
 def test_a_marginal_verdict_is_marked():

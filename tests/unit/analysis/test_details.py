@@ -25,7 +25,7 @@ from rigrunner.api.limits import ValueLimit
 from rigrunner.api.results import Result
 from rigrunner.certificate.results import certified_of
 from rigrunner.certificate.validity import not_calibrated
-from rigrunner.procedure import Acceptance, AnalysisRef
+from rigrunner.procedure import Acceptance, AnalysisRef, Measurand
 from rigrunner.registry import Plugin, Provider, Registry, load_registry
 from unit.analysis.helpers_runs import run_of
 
@@ -98,6 +98,37 @@ def test_a_run_without_torque_has_no_record_of_it_and_keeps_the_keys_of_its_docu
     }
     assert told["points"] == told["no_load_points"] == told["fits"] == []
     assert (told["compensations"], told["validation"]) == ({}, None)
+
+
+@pytest.mark.parametrize(
+    ("symbol", "gives", "unit"),
+    [
+        ("Ω", "", "Ω"),
+        ("mN·m", "", "N·m"),  # as documents of 0.1.0 have it
+        (None, "", ""),
+        (None, "force", "N"),
+        ("kN", "force", "N"),
+        (None, "torque", "N·m"),
+    ],
+)
+def test_the_document_has_the_unit_of_what_the_procedure_measures(symbol, gives, unit):
+    record = AnalysisRecord(
+        name="given",
+        help="Made up.",
+        factory=lambda _: lambda run: Findings(),  # noqa: ARG005  (it finds nothing)
+        yields=lambda _: (),
+        measurand=gives,
+    )
+    made = analyse(
+        run_of(),
+        [AnalysisRef.model_validate({"given": None})],
+        acceptance=None,
+        measurand=Measurand(symbol="x", name="quantity", unit=symbol),
+        lookup=Registry([Plugin("analysis", record, Provider("lab", "1"))]),
+    )
+    assert document(made)["measurand"] == {"symbol": "x", "name": "quantity", "unit": unit}
+    nothing = analyse(run_of(), (), acceptance=None, measurand=None, lookup=load_registry())
+    assert document(nothing)["measurand"]["unit"] == ""
 
 
 def test_a_certificate_takes_what_each_analysis_brings():

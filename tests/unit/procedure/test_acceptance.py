@@ -5,16 +5,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from rigrunner.api.measurand import Condition, MeasurandKind, Nature
-from rigrunner.procedure import Acceptance, LimitMeasurand
+from helpers_measurand import LimitOfColour, LimitOfHardness, analysis, kinds
+from rigrunner.procedure import Acceptance
+from rigrunner.procedure.kinds import KINDS, STORED
 
-AT_REVERSAL = {"nature": "load_induced", "condition": "at_reversal"}
-STARTING = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
+HARDNESS = {KINDS: kinds(analysis())}
+BOTH = {KINDS: kinds(analysis("colour", LimitOfColour), analysis())}
+NEITHER = {KINDS: kinds(analysis(model=None))}
 
 
 def limit(**changes):
-    mean = {"of": "torque", "mean": True, "max": "1 N·m", "source": "a test"}
-    return mean | {"measurand": AT_REVERSAL} | changes
+    return {"of": "torque", "mean": True, "max": "1 N·m", "source": "a test"} | changes
 
 
 def each(*, where=(), **changes):
@@ -55,14 +56,6 @@ def test_what_does_not_fit_together_is_refused(given, words):
         Acceptance.model_validate(given)
 
 
-def test_every_other_nature_and_condition_is_another_torque():
-    for nature in Nature:
-        for condition in Condition:
-            wanted = LimitMeasurand(nature=str(nature), condition=str(condition))
-            same = wanted.kind == STARTING
-            assert (wanted.objection(STARTING, [1000.0]) == "") is same
-
-
 torques = st.floats(1e-6, 1e3).map(lambda value: f"{value!r} N·m")
 
 
@@ -70,13 +63,12 @@ torques = st.floats(1e-6, 1e3).map(lambda value: f"{value!r} N·m")
     torques,
     st.none() | torques,
     st.lists(st.integers(1, 60), unique=True, max_size=3),
-    st.none() | st.floats(0.1, 1e5),
+    st.none() | st.floats(0.1, 1e5).map(lambda value: {"scale": "HRC", "load": f"{value!r} N"}),
     st.sampled_from(
         ["simple", "guard_band_u", "guard_band_fraction", {"lab_s_own": {"share": 0.5}}]
     ),
 )
-def test_it_reads_back_as_it_was_written(most, marginal, frequencies, load, rule):
-    measurand = AT_REVERSAL if load is None else AT_REVERSAL | {"load": f"{load!r} N"}
+def test_it_reads_back_as_it_was_written(most, marginal, frequencies, measurand, rule):
     named = [each(where=[f"{hz} Hz"], max=most) for hz in frequencies]
     others = {"except": {"frequency": [f"{hz} Hz" for hz in frequencies]}} if frequencies else {}
     chosen = Acceptance.model_validate(
@@ -85,6 +77,30 @@ def test_it_reads_back_as_it_was_written(most, marginal, frequencies, load, rule
             "rule": rule,
             "fraction": 0.3 if rule == "guard_band_fraction" else None,
             "marginal": marginal,
-        }
+        },
+        context=HARDNESS,
     )
-    assert Acceptance.model_validate(chosen.as_written()) == chosen
+    assert Acceptance.model_validate(chosen.as_written(), context=HARDNESS) == chosen
+
+
+def measurand(written, context):
+    given = {"limits": [limit(measurand=written)]}
+    return Acceptance.model_validate(given, context=context).limits[0].measurand
+
+
+def test_the_analysis_whose_key_it_is_reads_it():
+    for context in (HARDNESS, BOTH):
+        assert measurand({"scale": "HRC"}, context) == LimitOfHardness(scale="HRC")
+    assert measurand({"illuminant": "A"}, BOTH) == LimitOfColour(illuminant="A")
+    with pytest.raises(ValidationError, match="illuminant"):  # as the first one says
+        measurand({"scale": "HRA"}, BOTH)
+
+
+def test_without_such_an_analysis_it_is_kept_as_it_is_written():
+    written = {"scale": "HRC", "load": "1471 N", "drift": {"of": 3}}
+    for context in (NEITHER, HARDNESS | {STORED: True}):
+        kept = measurand(written, context)
+        assert kept.as_written() == written
+        assert kept.document() == written | {"text": str(kept)}
+        assert str(kept) == "{scale: HRC, load: 1471 N, drift: {'of': 3}}"
+        assert "can read the limit's measurand {scale: HRC" in kept.objection("hardness HRC")

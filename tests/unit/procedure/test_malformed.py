@@ -4,9 +4,16 @@ from __future__ import annotations
 
 import pytest
 
-from helpers_language import PROCEDURE, edited, only_problem, place_of, problems_of
+from helpers_language import (
+    PROCEDURE,
+    TorqueSettings,
+    edited,
+    only_problem,
+    place_of,
+    problems_of,
+)
+from helpers_measurand import Hardness, LimitOfColour, analysis, kinds
 from rigrunner.api.findings import ResultDefinition
-from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.procedure import check_result_limits, parse_procedure
 
 STEPS = (
@@ -142,9 +149,6 @@ CASES = [
      "0.95 is not a number with a unit", "such as '10 Hz'"),
     ("      source: nobody\n", "", "of: torque", f"{LIMIT}.source",
      "the key 'source' is missing", ""),
-    ("nature: load_induced", "nature: loaded", "loaded", f"{LIMIT}.measurand.nature",
-     "got 'loaded', expected 'load_induced', 'total' or 'no_load'",
-     ""),
     ("rule: guard_band_u", "rule: [guard_band_u]", "[guard_band_u]", "acceptance.rule",
      "a plugin is written as 'name', or as 'name: {setting: value}'", ""),
 ]  # fmt: skip
@@ -189,12 +193,47 @@ def test_every_problem_is_told_at_once():
     }
 
 
-class Torque:
-    """Each analysis names a torque at a reversal."""
+WRITTEN = "{nature: load_induced, condition: at_reversal}"
+OF_HARDNESS = edited(PROCEDURE, (WRITTEN, "{scale: HRC}"))
+KINDS = kinds(analysis("swing_torque", settings=TorqueSettings))
+"""The analysis of the procedure reads another key."""
+
+
+def parsed(text):
+    return parse_procedure(text, "p.yaml", kinds=KINDS)
+
+
+@pytest.mark.parametrize(
+    ("written", "finger", "field", "message"),
+    [
+        ("{scale: HRA}", "HRA", ".scale", "got 'HRA', expected 'HRB' or 'HRC'"),
+        ("{}", "measurand: {}", ".scale", "the key 'scale' is missing"),
+        ("{scale: HRC, sclae: B}", "sclae", ".sclae", "unknown key 'sclae'"),
+        ("{scale: HRC, load: 71}", "71}", ".load", "71 is not a number with a unit"),
+        ("HRC", "HRC", "", "got 'HRC', expected a mapping of names to values"),
+    ],
+)
+def test_a_spoiled_measurand(written, finger, field, message):
+    text = edited(PROCEDURE, (WRITTEN, written))
+    problem = only_problem(parsed, text)
+
+    assert message in problem.message
+    assert problem.field == f"{LIMIT}.measurand{field}"
+    assert str(problem.location) == f"p.yaml:{place_of(text, finger)}"
+
+
+HRC = Hardness("HRC")
+
+
+class Named:
+    """The analysis of the procedure names a result, and which quantity it is."""
+
+    def __init__(self, measurand=HRC):
+        self.measurand = measurand
 
     def definitions(self, _name, _settings):
-        kind = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
-        return (ResultDefinition(name="torque", unit="N·m", per=("frequency",), measurand=kind),)
+        found = {"name": "torque", "unit": "N·m", "per": ("frequency",)}
+        return (ResultDefinition(**found, measurand=self.measurand),)
 
 
 class Nothing:
@@ -212,14 +251,48 @@ def test_a_limit_of_an_analysis_without_results_decides_on_nothing():
     assert problem.hint == "results: none, as no analysis names one"
 
 
-def test_a_limit_of_a_torque_says_which_one():
-    text = edited(
-        PROCEDURE, ("      measurand: {nature: load_induced, condition: at_reversal}\n", "")
-    )
-    problem = only_problem(check_result_limits, parse_procedure(text, "p.yaml"), Torque())
+def test_a_limit_of_one_of_several_quantities_says_of_which_one():
+    text = edited(OF_HARDNESS, ("      measurand: {scale: HRC}\n", ""))
+    problem = only_problem(check_result_limits, parsed(text), Named())
 
     assert problem.field == "acceptance.limits[0]"
-    assert problem.message == "'torque' is a torque, and the key 'measurand' is missing"
+    assert problem.message == "'torque' is the hardness HRC, and the key 'measurand' is missing"
+
+
+def test_a_limit_of_another_quantity_is_refused():
+    check_result_limits(parsed(OF_HARDNESS), Named())
+    problem = only_problem(check_result_limits, parsed(OF_HARDNESS), Named(Hardness("HRB")))
+
+    assert problem.field == "acceptance.limits[0].measurand"
+    assert problem.message == "it is hardness HRB, not hardness HRC"
+    assert problem.hint == "limits and results of two measurands have nothing to say to each other"
+
+
+def test_a_measurand_is_refused_where_the_result_states_none():
+    problem = only_problem(check_result_limits, parsed(OF_HARDNESS), Named(None))
+
+    assert problem.field == "acceptance.limits[0].measurand"
+    assert problem.message == "'torque' does not say whether it is the hardness HRC"
+    assert problem.hint == "leave 'measurand' out"
+
+
+def test_a_measurand_that_nobody_here_can_read_is_refused():
+    text = edited(OF_HARDNESS, ("{scale: HRC}", "{grade: 7}"))
+    loaded = parse_procedure(text, "p.yaml", kinds=kinds())
+    problem = only_problem(check_result_limits, loaded, Named())
+
+    assert problem.field == "acceptance.limits[0].measurand"
+    assert problem.message == (
+        "no analysis here can read the limit's measurand {grade: 7}, and the result is the "
+        "hardness HRC"
+    )
+
+
+def test_the_model_is_that_of_the_analysis_that_is_asked_for():
+    others = kinds(analysis("another", LimitOfColour), KINDS.analyses["swing_torque"])
+    text = edited(PROCEDURE, (WRITTEN, "{scale: HRA}"))
+    problem = only_problem(lambda: parse_procedure(text, "p.yaml", kinds=others))
+    assert problem.field == f"{LIMIT}.measurand.scale"
 
 
 @pytest.mark.parametrize(
@@ -236,8 +309,8 @@ def test_a_limit_of_a_torque_says_which_one():
     ],
 )  # fmt: skip
 def test_a_limit_of_no_such_result(old, new, field, message):
-    text = edited(PROCEDURE, (old, new))
-    problem = problems_of(check_result_limits, parse_procedure(text, "p.yaml"), Torque())[0]
+    text = edited(OF_HARDNESS, (old, new))
+    problem = problems_of(check_result_limits, parsed(text), Named())[0]
 
     assert (problem.field, problem.message) == (f"acceptance.limits[0].{field}", message)
 

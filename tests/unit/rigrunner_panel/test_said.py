@@ -106,7 +106,7 @@ CHECKER = [
         "analyses/equation/kinds", "analyses/equation/text", "devices/declared",
         "devices/composite/routes",
     )),
-    "../../plugins/rigrunner_bearings/api/rig.py",
+    *(f"../../plugins/rigrunner_bearings/api/{each}.py" for each in ("measurand", "rig")),
     *(f"../../plugins/rigrunner_bearings/torque/{each}.py" for each in (
         "contradictions", "planning", "requirements_of_plan", "requirers", "settings",
     )),
@@ -516,6 +516,17 @@ def translated(tmp_path_factory):
         (
             "There is no value of R at load.current = 0 A: 'U / I' gives no finite number.",
             "Es gibt keinen Wert von R bei load.current = 0 A: „U / I“ ergibt keine endliche Zahl.",
+        ),
+        (
+            "'torque' is the total torque from rest, and the key 'measurand' is missing",
+            (
+                "„torque“ ist eine bestimmte Messgröße (gesamtes Drehmoment aus der Ruhe), und der"
+                " Schlüssel „measurand“ fehlt"
+            ),
+        ),
+        (
+            "say of which one the limit is, by the keys nature, condition",
+            "mit den Schlüsseln nature, condition angeben, für welche der Grenzwert gilt",
         ),
         ("load is an issue", "load is an issue"),  # no kind of quantity
         ("the motor is hot", "the motor is hot"),  # of a device: nobody has translated it

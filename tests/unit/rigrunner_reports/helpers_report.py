@@ -14,10 +14,10 @@ import numpy as np
 from rigrunner.api.analysis import Check, Component, Rejection
 from rigrunner.api.data import Estimate, Points, RunData
 from rigrunner.api.instruments import Instrument
-from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.api.results import ReportInput, Result
 from rigrunner.api.verdict import Decision, LimitDecision, Limits, Verdict
 from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation, Trace
+from rigrunner_bearings.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner_bearings.api.points import SwingPoint
 from rigrunner_bearings.api.torque import FittedTorque, TorqueDetails
 from rigrunner_bearings.signal.kinematics import angular_acceleration, angular_velocity, swing_angle

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from helpers_measurand import Hardness
 from rigrunner.api.analysis import NeededChannel, NeededRun, Requirements
 from rigrunner.api.findings import Findings, ResultDefinition
 from rigrunner.api.hooks import AnalysisRecord, NoSettings
@@ -129,6 +130,9 @@ class Forgetful:
 ANALYSES = {
     "says_what_it_yields": lambda: analysis_registry(
         yields=lambda _: (replace(VOLTAGE, unit="furlong"),)
+    ),
+    "limits_can_say_which_result": lambda: analysis_registry(
+        yields=lambda _: (replace(VOLTAGE, measurand=Hardness("HRC")),), limit_measurand=NoSettings
     ),
     "says_what_it_requires": lambda: analysis_registry(requires=lambda _: Requirements()),
     "gives_what_it_yields": lambda: analysis_registry(changed(of=replace(VOLTAGE, unit="mV"))),

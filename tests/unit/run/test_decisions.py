@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 
 import pytest
 
+import helpers_tester
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.procedure import Acceptance
 from rigrunner.registry import load_registry
@@ -125,6 +126,15 @@ def test_a_limit_of_another_torque_is_refused(folder):
     assert later_decisions(read(folder), folder) == ()
 
 
+@pytest.mark.usefixtures("tester")
+def test_a_measurand_is_refused_for_a_result_that_states_none(tmp_path):
+    readings = helpers_tester.run(helpers_tester.procedure_file(tmp_path, "idle"), tmp_path).folder
+    limit = {"of": "idle_torque", "where": {"tester.frequency": "8 Hz"}}
+    given = Acceptance.model_validate({"limits": [LIMIT | limit | {"mean": False}]})
+    with pytest.raises(DataError, match="'idle_torque' does not say whether it is the "):
+        again(readings, given)
+
+
 def test_a_run_that_compensates_nothing_is_refused(made):
     no_load = next(path for path in made.parent.iterdir() if "NLI" in path.name)
     with pytest.raises(DataError, match="has no result to decide on"):
@@ -138,6 +148,16 @@ def spoil(change):
         path.write_text(json.dumps(document), encoding="utf-8")
 
     return spoiled
+
+
+def test_a_measurand_of_another_version_of_the_plugin_is_kept_as_it_is_written(decided):
+    written = {"nature": "of_old", "since": 7}
+    path = decided / "decision-2.json"
+    before = path.read_text(encoding="utf-8")
+    spoil(lambda found: found["acceptance"]["limits"][0].update(measurand=written))(path)
+    (found,) = later_decisions(read(decided), decided)
+    path.write_text(before, encoding="utf-8")
+    assert found.acceptance.limits[0].as_written()["measurand"] == written
 
 
 @pytest.mark.parametrize(

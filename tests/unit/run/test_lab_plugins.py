@@ -27,6 +27,67 @@ def rigrunner_decision_rules():
         )
     ]
 """
+SIDES = """
+from dataclasses import dataclass
+from typing import Literal
+
+from rigrunner.api import (
+    AnalysisRecord, Component, Estimate, Findings, MeasurementResult, ResultDefinition, Settings,
+    hookimpl,
+)
+
+api_version = 1
+
+
+@dataclass(frozen=True)
+class Side:
+    side: str
+
+    @property
+    def id(self):
+        return f"torque.{self.side}"
+
+    def __str__(self):
+        return f"torque of the {self.side} side"
+
+
+class LimitOfSide(Settings):
+    side: Literal["left", "right"]
+
+    def __str__(self):
+        return str(Side(self.side))
+
+    def objection(self, found):
+        return "" if found == Side(self.side) else f"it is the {found}, not the {self}"
+
+    def as_written(self):
+        return {"side": self.side}
+
+    def document(self):
+        return {"side": self.side, "text": str(self)}
+
+
+LEFT = ResultDefinition(name="side_torque", unit="N·m", measurand=Side("left"))
+
+
+def of_left_side(run):
+    noise = Component("noise", 0.01, 9.0, "normal", common=False)
+    found = MeasurementResult(of=LEFT, estimate=Estimate(0.5, 0.01, 9.0), components=(noise,))
+    return Findings(results=(found,))
+
+
+@hookimpl
+def rigrunner_analyses():
+    return [
+        AnalysisRecord(
+            name="sides",
+            help="Torque of the left side.",
+            factory=lambda settings: of_left_side,
+            yields=lambda settings: (LEFT,),
+            limit_measurand=LimitOfSide,
+        )
+    ]
+"""
 pytestmark = pytest.mark.usefixtures("tester")
 
 
@@ -58,6 +119,56 @@ def assert_analysed_again_with_the_station_alone(folder, station, report):
         assert "there is no decision rule 'twice'" in without.err
         assert call(*words, "--station", station).code == ExitCode.PASS
     assert report.is_file()
+
+
+def sides(folder, measurand, name="sides.yaml"):
+    """Write `idle` with a limit of the left side's torque."""
+    path = procedure_file(folder, "idle").rename(folder / name)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(
+        f"{text[: text.index('analysis:')]}analysis:\n  - sides:\n{limits(measurand)}",
+        encoding="utf-8",
+    )
+    return path
+
+
+def limits(measurand, at_most="1 N·m"):
+    return (
+        f"acceptance:\n  limits:\n    - {{of: side_torque, max: {at_most}, source: a test,\n"
+        f"       measurand: {{{measurand}}}}}\n"
+    )
+
+
+def test_an_analysis_of_the_station_has_a_measurand_of_its_own(tmp_path):
+    (tmp_path / "my_plugins").mkdir()
+    (tmp_path / "my_plugins" / "sides.py").write_text(SIDES, encoding="utf-8")
+    station = station_file(tmp_path, ("id: bench\n", "id: bench\nplugins: my_plugins\n"))
+    for wrong, words in (
+        ("side: top", ".measurand.side: got 'top', expected 'left' or 'right'"),
+        ("side: right", ".measurand: it is the torque of the left side, not the torque of the"),
+    ):
+        with pytest.raises(InvalidFileError) as refused:
+            run(sides(tmp_path, wrong), tmp_path / "runs", station=station)
+        (problem,) = refused.value.problems
+        assert f"acceptance.limits[0]{words}" in f"{problem.field}: {problem.message}"
+    finished = run(sides(tmp_path, "side: left"), tmp_path / "runs", station=station)
+    assert finished.error is None
+    assert finished.exit_code == ExitCode.PASS
+    decided = read(finished.folder).result_document["decision"]
+    assert decided["measurand"] == {"side": "left", "text": "torque of the left side"}
+    assert call("verify", finished.folder, "--station", station).code == ExitCode.PASS
+    again(finished.folder, station)
+
+
+def again(folder, station):
+    """Decide again by a lower limit, of the other side and of this one, and by another rule."""
+    file = folder.parent / "acceptance.yaml"
+    words = "decide", folder, "--station", station, "--by", "A. Person", "--reason", "a test"
+    for side, code in (("right", ExitCode.DATA), ("left", ExitCode.FAIL)):
+        text = f"rigrunner: acceptance/1\n{limits(f'side: {side}', '0.4 N·m')}"
+        file.write_text(text, encoding="utf-8")
+        assert call(*words, "--acceptance", file).code == code
+    assert call(*words, "--rule", "guard_band_u").code == ExitCode.FAIL
 
 
 def test_a_missing_plugin_folder_is_a_problem_of_the_station(tmp_path):

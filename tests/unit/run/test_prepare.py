@@ -47,6 +47,23 @@ def test_unknown_device_plugins_and_their_settings_stop_before_the_plan(tmp_path
     assert set(problems_of(procedure, station)) == {"devices.tester.plugin"}
 
 
+def test_what_analyses_miss_of_a_device_that_cannot_be_made_is_not_told(tmp_path):
+    station = tmp_path / "station.yaml"
+    station.write_text(
+        "rigrunner: station/1\nid: bench\ntitle: A bench\ndevices:\n"
+        "  tester: {type: tester, plugin: tester_of_tests, settings: {sed: 1}}\n",
+        encoding="utf-8",
+    )
+    procedure = tmp_path / "readings.yaml"
+    procedure.write_text(
+        "rigrunner: procedure/2\nid: T-READ\nrevision: A\ntitle: Readings\n"
+        "uses: {tester: tester}\nmain:\n  - measure: {channels: [tester.torque]}\nanalysis:\n"
+        "  - readings: {of: tester.torque, result: {name: torque, unit: N·m}}\n",
+        encoding="utf-8",
+    )
+    assert set(problems_of(procedure, station)) == {"devices.tester.settings.sed"}
+
+
 def faulty_station(folder, settings):
     plugin, old = "plugin: tester_of_tests", "settings: {seed: 1}"
     return station_file(folder, (plugin, "plugin: fault"), (old, f"settings: {settings}"))

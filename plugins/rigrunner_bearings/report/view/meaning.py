@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.measurand import Validity
+from rigrunner_bearings.api.measurand import Validity
 from rigrunner_reports.numbers import fixed
 
 if TYPE_CHECKING:

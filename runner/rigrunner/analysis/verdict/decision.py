@@ -54,7 +54,7 @@ def _sentence(text: str) -> str:
 def _decided(limit: Limit, rule: AppliedRule, evidence: Evidence, chosen: Chosen) -> LimitDecision:
     found, details = chosen.estimate, evidence.details.get(limit.of)
     limits, without = _limits(limit, chosen)
-    problem = details.objection(limit.measurand) if details else ""
+    problem = details.objection(limit.measurand) if details else _objection(limit, evidence)
     problem = problem or chosen.problem or evidence.problems.get(limit.of, "")
     problem = problem or without
     impossible = _impossible(details, limits, found)
@@ -77,10 +77,19 @@ def _decided(limit: Limit, rule: AppliedRule, evidence: Evidence, chosen: Chosen
         probability=probability_within(limits, sure) if sure else nan,
         uncompensated=raw,
         marginal=bool(sure and rule.is_marginal(limits, sure)),
-        measurand=None if limit.measurand is None else limit.measurand.kind,
-        load_n=None if limit.measurand is None else limit.measurand.load,
+        measurand=limit.measurand,
     )
     return _with_risks(decided, rule, known)
+
+
+def _objection(limit: Limit, evidence: Evidence) -> str:
+    """Return why a limit is for another measurand than that of the results, as a sentence."""
+    named = (each.of for each in (*evidence.results, *evidence.means) if each.name == limit.of)
+    found = next(named, None)
+    if found is None or found.measurand is None:
+        return ""
+    message, _ = limit.objection_to(found)
+    return _sentence(message) if message else ""
 
 
 def _limits(limit: Limit, chosen: Chosen) -> tuple[Limits, str]:

@@ -94,7 +94,7 @@ def _limit_decision(found: LimitDecision) -> Json:
         "upper_limit": quantity(limits.upper, unit),
         "limit_source": found.source,
         **({"coordinates": coordinates_of(found.coordinates)} if found.coordinates else {}),
-        "measurand": _measurand(found),
+        "measurand": None if found.measurand is None else dict(found.measurand.document()),
         "result": estimate(found.result),
         "guard_band": quantity(found.guard_band, unit),
         "stated_risk": {
@@ -104,15 +104,4 @@ def _limit_decision(found: LimitDecision) -> Json:
         "probability_of_conformity": number(found.probability),
         "marginal": found.marginal,
         "verdict_uncompensated": found.uncompensated and str(found.uncompensated),
-    }
-
-
-def _measurand(found: LimitDecision) -> Json | None:
-    if found.measurand is None:
-        return None
-    return {
-        "nature": str(found.measurand.nature),
-        "condition": str(found.measurand.condition),
-        "load": None if found.load_n is None else quantity(found.load_n, "N"),
-        "text": str(found.measurand),
     }

@@ -74,7 +74,7 @@ class ValidityCondition(Part):
     """A condition on which the results hold, by the kind of the measurand."""
 
     code: Text
-    """Such as 'support_friction': `rigrunner.api.measurand.Validity`."""
+    """Such as 'support_friction': as the analysis names it."""
     allowance: str = ""
     """How much is allowed for, as printed."""
 

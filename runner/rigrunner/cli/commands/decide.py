@@ -109,13 +109,14 @@ def _check_rule(rule: str, fraction: float | None, registry: Registry) -> None:
 
 def _from_file(path: Path, registry: Registry) -> Acceptance:
     from rigrunner.plan import check_rule
-    from rigrunner.procedure import AcceptanceFile
+    from rigrunner.procedure import AcceptanceFile, kinds_of
+    from rigrunner.procedure.kinds import KINDS
     from rigrunner.yamlfile import read, validate
     from rigrunner.yamlfile.upgrade import refuse_older
 
     document = read(path)
     refuse_older(document)
-    acceptance = validate(AcceptanceFile, document).acceptance
+    acceptance = validate(AcceptanceFile, document, context={KINDS: kinds_of(registry)}).acceptance
     check_rule(document, acceptance, registry)
     return acceptance
 
@@ -123,12 +124,13 @@ def _from_file(path: Path, registry: Registry) -> Acceptance:
 def _other_rule(held: Acceptance | None, rule: str | None, fraction: float | None) -> Acceptance:
     """Return the limits in force with another rule; raise UsageError."""
     from rigrunner.procedure import Acceptance
+    from rigrunner.procedure.kinds import STORED
 
     if held is None:
         hint = "give limits and rule with --acceptance FILE"
         raise UsageError("no limit holds for this run, so a rule has nothing to apply", hint=hint)
     changed = {**held.as_written(), "rule": rule, "fraction": fraction}
-    return Acceptance.model_validate(changed)
+    return Acceptance.model_validate(changed, context={STORED: True})
 
 
 def _facts(written: DecisionFile) -> list[tuple[str, str]]:

@@ -19,6 +19,8 @@ from rigrunner.certificate.letterhead import LetterheadFile
 from rigrunner.certificate.order import Order
 from rigrunner.procedure import AnalysisRef, Procedure
 from rigrunner.procedure.acceptance import DecisionRuleRef
+from rigrunner.procedure.kinds import KINDS, kinds_of, measurand_models
+from rigrunner.procedure.result_limits import MEASURAND
 from rigrunner.station import DeviceBinding, ListenerBinding, Station
 from rigrunner.tools.importing.mapping import ImportMapping
 from rigrunner.tools.schemas.settings import SettingsSchema
@@ -91,6 +93,9 @@ class _LanguageSchema(SettingsSchema):
         for spec in found.get("properties", {}).values():
             if PLUGIN in spec:
                 _name_plugins(spec, self._records(spec.pop(PLUGIN)))
+            if spec.pop(MEASURAND, False) and (models := self._measurand_models()):
+                del spec["type"], spec["additionalProperties"]
+                spec.update(models[0] if len(models) == 1 else {"anyOf": models})
             if spec.pop(RIG, False):
                 keys = self._registry.rig_model()
                 del spec["type"], spec["additionalProperties"]
@@ -118,6 +123,11 @@ class _LanguageSchema(SettingsSchema):
         found = _one_key("", "An analysis: one key, which names it.", inner)
         del found[SHARED]  # the model has a definition of its own
         return found
+
+    def _measurand_models(self) -> list[Schema]:
+        """Return the schemas of the key `measurand` of limits, by all analyses."""
+        models = measurand_models({KINDS: kinds_of(self._registry)})
+        return [self.generate_inner(each.__pydantic_core_schema__) for each in models]
 
     def _step(self, record: PluginRecord) -> Schema:
         found = self.generate_inner(record.settings_model.__pydantic_core_schema__)

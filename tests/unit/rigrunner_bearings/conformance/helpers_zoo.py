@@ -7,10 +7,10 @@ from dataclasses import replace
 from rigrunner.api.accuracy import Accuracy
 from rigrunner.api.analysis import Component
 from rigrunner.api.data import Estimate
-from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.registry import Plugin, Provider, Registry, load_registry
 from rigrunner_bearings.api import CompensationRecord
 from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation
+from rigrunner_bearings.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner_bearings.api.points import MotionSource
 
 SHIPPED = load_registry()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rigrunner.api.instruments import Instrument
-from rigrunner.api.measurand import Condition, MeasurandKind, Nature
+from rigrunner_bearings.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner_bearings.api.points import MotionSource
 from rigrunner_bearings.report.view import headline as head
 from rigrunner_bearings.report.view.budget import budget

@@ -7,10 +7,10 @@ from types import SimpleNamespace
 from helpers_language import PROCEDURE, STATION, TESTER, edited
 from rigrunner.api import AnalysisContext, Requirements
 from rigrunner.api.errors import PluginError
-from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.plan import check_plan, make_plan, run_to_come
 from rigrunner.procedure import check_result_limits, parse_procedure
 from rigrunner.station import parse_station
+from rigrunner_bearings.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner_bearings.torque.records import rigrunner_analyses
 
 STARTING = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)

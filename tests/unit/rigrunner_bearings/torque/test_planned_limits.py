@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from helpers_language import PROCEDURE, edited, only_problem, place_of
-from rigrunner.api.measurand import Condition, MeasurandKind, Nature
+from rigrunner_bearings.api.measurand import Condition, MeasurandKind, Nature
 from unit.rigrunner_bearings.torque.helpers_planning import check
 
 TOTAL = MeasurandKind(Nature.TOTAL, Condition.AT_REVERSAL)
@@ -50,7 +50,20 @@ def test_another_condition_is_refused():
 
 def test_a_method_that_does_not_say_what_it_yields_has_no_limits():
     problem = only_problem(lambda: check(kind=None))
-    assert problem.message == "'torque' does not say which torque it is"
+    assert problem.message == (
+        "'torque' does not say whether it is the load-induced torque at the reversals of a swing"
+    )
+
+
+def test_a_limit_that_does_not_say_of_which_torque_it_is_is_told_how():
+    problem = only_problem(
+        lambda: check(("measurand: {nature: load_induced, condition: at_reversal}", ""))
+    )
+    assert problem.message == (
+        "'torque' is the load-induced torque at the reversals of a swing, and the key 'measurand' "
+        "is missing"
+    )
+    assert problem.hint == "say of which one the limit is, by the keys nature, condition"
 
 
 def test_an_unknown_method_is_left_to_the_check_of_plugins():

@@ -6,9 +6,9 @@ import pytest
 
 from helpers_language import PROCEDURE, edited
 from rigrunner.api import DataError
-from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.procedure import parse_procedure
 from rigrunner.signal import spikes
+from rigrunner_bearings.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner_bearings.torque.contradictions import changed
 from rigrunner_bearings.torque.settings import Breakaway, SwingTorque
 

@@ -10,6 +10,7 @@ from typing import get_args
 import pytest
 
 from helpers_docs import ROOT
+from helpers_measurand import LimitOfColour, analysis
 from rigrunner.api.hooks import PROJECT, AnalysisRecord, DeviceRecord, FitRecord
 from rigrunner.api.plugin_refs import FitRef
 from rigrunner.api.settings import Force, Settings
@@ -94,6 +95,27 @@ def test_every_value_may_be_a_reference_but_those_of_the_parameters(procedure):
 def test_a_station_knows_no_references(shipped):
     pattern = language_schema("station", shipped)["$defs"]["torque"]["pattern"]
     assert not re.search(pattern, "$limit")
+
+
+def test_a_limit_may_have_the_key_of_any_analysis(shipped):
+    def keys(*analyses):
+        made = [Plugin("analysis", each, Provider("lab", "1")) for each in analyses]
+        others = [each for each in shipped.plugins if each.kind != "analysis"]
+        schema = language_schema("procedure", Registry([*others, *made]))
+        found = schema["$defs"]["Limit"]["properties"]["measurand"]
+        assert found.pop("description").startswith("Which quantity the limit is for")
+        return found, schema["$defs"]
+
+    none, _ = keys(analysis(model=None))
+    assert none == {"type": "object", "additionalProperties": True}
+    one, known = keys(analysis(), analysis("hardness_again"))
+    assert one == {"$ref": "#/$defs/LimitOfHardness"}
+    assert set(known["LimitOfHardness"]["properties"]) == {"scale", "load"}
+    two, _ = keys(analysis(), analysis("colour", LimitOfColour))
+    assert two["anyOf"] == [
+        {"$ref": "#/$defs/LimitOfColour"},
+        {"$ref": "#/$defs/LimitOfHardness"},
+    ]
 
 
 class Press(Settings):
