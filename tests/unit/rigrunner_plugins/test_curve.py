@@ -302,6 +302,21 @@ def test_nonlinearity_is_the_greatest_deviation_from_the_best_line():
     assert got["linearity"].components[0].u == pytest.approx(s * sqrt(1 - 0.2), rel=1e-9)
 
 
+def test_a_gain_drops_out_of_a_share_and_leaves_no_rounding_error():
+    """What another machine rounds in another way would be a difference to `rigrunner verify`."""
+    accuracy = {"gain": "0.1 %", "offset": "1 mV"}
+    run = run_of(rows(range(5), BENT), entry("cell.signal", "voltage", accuracy))
+    told = {"nonlinearity": [
+        {"name": "linearity", "unit": "mV"},
+        {"name": "of_span", "unit": "%", "of_span": "yes"},
+    ]}  # fmt: skip
+    got = found(run, told)
+    assert [each.u for each in got["of_span"].components[1:]] == [0.0, 0.0]
+    gain, offset = got["linearity"].components[1:]
+    assert gain.u == pytest.approx(0.001 / sqrt(3) * 24, rel=1e-6)
+    assert offset.u == 0
+
+
 def test_a_share_of_a_span_of_nothing_is_left_out():
     run = run_of(rows(range(5), np.ones(5)), EXACT)
     told = {"nonlinearity": {"name": "of_span", "unit": "%", "of_span": "yes"}}

@@ -55,6 +55,8 @@ if TYPE_CHECKING:
 STEP = 1e-6
 """Shift of a channel's readings used to find its effect on a result, as a share of the channel's
 range."""
+ROUNDING = 1e-12
+"""Change of a value, relative to it, that is no effect; `STEP` of a gain gives some 1e-6."""
 SCATTER = "scatter about the curve"
 _Errors = dict[str, DataError | OutOfRangeError]
 
@@ -230,7 +232,7 @@ class _OneCurve:
                     size = STEP if error.acts == "gain" else step
                     read = np.array([count > 0 for count in self.source.counts], bool)
                     moved = self._fitted(fitted.values.with_error(column, error.acts, size, read))
-                    by = [(one.again(moved) - one.value) / size for one in found]
+                    by = [_change(one, moved) / size for one in found]
                     by_all = [(max(each, 0.0), max(-each, 0.0)) for each in by]
                 effects.append((_Error(channel, self._unit(column), error), by_all))
         return effects
@@ -295,6 +297,12 @@ class _OneCurve:
             coordinates=self.source.place,
             readings=len(self.source.values.y),
         )
+
+
+def _change(one: Derived, moved: Fitted) -> float:
+    """Return the change of a value; 0 for a rounding error, which another machine does not have."""
+    change = one.again(moved) - one.value
+    return 0.0 if abs(change) <= ROUNDING * abs(one.value) else change
 
 
 @dataclass(frozen=True)
