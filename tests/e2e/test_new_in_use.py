@@ -54,7 +54,7 @@ def test_the_new_rule_and_the_new_fit_are_in_the_result(lab):
     result = analysed(no_load)
     assert NAMES["outlier-rule"] in json.dumps(result["analysis"])
     fits = {each["name"]: each for each in result["fits"]}
-    assert fits[NAMES["fit"]]["curve"]["formula"] == "T = c0 + c1 f"
+    assert fits[NAMES["fit"]]["curve"]["formula"] == "y = c0 + c1*x"
 
 
 def test_the_new_decision_rule_decides(lab):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 
 import pytest
@@ -54,6 +55,19 @@ def test_it_has_its_own_files_and_what_every_lab_has(oven, tmp_path):
     assert (tmp_path / "lab/station.yaml").read_text() == STATION
     assert (tmp_path / "lab/letterhead/letterhead.yaml").is_file()
     assert not (tmp_path / "lab/plugins").exists()
+
+
+def test_another_lab_than_that_of_the_bearings_speaks_of_no_bearing(oven, tmp_path):
+    make_lab(tmp_path / "lab", oven(README_md="An oven."))
+    pages = [
+        path
+        for path in (tmp_path / "lab").rglob("*")
+        if path.is_file() and not path.name.endswith(".schema.json")
+    ]
+    assert "example_order.yaml" in {path.name for path in pages}
+    for path in pages:
+        found = re.findall("bearing|torque|swing|SSPB|aircraft", path.read_text(), re.IGNORECASE)
+        assert found == [], path
 
 
 def test_without_a_lab_to_begin_with_it_says_so(tmp_path):

@@ -54,6 +54,15 @@ def test_the_readme_says_how_a_plugin_of_its_kind_is_used(word):
     assert ("`rigrunner report RUN --format spring_scale`" in readme) == (word == "report")
 
 
+OF_BEARINGS = re.compile(r"bearing|torque|swing|mandrel|no.load|N·m|Hz", re.IGNORECASE)
+
+
+@pytest.mark.parametrize("own", KINDS)
+def test_what_is_made_of_a_kind_of_its_own_speaks_of_no_bearing(own):
+    for file, text in new_plugin(own, "spring_scale", REGISTRY).texts().items():
+        assert OF_BEARINGS.findall(text) == [], file
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_what_is_made_is_linted_and_formatted_whatever_the_name(word, name, tmp_path):
     folder = tmp_path / "package"

@@ -59,10 +59,10 @@ class Parameter:
 def mathematics(
     curves: Sequence[tuple[str, Fitted]], settings: CurveSettings, of: str
 ) -> tuple[tuple[Formula, ...], tuple[Table, ...]]:
-    """Return the formula of the curves, each with its place, and a table of their parameters.
+    """Return the formula of curves, which have their places, and a table of their parameters.
 
-    The formula of a single curve also with the values. Both are shown with the result `of`; none
-    for a curve that is no formula, such as an interpolation.
+    Of a single curve there is the formula with the values too. All are shown with the result `of`.
+    There are none of a curve that is no formula, such as an interpolation.
     """
     formulas = _formulas(curves[0][1], settings, of)
     if not formulas:
