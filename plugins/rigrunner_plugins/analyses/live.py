@@ -94,7 +94,8 @@ class LiveReadings:
         if told.minus is not None:
             values = values - block.channels[told.minus]
         if told.divided_by is not None:
-            values = values / block.channels[told.divided_by]
+            with np.errstate(divide="ignore", invalid="ignore"):  # what is not finite is not shown
+                values = values / block.channels[told.divided_by]
         self._now.take(values)
         end_s = (block.first_sample + block.samples) / block.rate_hz
         self._draw(end_s, self._shown(self._now))

@@ -17,6 +17,7 @@ import numpy as np
 
 from rigrunner.api import Component, DataError, Estimate, Findings, MeasurementResult, unit
 from rigrunner.api.analysis.requirements import partner_words
+from rigrunner.api.findings import MissingResult
 from rigrunner.api.member import channel_of
 from rigrunner.signal.coverage import excess_kurtosis
 from rigrunner.signal.uncertainty import combine
@@ -50,7 +51,7 @@ class Readings:
     settings: ReadingsSettings
 
     def __call__(self, run: RunData) -> Findings:
-        """Return the statistic of each group; raise DataError if nothing was measured."""
+        """Return the statistic of each group, or why it has none; raise DataError for no groups."""
         told = self.settings
         names = [told.of, *([told.other] if told.other else [])]
         found = groups(run, names, per=told.per, where=told.where, table=told.table)
@@ -85,12 +86,19 @@ class Readings:
                 f"{self.settings.result.name}: the {self.settings.statistic} is that of what was"
                 " read; its uncertainty is the instrument's alone."
             )
+        at_places = [self._at(run, each, partner) for each in found]
         return Findings(
-            results=tuple(self._result(run, each, partner) for each in found), notes=tuple(notes)
+            results=tuple(each for each in at_places if isinstance(each, MeasurementResult)),
+            missing=tuple(each for each in at_places if isinstance(each, MissingResult)),
+            notes=tuple(notes),
         )
 
-    def _result(self, run: RunData, group: Group, partner: Partner | None) -> MeasurementResult:
+    def _at(
+        self, run: RunData, group: Group, partner: Partner | None
+    ) -> MeasurementResult | MissingResult:
         (definition,) = self.settings.yields()
+        if why := self._undefined(group, partner):
+            return MissingResult(of=definition, coordinates=group.place, why=why)
         statistic, shown = self._statistic, unit(definition.unit)
         value = statistic.value(group.series(self._combined(group)))
         si = "1" if self.settings.relative_to else self._si_unit(group)
@@ -126,14 +134,27 @@ class Readings:
         shown = unit(self.settings.result.unit)
         own, theirs, compared = 1.0, -1.0, value - base
         if self.settings.relative_to is not None:
-            if not base:
-                raise DataError(f"the value of the {partner.words} is 0: nothing is divided by it")
             own, theirs, compared = 1 / base, -value / base**2, value / base
         lines = tuple(self._components(run, group, own / shown.factor, shown.symbol))
         of_partner = self._components(
             partner.run, other, theirs / shown.factor, shown.symbol, partner.apart(run, other)
         )
         return compared, tuple(joined(lines, tuple(of_partner), partner.words))
+
+    def _undefined(self, group: Group, partner: Partner | None) -> str:
+        """Return why the statistic has no value at a place; '' where it has one."""
+        told, measured = self.settings, [group]
+        if partner is not None:
+            measured.append(partner.at(group))
+        below = told.divided_by
+        if below is not None and not all(each.values[below].all() for each in measured):
+            return f"{below} is 0, and nothing can be divided by it"
+        if partner is None or told.relative_to is None:
+            return ""
+        base = measured[-1].series(self._combined(measured[-1]))
+        if self._statistic.value(base):
+            return ""
+        return f"the value of the {partner.words} is 0, and nothing can be divided by it"
 
     @property
     def _statistic(self) -> Statistic:
@@ -158,10 +179,7 @@ class Readings:
         if self.settings.minus is not None:
             return of - values[self.settings.minus]
         if self.settings.divided_by is not None:
-            below = values[self.settings.divided_by]
-            if not below.all():
-                raise DataError(f"{self.settings.divided_by} is 0: nothing can be divided by it")
-            return of / below
+            return of / values[self.settings.divided_by]
         return of
 
     def _components(

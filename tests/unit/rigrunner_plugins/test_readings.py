@@ -188,6 +188,18 @@ def test_a_ratio_has_the_unit_of_the_quotient() -> None:
     assert found.estimate.u == pytest.approx(sqrt(scatter**2 + a**2 + b**2), rel=1e-4)
 
 
+def test_where_the_divisor_is_0_one_result_is_missing_and_the_others_stand() -> None:
+    pairs = ((0.0, 1.0, 0.0), (2.0, 10.0, 2.0))
+    rows = [row(0, set_a, meter__voltage=u, load__shunt=i) for set_a, u, i in pairs]
+    rows = [replace(each, units={**UNITS, "load.shunt": "A"}) for each in rows]
+    told = {"per": "load.current", "unit": "Ω", "divided_by": "load.shunt"}
+    found = analysed(run_of(*rows), **told)
+    assert [each.estimate.value for each in found.results] == [5.0]
+    (missing,) = found.missing
+    why = "load.shunt is 0, and nothing can be divided by it"
+    assert missing.sentence == f"There is no value of found at load.current = 0 A: {why}."
+
+
 def test_temperatures_are_stated_in_celsius_and_their_range_in_kelvin() -> None:
     rows = [
         Measurement("t", START, {}, {"room.temperature": t + 273.15}, UNITS) for t in (20.0, 23.0)

@@ -58,6 +58,14 @@ def test_over_a_reference_a_gain_of_the_same_meter_cancels():
     assert lines["offset of meter.voltage"].u == pytest.approx(0.030 / SQRT3, rel=1e-5)
 
 
+def test_over_a_reference_of_0_the_result_is_missing_and_says_why():
+    told = {"unit": "1", "relative_to": {"procedure": "REF"}}
+    found = compared(voltages(6.0), voltages(0.0), "reference", **told)
+    assert found.results == ()
+    (missing,) = found.missing
+    assert missing.why == "the value of the reference run is 0, and nothing can be divided by it"
+
+
 def test_an_accuracy_in_one_figure_counts_in_both_runs():
     estimate, lines = only(compared(voltages(5.0), voltages(1.0), tare={"procedure": "DARK"}))
     assert set(lines) == {"reading of meter.voltage", "reading of meter.voltage, tare run"}

@@ -329,7 +329,8 @@ def _stated(
 ) -> Iterator[Objection]:
     given, wanted = unit(result.unit), unit(si)
     if given.dimension != wanted.dimension:
-        hint = f"write a unit such as {'%' if wanted.symbol == '1' else wanted.symbol}"
+        symbol = "%" if wanted.symbol == "1" else wanted.symbol
+        hint = f"write a unit such as {symbol}"
         if isinstance(result, Deviation) and given.dimension == unit("1").dimension:
             hint += ", or 'of_span: yes' for a share of the span"
         message = (
