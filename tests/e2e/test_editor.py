@@ -180,8 +180,12 @@ def test_a_mistake_in_the_register_is_underlined(server, old, new):
     assert told(Editor(server, wrong).complaints)
 
 
+OWN_ANALYSIS = "write-an-analysis"
+"""Its procedure names an analysis of its own, which the shipped schema does not know."""
+
+
 def pages_with_files():
-    for page in pages():
+    for page in (each for each in pages() if each.stem != OWN_ANALYSIS):
         for block in code_blocks(page):
             language = re.match(
                 r"(?:# yaml-language.*\n)?rigrunner: (procedure(?=/2)|station(?=/1))", block.code

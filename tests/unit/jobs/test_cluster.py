@@ -67,6 +67,7 @@ def test_who_only_worked_beside_it_is_not_blamed(tmp_path):
 
 
 def test_nothing_more_comes_once_the_token_is_set(two, tmp_path):
+    two.wait_for_workers(1, timeout=60)  # the test before this one killed some
     stop, found = threading.Event(), []
     for each in Cluster(two.scheduler_address).outcomes(Squares(tmp_path), range(50), stop):
         found.append(each)

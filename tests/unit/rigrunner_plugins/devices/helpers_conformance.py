@@ -62,6 +62,7 @@ _FIT_EXAMPLES = {"published_examples_hold"}
 _RULE_EXAMPLES = {"published_rejections_hold"}
 _AT_ONCE_DONE = {"stops_when_asked", "is_resumed_or_refuses"}  # it takes no time to be stopped in
 
+_MEASURAND = {"limits_can_say_which_result"}
 _PARTNERS = {"refuses_a_partner_run_that_lacks_a_channel"}  # none is tried with one
 _OF_TORQUE = {
     *_UNITS,
@@ -74,9 +75,9 @@ _OF_TORQUE = {
 }
 """Of analyses that are tried on a run of their own."""
 NOT_APPLICABLE: dict[tuple[str, str], set[str]] = {
-    ("analysis", "curve"): {*_UNITS, *_PARTNERS, "live_shows_what_it_finds"},
-    ("analysis", "equation"): {*_UNITS, *_PARTNERS, "live_shows_what_it_finds"},
-    ("analysis", "readings"): _PARTNERS,
+    ("analysis", "curve"): {*_UNITS, *_PARTNERS, *_MEASURAND, "live_shows_what_it_finds"},
+    ("analysis", "equation"): {*_UNITS, *_PARTNERS, *_MEASURAND, "live_shows_what_it_finds"},
+    ("analysis", "readings"): {*_PARTNERS, *_MEASURAND},
     ("analysis", "breakaway"): _OF_TORQUE - _UNITS,
     ("analysis", "swing_torque"): _OF_TORQUE,
     ("certificate_format", "html"): _SETTINGS,
