@@ -7,13 +7,13 @@ from rigrunner.plan.analyses import check_analyses
 from rigrunner.plan.making import check_station, make_plan, plan_text
 from rigrunner.plan.partners import check_partners
 from rigrunner.plan.plugins import check_plugins, check_rule, check_station_plugins
-from rigrunner.plan.prediction import PredictedTorque, Prediction, predict
+from rigrunner.plan.prediction import PredictedReading, Prediction, predict
 from rigrunner.plan.reviewing import check_plan, expected_readings, run_to_come
 
 __all__ = [
     "Plan",
     "PlannedStep",
-    "PredictedTorque",
+    "PredictedReading",
     "Prediction",
     "check_analyses",
     "check_partners",

@@ -1,68 +1,95 @@
-"""What a plan will probably show, before the rig is touched: torque against range, and disk."""
+"""What a plan will probably show, before the rig is touched: readings against range, and disk."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api.instruments import TORQUE
-
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from rigrunner.api.instruments import Instrument
     from rigrunner.api.planned import ExpectedReading, RecordingAction
+    from rigrunner.api.unit_tables import Unit
     from rigrunner.plan.actions import Plan
 
 _BYTES_PER_SAMPLE = 8
 
 
 @dataclass(frozen=True)
-class PredictedTorque:
-    """The largest torque to be expected in a recording, and what the instrument can take."""
+class PredictedReading:
+    """The greatest value that a channel will probably show in a recording, and its full scale."""
 
     recording: str
-    frequency_hz: float
-    peak_nm: float
-    full_scale_nm: float
+    cycle_frequency_hz: float | None
+    """Frequency of the cycles of the recording; None if it has none."""
+    channel: str
+    peak: float
+    """The greatest amount to be expected."""
+    full_scale: float
+    unit: str
+    """Unit of both, as the station states the full scale."""
 
     @property
     def share(self) -> float:
         """The peak over full scale; above 1 the instrument is overloaded."""
-        return self.peak_nm / self.full_scale_nm
+        return self.peak / self.full_scale
 
 
 @dataclass(frozen=True)
 class Prediction:
     """What a plan will probably show."""
 
-    torques: tuple[PredictedTorque, ...]
-    """One for each recording of which an analysis says what torque to expect."""
+    readings: tuple[PredictedReading, ...]
+    """One for each recording and channel of which an analysis says what to expect."""
     disk_bytes: int
     """The samples of all recordings as the journal keeps them, before compression."""
 
     @property
-    def overloads(self) -> tuple[PredictedTorque, ...]:
-        """The recordings in which the instrument would be overloaded."""
-        return tuple(each for each in self.torques if each.share > 1)
+    def overloads(self) -> tuple[PredictedReading, ...]:
+        """The readings that would overload their instrument."""
+        return tuple(each for each in self.readings if each.share > 1)
 
 
 def predict(
     plan: Plan, expected: Iterable[ExpectedReading], register: Mapping[str, Instrument]
 ) -> Prediction:
-    """Return the torque to be expected in each recording, and the disk that the run needs."""
+    """Return the readings to be expected in each recording, and the disk that the run needs.
+
+    A channel has none without an instrument, without a full scale, and on a scale whose zero is
+    arbitrary, such as °C: a share of full scale means nothing there.
+    """
     records = {each.record.name: each.record for each in plan.recordings}
-    torques = tuple(
-        PredictedTorque(
-            each.recording,
-            records[each.recording].cycle_frequency_hz or 0.0,
-            max(abs(each.low), abs(each.high)),
-            known.full_scale,
-        )
+    readings = tuple(
+        _reading(each, records[each.recording], known)
         for each in expected
-        if (known := register.get(each.channel)) is not None and known.quantity == TORQUE
+        if (known := register.get(each.channel)) is not None
+        and known.full_scale > 0
+        and _full_scale_unit(known).offset == 0
     )
-    return Prediction(torques, sum(_bytes(each.record) for each in plan.recordings))
+    return Prediction(readings, sum(_bytes(each.record) for each in plan.recordings))
+
+
+def _reading(
+    expected: ExpectedReading, record: RecordingAction, instrument: Instrument
+) -> PredictedReading:
+    known = _full_scale_unit(instrument)
+    return PredictedReading(
+        recording=expected.recording,
+        cycle_frequency_hz=record.cycle_frequency_hz,
+        channel=expected.channel,
+        peak=max(abs(expected.low), abs(expected.high)) / known.factor,
+        full_scale=instrument.full_scale / known.factor,
+        unit=known.symbol,
+    )
+
+
+def _full_scale_unit(instrument: Instrument) -> Unit:
+    if instrument.full_scale_ is not None:
+        return instrument.full_scale_.unit
+    if instrument.range_ is not None:
+        return instrument.range_.max.unit
+    return instrument.points[0].applied.unit
 
 
 def _bytes(record: RecordingAction) -> int:

@@ -114,13 +114,15 @@ class PlannedStation(BaseModel):
     simulated: bool
 
 
-class Torque(BaseModel):
-    """The largest torque to be expected in a recording, at most, and what the sensor can take."""
+class ExpectedReading(BaseModel):
+    """The greatest reading to be expected in a recording, and what the instrument can take."""
 
     recording: str
-    frequency_hz: float
-    peak_nm: float
-    full_scale_nm: float
+    cycle_frequency_hz: float | None
+    channel: str
+    peak: float
+    full_scale: float
+    unit: str
     share: float
 
 
@@ -155,7 +157,7 @@ class PlanAnswer(BaseModel):
     disk_bytes: int
     disk_free_bytes: int
     steps: tuple[StepView, ...]
-    torques: tuple[Torque, ...]
+    readings: tuple[ExpectedReading, ...]
     inputs: tuple[InputItem, ...]
     partners: tuple[Partner, ...]
     warnings: tuple[str, ...]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis.requirements import partner_words
@@ -16,6 +17,7 @@ from rigrunner_panel.errors import not_found
 from rigrunner_panel.jobs.preflight import free_bytes
 from rigrunner_panel.view.of_plan import plan_view
 from rigrunner_panel.web.answers import (
+    ExpectedReading,
     InputAnswer,
     InputItem,
     Partner,
@@ -26,7 +28,6 @@ from rigrunner_panel.web.answers import (
     Procedures,
     StationItem,
     Stations,
-    Torque,
 )
 
 if TYPE_CHECKING:
@@ -100,15 +101,8 @@ def plan(panel: Panel, asked: Asked) -> PlanAnswer:
         disk_bytes=prediction.disk_bytes,
         disk_free_bytes=free_bytes(panel.settings.runs),
         steps=view.steps,
-        torques=tuple(
-            Torque(
-                recording=each.recording,
-                frequency_hz=each.frequency_hz,
-                peak_nm=each.peak_nm,
-                full_scale_nm=each.full_scale_nm,
-                share=each.share,
-            )
-            for each in prediction.torques
+        readings=tuple(
+            ExpectedReading(**asdict(each), share=each.share) for each in prediction.readings
         ),
         inputs=tuple(_inputs(planned)),
         partners=tuple(_partners(planned, panel.settings.runs)),
@@ -173,7 +167,7 @@ def _partners(planned: Planned, runs: Path) -> Iterator[Partner]:
 def _warnings(planned: Planned) -> Iterator[str]:
     if planned.approval.is_draft:
         yield f"{planned.procedure.model.id} is a {planned.approval.sentence()}"
-    for torque in planned.prediction().overloads:
-        yield f"{torque.recording} would overload the instrument"
+    for reading in planned.prediction().overloads:
+        yield f"{reading.recording} would overload {reading.channel}"
     for finding in calibration_findings(planned):
         yield finding.problem.message

@@ -77,8 +77,9 @@ def test_a_plan_says_what_a_run_would_do(client):
     assert plan["procedure"]["id"] == "SSPB-NLI"
     assert plan["station"]["simulated"]
     assert plan["estimated_s"] == pytest.approx(sum(each["estimated_s"] for each in plan["steps"]))
-    assert [each["frequency_hz"] for each in plan["torques"]][-1] == 35
-    assert all(0 < each["share"] < 1 for each in plan["torques"])
+    torques = [each for each in plan["readings"] if each["channel"] == "tester.torque"]
+    assert [each["cycle_frequency_hz"] for each in torques][-1] == 35
+    assert all(0 < each["share"] < 1 for each in torques)
     assert plan["partners"] == []
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from rigrunner.plan import PlannedStep, PredictedTorque, Prediction
+    from rigrunner.plan import PlannedStep, PredictedReading, Prediction
     from rigrunner.run.prepare import Planned
 
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 def command(procedure: str, station: str, runs: Path, *, as_json: bool) -> None:
     """Preview steps, expected values, duration and disk space.
 
-    Nothing is connected. Torque is an upper estimate from the station's design values. A
+    Nothing is connected. Expected readings are upper estimates from the station's design values. A
     partner run that is not in the folder of runs is an error, shown with its line after the plan.
     """
     from rigrunner.run.calibration import calibration_findings
@@ -43,8 +43,8 @@ def command(procedure: str, station: str, runs: Path, *, as_json: bool) -> None:
         result_json(_document(planned, prediction))
     else:
         result("\n\n".join(_sections(planned, prediction)))
-        for torque in prediction.overloads:
-            message(f"warning: {torque.recording} would overload the instrument")
+        for reading in prediction.overloads:
+            message(f"warning: {reading.recording} would overload {reading.channel}")
         for finding in calibration_findings(planned):
             message(f"warning: {finding.problem.message}")
     if runs.is_dir():
@@ -72,10 +72,10 @@ def _sections(planned: Planned, prediction: Prediction) -> Iterator[str]:
     if planned.plan.interlocks:
         rows = [[one.name, one.member, one.condition, one.does] for one in planned.plan.interlocks]
         yield f"Interlocks\n{table(['name', 'channel', 'trips', 'does'], rows, 'llll')}"
-    if prediction.torques:
-        torques = [_torque_row(each) for each in prediction.torques]
-        header = ["recording", "peak / N·m", "full scale / N·m", "used"]
-        yield f"Torque to expect, at most\n{table(header, torques, 'lrrr')}"
+    if prediction.readings:
+        readings = [_reading_row(each) for each in prediction.readings]
+        header = ["recording", "channel", "peak", "full scale", "used"]
+        yield f"Expected readings, at most\n{table(header, readings, 'llrrr')}"
     most = "at most " if planned.plan.has_conditions else ""
     yield pairs(
         [
@@ -94,12 +94,13 @@ def _seconds(step: PlannedStep) -> str:
     return f"{step.estimated_s:.1f} s" if step.estimated_s else ""
 
 
-def _torque_row(torque: PredictedTorque) -> list[str]:
+def _reading_row(reading: PredictedReading) -> list[str]:
     return [
-        torque.recording,
-        f"{torque.peak_nm:.2f}",
-        f"{torque.full_scale_nm:g}",
-        f"{torque.share:.0%}",
+        reading.recording,
+        reading.channel,
+        f"{reading.peak:.3g} {reading.unit}",
+        f"{reading.full_scale:g} {reading.unit}",
+        f"{reading.share:.0%}",
     ]
 
 
@@ -141,7 +142,7 @@ def _document(planned: Planned, prediction: Prediction) -> dict[str, Any]:
         "station": planned.station.model.id,
         "estimated_s": planned.plan.estimated_s,
         "disk_bytes": prediction.disk_bytes,
-        "torques": [{**asdict(each), "share": each.share} for each in prediction.torques],
+        "readings": [{**asdict(each), "share": each.share} for each in prediction.readings],
         "steps": [
             {"do": type(step.action).__name__.lower(), **asdict(step)}
             for step in planned.plan.steps

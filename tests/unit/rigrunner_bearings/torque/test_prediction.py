@@ -31,19 +31,19 @@ def rig_torque_nm(frequency_hz):
 
 
 def test_the_peak_is_rig_and_limit_together():
-    torques = prediction_of().torques
+    torques = prediction_of().readings
 
     assert [torque.recording for torque in torques] == ["001_2Hz", "002_10Hz"]
-    assert [torque.frequency_hz for torque in torques] == [2.0, 10.0]
+    assert [torque.cycle_frequency_hz for torque in torques] == [2.0, 10.0]
     for torque in torques:
-        expected_nm = rig_torque_nm(torque.frequency_hz) + 0.95
-        assert torque.peak_nm == pytest.approx(expected_nm, rel=1e-5)
+        expected_nm = rig_torque_nm(torque.cycle_frequency_hz) + 0.95
+        assert torque.peak == pytest.approx(expected_nm, rel=1e-5)
         assert torque.share == pytest.approx(expected_nm / 10, rel=1e-5)
 
 
 def test_without_a_limit_it_is_the_rig_alone():
     text = PROCEDURE[: PROCEDURE.index("acceptance:")]
-    assert prediction_of(text).torques[1].peak_nm == pytest.approx(rig_torque_nm(10.0), rel=1e-5)
+    assert prediction_of(text).readings[1].peak == pytest.approx(rig_torque_nm(10.0), rel=1e-5)
 
 
 def test_an_overload_is_found():
