@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 SIGNIFICANT = 5e-5
 """Half a unit of the fourth significant digit, relative to the smallest number that has it."""
 NEGLIGIBLE = 1e-12
-"""In the document's units: what remains of a difference that should be zero."""
+"""In the document's units: what remains of a difference that should be zero, of a number whose
+resolution nothing tells."""
 _WIDTHS = ("expanded_uncertainty_95", "expanded_uncertainty", "standard_uncertainty")
 _NAMES = ("recording", "name", "item", "symbol")
 _CHECK = {"name", "ok", "text"}
@@ -72,8 +73,7 @@ def _of_mappings(
         if key not in derived:
             yield Mismatch(place, f"{_words(value)} is recorded, and was not derived")
         else:
-            width = _printed_resolution(recorded) if key == "value" else 0.0
-            yield from mismatches(value, derived[key], place, width)
+            yield from mismatches(value, derived[key], place, _resolution(recorded, key))
 
 
 def _of_lists(recorded: Sequence[Any], derived: Sequence[Any], where: str) -> Iterator[Mismatch]:
@@ -123,7 +123,7 @@ def _label(member: object, index: int) -> str:
 def _same(recorded: object, derived: object, width: float) -> bool:
     if _is_number(recorded) and _is_number(derived):
         largest = max(abs(recorded), abs(derived))
-        return abs(recorded - derived) <= max(width, SIGNIFICANT * largest, NEGLIGIBLE)
+        return abs(recorded - derived) <= max(width or NEGLIGIBLE, SIGNIFICANT * largest)
     if isinstance(recorded, str) and isinstance(derived, str):
         return recorded == derived or _same_text(today(recorded), derived)
     return recorded == derived and type(recorded) is type(derived)
@@ -144,7 +144,12 @@ def _near(one: str, other: str) -> bool:
     return abs(int(one.replace(".", "")) - int(other.replace(".", ""))) <= 1
 
 
-def _printed_resolution(numbers: Mapping[str, Any]) -> float:
+def _resolution(numbers: Mapping[str, Any], key: str) -> float:
+    """Return the resolution of a value beside its uncertainty, or of the uncertainty; else 0."""
+    if key in _WIDTHS and _is_number(numbers[key]):
+        return SIGNIFICANT * float(abs(numbers[key]))
+    if key != "value":
+        return 0.0
     width = next((numbers[name] for name in _WIDTHS if _is_number(numbers.get(name))), 0.0)
     return 0.5 * 10.0 ** -places(width) if width > 0 else 0.0
 

@@ -33,6 +33,13 @@ def test_estimates_are_compared_to_the_place_to_which_they_are_printed(change, s
     assert (differences(ESTIMATE, ESTIMATE | change) == []) is same
 
 
+@pytest.mark.parametrize("member", ["value", "expanded_uncertainty_95"])
+def test_a_small_number_with_a_known_resolution_is_not_taken_for_zero(member):
+    picoamperes = {"value": 5e-13, "expanded_uncertainty_95": 2e-14, "unit": "A"}
+    assert differences(picoamperes, picoamperes | {member: 2 * picoamperes[member]})
+    assert differences(picoamperes, picoamperes | {member: picoamperes[member] * (1 + 1e-9)}) == []
+
+
 @pytest.mark.parametrize(
     ("recorded", "derived", "same"),
     [
