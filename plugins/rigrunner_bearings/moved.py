@@ -34,6 +34,7 @@ MOVED = {
     "rigrunner.api.hooks.CompensationRecord": f"{_API}:CompensationRecord",
     "rigrunner.api.hooks.Influence": f"{_API}:Influence",
     "rigrunner.api.data.RunData.rig": f"{_API}.rig:rig_of",
+    "rigrunner.api.gauge": f"{_API}.rig",
     "rigrunner.api.measurand": f"{_API}.measurand",
     "rigrunner.api.results.Result.compensations": f"{_API}.torque:compensations_of",
     "rigrunner.api.rig": f"{_API}.rig",

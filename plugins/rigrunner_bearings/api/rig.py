@@ -21,7 +21,6 @@ from rigrunner.api import (
     Settings,
     Torque,
 )
-from rigrunner.api.gauge import NamedStudy
 from rigrunner.api.settings import MomentOfInertia, RotationalDamping, own_keys
 
 if TYPE_CHECKING:
@@ -62,6 +61,28 @@ class SupportUnderLoad(Settings):
     u: Annotated[Torque, Field(ge=0, description="its standard uncertainty")]
     degrees_of_freedom: Annotated[
         float | None, Field(ge=1, description="of u; left out, there are many")
+    ] = None
+
+
+class Scatter(Settings):
+    """A standard deviation from a study."""
+
+    u: Annotated[Torque, Field(ge=0, description="the standard deviation of one result")]
+    degrees_of_freedom: Annotated[float, Field(ge=1, description="as the study states them")]
+
+
+class NamedStudy(Settings):
+    """A gauge study of this rig; `rigrunner gauge-rr` prints the entry."""
+
+    source: Annotated[
+        PlainText, Field(min_length=1, max_length=80, description="the study: its date or report")
+    ]
+    between_mountings: Annotated[
+        Scatter | None,
+        Field(description="the study's repeatability, where each trial was mounted again"),
+    ] = None
+    reproducibility: Annotated[
+        Scatter | None, Field(description="between operators, with their interaction")
     ] = None
 
 

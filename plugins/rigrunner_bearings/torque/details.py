@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.details import PlotColumn, RunPlot
-from rigrunner.signal.as_json.budget import TORQUE
 from rigrunner_bearings.api.torque import TorqueDetails
-from rigrunner_bearings.torque.document import settings_document, torque_document
+from rigrunner_bearings.torque.document import TORQUE, settings_document, torque_document
 from rigrunner_bearings.torque.settings import NO_LOAD
 
 if TYPE_CHECKING:

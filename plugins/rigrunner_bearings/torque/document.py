@@ -6,7 +6,7 @@ from math import nan
 from typing import TYPE_CHECKING
 
 from rigrunner.api.plugin_refs import LABEL
-from rigrunner.signal.as_json.budget import TORQUE, budget
+from rigrunner.signal.as_json.budget import budget
 from rigrunner.signal.as_json.checks import checks_of
 from rigrunner.signal.as_json.curves import curve_of
 from rigrunner.signal.as_json.values import Json, estimate, number, plain, quantity
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from rigrunner_bearings.api.torque import FittedTorque, TorqueDetails
     from rigrunner_bearings.api.validation import Agreement, Validation
     from rigrunner_bearings.torque.settings import TorqueSettings
+
+TORQUE = "N·m"
 
 
 def torque_document(found: TorqueDetails) -> Json:
@@ -68,7 +70,7 @@ def _headline(found: TorqueDetails) -> Json:
         **({"name": found.name} if found.primary else {}),
         "method": found.primary or None,
         "compensated": estimate(found.headline),
-        "budget": budget(found.headline_components),
+        "budget": budget(found.headline_components, TORQUE),
         "raw_peak": estimate(found.raw_headline),
     }
 
@@ -138,7 +140,7 @@ def _compensated(point: CompensatedPoint) -> Json:
         "raw": quantity(point.raw_nm, TORQUE),
         "rig": quantity(point.rig_nm, TORQUE),
         "torque": estimate(point.torque),
-        "budget": budget(point.components),
+        "budget": budget(point.components, TORQUE),
     }
 
 

@@ -17,8 +17,8 @@ from rigrunner_bearings.signal.mean_model import model_of_point
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.gauge import NamedStudy
     from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation
+    from rigrunner_bearings.api.rig import NamedStudy
 
 
 def with_study(found: Compensation, study: NamedStudy | None) -> Compensation:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from math import isinf
 from typing import TYPE_CHECKING
 
-from rigrunner.api.instruments import TORQUE
-from rigrunner.api.quantity import readable
+from rigrunner.api.instruments import TORQUE, ZEROED
+from rigrunner.api.quantity import legible, readable
+from rigrunner.api.units import si_symbol
 from rigrunner_reports.numbers import with_sign
 
 if TYPE_CHECKING:
@@ -51,9 +52,14 @@ def _facts(run: RunData, each: Instrument) -> Iterator[tuple[str, str]]:
     yield from _accuracy(each)
     if each.quantity == TORQUE or each.low_pass is not None:
         yield "Low-pass filter", _low_pass(each)
-    if each.quantity == TORQUE:
-        zero = run.zeros.get(each.channel)
-        yield "Zero taken off", "not zeroed" if zero is None else f"{with_sign(zero, 4)} N·m"
+    zero = run.zeros.get(each.channel)
+    if zero is not None:
+        symbol = si_symbol(each.quantity)
+        is_torque = each.quantity == TORQUE
+        text = f"{with_sign(zero, 4)} {symbol}" if is_torque else legible(zero, symbol)
+        yield "Zero taken off", text
+    elif each.quantity in ZEROED:
+        yield "Zero taken off", "not zeroed"
     yield from _conditions(each)
 
 

@@ -15,10 +15,10 @@ from rigrunner.api.analysis_context import AnalysisContext
 from rigrunner.api.checks import forbidden
 from rigrunner.api.findings import Findings
 from rigrunner.api.hooks import AnalysisRecord
+from rigrunner.api.instruments import TORQUE
 from rigrunner.api.progress import unseen
 from rigrunner.api.results import Result
 from rigrunner.api.units import si_symbol, unit
-from rigrunner.signal.as_json.budget import TORQUE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -92,8 +92,8 @@ def _unit_of(measurand: Measurand | None, analyses: Sequence[AnalysisRef], looku
             return si_symbol(record.measurand)
     if measurand is None or measurand.unit is None:
         return ""
-    is_torque = unit(measurand.unit).dimension == unit(TORQUE).dimension
-    return TORQUE if is_torque else measurand.unit
+    is_torque = unit(measurand.unit).dimension == TORQUE
+    return si_symbol(TORQUE) if is_torque else measurand.unit
 
 
 def _joined(found: Sequence[Findings]) -> Findings:

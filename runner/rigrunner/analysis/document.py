@@ -11,9 +11,9 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.verdict.document import decision, limits, verdict
-from rigrunner.api.instruments import torque_instruments
 from rigrunner.api.partner_keys import KEYS, ONLY
-from rigrunner.signal.as_json.budget import TORQUE, budget
+from rigrunner.api.units import si_symbol
+from rigrunner.signal.as_json.budget import budget
 from rigrunner.signal.as_json.checks import checks_of
 from rigrunner.signal.as_json.values import (
     coordinates_of,
@@ -147,9 +147,17 @@ def _run(run: RunData) -> Json:
         "people": dict(run.people),
         "approval": dict(run.approval),
         "imported": dict(run.imported),
-        "zeros": {name: quantity(value, TORQUE) for name, value in run.zeros.items()},
+        "zeros": {name: quantity(value, _unit_of(run, name)) for name, value in run.zeros.items()},
         "instruments": {
             name: {"serial": each.serial, "certificate": each.certificate}
-            for name, each in torque_instruments(run.instruments.values()).items()
+            for name, each in run.instruments.items()
         },
     }
+
+
+def _unit_of(run: RunData, channel: str) -> str:
+    """Return the SI unit of a channel, '' if nothing states it."""
+    if known := run.instruments.get(channel):
+        return si_symbol(known.quantity)
+    recorded, measured = ([each.units for each in of] for of in (run.recordings, run.measurements))
+    return next((units[channel] for units in (*recorded, *measured) if channel in units), "")

@@ -78,15 +78,15 @@ class Input:
 
 @dataclass(frozen=True)
 class Line:
-    """A line of the budget for several inputs, such as a fit: one quantity in N·m."""
+    """A line of the budget for several inputs, such as a fit: one value of the measurand."""
 
-    value_nm: float
+    value: float
     sensitivity: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class MeasurementModel:
-    """Inputs, their correlation, and the equation of the measurand, in N·m.
+    """Inputs, their correlation, and the equation of the measurand.
 
     `correlation` has shape (n, n) in the order of the inputs; None for no correlation. Raises
     ValueError for a repeated name and for a correlation of another shape.
@@ -107,7 +107,7 @@ class MeasurementModel:
 
     @property
     def value(self) -> float:
-        """The measurand at the estimates of the inputs, in N·m."""
+        """The measurand at the estimates of the inputs."""
         estimates = {each.name: np.array([each.value]) for each in self.inputs}
         return float(np.ravel(self.equation(estimates))[0])
 
@@ -118,7 +118,7 @@ class Effect:
 
     input: Input
     sensitivity: float
-    """Change of the measurand in N·m per change of the input (GUM 5.1.3)."""
+    """Change of the measurand per change of the input (GUM 5.1.3)."""
 
 
 @dataclass(frozen=True)
@@ -129,13 +129,13 @@ class Corrected:
     relative errors of the whole, such as the gain of a transducer.
     """
 
-    value_nm: float
+    value: float
     effects: tuple[Effect, ...]
     scales: tuple[str, ...] = ()
 
     def __call__(self, inputs: Mapping[str, Array]) -> Array:
         """Return the measurand of trials of shape (n,)."""
-        y = np.asarray(self.value_nm)
+        y = np.asarray(self.value)
         for each in self.effects:
             y = y + each.sensitivity * (inputs[each.input.name] - each.input.value)
         for name in self.scales:

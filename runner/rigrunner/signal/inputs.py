@@ -26,17 +26,17 @@ def limited(name: str, half_width: float, unit: str = "N·m", value: float = 0.0
     return Input(name, value, u, inf, Distribution.RECTANGULAR, unit, common=True)
 
 
-def bounded_effect(name: str, half_width_nm: float) -> Effect:
-    """Return what may change the torque by up to that much, alike at all points.
+def bounded_effect(name: str, half_width: float) -> Effect:
+    """Return what may change the result by up to that much, alike at all points.
 
     How much at which point is known, but not of what: the input is a number from -1 to 1.
     """
-    return Effect(limited(name, 1.0, "1"), half_width_nm)
+    return Effect(limited(name, 1.0, "1"), half_width)
 
 
-def scattered(name: str, u_nm: float, dof: float) -> Effect:
+def scattered(name: str, u: float, dof: float) -> Effect:
     """Return the type A input of one point: the error of a mean of few values (GUM 4.2)."""
-    return Effect(Input(name, 0.0, u_nm, dof, Distribution.T), 1.0)
+    return Effect(Input(name, 0.0, u, dof, Distribution.T), 1.0)
 
 
 def unknown(name: str) -> Effect:
@@ -45,7 +45,7 @@ def unknown(name: str) -> Effect:
 
 
 def model_of(
-    value_nm: float,
+    value: float,
     effects: Sequence[Effect],
     *,
     scales: Sequence[Input] = (),
@@ -60,7 +60,7 @@ def model_of(
     inputs = (*(each.input for each in effects), *scales)
     return MeasurementModel(
         inputs=inputs,
-        equation=Corrected(value_nm, tuple(effects), tuple(each.name for each in scales)),
+        equation=Corrected(value, tuple(effects), tuple(each.name for each in scales)),
         correlation=_whole(inputs, correlations or {}),
         lines=lines or {},
     )

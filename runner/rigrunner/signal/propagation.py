@@ -68,7 +68,7 @@ def __getattr__(name: str) -> Any:
 
 
 def sensitivities(model: MeasurementModel) -> Array:
-    """Return the change of the measurand with each input, shape (n,), in N·m per its unit.
+    """Return the change of the measurand with each input, shape (n,).
 
     The derivative, where the equation knows it (5.1.3); else half of what it changes by from one
     standard uncertainty below to one above, over that uncertainty (JCGM 100, 5.1.3, note 2). An
@@ -242,7 +242,7 @@ def _component(
     whole = model.lines.get(line, Line(nan))
     return replace(
         shown,
-        value=whole.value_nm,
+        value=whole.value,
         input_u=u / abs(whole.sensitivity),
         sensitivity=whole.sensitivity,
     )

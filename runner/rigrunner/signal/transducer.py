@@ -1,4 +1,4 @@
-"""What the errors that a register states of a torque transducer come to in a result.
+"""What the errors that a register states of a transducer come to in a result.
 
 Repeatability, hysteresis and resolution act on each reading on its own, and so does a temperature
 effect that is not split: in how far two runs have them in common, nobody states. Creep and the
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.accuracy import OVER_U, Accuracy
 from rigrunner.api.uncertainty import Distribution, Effect, Input
+from rigrunner.api.units import si_symbol
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -22,17 +23,17 @@ if TYPE_CHECKING:
 
 
 def transducer_effects(
-    instrument: Instrument, result_nm: float, readings_nm: Sequence[float], *, slow: float
+    instrument: Instrument, result: float, readings: Sequence[float], *, slow: float
 ) -> tuple[Effect, ...]:
     """Return a line of the budget for each error that the register states, with its source.
 
-    `readings_nm` has the largest torque of each run that the result is made of; `slow` is the
+    `readings` has the largest reading of each run that the result is made of, in SI; `slow` is the
     sensitivity of the result to an offset that changes slowly.
     """
     errors = instrument.accuracy or Accuracy()
-    each_on_its_own = sqrt(sum(reading**2 for reading in readings_nm)), sqrt(len(readings_nm))
-    slowly = slow * max(abs(reading) for reading in readings_nm), slow
-    as_the_gain = abs(result_nm), sqrt(len(readings_nm))
+    each_on_its_own = sqrt(sum(reading**2 for reading in readings)), sqrt(len(readings))
+    slowly = slow * max(abs(reading) for reading in readings), slow
+    as_the_gain = abs(result), sqrt(len(readings))
     acting = (
         ("repeatability", errors.repeatability, each_on_its_own, 1.0),
         ("hysteresis", errors.hysteresis, each_on_its_own, 1.0),
@@ -46,19 +47,20 @@ def transducer_effects(
         effect
         for name, stated, sensitivities, share in acting
         if stated is not None
-        for effect in _effects(name, stated, instrument.full_scale, sensitivities, share)
+        for effect in _effects(name, stated, instrument, sensitivities, share)
     )
 
 
 def _effects(
     name: str,
     stated: ErrorLimit,
-    full_scale: float,
+    instrument: Instrument,
     sensitivities: tuple[float, float],
     share: float,
 ) -> Iterator[Effect]:
     shape = Distribution(stated.distribution)
-    limits = zip(stated.in_parts(full_scale), ("1", "N·m"), sensitivities, strict=True)
+    parts = stated.in_parts(instrument.full_scale)
+    limits = zip(parts, ("1", si_symbol(instrument.quantity)), sensitivities, strict=True)
     for half_width, unit, sensitivity in limits:
         if half_width > 0:
             u = share * half_width / OVER_U[shape]

@@ -1,11 +1,13 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from rigrunner.analysis.document import document
+from rigrunner.api.instruments import Instrument
 from rigrunner_bearings.api.torque import TorqueDetails
 from unit.analysis.helpers_analysis import acceptance, analysed, recording, run_of, spec
 
@@ -42,6 +44,26 @@ def test_it_carries_the_result_in_full_precision(result, content):
     assert point["torque"]["value"] == expected.torque.value
     assert point["raw"]["value"] - point["rig"]["value"] == point["torque"]["value"]
     assert len(point["budget"]) == len(expected.components)
+
+
+def test_zeros_and_instruments_of_any_quantity(result):
+    cell = Instrument.model_validate(
+        {"channel": "press.force", "measures": "force", "serial": "LC-3", "certificate": "D-1"}
+    )
+    gauge = replace(result.run.recordings[0], units={"press.gap": "m"})
+    run = replace(
+        result.run,
+        instruments={"press.force": cell},
+        zeros={"press.force": -0.25, "press.gap": 1e-3},
+        recordings=(gauge,),
+    )
+    found = document(replace(result, run=run))["run"]
+
+    assert found["zeros"] == {
+        "press.force": {"value": -0.25, "unit": "N"},
+        "press.gap": {"value": 1e-3, "unit": "m"},
+    }
+    assert found["instruments"] == {"press.force": {"serial": "LC-3", "certificate": "D-1"}}
 
 
 def test_expanded_uncertainty_is_k_times_u(content):

@@ -91,6 +91,13 @@ def test_accuracy_limits_are_shown_in_their_units(result):
     assert row["Zero taken off"] == "+0.0123 N·m"
 
 
+def test_a_zeroed_force_is_in_newtons(result):
+    cell = Instrument.model_validate({"channel": "press.force", "measures": "force", "serial": "1"})
+    run = replace(result.run, instruments={"press.force": cell}, zeros={"press.force": -0.25})
+    (row,) = map(dict, instruments(run))
+    assert row["Zero taken off"] == "-0.25 N"
+
+
 def test_an_entry_says_what_its_calibration_covers(result):
     cell = {
         "channel": "tester.load",

@@ -32,6 +32,14 @@ def contributions(result, readings, slow, **errors):
     return {each.name: each.u for each in propagate(model_of(result, effects)).components}
 
 
+def test_what_does_not_grow_with_the_reading_is_in_the_unit_of_the_instrument():
+    given = {"overall": "0.1 % FS", "hysteresis": {"limit": "3 N", "source": SOURCE}}
+    force = TORQUE | {"measures": "force", "full_scale": "10 kN", "accuracy": given}
+    (effect,) = transducer_effects(Instrument.model_validate(force), 1.0, (1.0,), slow=1.0)
+
+    assert (effect.input.unit, effect.input.u) == ("N", pytest.approx(3 / sqrt(3)))
+
+
 def test_nothing_is_added_where_nothing_is_stated():
     plain = Instrument.model_validate(TORQUE)
     assert transducer_effects(plain, 1.0, (7.0, 6.0), slow=1.0) == ()

@@ -13,7 +13,7 @@ class Component:
 
     name: str
     u: float
-    """Its contribution to the standard uncertainty of the torque, in N·m: |sensitivity| input_u."""
+    """Its contribution to that of the result, in the result's unit: |sensitivity| input_u."""
     dof: float
     distribution: str
     common: bool
@@ -25,7 +25,7 @@ class Component:
     input_u: float = nan
     """The input's standard uncertainty."""
     sensitivity: float = nan
-    """The torque's change in N·m over the input's; 1 for a line of several inputs."""
+    """The result's change over the input's; 1 for a line of several inputs."""
     shared: bool = True
     """Whether a line of this name in another result is the same error. False of an error that may
     be another one at each reading: nobody states what two results have of it in common."""

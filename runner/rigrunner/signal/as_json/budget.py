@@ -13,10 +13,8 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import Component
     from rigrunner.signal.as_json.values import Json
 
-TORQUE = "N·m"
 
-
-def budget(components: Sequence[Component], unit: str = TORQUE) -> list[Json]:
+def budget(components: Sequence[Component], unit: str) -> list[Json]:
     """Return the lines of a budget in a unit, each with its share of the variance."""
     shares = share_percent(components)
     return [_line(each, share, unit) for each, share in zip(components, shares, strict=True)]
