@@ -12,10 +12,10 @@ from rigrunner.api import Check
 from rigrunner.api.analysis import Bias
 from rigrunner.api.checks import ABOVE_ZERO, Limit, skipped
 from rigrunner.signal.blocks import blocks, limits
-from rigrunner.signal.held import longest_at, longest_held
 from rigrunner_bearings.api.points import MotionSource, StartPoint, SwingPoint
 from rigrunner_bearings.api.rig import rig_of
 from rigrunner_bearings.signal.pulses import repetition_frequency
+from rigrunner_bearings.signal.stuck_samples import longest_at, longest_stuck
 from rigrunner_bearings.signal.swings import kept_cycles
 from rigrunner_bearings.torque.channels import torque_channel
 from rigrunner_bearings.torque.sampling import ENOUGH, samples_per_cycle
@@ -241,10 +241,10 @@ def _stuck(point: PeakPoint, run: RunData) -> tuple[float, str]:
     """
     recording = next(each for each in run.recordings if each.name == point.recording)
     torque = recording.channels[torque_channel(recording, run.instruments)]
-    held = longest_held(torque, point.cycles)
-    usual = min(max(float(np.median(held)), SHORT), len(torque) / point.cycles / (STUCK.upper + 1))
-    words = f"{point.recording} keeps one value for {held.max()} samples, {usual:.0f} are usual"
-    return float(held.max()) / usual, words
+    stuck = longest_stuck(torque, point.cycles)
+    usual = min(max(float(np.median(stuck)), SHORT), len(torque) / point.cycles / (STUCK.upper + 1))
+    words = f"{point.recording} keeps one value for {stuck.max()} samples, {usual:.0f} are usual"
+    return float(stuck.max()) / usual, words
 
 
 def _used(recording: Recording, run: RunData) -> tuple[float, str]:

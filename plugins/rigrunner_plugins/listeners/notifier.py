@@ -114,7 +114,7 @@ class Notifier:
                 self._changed.wait(due_s - time.monotonic())
 
     def _send(self, message: Message) -> None:
-        for number in range(self._settings.tries):
+        for number in range(self._settings.attempts):
             try:
                 self._deliver(message)
             except DeliveryError as error:

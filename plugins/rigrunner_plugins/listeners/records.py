@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     )
 
 _SETTINGS = "rigrunner_plugins.listeners.settings"
-_NOBODY = {"tries": 1, "timeout": "0.2 s"}
+_NOBODY = {"attempts": 1, "timeout": "0.2 s"}
 """A try of the plugin reaches nobody."""
 
 

@@ -73,8 +73,8 @@ class RuleSettings(Settings):
     """An instrument whose calibration is due within so many days is reported as a run begins."""
     timeout: PositiveDuration = 5.0
     """How long the receiver may take for one message."""
-    tries: Annotated[int, Field(ge=1, le=10)] = 5
-    """How often a message is sent at most; between tries 1 s, 2 s, 4 s pass, and so on."""
+    attempts: Annotated[int, Field(ge=1, le=10)] = 5
+    """How often a message is sent at most; between attempts 1 s, 2 s, 4 s pass, and so on."""
 
 
 class WebhookSettings(RuleSettings):

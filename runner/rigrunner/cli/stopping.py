@@ -43,7 +43,7 @@ class SignalStop:
         self._event = threading.Event()
         self._reason: AbortedError | None = None
         self._attended = attended
-        self._running = self._asking = self._is_let_be = False
+        self._running = self._asking = self._is_quiet = False
         self._presses = 0
         self._consoles = Consoles()
         self.suspended_by = ""
@@ -54,7 +54,7 @@ class SignalStop:
     def __call__(self, event: Event) -> None:
         """Note whether a run is in progress."""
         if isinstance(event, RunStarted):
-            self._running, self._is_let_be = True, False
+            self._running, self._is_quiet = True, False
         elif isinstance(event, RunEnded):
             self._running = False
             self.ended = _how_it_ended(event)
@@ -79,9 +79,9 @@ class SignalStop:
         """Note that the run continues: the next Ctrl-C pauses it."""
         self._presses = 0
 
-    def let_be(self) -> None:
+    def stop_interrupting(self) -> None:
         """Note that the rig is being made safe: Ctrl-C does not interrupt that."""
-        self._is_let_be = True
+        self._is_quiet = True
 
     @contextmanager
     def while_asking(self) -> Iterator[None]:
@@ -116,7 +116,7 @@ class SignalStop:
             raise KeyboardInterrupt
         self._presses += 1
         presses = self._presses if self._attended else self._presses + 1
-        if presses > _STOP_NOW or self._is_let_be:
+        if presses > _STOP_NOW or self._is_quiet:
             _say("The rig is being made safe; please wait.")
         elif presses == _STOP_NOW:
             _say("Stopping now: no teardown, the rig is made safe.")

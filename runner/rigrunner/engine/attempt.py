@@ -79,11 +79,11 @@ class Attempt:
 
     def is_tried_again(self, error: BaseException) -> bool:
         """Return whether another attempt follows an error."""
-        return _is_failure(error) and self.number < self.step.terms.tries
+        return _is_failure(error) and self.number < self.step.terms.attempts
 
     def is_passed_over(self, error: BaseException) -> bool:
         """Return whether the run continues despite an error."""
-        return _is_failure(error) and self.step.terms.goes_on
+        return _is_failure(error) and self.step.terms.continues
 
 
 def _is_failure(error: BaseException) -> bool:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rigrunner.api.events import Event
     from rigrunner.bus import Bus, Emit
 
-GOES_ON = "; the run continues"
+CONTINUES = "; the run continues"
 """End of the text of an alarm for a failure after which the run continues."""
 
 
@@ -43,7 +43,7 @@ class Notes:
         """The values out of limits that stop the run, as text; '' for none."""
 
     @property
-    def goes_on(self) -> bool:
+    def continues(self) -> bool:
         """Whether the run continues: no error, and no limit stops it."""
         return self.first is None and not self.stopped_at
 

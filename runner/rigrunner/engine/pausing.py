@@ -107,7 +107,7 @@ class Reasoned(Protocol):
 class Interrupting(Protocol):
     """A stop token that interrupts the run, and can be told not to."""
 
-    def let_be(self) -> None:
+    def stop_interrupting(self) -> None:
         """Stop interrupting: the rig is being made safe, and that is recorded."""
         ...
 

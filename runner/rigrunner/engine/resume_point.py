@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Alarm, Intervention, StepEnded, StepStarted
-from rigrunner.engine.notes import GOES_ON
+from rigrunner.engine.notes import CONTINUES
 from rigrunner.engine.pausing import Choice
 from rigrunner.engine.points import point_at
 from rigrunner.plan.actions import Phase
@@ -240,5 +240,5 @@ def passed_over(events: Iterable[Event]) -> Iterator[str]:
             case Intervention(action=Choice.SKIP, by=by, reason=reason):
                 point, _, why = reason.partition(": ")
                 yield f"{point}: skipped by {by}: {why}"
-            case Alarm(source=source, text=text) if text.endswith(GOES_ON):
-                yield f"{source}: {text.removesuffix(GOES_ON)}"
+            case Alarm(source=source, text=text) if text.endswith(CONTINUES):
+                yield f"{source}: {text.removesuffix(CONTINUES)}"

@@ -143,34 +143,36 @@ class Run:
 
     def forward(self, run_id: str) -> None:
         """Execute all steps up to the teardown, those of called procedures included."""
-        steps, counts = self._plan.steps, False
+        steps, counts_cycles = self._plan.steps, False
         index = (
             self._begin(run_id)
             if self._resume_at is None
-            else self._take_up(run_id, self._resume_at)
+            else self._resume(run_id, self._resume_at)
         )
+        # A run that continues after an interruption or a pause settles again before it measures.
         before = settles_before(steps, index) if index < len(steps) else []
-        while index < len(steps) and self.notes.goes_on:
+        while index < len(steps) and self.notes.continues:
             step = steps[index]
             if step.phase is _TEARDOWN:
-                if not step.calls:
+                if not step.calls:  # that of the procedure itself: `teardown` does it in any case
                     break
                 self.notes.stopped_at = self._tear_down(index, step)
                 index += 1
                 continue
-            if not counts and step.phase is Phase.MAIN:
-                counts = True
+            if not counts_cycles and step.phase is Phase.MAIN:
+                counts_cycles = True
                 self._session.rig.cycles.start_from(
                     self._resume_at.cycles if self._resume_at else {}
                 )
             try:
                 for one in before:
-                    self._go_on(one, at=index)
+                    self._execute(one, at=index)
                 before = []
-                done = self._go_on(index, at=index)
+                done = self._execute(index, at=index)
                 self.notes.stopped_at = done.missed
-                index += 1 + done.leaves
+                index += 1 + done.leaves  # a condition leaves out the steps of its other branch
             except PauseWantedError as wanted:
+                # The step has not been done: unless a person decides otherwise, it is next again.
                 decision = take_break(steps, index, wanted, self._session)
                 index = self._next(index, decision)
                 before = settles_before(steps, index) if index < len(steps) else []
@@ -205,9 +207,10 @@ class Run:
         rig, stop = self._session.rig, self._session.stop
         try:
             if isinstance(stop, Interrupting):
-                stop.let_be()
+                stop.stop_interrupting()
             return rig.make_safe()
         except BaseException as error:  # noqa: BLE001  (kept; the rig is made safe all the same)
+            # A second Ctrl-C may fall into the first attempt. Making safe twice does no harm.
             self.notes.note("run", error)
             return rig.make_safe()
 
@@ -223,6 +226,7 @@ class Run:
         read_back = {name: value for each in reports for name, value in _read_back(each).items()}
         outcome, reason = self.notes.outcome()
         resumable = bool(self._plan.steps) and self.notes.may_be_resumed()
+        # The sink that records this event may fail too, so the outcome is determined again below.
         self.notes.tell(
             RunEnded, outcome=outcome, reason=reason, read_back=read_back, resumable=resumable
         )
@@ -237,7 +241,7 @@ class Run:
             self._session.intervene("override", each.by, each.reason, each.subject)
         return 0
 
-    def _take_up(self, run_id: str, resume_at: ResumePoint) -> int:
+    def _resume(self, run_id: str, resume_at: ResumePoint) -> int:
         """Restore the state of the rig for a resumed run, and return the step to continue at.
 
         Nothing is skipped here: without its zero and its drives the rest would not be comparable.
@@ -245,6 +249,7 @@ class Run:
         before = [brought_back(self._plan.steps[index]) for index in resume_at.before]
         self._tell_start(run_id, (*before, *self._plan.steps[resume_at.start :]))
         self._session.intervene(RESUME_RUN, resume_at.by, subject=resume_at.subject)
+        # A pause here would leave the rig between two states, so a request for one aborts.
         unpaused = replace(self._session, pauses=None)
         for index, step in zip(resume_at.before, before, strict=True):
             unpaused.check(read_all=True)
@@ -267,7 +272,7 @@ class Run:
         for each in self._before:
             self._session.intervene(each.action, each.by, each.reason, each.subject)
 
-    def _go_on(self, index: int, at: int) -> Done:
+    def _execute(self, index: int, at: int) -> Done:
         """Execute a forward step; `at` is the progress of the run. Return as `do_step`."""
         self._session.check(read_all=True)
         self._begun = at

@@ -8,7 +8,7 @@ from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import Alarm
 from rigrunner.api.steps import NOTHING
 from rigrunner.engine.attempt import Attempt
-from rigrunner.engine.notes import GOES_ON, words
+from rigrunner.engine.notes import CONTINUES, words
 from rigrunner.engine.pausing import PauseWantedError
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def do_step(
     attempts of each step by index, so that names of recordings are unique. Raises other errors that
     end the run, and PauseWantedError if a pause interrupted the step.
     """
-    for number in range(1, step.terms.tries + 1):
+    for number in range(1, step.terms.attempts + 1):
         attempts[index] = total = attempts.get(index, 0) + 1
         done = _try(Attempt(index, step, number, total, session.rig.cycles), session, notes)
         if done is not None:
@@ -102,13 +102,13 @@ def _failed(attempt: Attempt, error: BaseException, notes: Notes) -> tuple[bool,
         return False, False
     again, passed_over = attempt.is_tried_again(error), attempt.is_passed_over(error)
     if again:
-        attempts = attempt.step.terms.tries
+        attempts = attempt.step.terms.attempts
         text = f"{words(error)}; try {attempt.number} of {attempts}"
         notes.tell(Alarm, source=path, text=text)
         notes.trace(error)
     elif passed_over:
         notes.pass_over(f"{path}: {words(error)}")
-        notes.tell(Alarm, source=path, text=words(error) + GOES_ON)
+        notes.tell(Alarm, source=path, text=words(error) + CONTINUES)
         notes.trace(error)
     else:
         notes.note(path, error)

@@ -35,9 +35,9 @@ class Terms:
 
     timeout_s: float | None = None
     """How long it may take."""
-    tries: int = 1
+    attempts: int = 1
     """How often it is tried, all in all."""
-    goes_on: bool = False
+    continues: bool = False
     """Whether the run continues after the last failure."""
     limits: tuple[ValueLimit, ...] = ()
     """What its values may be; an action that judges them itself has them."""

@@ -1,4 +1,4 @@
-"""Time-outs, tries and limits of a step, checked against what the step does."""
+"""Time-outs, attempts and limits of a step, checked against what the step does."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ def terms_of(
     if timeout_s is not None and timeout_s < seconds:
         message = f"got {timeout_s:g} s, but the step takes {seconds:.3g} s"
         scene.complain((*place.path, "timeout"), message)
-    tries, repeatable = getattr(step, "retries", 0) + 1, getattr(step, "repeatable", True)
+    attempts, repeatable = getattr(step, "retries", 0) + 1, getattr(step, "repeatable", True)
     if limits is None:
-        return Terms(timeout_s, tries, repeatable=repeatable)
+        return Terms(timeout_s, attempts, repeatable=repeatable)
     stops = getattr(step, "on_fail", "stop") == "stop"
     return Terms(
         timeout_s,
-        tries,
+        attempts,
         not stops,
         tuple(limits),
         tuple(expected),

@@ -133,8 +133,8 @@ class Queue:
             known = [entry for each in everywhere for entry in each.entries]
             problems = []
             for draft in drafts:
-                if (twin := self._twin([*known, *made], draft)) is not None:
-                    problems.append(_duplicate(twin, draft))
+                if (same := self._same_test([*known, *made], draft)) is not None:
+                    problems.append(_duplicate(same, draft))
                     continue
                 entry = Entry(
                     **draft.model_dump(include=set(type(draft).model_fields)),
@@ -263,14 +263,14 @@ class Queue:
             return Shown(entry, "running")
         if entry.run:
             run = listed_run(self._runs, entry.run)
-            if run.is_going_on:
+            if run.is_in_progress:
                 return Shown(entry, "running")
             if run.info is not None and run.info.reason != NEVER_ENDED:
                 self._outcomes[entry.run] = run.info.outcome
                 return Shown(entry, "done", run.info.outcome)
         return Shown(entry, "interrupted")
 
-    def _twin(self, entries: Iterable[Entry], draft: Draft) -> Shown | None:
+    def _same_test(self, entries: Iterable[Entry], draft: Draft) -> Shown | None:
         for each in entries:
             if each.state not in ("skipped", "closed") and each.is_same_test(draft):
                 return self._shown(each)
@@ -386,10 +386,10 @@ def _with(stored: Stored, new: Entry) -> Stored:
     return stored.model_copy(update={"entries": entries})
 
 
-def _duplicate(twin: Shown, draft: Draft) -> Problem:
-    entry = twin.entry
+def _duplicate(same: Shown, draft: Draft) -> Problem:
+    entry = same.entry
     hint = "repeat that entry, with a reason, to test it again"
-    number, queue = f"entry {entry.id}, {twin.status}", entry.station
+    number, queue = f"entry {entry.id}, {same.status}", entry.station
     if queue != draft.station:
         return Problem(f"{entry.specimen} is in the queue of {queue} already: {number}", hint=hint)
     return Problem(f"{entry.specimen} is in the queue already: {number}", hint=hint)

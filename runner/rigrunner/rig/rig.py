@@ -134,10 +134,12 @@ class Rig:
                 failed[role] = error_text(error)
 
         limit_s = 3 * self._patience.connect_s
-        tries = {role: Thread(target=connect, args=(role,), daemon=True) for role in self.devices}
-        for each in tries.values():
+        connecting = {
+            role: Thread(target=connect, args=(role,), daemon=True) for role in self.devices
+        }
+        for each in connecting.values():
             each.start()
-        for role, each in tries.items():
+        for role, each in connecting.items():
             each.join(limit_s)
             if each.is_alive():  # a device that is called inline has no time limit
                 failed[role] = f"'connect' did not return within {limit_s:.3g} s"

@@ -36,7 +36,7 @@ def has_ended(stored: StoredRun) -> bool:
     return end_of(stored.events) is not None
 
 
-def may_go_on(stored: StoredRun) -> bool:
+def may_be_resumed(stored: StoredRun) -> bool:
     """Return whether a run can be resumed: it was interrupted, or could not be recorded."""
     end = end_of(stored.events)
     return end is None or end.resumable

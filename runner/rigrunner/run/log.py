@@ -26,7 +26,7 @@ from rigrunner.printable import printable
 if TYPE_CHECKING:
     from pathlib import Path
 
-_GOES_ON = "\n    "
+_CONTINUATION = "\n    "
 """Indents further lines of a text: an answer must not look like another event."""
 
 
@@ -48,13 +48,13 @@ class RunLog:
         if type(event) is Scanned:  # of which there may be many thousands in a second
             return
         if text := event_text(event):
-            shown = printable(text).replace("\n", _GOES_ON)
+            shown = printable(text).replace("\n", _CONTINUATION)
             self._write(f"{event.utc} {shown}\n".encode())
 
     def trace(self, error: BaseException) -> None:
         """Write the traceback of an error below the line of its event."""
         text = printable("".join(traceback.format_exception(error)).rstrip())
-        self._write(f"    {text}".replace("\n", _GOES_ON).encode() + b"\n")
+        self._write(f"    {text}".replace("\n", _CONTINUATION).encode() + b"\n")
 
 
 def event_text(event: Event) -> str:  # noqa: C901, PLR0911, PLR0912  (a line for each kind)

@@ -16,7 +16,7 @@ from rigrunner.api.progress import unseen
 from rigrunner.engine import find_resume_point, passed_over
 from rigrunner.plan import plan_text
 from rigrunner.run.finish import finish, stoppable
-from rigrunner.run.interrupted import has_ended, may_go_on, used_partners
+from rigrunner.run.interrupted import has_ended, may_be_resumed, used_partners
 from rigrunner.run.left_energised import NOBODY
 from rigrunner.run.overrides import require_still_allowed
 from rigrunner.run.partners import later_partners, partners_after_for, partners_for
@@ -87,7 +87,7 @@ def prepare_resume(
     check_same(stored.header, planned)
     resume_at = None
     started = datetime.fromisoformat(stored.header.started_utc)
-    if may_go_on(stored):
+    if may_be_resumed(stored):
         require_still_allowed(planned, started)
         resume_at = find_resume_point(planned.plan.steps, stored.events, by, _subject(stored))
     later, ended = later_partners(planned), None if resume_at is not None else started

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import RigrunnerError
 from rigrunner.api.events import Outcome
 from rigrunner.run.locate import run_names
-from rigrunner.runfile import NEVER_ENDED, is_going_on, read_info
+from rigrunner.runfile import NEVER_ENDED, is_in_progress, read_info
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -24,7 +24,7 @@ class ListedRun:
     info: RunInfo | None
     problem: str = ""
     """Why the run cannot be read; '' if it can."""
-    is_going_on: bool = False
+    is_in_progress: bool = False
     """Whether a process is writing to it."""
     waits: bool = False
     """Whether only the partner run after it is missing."""
@@ -34,7 +34,7 @@ class ListedRun:
         """How the run ended, or that it did not, as text."""
         if self.info is None:
             return "unreadable"
-        if self.is_going_on:
+        if self.is_in_progress:
             return "running"
         if self.info.sealed:
             return self.info.outcome
@@ -47,7 +47,7 @@ class ListedRun:
     @property
     def is_interrupted(self) -> bool:
         """Whether it was interrupted, and can be resumed or recovered."""
-        return self.info is not None and not self.info.sealed and not self.is_going_on
+        return self.info is not None and not self.info.sealed and not self.is_in_progress
 
 
 def list_runs(runs: Path) -> list[ListedRun]:
@@ -58,9 +58,9 @@ def list_runs(runs: Path) -> list[ListedRun]:
 def listed_run(runs: Path, name: str) -> ListedRun:
     """Return one run of a folder of runs."""
     try:
-        going_on = is_going_on(runs / name)
+        in_progress = is_in_progress(runs / name)
         info = read_info(runs / name)
-        return ListedRun(name, info, is_going_on=going_on, waits=_waits(info))
+        return ListedRun(name, info, is_in_progress=in_progress, waits=_waits(info))
     except RigrunnerError as error:
         return ListedRun(name, None, str(error))
 

@@ -1,7 +1,7 @@
 """A run on disk: journal, finished recordings, sealed HDF5 file."""
 
 from rigrunner.runfile.folder import create_run_folder
-from rigrunner.runfile.lock import is_going_on, run_lock
+from rigrunner.runfile.lock import is_in_progress, run_lock
 from rigrunner.runfile.loose import NEVER_ENDED
 from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun
 from rigrunner.runfile.parts import end_of
@@ -31,7 +31,7 @@ __all__ = [
     "create_run_folder",
     "end_of",
     "file_differences",
-    "is_going_on",
+    "is_in_progress",
     "read",
     "read_damaged",
     "read_info",

@@ -41,7 +41,7 @@ def run_lock(folder: Path) -> Iterator[None]:
         lock.release()
 
 
-def is_going_on(folder: Path) -> bool:
+def is_in_progress(folder: Path) -> bool:
     """Return whether a process writes to a run's folder; False if that is unknown."""
     path = RunFolder(folder).lock
     if not path.exists():

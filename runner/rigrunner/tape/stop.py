@@ -22,10 +22,10 @@ class _OnTape:
     def __init__(self, plain: StopToken) -> None:
         self.plain = plain
 
-    def let_be(self) -> None:
+    def stop_interrupting(self) -> None:
         """Stop the plain token from interrupting."""
         if isinstance(self.plain, Interrupting):
-            self.plain.let_be()
+            self.plain.stop_interrupting()
 
 
 class RecordedStop(_OnTape):

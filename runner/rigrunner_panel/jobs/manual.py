@@ -48,7 +48,7 @@ CYCLES_SEEN = LEAST_CYCLES + SPARE_CYCLES
 """Number of cycles that are recorded and analysed together while watching."""
 WATCHED = "watched"
 """The name of a recording that is not kept."""
-_GOES_ON = Terms(goes_on=True)
+_CONTINUES = Terms(continues=True)
 
 
 def manual(job: Job, link: Link) -> Ended:
@@ -155,7 +155,7 @@ class Hand:
             self.refused = f"{member} may be set to {limits}"
             return
         text = f"Set {member} to {value:g} {allowed.unit}"
-        yield _step("set", SetDrive(role, name, value, allowed.unit), text, _GOES_ON)
+        yield _step("set", SetDrive(role, name, value, allowed.unit), text, _CONTINUES)
 
     def _record(self, cycles: int) -> Iterator[PlannedStep]:
         self.refused = ""
@@ -177,7 +177,7 @@ class Hand:
         )
         self._tell_recording()
         text = f"Record {cycles} cycles at {frequency_hz:g} Hz ({seconds:.3g} s)"
-        yield _step("record", action, text, _GOES_ON)
+        yield _step("record", action, text, _CONTINUES)
 
     def _watch(self, session: Session, stamp: EventStamp) -> None:
         """Show the rig's readings for a while, unless a command is waiting."""
@@ -240,7 +240,7 @@ class Hand:
 
 
 def _step(
-    kind: str, action: Zero | SetDrive | Record, text: str, terms: Terms = _GOES_ON
+    kind: str, action: Zero | SetDrive | Record, text: str, terms: Terms = _CONTINUES
 ) -> PlannedStep:
     return PlannedStep(f"by_hand.{kind}", Phase.MAIN, action, text, 0.0, terms)
 

@@ -57,9 +57,9 @@ class Switch:
     def __call__(self, event: Event) -> None:
         """Receive the end of the run; an event sink."""
         if isinstance(event, RunEnded):
-            self.let_be()
+            self.stop_interrupting()
 
-    def let_be(self) -> None:
+    def stop_interrupting(self) -> None:
         """Disable interrupts: the rig is being made safe."""
         with self._lock:
             self._is_safe, self._armed = True, False

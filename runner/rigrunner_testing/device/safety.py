@@ -177,7 +177,7 @@ def safe_after_closing(subject: DeviceSubject) -> None:
     fix="`resume` goes back to what `pause` has kept, and `make_safe` forgets that",
     needs=("safe_is_confirmed",),
 )
-def pauses_and_goes_on(subject: DeviceSubject) -> None:
+def pauses_and_resumes(subject: DeviceSubject) -> None:
     """A paused device stands still and then resumes; after it is made safe, it does not resume."""
     with subject.connected() as device:
         drives = setter(device)
@@ -246,5 +246,5 @@ CHECKS = (
     safe_after_a_failed_call,
     safe_though_one_drive_fails,
     safe_after_closing,
-    pauses_and_goes_on,
+    pauses_and_resumes,
 )

@@ -101,7 +101,7 @@ def test_while_the_rig_is_made_safe_no_ctrl_c_breaks_that_off():
     with stop_on_signals() as stop:
         stop(STARTED)
         press()
-        stop.let_be()
+        stop.stop_interrupting()
         for _ in range(3):
             press()
         stop(ENDED)

@@ -71,8 +71,8 @@ def test_what_fails_ends_it_unless_it_is_to_go_on():
 
     summary, listener, _ = by_hand(lambda _: iter([SET, RECORD]), Stubborn())
     assert (summary.outcome, len(listener.of(StepStarted))) == (Outcome.ERROR, 1)
-    goes_on = replace(SET, terms=Terms(goes_on=True))
-    summary, listener, _ = by_hand(lambda _: iter([goes_on, RECORD]), Stubborn())
+    continues = replace(SET, terms=Terms(continues=True))
+    summary, listener, _ = by_hand(lambda _: iter([continues, RECORD]), Stubborn())
     assert (summary.outcome, len(listener.of(StepStarted))) == (Outcome.COMPLETED, 2)
     assert "stuck" in summary.passed_over[0]
 

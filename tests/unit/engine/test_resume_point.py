@@ -193,7 +193,7 @@ def test_a_step_that_failed_and_must_not_be_done_twice_ends_the_matter():
 
 
 def test_a_run_goes_on_behind_a_step_that_failed_and_was_left():
-    going_on = Terms(goes_on=True)
+    going_on = Terms(continues=True)
     plan = plan_of((), (record("a"), MAIN[1], record("b")), ())
     steps = (replace(plan.steps[0], terms=going_on), *plan.steps[1:])
     plan = replace(plan, steps=steps)
@@ -224,7 +224,7 @@ def test_a_mean_over_a_stream_is_a_stream_behind_the_seam():
 
 def test_a_setup_step_that_failed_and_must_not_be_done_twice_is_not_taken_as_done():
     plan = plan_of()
-    once = replace(plan.steps[3], terms=Terms(goes_on=True, repeatable=False))
+    once = replace(plan.steps[3], terms=Terms(continues=True, repeatable=False))
     plan = replace(plan, steps=(*plan.steps[:3], once, *plan.steps[4:]))
     listener = Listener()
 

@@ -390,7 +390,7 @@ class Impatient:
     def is_set(self) -> bool:
         return False
 
-    def let_be(self) -> None:
+    def stop_interrupting(self) -> None:
         self.is_let_be = not self._late
         if self._late:
             self._late = False
@@ -411,7 +411,7 @@ def test_a_last_ctrl_c_while_the_rig_is_made_safe_takes_nothing_from_the_record(
 
 def test_a_stop_token_that_fails_keeps_no_rig_from_being_made_safe():
     class Broken(Impatient):
-        def let_be(self) -> None:
+        def stop_interrupting(self) -> None:
             raise RuntimeError("a bug of whoever made it")
 
     device = FakeTester()

@@ -69,7 +69,7 @@ def between(low, high, marginal=0.0, **more):
 
 def test_a_failure_is_tried_again_and_put_on_record():
     fault = NthCall(0, DeviceLostError("cable"), never=("connect", "make_safe"))
-    summary, listener = done(FakeTester(before=fault), (LOAD, Terms(tries=2)))
+    summary, listener = done(FakeTester(before=fault), (LOAD, Terms(attempts=2)))
 
     assert (summary.outcome, summary.reason) == (Outcome.COMPLETED, "")
     assert [one.ok for one in listener.of(StepEnded)] == [False, True]
@@ -79,7 +79,7 @@ def test_a_failure_is_tried_again_and_put_on_record():
 
 def test_each_try_of_a_recording_is_a_recording_of_its_own():
     fault = NthCall(2, DeviceTimeoutError("late"), never=("connect", "make_safe"))
-    summary, listener = done(FakeTester(before=fault), (record("001"), Terms(tries=3)))
+    summary, listener = done(FakeTester(before=fault), (record("001"), Terms(attempts=3)))
 
     assert summary.outcome is Outcome.COMPLETED
     assert [(one.recording, one.ok) for one in listener.of(StepEnded)] == [
@@ -93,7 +93,7 @@ def test_the_last_failure_ends_the_run():
         if call.startswith("read"):
             raise DeviceTimeoutError("late")
 
-    summary, listener = done(FakeTester(before=refuse), (LOAD, Terms(tries=3)), LOAD)
+    summary, listener = done(FakeTester(before=refuse), (LOAD, Terms(attempts=3)), LOAD)
 
     assert (summary.outcome, summary.reason) == (Outcome.ERROR, "tester: late")
     assert [one.ok for one in listener.of(StepEnded)] == [False] * 3
@@ -102,7 +102,7 @@ def test_the_last_failure_ends_the_run():
 
 def test_the_run_goes_on_where_the_procedure_says_so_and_says_so_itself():
     fault = NthCall(0, DeviceLostError("cable"), never=("connect", "make_safe"))
-    summary, listener = done(FakeTester(before=fault), (LOAD, Terms(goes_on=True)), LOAD)
+    summary, listener = done(FakeTester(before=fault), (LOAD, Terms(continues=True)), LOAD)
 
     assert (summary.outcome, summary.error) == (Outcome.COMPLETED, None)
     assert summary.passed_over == ("main[0]: tester: cable",)
@@ -111,7 +111,7 @@ def test_the_run_goes_on_where_the_procedure_says_so_and_says_so_itself():
     assert [one.text for one in listener.of(Alarm)] == ["tester: cable; the run continues"]
 
 
-@pytest.mark.parametrize("terms", [Terms(tries=2), Terms(goes_on=True)])
+@pytest.mark.parametrize("terms", [Terms(attempts=2), Terms(continues=True)])
 def test_a_failure_after_which_the_run_goes_on_is_kept_with_its_traceback(terms):
     fault = NthCall(0, DeviceLostError("cable"), never=("connect", "make_safe"))
     clock, traced = SimulatedClock(), []
@@ -126,7 +126,9 @@ def test_a_failure_after_which_the_run_goes_on_is_kept_with_its_traceback(terms)
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), ZeroDivisionError("bug")])
 def test_neither_a_person_nor_a_bug_is_tried_again(error):
     fault = NthCall(0, error, never=("connect", "make_safe"))
-    summary, listener = done(FakeTester(before=fault), (LOAD, Terms(tries=5, goes_on=True)), LOAD)
+    summary, listener = done(
+        FakeTester(before=fault), (LOAD, Terms(attempts=5, continues=True)), LOAD
+    )
 
     assert summary.error is error
     assert [one.ok for one in listener.of(StepEnded)] == [False]
@@ -140,12 +142,12 @@ def test_a_stop_is_no_failure_that_is_passed_over():
             stop.set()
 
     device = FakeTester(before=request)
-    summary, _ = done(device, (record("001"), Terms(tries=5, goes_on=True)), LOAD, stop=stop)
+    summary, _ = done(device, (record("001"), Terms(attempts=5, continues=True)), LOAD, stop=stop)
 
     assert (summary.outcome, summary.reason) == (Outcome.ABORTED, "stopped on request")
 
 
-@pytest.mark.parametrize("terms", [Terms(tries=3), Terms(goes_on=True)])
+@pytest.mark.parametrize("terms", [Terms(attempts=3), Terms(continues=True)])
 def test_samples_that_cannot_be_kept_end_the_run_whatever_the_step_allows(terms):
     full = DataError("cannot write 000001.samples: No space left on device")
 
@@ -204,7 +206,7 @@ def test_a_run_that_a_device_refused_is_not_one_to_go_on_with_though_it_is_not_k
 def test_a_critical_sink_that_fails_is_not_passed_over():
     broken = NthCall(3, OSError("disk full"))
     summary = run(
-        FakeTester(), steps((LOAD, Terms(tries=3, goes_on=True)), LOAD), critical=[broken]
+        FakeTester(), steps((LOAD, Terms(attempts=3, continues=True)), LOAD), critical=[broken]
     )
 
     assert summary.outcome is Outcome.ERROR
@@ -282,8 +284,8 @@ def test_a_value_is_on_record_before_its_judgement():
 
 def test_a_run_goes_on_after_a_value_out_of_limits_where_the_step_says_so():
     device = FakeTester()
-    goes_on = between("0 N", "5 N", goes_on=True, stops_at_limit=False)
-    summary, listener = done(device, (LOAD, goes_on), SetDrive("tester", "load", 7.0, "N"))
+    continues = between("0 N", "5 N", continues=True, stops_at_limit=False)
+    summary, listener = done(device, (LOAD, continues), SetDrive("tester", "load", 7.0, "N"))
 
     assert (summary.outcome, summary.reason) == (Outcome.COMPLETED, "")
     assert summary.passed_over == ()
@@ -293,7 +295,7 @@ def test_a_run_goes_on_after_a_value_out_of_limits_where_the_step_says_so():
 
 def test_a_value_out_of_limits_is_not_read_again():
     device = FakeTester()
-    summary, listener = done(device, (LOAD, between("0 N", "5 N", tries=3)))
+    summary, listener = done(device, (LOAD, between("0 N", "5 N", attempts=3)))
 
     assert summary.outcome is Outcome.STOPPED_AT_LIMIT
     assert len(listener.of(StepStarted)) == 1
@@ -302,9 +304,9 @@ def test_a_value_out_of_limits_is_not_read_again():
 
 def test_a_device_error_in_the_same_run_goes_before_a_missed_limit():
     fault = NthCall(1, DeviceLostError("cable"), never=("connect", "make_safe"))
-    goes_on = between("0 N", "5 N", stops_at_limit=False)
+    continues = between("0 N", "5 N", stops_at_limit=False)
     summary, listener = done(
-        FakeTester(before=fault), (LOAD, goes_on), SetDrive("tester", "load", 7.0, "N")
+        FakeTester(before=fault), (LOAD, continues), SetDrive("tester", "load", 7.0, "N")
     )
     assert summary.outcome is Outcome.ERROR
     assert len(measured(listener.events).rows) == 1

@@ -228,7 +228,7 @@ def test_once_the_run_has_ended_a_stop_interrupts_nothing():
 
 def test_while_the_rig_is_made_safe_a_stop_interrupts_nothing():
     switch = Switch()
-    switch.let_be()
+    switch.stop_interrupting()
     switch.stop(BY, WHY)
     assert switch.is_set()
 

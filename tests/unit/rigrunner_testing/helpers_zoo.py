@@ -272,7 +272,7 @@ class StumblesOnceClosed(Press):
         return super().make_safe()
 
 
-class GoesOnByItself(Press):
+class ResumesByItself(Press):
     def make_safe(self):
         held = self.held
         found = super().make_safe()
@@ -399,7 +399,7 @@ BROKEN = {
     "safe_after_a_failed_call": {"factory": StuckAfterARefusal},
     "safe_though_one_drive_fails": {"factory": StopsAtTheFirstBadDrive},
     "safe_after_closing": {"factory": StumblesOnceClosed},
-    "pauses_and_goes_on": {"factory": GoesOnByItself},
+    "pauses_and_resumes": {"factory": ResumesByItself},
     "streams_are_gapless": {"factory": HasAGap},
     "blocks_are_whole": {"factory": InSinglePrecision},
     "streams_take_their_time": {"factory": InNoTime},

@@ -28,7 +28,7 @@ from rigrunner.run.interrupted import recover
 from rigrunner.run.resume import resume, run_files
 from rigrunner.run.runs import list_runs
 from rigrunner.run.stored import open_run
-from rigrunner.runfile import NEVER_ENDED, is_going_on, read, run_lock
+from rigrunner.runfile import NEVER_ENDED, is_in_progress, read, run_lock
 from rigrunner.runfile.sealing import fold
 
 pytestmark = pytest.mark.usefixtures("tester")
@@ -259,12 +259,12 @@ def test_a_file_that_was_moved_is_asked_for(killed, tmp_path):
 
 def test_a_run_that_is_going_on_is_neither_resumed_nor_recovered(killed):
     with run_lock(killed):
-        assert is_going_on(killed)
+        assert is_in_progress(killed)
         with pytest.raises(DataError, match="still running"):
             take_up(killed)
         with pytest.raises(DataError, match="still running"):
             recover(killed, resumable(killed).planned.clock, "A. Jones")
-    assert not is_going_on(killed)
+    assert not is_in_progress(killed)
     assert not read(killed).info.sealed
 
 
@@ -272,7 +272,7 @@ def test_a_run_holds_its_folder_until_it_is_sealed(tmp_path):
     seen = []
 
     def look(event):
-        seen.append((is_going_on(next((tmp_path / "runs").iterdir())), type(event)))
+        seen.append((is_in_progress(next((tmp_path / "runs").iterdir())), type(event)))
         return isinstance(event, RunEnded)
 
     _, whole = interrupted(tmp_path, look, **files(tmp_path))

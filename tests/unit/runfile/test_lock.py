@@ -8,15 +8,15 @@ from filelock import FileLock
 from rigrunner.api.errors import DataError
 from rigrunner.runfile import lock
 from rigrunner.runfile.folder import RunFolder
-from rigrunner.runfile.lock import is_going_on, run_lock
+from rigrunner.runfile.lock import is_in_progress, run_lock
 
 
 def test_a_run_goes_on_only_while_somebody_has_its_lock(tmp_path):
-    assert is_going_on(tmp_path) is False
+    assert is_in_progress(tmp_path) is False
     assert not RunFolder(tmp_path).lock.exists()
     with run_lock(tmp_path):
-        assert is_going_on(tmp_path) is True
-    assert is_going_on(tmp_path) is False
+        assert is_in_progress(tmp_path) is True
+    assert is_in_progress(tmp_path) is False
 
 
 def test_who_comes_second_is_refused(tmp_path, monkeypatch):

@@ -214,7 +214,7 @@ def test_the_terms_of_a_step():
     low, high = parse_quantity("20 °C"), parse_quantity("26 °C")
 
     limit = ValueLimit("room.room", low.si, high.si, "°C", 0.5)
-    expected = Terms(3.0, 3, goes_on=True, limits=(limit,), stops_at_limit=False)
+    expected = Terms(3.0, 3, continues=True, limits=(limit,), stops_at_limit=False)
     assert step.terms == expected
     assert only("set: {tester.load: 1 N, retries: 1}").terms == Terms(None, 2)
     assert only("set: {tester.load: 1 N}").terms == Terms()

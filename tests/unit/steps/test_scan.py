@@ -160,7 +160,7 @@ def test_a_scan_that_goes_on_after_its_limits_keeps_every_point():
 
 def test_rows_of_a_scan_that_is_begun_anew_are_kept_beside():
     fault = NthCall(4, DeviceLostError("cable"), never=("connect", "make_safe"))
-    _, listener = done(Press(before=fault), (SCAN, Terms(tries=2)))
+    _, listener = done(Press(before=fault), (SCAN, Terms(attempts=2)))
     found = measured(listener.events)
     assert (len(found.rows), len(found.superseded)) == (3, 1)
     assert found.superseded[0].utc == listener.of(Scanned)[0].utc
@@ -183,7 +183,7 @@ def test_a_device_that_fails_is_named_with_the_point():
 
 def test_a_scan_that_is_tried_again_begins_anew_and_its_last_try_counts():
     fault = NthCall(4, DeviceLostError("cable"), never=("connect", "make_safe"))
-    summary, listener = done(Press(before=fault), (SCAN, Terms(tries=2)))
+    summary, listener = done(Press(before=fault), (SCAN, Terms(attempts=2)))
     assert summary.outcome is Outcome.COMPLETED
     assert rows(listener.of(Scanned)) == ALL[:1] + ALL
     assert [one.utc for one in measured(listener.events).rows] == [
@@ -363,7 +363,7 @@ def test_a_sink_that_cannot_keep_a_point_ends_the_run_and_no_further_point_is_be
                 raise DataError("the disk is full")
             kept.append(event)
 
-    summary = run(device, plan_of((SCAN, Terms(tries=3))), critical=[keep])
+    summary = run(device, plan_of((SCAN, Terms(attempts=3))), critical=[keep])
     assert summary.outcome is Outcome.ERROR
     assert "the disk is full" in summary.reason
     assert "set load 30" not in device.calls

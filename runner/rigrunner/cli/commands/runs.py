@@ -52,4 +52,4 @@ def _row(run: ListedRun) -> list[str]:
 def _document(run: ListedRun) -> dict[str, Any]:
     if run.info is None:
         return {"run": run.name, "problem": run.problem}
-    return {**info_document(run.info), "going_on": run.is_going_on}
+    return {**info_document(run.info), "in_progress": run.is_in_progress}

@@ -29,12 +29,12 @@ _DRIVES = {
     "safe_after_a_failed_call",
     "safe_though_one_drive_fails",
     "safe_after_closing",
-    "pauses_and_goes_on",
+    "pauses_and_resumes",
     "left_safe",
 }
 _NO_SIMULATOR = {"other_seed_other_samples", "only_a_simulator_knows_the_truth"}
 _INSTRUMENT = {*_NO_SIMULATOR, "non_blocking_is_true"}  # it may wait
-_READ_BY_VALUE = {*_STREAM, "pauses_and_goes_on", *_INSTRUMENT}
+_READ_BY_VALUE = {*_STREAM, "pauses_and_resumes", *_INSTRUMENT}
 _AT_ONCE = {"drives_are_waited_for_by_asking"}  # its drives are there when `set` returns
 _NO_WIRE = {
     "exchanges_go_over_the_wire",
@@ -48,7 +48,7 @@ _OF_PARTS = {  # the parts have them
 }
 _REPLAY = {
     "drives_are_waited_for_by_asking",
-    "pauses_and_goes_on",
+    "pauses_and_resumes",
     "other_seed_other_samples",
     "only_a_simulator_knows_the_truth",
     "continues_after_streams",
@@ -100,7 +100,7 @@ NOT_APPLICABLE: dict[tuple[str, str], set[str]] = {
     ("device", "opcua"): {*_READ_BY_VALUE, "same_seed_same_samples"},
     ("device", "pymeasure"): _READ_BY_VALUE,
     ("device", "replay"): _REPLAY,
-    ("device", "rotation_tester_sim"): {*_AT_ONCE, *_NO_WIRE, "pauses_and_goes_on"},
+    ("device", "rotation_tester_sim"): {*_AT_ONCE, *_NO_WIRE, "pauses_and_resumes"},
     ("device", "serial_ascii"): {*_DRIVES, *_INSTRUMENT, "continues_after_streams"},
     ("device", "swing_tester_ode"): {*_AT_ONCE, *_NO_WIRE},
     ("device", "swing_tester_sim"): {*_AT_ONCE, *_NO_WIRE},
@@ -111,7 +111,7 @@ NOT_APPLICABLE: dict[tuple[str, str], set[str]] = {
         *_STREAM,
         *_NO_SIMULATOR,
         *_NO_WIRE,
-        "pauses_and_goes_on",
+        "pauses_and_resumes",
     },
     ("device", "visa"): _READ_BY_VALUE,
     ("fit", "aicc"): {*_UNITS, *_FIT_EXAMPLES},

@@ -34,7 +34,7 @@ def to(monkeypatch):
 
     def made(urls, **more):
         monkeypatch.setenv("URLS", urls)
-        return apprise(AppriseSettings(urls={"env": "URLS"}, **{"tries": 2, **more}))
+        return apprise(AppriseSettings(urls={"env": "URLS"}, **{"attempts": 2, **more}))
 
     return made
 
@@ -65,7 +65,7 @@ def test_a_service_that_fails_is_asked_again_and_its_address_is_not_said(to, cap
 @pytest.mark.parametrize("closes", [True, False])
 def test_a_service_that_hangs_or_closes_is_given_up(to, closes):
     with unkind(closes=closes) as port:
-        sink = to(f"json://127.0.0.1:{port}/?cto=0.2&rto=0.2", tries=1)
+        sink = to(f"json://127.0.0.1:{port}/?cto=0.2&rto=0.2", attempts=1)
         sink(alarm())
         until(lambda: sink.lost)
     assert sink.lost == 1
@@ -84,7 +84,7 @@ def test_a_service_of_html_gets_names_as_text(to, tmp_path, form):
 
 def test_no_redirect_is_followed(to):
     with web(302) as (receiver, port):
-        sink = to(f"json://127.0.0.1:{port}/", tries=1)
+        sink = to(f"json://127.0.0.1:{port}/", attempts=1)
         sink(alarm())
         until(lambda: sink.lost)
         sink.close()
@@ -105,4 +105,4 @@ def test_it_conforms(conformance):
 @pytest.fixture
 def conformance_settings(monkeypatch):
     monkeypatch.setenv("URLS", "json://127.0.0.1:9/?cto=0.2&rto=0.2")
-    return {"urls": {"env": "URLS"}, "tries": 1}
+    return {"urls": {"env": "URLS"}, "attempts": 1}

@@ -36,10 +36,10 @@ class Handler:
     """Keeps what comes, or refuses it."""
 
     def __init__(self, *answers):
-        self.got, self.tries, self._answers = [], 0, list(answers)
+        self.got, self.attempts, self._answers = [], 0, list(answers)
 
     async def handle_DATA(self, _server, _session, envelope):  # noqa: N802  (aiosmtpd's name)
-        self.tries += 1
+        self.attempts += 1
         if self._answers:
             return self._answers.pop(0)
         self.got.append(envelope)
@@ -64,7 +64,7 @@ def served():
 
 
 def to(port, **more):
-    known = {"host": "127.0.0.1", "port": port, "security": "none", "timeout": "2 s", "tries": 3}
+    known = {"host": "127.0.0.1", "port": port, "security": "none", "timeout": "2 s", "attempts": 3}
     people = {"sender": "rig@example.org", "to": ["lab@example.org", "chief@example.org"]}
     return mail(MailSettings(**{**known, **people, **more}))
 
@@ -112,10 +112,10 @@ def test_the_account_is_told_to_the_server_alone(served):
 
 
 def test_a_wrong_password_is_tried_once_and_not_said(served, caplog):
-    tries = []
+    attempts = []
 
     def unknown(*_):
-        tries.append(1)
+        attempts.append(1)
         return smtp.AuthResult(success=False, handled=False)
 
     port = served(Handler(), authenticator=unknown, auth_require_tls=False)
@@ -135,14 +135,14 @@ def test_a_server_that_is_busy_is_asked_again_and_one_that_refuses_is_not(served
     other = to(served(refusing))
     other(alarm())
     until(lambda: other.lost)
-    assert (sink.lost, busy.tries, refusing.tries) == (0, 2, 1)
+    assert (sink.lost, busy.attempts, refusing.attempts) == (0, 2, 1)
 
 
 @pytest.mark.parametrize("closes", [True, False])
 @pytest.mark.parametrize("security", ["none", "starttls", "tls"])
 def test_a_server_that_hangs_or_closes_is_given_up(closes, security):
     with unkind(closes=closes) as port:
-        sink = to(port, timeout="0.1 s", tries=2, security=security)
+        sink = to(port, timeout="0.1 s", attempts=2, security=security)
         sink(alarm())
         until(lambda: sink.lost)
         sink.close()
@@ -155,7 +155,7 @@ def test_a_server_that_hangs_or_closes_is_given_up(closes, security):
 )
 def test_an_answer_that_never_ends_is_given_up(first, again, pause_s):
     with unending(first, again, pause_s) as port:
-        sink = to(port, timeout="0.3 s", tries=1)
+        sink = to(port, timeout="0.3 s", attempts=1)
         sink(alarm())
         until(lambda: sink.lost)
         sink.close()
@@ -164,10 +164,10 @@ def test_an_answer_that_never_ends_is_given_up(first, again, pause_s):
 
 def test_a_server_without_tls_gets_nothing_in_clear(served):
     handler = Handler()
-    sink = to(served(handler), security="starttls", tries=1)
+    sink = to(served(handler), security="starttls", attempts=1)
     sink(alarm())
     until(lambda: sink.lost)
-    assert handler.tries == 0
+    assert handler.attempts == 0
 
 
 @pytest.mark.parametrize(

@@ -83,7 +83,7 @@ def subscribed(port, user="", word=""):
 def to(port, **more):
     from rigrunner_plugins.listeners.mqtt import mqtt  # noqa: PLC0415  (an extra)
 
-    known = {"host": "127.0.0.1", "port": port, "timeout": "5 s", "tries": 2}
+    known = {"host": "127.0.0.1", "port": port, "timeout": "5 s", "attempts": 2}
     return mqtt(MqttSettings(**{**known, **more}))
 
 
@@ -124,7 +124,7 @@ def test_the_account_is_needed_and_never_said(tmp_path, caplog):
 def test_a_broker_that_comes_back_gets_the_message(tmp_path, monkeypatch):
     monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.5)
     port = free_port()
-    sink = to(port, tries=10)
+    sink = to(port, attempts=10)
     sink(alarm())
     file = tmp_path / "again.conf"
     file.write_text(f"listener {port} 127.0.0.1\nallow_anonymous true\n", encoding="utf-8")
@@ -163,7 +163,7 @@ def test_a_broker_that_accepts_and_closes_is_tried_again(caplog):
 
         thread = threading.Thread(target=work)
         thread.start()
-        sink = to(listening.getsockname()[1], timeout="0.3 s", tries=2)
+        sink = to(listening.getsockname()[1], timeout="0.3 s", attempts=2)
         sink(alarm())
         until(lambda: sink.lost)
         sink.close()
@@ -172,6 +172,6 @@ def test_a_broker_that_accepts_and_closes_is_tried_again(caplog):
     assert "the broker closed the connection" in caplog.text or "did not confirm" in caplog.text
 
 
-@pytest.mark.conformance("event_sink", "mqtt", {"host": "127.0.0.1", "port": 9, "tries": 1})
+@pytest.mark.conformance("event_sink", "mqtt", {"host": "127.0.0.1", "port": 9, "attempts": 1})
 def test_it_conforms(conformance):
     conformance()

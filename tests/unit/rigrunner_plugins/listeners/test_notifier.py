@@ -32,10 +32,10 @@ class Flaky:
 
     def __init__(self, times, error):
         self.left, self.error = times, error
-        self.tries, self.got = 0, []
+        self.attempts, self.got = 0, []
 
     def __call__(self, message):
-        self.tries += 1
+        self.attempts += 1
         if self.left:
             self.left -= 1
             raise self.error
@@ -56,21 +56,21 @@ def test_messages_come_in_their_order_and_no_thread_stays(tmp_path):
 @pytest.mark.parametrize("error", [DeliveryError("500"), ConnectionRefusedError(), TimeoutError()])
 def test_what_was_not_taken_is_sent_again(error):
     flaky = Flaky(3, error)
-    sink = made(flaky, tries=4)
+    sink = made(flaky, attempts=4)
     sink(alarm())
     until(lambda: flaky.got)
     sink.close()
-    assert (flaky.tries, sink.lost) == (4, 0)
+    assert (flaky.attempts, sink.lost) == (4, 0)
 
 
 def test_after_the_last_try_it_is_counted_and_said(caplog):
     flaky = Flaky(99, DeliveryError("the receiver answered 503"))
-    sink = made(flaky, tries=3)
+    sink = made(flaky, attempts=3)
     with caplog.at_level(logging.WARNING):
         sink(alarm())
         until(lambda: sink.lost)
         sink.close()
-    assert flaky.tries == 3
+    assert flaky.attempts == 3
     assert "test: 'alarm' was not delivered: the receiver answered 503" in caplog.text
     assert "test: 1 messages were not delivered" in caplog.text
 
@@ -82,7 +82,7 @@ def test_what_no_try_can_help_is_not_tried_again_and_the_next_message_is_sent(er
     sink(alarm("first"))
     sink(alarm("second"))
     until(lambda: flaky.got)
-    assert (flaky.tries, sink.lost, flaky.got) == (2, 1, ["interlock hot: second"])
+    assert (flaky.attempts, sink.lost, flaky.got) == (2, 1, ["interlock hot: second"])
 
 
 def test_what_an_error_of_a_library_says_is_not_repeated(caplog):

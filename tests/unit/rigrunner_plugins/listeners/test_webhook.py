@@ -34,7 +34,7 @@ def short(monkeypatch):
 
 def to(port, **more):
     url = f"http://127.0.0.1:{port}/hook?rig=1"
-    return webhook(WebhookSettings(url=url, **{"timeout": "2 s", "tries": 3, **more}))
+    return webhook(WebhookSettings(url=url, **{"timeout": "2 s", "attempts": 3, **more}))
 
 
 def test_the_signature_is_that_of_the_standard():
@@ -88,7 +88,7 @@ def test_what_the_receiver_refuses_is_not_sent_again_and_no_redirect_is_followed
 @pytest.mark.parametrize("closes", [True, False])
 def test_a_receiver_that_hangs_or_closes_is_given_up(closes):
     with unkind(closes=closes) as port:
-        sink = to(port, timeout="0.1 s", tries=2)
+        sink = to(port, timeout="0.1 s", attempts=2)
         sink(alarm())
         until(lambda: sink.lost)
         sink.close()
@@ -105,7 +105,7 @@ def test_a_receiver_that_hangs_or_closes_is_given_up(closes):
 )
 def test_an_answer_that_never_ends_is_given_up(first, again, pause_s):
     with unending(first, again, pause_s) as port:
-        sink = to(port, timeout="0.3 s", tries=1)
+        sink = to(port, timeout="0.3 s", attempts=1)
         sink(alarm())
         until(lambda: sink.lost)
         sink.close()
@@ -114,7 +114,7 @@ def test_an_answer_that_never_ends_is_given_up(first, again, pause_s):
 
 def test_what_follows_the_status_is_not_read():
     with unending(b"HTTP/1.1 200 OK\r\n\r\n", b"x" * 1000) as port:
-        sink = to(port, tries=1)
+        sink = to(port, attempts=1)
         sink(alarm())
         sink.close()
     assert sink.lost == 0

@@ -12,7 +12,7 @@ import pytest
 from helpers_cli import call
 from rigrunner.api.events import Note, Scanned
 from rigrunner.registry import load_registry
-from rigrunner.runfile import is_going_on, read
+from rigrunner.runfile import is_in_progress, read
 from rigrunner.tools.importing import run as importing
 from rigrunner.tools.importing.mapping import load_mapping
 from rigrunner.tools.importing.planning import plan_import
@@ -355,7 +355,7 @@ def test_what_is_left_is_removed_once_nobody_holds_it(lab, monkeypatch):
     held = []
 
     def look(folder, **_):
-        held.append(is_going_on(folder))
+        held.append(is_in_progress(folder))
 
     monkeypatch.setattr(importing, "_refuse_changed", lambda *_: 1 / 0)
     monkeypatch.setattr(importing.shutil, "rmtree", look)

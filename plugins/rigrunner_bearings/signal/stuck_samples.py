@@ -13,15 +13,16 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from rigrunner.api.data import Array, Samples
+    from rigrunner.api import Array
+    from rigrunner.api.data import Samples
 
     IntArray = NDArray[np.intp]
 
 
-def longest_held(values: Samples, parts: int) -> IntArray:
+def longest_stuck(values: Samples, parts: int) -> IntArray:
     """Return the longest run of equal samples that begins in each part, shape (parts,).
 
-    Of values (n,) cut into that many equal parts, 1 to n. A run that goes on into the next part
+    Of values (n,) cut into that many equal parts, 1 to n. A run that continues in the next part
     counts whole where it begins.
     """
     size = len(values) / parts
@@ -41,9 +42,9 @@ def longest_at(values: Samples, levels: Sequence[float]) -> int:
 def _runs(values: Samples) -> Iterator[tuple[IntArray, IntArray, Array]]:
     """Yield where two samples or more are equal, how many they are, and their value, by blocks.
 
-    A run that goes on into the next block is there again, as long as it is by then.
+    A run that continues in the next block is there again, with its length up to there.
     """
-    last, began, so_far = np.empty(0), 0, 1
+    last, began, length = np.empty(0), 0, 1
     for at, part in blocks(values):
         joined = np.concatenate([last, part])
         same = np.flatnonzero(joined[1:] == joined[:-1])
@@ -51,8 +52,8 @@ def _runs(values: Samples) -> Iterator[tuple[IntArray, IntArray, Array]]:
         begins = same[first] + (at - len(last))
         lengths = np.diff(first, append=len(same)) + 1
         if len(last) and len(same) and same[0] == 0:
-            begins[0], lengths[0] = began, so_far + lengths[0] - 1
+            begins[0], lengths[0] = began, length + lengths[0] - 1
         yield begins, lengths, joined[same[first]]
-        goes_on = len(same) and same[-1] == len(joined) - 2
-        began, so_far = (begins[-1], lengths[-1]) if goes_on else (at + len(part) - 1, 1)
+        continues = len(same) and same[-1] == len(joined) - 2
+        began, length = (begins[-1], lengths[-1]) if continues else (at + len(part) - 1, 1)
         last = part[-1:]

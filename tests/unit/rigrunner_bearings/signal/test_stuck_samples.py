@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from benchmarks.frame import allocated_peak
 from helpers_long import short_blocks
-from rigrunner.signal.held import longest_at, longest_held
+from rigrunner_bearings.signal.stuck_samples import longest_at, longest_stuck
 
 
 def by_hand(values, parts):
@@ -32,7 +32,7 @@ def test_runs_of_equal_samples(block, values, parts):
     parts = min(parts, len(values))
     with pytest.MonkeyPatch.context() as patch:
         short_blocks(patch, block)
-        found = longest_held(np.array(values), parts)
+        found = longest_stuck(np.array(values), parts)
         ends = longest_at(np.array(values), [min(values), max(values)])
     assert found.tolist() == by_hand(values, parts)
     extremes = min(values), max(values)
@@ -42,5 +42,5 @@ def test_runs_of_equal_samples(block, values, parts):
 def test_memory_does_not_grow_with_what_is_held(monkeypatch):
     short_blocks(monkeypatch, 10_000)
     still = np.zeros(1_000_000)
-    assert allocated_peak(lambda: longest_held(still, 7)) < 20 * 10_000 * 8
-    assert longest_held(still, 7).tolist() == [1_000_000, *[1] * 6]
+    assert allocated_peak(lambda: longest_stuck(still, 7)) < 20 * 10_000 * 8
+    assert longest_stuck(still, 7).tolist() == [1_000_000, *[1] * 6]
