@@ -13,7 +13,7 @@ from rigrunner.api.errors import PluginError
 from rigrunner.api.hooks import DeviceRecord, FitRecord, ReportFormatRecord
 from rigrunner.api.settings import Force, Frequency, Length, Settings
 from rigrunner.clock import SimulatedClock
-from rigrunner.registry import Plugin, Provider, Registry, load_registry, versions, with_drop_ins
+from rigrunner.registry import Plugin, Provider, Registry, load_registry, loading, with_drop_ins
 from rigrunner.registry.declared import declaration_problems
 
 GOOD = """
@@ -209,8 +209,8 @@ def declaring(line):
 @pytest.fixture
 def of_three_ages(monkeypatch):
     """This Rigrunner has the APIs 2 to 4."""
-    monkeypatch.setattr(versions, "OLDEST_API_VERSION", 2)
-    monkeypatch.setattr(versions, "API_VERSION", 4)
+    monkeypatch.setattr(loading, "OLDEST_API_VERSION", 2)
+    monkeypatch.setattr(loading, "API_VERSION", 4)
 
 
 @pytest.mark.usefixtures("of_three_ages")

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Protocol
 from pydantic import ValidationError
 
 from rigrunner.api.errors import InvalidFileError, PluginError
+from rigrunner.api.hooks import AnalysisRecord
 from rigrunner.api.plugin_refs import plugins_in
 from rigrunner.api.settings import MadeOfOthers
-from rigrunner.plan.measurand import check_measurand
+from rigrunner.api.units import unit, units_of
 from rigrunner.yamlfile import validate
 from rigrunner.yamlfile.problems import Problems
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from rigrunner.api.hooks import PluginRecord
     from rigrunner.api.plugin_refs import PluginRef
     from rigrunner.api.settings import Settings
-    from rigrunner.procedure import Acceptance, LoadedProcedure
+    from rigrunner.procedure import Acceptance, LoadedProcedure, Procedure
     from rigrunner.station import LoadedStation
     from rigrunner.yamlfile import Document
     from rigrunner.yamlfile.document import Path
@@ -67,7 +68,7 @@ def check_plugins(
     named = [*_uses_of_procedure(procedure), *_uses_of_station(station)]
     uses = [each for use in named for each in _check(use, lookup, problems)]
     _check_rig(station, uses, lookup, problems)
-    check_measurand(procedure, lookup, problems)
+    _check_measurand(procedure, lookup, problems)
     if procedure.model.acceptance is not None:
         _check_rule(procedure.document, procedure.model.acceptance, lookup, problems)
     problems.stop_if_any()
@@ -180,3 +181,35 @@ def _check(use: _Use, lookup: SettingsLookup, problems: Problems) -> list[_Use]:
     except InvalidFileError as error:
         problems.include(error.problems)
     return used
+
+
+def _check_measurand(
+    procedure: LoadedProcedure, lookup: SettingsLookup, problems: Problems
+) -> None:
+    """Add a problem where the measurand is missing, has another unit, or is given twice."""
+    document, measurand = procedure.document, procedure.model.measurand
+    giving = list(_giving(procedure.model, lookup))
+    for path, record in giving[1:]:
+        message = f"'{record.name}' is a second analysis of {record.measurand}"
+        problems.add(document, path[:-1], message, "a procedure has one of them")
+    if not giving:
+        return
+    dimension = giving[0][1].measurand
+    if measurand is None:
+        hint = f"the analysis of {dimension} names it"
+        problems.add(document, ("measurand",), "the key 'measurand' is missing", hint, key=True)
+    elif measurand.unit is not None and (known := unit(measurand.unit)).dimension != dimension:
+        message = f"'{known.symbol}' is a unit of {known.dimension}, not of {dimension}"
+        hint = f"units of {dimension}: {', '.join(units_of(dimension))}"
+        problems.add(document, ("measurand", "unit"), message, hint)
+
+
+def _giving(procedure: Procedure, lookup: SettingsLookup) -> Iterator[tuple[Path, AnalysisRecord]]:
+    """Yield the analyses that give the measurand, each with its place."""
+    for path, plugin in procedure.analyses_at:
+        try:
+            record = lookup.record(plugin.kind, plugin.name)
+        except PluginError:
+            continue  # told by the check of the plugins
+        if isinstance(record, AnalysisRecord) and record.measurand:
+            yield path, record

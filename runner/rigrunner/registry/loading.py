@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import os
+import re
 import sys
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -20,14 +21,21 @@ from typing import TYPE_CHECKING
 
 import pluggy
 
+from rigrunner import __version__
 from rigrunner.api.errors import PluginError, RigrunnerError
-from rigrunner.api.hooks import PROJECT, KindRecord, UnitRecord, hookspec
+from rigrunner.api.hooks import (
+    API_VERSION,
+    OLDEST_API_VERSION,
+    PROJECT,
+    KindRecord,
+    UnitRecord,
+    hookspec,
+)
 from rigrunner.api.units import define
 from rigrunner.registry.culprit import DROP_IN, culprit
 from rigrunner.registry.installed import Installed, installed
 from rigrunner.registry.lookup import DisabledPlugin, Plugin, Provider, Registry
 from rigrunner.registry.records import check_hook_names, check_marked, checked_records
-from rigrunner.registry.versions import check_api_version, version_in
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Iterator
@@ -134,12 +142,12 @@ def _module(source: _Source) -> object:
     except Exception:
         declared = None
         with suppress(Exception):
-            declared = version_in(source.text())
+            declared = _version_in(source.text())
         if declared is not None:
-            check_api_version(declared)
+            _check_api_version(declared)
         raise
     if source.place != _OWN.place:
-        check_api_version(getattr(module, "api_version", None))
+        _check_api_version(getattr(module, "api_version", None))
     return module
 
 
@@ -258,3 +266,38 @@ def _loader(path: Path) -> Callable[[], ModuleType]:
         return module
 
     return load
+
+
+_IN_TEXT = re.compile(r"^api_version\b[^=\n]*=\s*(\d+)\s*(?:#.*)?$", re.MULTILINE)
+
+
+def _check_api_version(declared: object) -> None:
+    """Raise PluginError unless this Rigrunner supports the API."""
+    if not isinstance(declared, int) or isinstance(declared, bool):
+        raise PluginError(
+            "it does not say for which plugin API it is made",
+            hint=f"its module needs a line 'api_version = {API_VERSION}'",
+        )
+    made = f"it is made for plugin API {declared}, and Rigrunner {__version__} has {_offered()}"
+    if declared > API_VERSION:
+        raise PluginError(
+            made,
+            hint=f"update Rigrunner, or install a version of it for API {API_VERSION}",
+        )
+    if declared < OLDEST_API_VERSION:
+        raise PluginError(
+            made,
+            hint=f"install a newer version of it, for API {_offered()}, or an older Rigrunner",
+        )
+
+
+def _version_in(text: str) -> int | None:
+    """Return the API version declared in the text of a module; for one that cannot be imported."""
+    found = _IN_TEXT.search(text)
+    return int(found[1]) if found else None
+
+
+def _offered() -> str:
+    if OLDEST_API_VERSION == API_VERSION:
+        return str(API_VERSION)
+    return f"{OLDEST_API_VERSION} to {API_VERSION}"
