@@ -51,7 +51,7 @@ class ProcedureFiles:
         path = self._catalogue.path("procedure", name)
         if not self.is_shipped(name) and not self._is_inside(path):
             hint = "only files within the folder can be opened here"
-            raise PanelError(422, "invalid", f"{name} leads out of the lab's folder", hint)
+            raise PanelError(422, "invalid", f"{name} is outside the lab's folder", hint)
         return path
 
     def is_shipped(self, name: str) -> bool:
@@ -94,7 +94,7 @@ class ProcedureFiles:
         path = self._folder / name
         if not self._is_inside(path):
             hint = "only files within the folder can be opened here"
-            raise PanelError(422, "invalid", f"{name} leads out of the lab's folder", hint)
+            raise PanelError(422, "invalid", f"{name} is outside the lab's folder", hint)
         if path.exists():
             raise PanelError(
                 409, "wrong_state", f"there is a file {name}, which is not a procedure"

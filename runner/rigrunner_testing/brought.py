@@ -52,7 +52,7 @@ def brings_checks(subject: Subject) -> None:
     demand(checks, f"the CHECKS of '{record.conformance}' are empty")
     wrong = [each for each in checks if not isinstance(each, Check) or not each.fix]
     demand(not wrong, f"among its CHECKS are {wrong[:1]}, expected checks, each with its fix")
-    demand(issubclass(kind, Subject), f"its SUBJECT is {kind!r}, which is no Subject")
+    demand(issubclass(kind, Subject), f"its SUBJECT is {kind!r}, which is not a Subject")
 
 
 CHECKS: tuple[AnyCheck, ...] = (hook_is_named_as_hooks_are, brings_checks)

@@ -51,7 +51,7 @@ def missing_file_refused(subject: Subject) -> None:
     with TemporaryDirectory() as folder:
         for path in (Path(folder) / "missing.dat", Path(folder)):
             told = _refusal(_importer(subject), path, WANTED, "")
-            demand(told, f"it reads {path.name}, which is no file")
+            demand(told, f"it reads {path.name}, which is not a file")
             demand(path.name in told, f"it refuses {path.name} without naming it: {told}")
 
 
@@ -162,7 +162,7 @@ def _refusal(importer: Importer, path: Path, wanted: Wanted, group: str) -> str:
         return str(error)
     except Exception as error:
         raise Nonconformity(
-            f"{path.name} gives {type(error).__name__}, which is no DataError: {error}"
+            f"{path.name} gives {type(error).__name__}, which is not a DataError: {error}"
         ) from error
     return ""
 
@@ -178,7 +178,7 @@ def _read_or_refusal(
         return str(error)
     except Exception as error:
         raise Nonconformity(
-            f"{what}: {type(error).__name__}, which is no DataError: {error}"
+            f"{what}: {type(error).__name__}, which is not a DataError: {error}"
         ) from error
     _whole(found, wanted, what)
     return ""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 LONGEST_HELP = 100
 NO_SUCH = "no_such_setting"
-WRONG = ["a list", ["where none can stand"]]
+WRONG = ["a list", ["where none can be"]]
 
 
 @check(needs=(), fix="give the record a name such as 'spring_scale'")

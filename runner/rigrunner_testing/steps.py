@@ -130,8 +130,8 @@ def is_planned(subject: Subject) -> None:
     for step in plan.steps:
         action, what = step.action, type(step.action).__name__
         frozen = is_dataclass(action) and type(action).__dataclass_params__.frozen
-        demand(frozen, f"{what} is no frozen dataclass")
-        demand(getattr(action, "kind", "") in kinds.steps, f"{what}.kind is no kind of step")
+        demand(frozen, f"{what} is not a frozen dataclass")
+        demand(getattr(action, "kind", "") in kinds.steps, f"{what}.kind is not a kind of step")
         demand(step.text.strip(), f"{what} is planned without words")
         demand(0 <= step.estimated_s < math.inf, f"{what} is planned for {step.estimated_s} s")
     try:

@@ -57,7 +57,7 @@ class Subject:
     def record_as(self, kind: type[RecordT]) -> RecordT:
         """Return the record as one of that type."""
         if not isinstance(self.plugin.record, kind):
-            raise NotApplicable(f"{type(self.plugin.record).__name__} is no {kind.__name__}")
+            raise NotApplicable(f"{type(self.plugin.record).__name__} is not a {kind.__name__}")
         return self.plugin.record
 
     def release(self) -> None:

@@ -54,7 +54,7 @@ DEVICE = {
     ),
     "a unit that is none": (
         [('"N", "Force")', '"Newton", "Force")')],
-        ["force is in 'Newton'; that is no unit that is known here"],
+        ["force is in 'Newton'; that is not a known unit"],
     ),
     "a tuple of one without its comma": (
         [(CHANNELS, CHANNELS.replace(",)", ")"))],
@@ -68,9 +68,9 @@ DEVICE = {
         [('"force", "N", "Force")', '"force")')],
         ["missing 2 required positional arguments: 'unit' and 'long_name'", "spring.py:23"],
     ),
-    "a name that stands twice": (
+    "a name that is given twice": (
         [(CHANNELS, f"{CHANNELS[:-1]} {CHANNELS[1:]}")],
-        ["channel 'force': the name stands twice", "spring.py:20"],
+        ["channel 'force': the name is given twice", "spring.py:20"],
     ),
     "minimum and maximum swapped": (
         [("minimum=0.0, maximum=1000.0", "minimum=1000.0, maximum=0.0")],
@@ -386,7 +386,7 @@ OTHERS = {
         ),
         "letting an OSError out": (
             [("    except OSError as error:", "    except KeyError as error:")],
-            ["missing.dat gives FileNotFoundError, which is no DataError", "catch OSError"],
+            ["missing.dat gives FileNotFoundError, which is not a DataError", "catch OSError"],
         ),
         "the class for the object": (
             [("    return Spring()\n", "    return Spring\n")],

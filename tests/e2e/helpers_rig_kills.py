@@ -167,7 +167,7 @@ class Bench:
         assert rows[: len(noted)] == noted, f"{noted} were told, {rows} are kept"
         stands, marker = self.lab.stands(), read_marker(self.lab.station_id)
         is_safe = stands == (0.0, 0.0)
-        assert is_safe or marker is not None, f"the rig stands at {stands}, and no marker says so"
+        assert is_safe or marker is not None, f"the rig is at {stands}, and no marker says so"
         child = self.start(runs, self.short)
         code, told = os.waitpid(child, 0)[1], said(runs)
         assert code == 0, told

@@ -101,7 +101,7 @@ def test_options_narrow_a_search(options, found):
     [
         (["search", "--runs", "nowhere"], "there is no archive"),
         (["search", "--torque", "0.5..0.8"], "has no unit"),
-        (["search", "--torque", "0.5 N·m"], "is no range"),
+        (["search", "--torque", "0.5 N·m"], "is not a range"),
         (["search", "--verdict", "passed"], "conditional pass"),
         (["search", "--since", "last week"], "such as 2026-01-31"),
         (["search", "--input", "lot"], "such as --input order=A-17"),

@@ -156,7 +156,7 @@ def test_a_wrong_answer_is_refused_before_the_rig_is_touched(lab, tmp_path, chan
         ("rate: 100 N/s", "rate: 900 N/s", "it needs 2 s for this ramp"),
         ("max: 10 %", "max: 10 N", "tester.humidity takes a ratio"),
         ("load: 200 N", "load: 9 kN", "9 kN is out of range (0 to 3000 N)"),
-        ("picture: rig.svg", "picture: ../rig.svg", "leads out of this file's folder"),
+        ("picture: rig.svg", "picture: ../rig.svg", "is outside this file's folder"),
     ],
 )
 def test_what_does_not_fit_the_station_is_told_with_its_place(lab, old, new, said):

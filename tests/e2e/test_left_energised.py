@@ -129,7 +129,7 @@ def test_a_rig_that_is_to_stay_as_it_is_keeps_its_marker_and_nothing_starts(left
     attended(monkeypatch, "no")
     called = call(*words(lab))
     assert called.code == ExitCode.ABORTED
-    assert "the rig was left as it stands: psu.voltage reads back" in called.err
+    assert "the rig was left as it is: psu.voltage reads back" in called.err
     assert SPECIMEN not in called.err
     assert lab.stands() == stood
     assert read_marker("supply") is not None

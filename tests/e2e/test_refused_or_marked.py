@@ -142,5 +142,5 @@ def test_a_missing_uncertainty():
     with pytest.raises(DataError) as refused:
         results_of(found)
     assert refused.value.message == (
-        "the result has no uncertainty, and cannot stand on a certificate"
+        "the result has no uncertainty, and cannot be on a certificate"
     )

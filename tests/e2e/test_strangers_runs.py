@@ -113,7 +113,7 @@ def test_a_station_has_no_plugins_outside_of_its_folder(way, lab, tmp_path):
     with pytest.raises(InvalidFileError) as caught:
         plan_run(procedure, station, load_registry(), SimulatedClock())
     (problem,) = caught.value.problems
-    assert "leads out of this file's folder" in problem.message
+    assert "is outside this file's folder" in problem.message
     assert problem.field == "plugins"
     assert not imports(tmp_path)
 

@@ -175,7 +175,7 @@ def test_a_member_that_is_there_twice_is_told(copies):
     resealed(copies, replacing(b"{\n", b'{\n "number": "C-2026-9999",\n'))
     done = call("verify", copies)
     assert done.code == 1
-    assert "'number' is there twice" in done.out
+    assert "'number' is given twice" in done.out
 
 
 def test_a_number_that_was_changed_everywhere_does_not_follow_from_the_run(copies):

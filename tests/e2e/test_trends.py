@@ -87,7 +87,7 @@ def test_figures_of_one_no_load_run_count_once(folder):
     [
         (["torqe"], 2, "no run that fits has a result or figure 'torqe'"),
         (["torque", "--baseline", "5"], 2, "a baseline of 5 values is too short"),
-        (["torque", "--baseline", "yesterday"], 2, "'yesterday' is no baseline"),
+        (["torque", "--baseline", "yesterday"], 2, "'yesterday' is not a baseline"),
         (["torque", "--baseline", "2026-02-01..2026-01-01"], 2, "is empty"),
         (["torque", "--baseline", "2026-01-01..2026-01-05"], 5, "too short for limits"),
         (
@@ -254,7 +254,7 @@ def test_a_study_that_is_not_crossed_or_not_balanced_names_what_is_missing(tmp_p
     session(runs, "P1", "A", [0.6, 0.61])
     session(runs, "P1", "B", [0.6, 0.61])
     index_all(runs)
-    assert "1 part and 2 operators are no crossed study" in call("gauge-rr", "--runs", runs).err
+    assert "1 part and 2 operators are not a crossed study" in call("gauge-rr", "--runs", runs).err
     session(runs, "P2", "A", [0.7, 0.72, 0.71])
     index_all(runs)
     done = call("gauge-rr", "--runs", runs)

@@ -133,7 +133,10 @@ def force(*limits, **changes):
         (Pressed(["force"]), "got 'force', expected a sequence of ChannelInfo"),
         (Pressed([ChannelInfo("torque", "mN·m", "")]), "'torque': is in 'mN·m', expected the"),
         (Pressed([ChannelInfo("oil", "°C", "")]), "expected the coherent SI unit, K"),
-        (Pressed([ChannelInfo("a", "N", ""), ChannelInfo("a", "K", "")]), "the name stands twice"),
+        (
+            Pressed([ChannelInfo("a", "N", ""), ChannelInfo("a", "K", "")]),
+            "the name is given twice",
+        ),
         (Pressed([ChannelInfo("a.b", "N", "")]), "'a.b': a name has letters, digits and '_'"),
         (force(1.0, 0.0), "its limits are 1.0 and 0.0, expected two finite numbers"),
         (force(0.0, float("inf")), "its limits are 0.0 and inf"),  # 1 % of which all is within

@@ -121,7 +121,7 @@ class RigDescription(Settings):
         Field(description="crank phase at which the index pulse rises; 0 is the forward middle"),
     ] = 0.0
     phase_tolerance: Annotated[
-        Angle, Field(ge=0, description="of the crank phase, where index or tacho stand for it")
+        Angle, Field(ge=0, description="of the crank phase, where an index or tacho gives it")
     ] = math.pi / 180
 
     angle_tolerance: Annotated[

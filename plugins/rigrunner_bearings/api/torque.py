@@ -108,7 +108,7 @@ class TorqueDetails(AnalysisDetails):
         """Return why a value that is not above zero, or no number, is no friction torque."""
         if value > 0:
             return ""
-        return f"{value:.4f} {unit} is no friction torque: friction does not drive."
+        return f"{value:.4f} {unit} is not a friction torque: friction does not drive."
 
     @property
     def shows_recordings(self) -> bool:

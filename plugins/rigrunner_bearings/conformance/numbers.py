@@ -85,7 +85,7 @@ def _budget(point: CompensatedPoint) -> None:
     torque, parts = point.torque, point.components
     demand(parts, f"{at} there is no budget")
     names = [part.name for part in parts]
-    demand(len(set(names)) == len(names), f"{at} a line stands twice: {', '.join(names)}")
+    demand(len(set(names)) == len(names), f"{at} a line is given twice: {', '.join(names)}")
     u, dof = combine(parts)
     demand(torque.unit == "N·m", f"{at} the torque is in {torque.unit}")
     demand(0 < torque.u < np.inf, f"{at} u is {torque.u}")

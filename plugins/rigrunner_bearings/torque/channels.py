@@ -67,7 +67,7 @@ def motion_channel(recording: Recording) -> tuple[MotionSource, str]:
 
 
 def finite(recording: Recording, name: str) -> Samples:
-    """Return the samples of a channel, shape (n,); raise DataError if one is no finite number."""
+    """Return the samples of a channel, shape (n,); raise DataError if one is not finite."""
     values = recording.channels[name]
     if len(values) and not np.isfinite(limits(values)).all():
         raise DataError(f"recording {recording.name}, {name}: a sample is not a finite number")

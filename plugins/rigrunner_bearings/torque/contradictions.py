@@ -40,7 +40,7 @@ def contradictions(spec: TorqueSettings) -> Iterator[PlanProblem]:
         for index, label in enumerate(labels):
             if seen[label]:
                 hint = "name it once, or give this one a name of its own: 'as: NAME'"
-                message = f"'{label}' stands twice"
+                message = f"'{label}' is given twice"
                 yield PlanProblem(message=message, hint=hint, key=(key, index))
             seen[label] += 1
 

@@ -135,7 +135,7 @@ def _place_by(part: Part, per: Iterable[str]) -> Iterator[CoordinateValue]:
     for name in per:
         if name not in part.place:
             known = ", ".join(part.place) or "none"
-            raise DataError(f"'{name}' tells no values apart: it was not set; known: {known}")
+            raise DataError(f"'{name}' does not distinguish values: it was not set; known: {known}")
         yield part.place[name]
 
 

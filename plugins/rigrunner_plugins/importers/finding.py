@@ -39,7 +39,7 @@ def position(
     found = [index for index, name in enumerate(names) if name == column and index >= first]
     if len(found) == 1:
         return found[0]
-    problem = "is there twice" if found else "is not there"
+    problem = "is given twice" if found else "is not there"
     raise NotInFileError(
         f"the column '{column}' of '{wanted}' {problem}",
         wanted=wanted,

@@ -78,7 +78,7 @@ def _begun(name: str, column: Column, place: Location) -> datetime:
         raise DataError(
             f"'{name}' does not say when each segment began, so nobody knows of gaps",
             location=place,
-            hint="take one segment, or write the recording in one go",
+            hint="take one segment, or write the recording in one piece",
         )
     return column.started + timedelta(seconds=column.offset_s)
 

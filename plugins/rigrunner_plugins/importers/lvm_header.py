@@ -92,7 +92,7 @@ def read_file_header(lines: Iterator[Line], file: str, settings: LvmSettings) ->
     number_, first = next(lines, (1, ""))
     if not first.startswith(FIRST):
         raise DataError(
-            f"is not an LVM file with a header: '{FIRST}' does not stand first",
+            f"is not an LVM file with a header: '{FIRST}' is not first",
             location=Location(file, number_),
             hint="one that was written without headers can be read as CSV",
         )
@@ -133,7 +133,7 @@ def read_segment_header(
     names = [cell.strip() for cell in text.split(header.separator)]
     if names[:1] != ["X_Value"]:
         raise DataError(
-            "the names of the columns are not there: 'X_Value' does not stand first",
+            "the names of the columns are not there: 'X_Value' is not first",
             location=Location(file, line),
             hint="is the file cut short?",
         )

@@ -131,7 +131,7 @@ class _File5:
         names = [name for name, _, _ in whosmat(path)]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
-            raise DataError(f"the variable '{twice}' is there twice", location=Location(str(path)))
+            raise DataError(f"the variable '{twice}' is given twice", location=Location(str(path)))
         self._names = names
 
     def names(self) -> Sequence[str]:

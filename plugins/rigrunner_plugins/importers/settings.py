@@ -35,7 +35,7 @@ class LvmSettings(Settings):
 
     decimal: Annotated[
         Literal[".", ","],
-        Field(description="what stands before decimals where the file does not say (version < 2)"),
+        Field(description="the decimal mark where the file does not state it (version < 2)"),
     ] = "."
     encoding: Encoding = "utf-8"
     """How the text is encoded."""

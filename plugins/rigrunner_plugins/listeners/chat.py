@@ -32,6 +32,6 @@ def apprise(settings: AppriseSettings) -> Notifier:
     def deliver(message: Message) -> None:
         told = {"title": message.title, "body": message.body}
         if not services.notify(**told, body_format=NotifyFormat.TEXT):  # no name is HTML
-            raise DeliveryError("a service did not take it")
+            raise DeliveryError("a service did not accept it")
 
     return Notifier("apprise", settings, deliver)

@@ -62,7 +62,7 @@ def readings(study: GaugeStudy) -> Picture:
     )
     found = study.analysis.components
     return Picture(
-        caption="All readings. Operators stand side by side within a part; the line joins the mean "
+        caption="All readings. Operators are side by side within a part; the line joins the mean "
         "of each operator's readings. Lines that run apart or cross show operators that measure "
         "parts differently; points far apart show a gauge that does not repeat.",
         alt=f"Readings of {len(study.parts)} parts by {len(study.operators)} operators. Standard "

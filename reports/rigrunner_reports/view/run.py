@@ -50,7 +50,7 @@ def warnings(result: Result) -> tuple[str, ...]:
     return tuple(
         f"{name} stopped at a limit: what the procedure does after it was not measured."
         if run.outcome == Outcome.STOPPED_AT_LIMIT
-        else f"{name} ended as '{run.outcome}', not as completed: it is no full test."
+        else f"{name} ended as '{run.outcome}', not as completed: it is not a full test."
         for name, run in runs
         if run.outcome != Outcome.COMPLETED
     )

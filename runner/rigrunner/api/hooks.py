@@ -340,7 +340,7 @@ class StepRecord(PluginRecord):
         """The model of the settings; raises PluginError if it is not a model of a step."""
         model = self.settings_model
         if not issubclass(model, StepSettings):
-            raise PluginError(f"the settings of the step '{self.name}' are no StepSettings")
+            raise PluginError(f"the settings of the step '{self.name}' are not StepSettings")
         return model
 
 

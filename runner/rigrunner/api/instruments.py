@@ -60,7 +60,7 @@ def _no_mapping(value: object) -> object:
             "leave 'calibration' out, and write certificate, laboratory, calibrated and due"
             " beside 'serial'"
         )
-        raise QuantityError("what a certificate says stands in keys of its own", hint=hint)
+        raise QuantityError("a certificate has keys of its own", hint=hint)
     return value
 
 

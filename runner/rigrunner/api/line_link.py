@@ -101,7 +101,7 @@ class LineLink:
 
     def _send(self, request: str) -> None:
         if self._failed:
-            raise DeviceLostError(f"{self._name} was given up after an earlier failure")
+            raise DeviceLostError(f"{self._name} was abandoned after an earlier failure")
         if self._port.ready(0.0):
             self._refuse_what_was_not_asked_for()
         self._port.transmit(request.encode("ascii") + self._end, self._answer_s)

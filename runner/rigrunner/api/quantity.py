@@ -151,7 +151,7 @@ def parse_quantity(text: str, dimension: str | None = None) -> Quantity:
     most = largest(quantity.dimension)
     if not abs(quantity.si) <= most:
         raise QuantityError(
-            f"{shown} is too large to be meant",
+            f"{shown} is too large",
             hint=f"at most {readable(most, quantity.dimension)}",
         )
     return quantity

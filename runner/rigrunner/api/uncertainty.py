@@ -101,7 +101,7 @@ class MeasurementModel:
     def __post_init__(self) -> None:
         names = [each.name for each in self.inputs]
         if len(set(names)) < len(names):
-            raise ValueError(f"an input comes twice among {', '.join(names)}")
+            raise ValueError(f"an input is repeated in {', '.join(names)}")
         if self.correlation is not None and self.correlation.shape != (len(names),) * 2:
             raise ValueError(f"{len(names)} inputs, but a correlation {self.correlation.shape}")
 

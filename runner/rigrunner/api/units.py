@@ -284,10 +284,10 @@ def _composed(text: str) -> Unit | None:
         if known is None or (power != 1 and not known.symbol.isalpha() and known.symbol != "%"):
             return None  # a power of N·m, written Nm2, may mean two things
         if _is_level(known.dimension):
-            hint = "a level is a logarithm: write what it stands for"
+            hint = "a level is a logarithm: write the quantity itself"
             raise QuantityError(f"no unit is made of {known.symbol}, as in '{text}'", hint=hint)
         if known.offset:
-            raise QuantityError(f"'{text}' has {known.symbol}, which has a zero of its own",
+            raise QuantityError(f"'{text}' has {known.symbol}, which has an offset zero",
                                 hint="differences of temperature are in K")  # fmt: skip
         parts.append((known, power))
     exact = Fraction(1)
@@ -295,7 +295,7 @@ def _composed(text: str) -> Unit | None:
         exact *= Fraction(repr(known.factor)) ** power
     factor = float(exact) if abs(exact) < _LARGEST_FACTOR else math.inf
     if not 1 / _LARGEST_FACTOR <= factor <= _LARGEST_FACTOR:
-        raise QuantityError(f"'{text}' is too large or small a unit to be meant")
+        raise QuantityError(f"'{text}' is too large or too small a unit")
     symbol = _symbol((known.symbol, power) for known, power in parts)
     return _BY_SPELLING.get(symbol) or Unit(symbol, _kind(parts), factor)
 
@@ -356,7 +356,7 @@ def _shortest(dimension: Exponents) -> str:
     """Return the coherent unit of a dimension without a name, from a named one and base units."""
     named = [symbol for _, symbol, _ in KINDS if symbol.isalpha() and symbol not in _BASES]
     if max(map(abs, dimension)) > _HIGHEST_POWER:
-        raise QuantityError("a unit to such a high power is not meant")
+        raise QuantityError("the power of a unit is too high")
     candidates: list[tuple[tuple[int, int], str]] = []
     for symbol, sign in [("", 0), *((each, sign) for each in named for sign in (1, -1))]:
         exponents = _exponents(symbol) if symbol else dimension

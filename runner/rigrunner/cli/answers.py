@@ -59,7 +59,7 @@ class TerminalAnswers:
         if not line:
             message("")
             raise AbortedError(
-                "nobody answered: the input has ended",
+                "no answer: the input has ended",
                 hint="--unattended takes the procedure's own answers",
             )
         return line.strip()

@@ -42,7 +42,7 @@ class TerminalPerson:
             if not line:
                 message("")
                 raise AbortedError(
-                    "nobody answered: the input has ended, and the rig is as it was found",
+                    "no answer: the input has ended, and the rig is as it was found",
                     hint="--unattended makes it safe without asking",
                 )
             if (answer := line.strip().lower()) in (*_YES, *_NO):

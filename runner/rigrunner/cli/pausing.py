@@ -81,7 +81,7 @@ class TerminalPauses:
                 watch()
             line = sys.stdin.readline()
         if not line:
-            raise AbortedError("paused, and nobody answered: the input has ended")
+            raise AbortedError("paused, and no answer: the input has ended")
         return line.strip()
 
 

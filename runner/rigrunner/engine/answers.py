@@ -90,6 +90,6 @@ class UnattendedAnswers:
 
 def _nobody(step: str, text: str) -> UsageError:
     return UsageError(
-        f"{step}: nobody is there to answer '{text}'",
+        f"{step}: there is nobody to answer '{text}'",
         hint="run attended, or give the step an 'unattended' answer",
     )

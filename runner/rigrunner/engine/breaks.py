@@ -28,7 +28,7 @@ def take_break(
     """
     session.intervene("pause", wanted.by, wanted.message)
     if session.pauses is None:
-        raise AbortedError(f"{wanted.message}; nobody is there to resume it", by=wanted.by)
+        raise AbortedError(f"{wanted.message}; there is nobody to resume it", by=wanted.by)
     moving = tuple(session.rig.pause())
     for text in moving:
         session.emit(Alarm, source="pause", text=text)

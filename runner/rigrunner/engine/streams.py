@@ -100,7 +100,7 @@ def checked_stream(
     if received < promised - _POSSIBLE_ROUNDING:
         raise DeviceLostError(
             f"{role}: the stream ended after {received} samples,"
-            f" {promised:.0f} were promised ({duration_s:g} s at {rate_hz:g} Hz)"
+            f" {promised:.0f} were expected ({duration_s:g} s at {rate_hz:g} Hz)"
         )
 
 
@@ -110,7 +110,9 @@ def _checked(
     """Return the block with the requested channels as arrays of float64."""
     if not isinstance(block, Block) or not isinstance(block.monotonic_s, Real):
         what = f"{type(block).__name__} at sample {received}"
-        raise DeviceRejectedError(f"{role}: the stream gave a {what}, which is no Block with times")
+        raise DeviceRejectedError(
+            f"{role}: the stream gave a {what}, which is not a Block with times"
+        )
     if block.rate_hz != rate_hz:
         raise DeviceRejectedError(
             f"{role}: the stream has {block.rate_hz:g} samples per second, not {rate_hz:g}"

@@ -114,7 +114,7 @@ def _answer(future: Future[Any]) -> Answer[Any] | None:
 def _lost() -> DataError:
     return DataError(
         "the scheduler of the cluster is gone",
-        hint="what is done is kept: the same command continues with the rest",
+        hint="finished work is kept: the same command continues with the rest",
     )
 
 

@@ -97,7 +97,7 @@ def _read(path: Path, file: BinaryIO, of: dict[str, str]) -> dict[str, Any]:
         return dict(lines)
     except (ValueError, TypeError, KeyError) as error:
         raise DataError(
-            f"{path} is damaged, or is no list of what is done",
+            f"{path} is damaged, or is not a list of jobs",
             hint="remove it to begin again",
         ) from error
 

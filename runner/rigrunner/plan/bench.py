@@ -171,9 +171,11 @@ class Bench:
             message = f"the device in the role '{role}' has no {what} '{name}'"
             hint = suggestion(name, by_name, f"{what}s")
             if told := self.reading(member):
-                message, hint = f"{member} is a {told.kind}, no number", "'measure' reads it"
+                message, hint = f"{member} is a {told.kind}, not a number", "'measure' reads it"
         elif not _is_unit(info.unit):
-            message = f"the device gives {what} '{name}' in '{info.unit}', which is no known unit"
+            message = (
+                f"the device gives {what} '{name}' in '{info.unit}', which is not a known unit"
+            )
             hint = "this is for the author of the device's plugin to fix"
         if not message:
             return info

@@ -138,7 +138,7 @@ def begin_choice(when: When, place: Place, scene: Scene) -> int | None:
     for value in values:
         if expected.choices and value not in expected.choices:
             hint = suggestion(value, expected.choices, "choices")
-            scene.complain((*path, key), f"'{value}' is no answer to '{when.input}'", hint)
+            scene.complain((*path, key), f"'{value}' is not an answer to '{when.input}'", hint)
     scene.emit(place.inside("when"), Chosen(when.input, values, bool(when.is_not)), "", 0.0)
     return len(scene.draft.steps) - 1
 
@@ -154,9 +154,7 @@ def end_choice(at: int, when: When, place: Place, scene: Scene, before: dict[str
     for member, value, symbol in scene.drives.changed(before):
         was = before.get(member)
         earlier = "its safe value" if was is None else f"{was:g} {symbol}"
-        message = (
-            f"{member} stands at {value:g} {symbol} after this step, or at {earlier} without it"
-        )
+        message = f"{member} is at {value:g} {symbol} after this step, or at {earlier} without it"
         hint = "set it back within the step (see 'group'), or set it without a condition"
         scene.complain((*place.path, "when"), message, hint, key=True)
 

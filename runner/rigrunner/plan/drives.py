@@ -138,7 +138,7 @@ class DriveStates:
         frequency_hz = self.known_cycle_frequency_hz(role)
         if frequency_hz:
             drive = self._cycle_drive(role)
-            message = f"zero is read at rest, but {drive} stands at {frequency_hz:g} Hz here"
+            message = f"zero is read at rest, but {drive} is at {frequency_hz:g} Hz here"
             self._problems.add(self._document, path, message, f"set {drive} to 0 Hz before")
 
     def _cycle_drive(self, role: str | None) -> Member | None:

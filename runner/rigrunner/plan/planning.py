@@ -78,7 +78,7 @@ class Planning:
         """Return each channel's unit; none at all where there is a problem with one."""
         found = {each: self.channel(each, (*key, at)) for at, each in enumerate(channels)}
         if len(found) < len(channels):
-            self.complain(key, "a channel stands twice", "name it once")
+            self.complain(key, "a channel is listed twice", "name it once")
             return {}
         units = {member: info.unit for member, info in found.items() if info}
         return units if len(units) == len(found) else {}

@@ -150,7 +150,7 @@ def file_beside(folder: Path, name: str) -> Path:
         raise FileBesideError(f"'{name[:_LONGEST]}' cannot be looked up: {reason}") from error
     if not inside:
         hint = "name a file beside this one, or in a folder below"
-        raise FileBesideError(f"'{name[:_LONGEST]}' leads out of this file's folder", hint=hint)
+        raise FileBesideError(f"'{name[:_LONGEST]}' is outside this file's folder", hint=hint)
     if not there:
         raise FileBesideError(f"there is no file '{name[:_LONGEST]}'", hint=_near(path))
     return path

@@ -95,7 +95,7 @@ class Table(Settings):
                 raise ValueError(f"the points are of several kinds: {', '.join(sorted(kinds))}")
         for (before, _), (after, _) in pairwise(self.points):
             if after.si <= before.si:
-                raise ValueError(f"{after} stands after {before}: write the points in rising order")
+                raise ValueError(f"{after} is after {before}: write the points in rising order")
         return self
 
     @property

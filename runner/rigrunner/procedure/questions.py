@@ -53,9 +53,9 @@ class Question(Settings):
         if self.choices and self.unit:
             yield "got both, expected one of: choices, unit"
         if len(self.choices) == 1:
-            yield f"'{self.choices[0]}' alone is no choice; give another, or none"
+            yield f"'{self.choices[0]}' alone is not a choice; give another, or none"
         if len({choice.casefold() for choice in self.choices}) < len(self.choices):
-            yield "a choice stands twice"
+            yield "a choice is listed twice"
         yield from self._objections_to_limits()
         if self.unattended is not None:
             yield from _refusal(self.expected, self.unattended)

@@ -93,7 +93,7 @@ def _complaints(
         yield f"a parameter cannot refer to another, got '{text}'", "write the value"
     elif match[1] in counters and match[1] not in known:
         hint = "its value cannot be used in a step: write a sweep over a list of values"
-        yield f"'{match[1]}' counts a repeat and is no parameter", hint
+        yield f"'{match[1]}' counts a repeat and is not a parameter", hint
     elif match[1] not in known:
         yield f"there is no parameter '{match[1]}'", _near(match[1], known, mark="$")
 

@@ -127,7 +127,7 @@ class Limit(Settings):
         if not self.ends:
             raise ValueError("a limit needs max, min, or both, or plus_minus")
         if self.plus_minus is not None and len(self.ends) > 1:
-            raise ValueError("'plus_minus' stands in place of min and max")
+            raise ValueError("'plus_minus' replaces min and max")
         kinds = {name: end.dimension for name, end in self._written.items()}
         if len(set(kinds.values())) > 1:
             raise ValueError(f"min is a {kinds['min']}, max a {kinds['max']}")
@@ -137,7 +137,7 @@ class Limit(Settings):
         if self.plus_minus is not None:
             self._require_difference()
         if self.mean and (self.worst or self.each is not None):
-            raise ValueError("'mean' stands alone; 'each' and 'worst' may stand together")
+            raise ValueError("'mean' cannot be combined; 'each' and 'worst' can")
         if self.mean and self.follows:
             raise ValueError("a limit that follows a coordinate is none of a mean")
         return self

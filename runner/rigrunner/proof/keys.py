@@ -74,7 +74,7 @@ def read_private_key(path: Path, passphrase: str = "") -> Ed25519PrivateKey:
         raise UsageError(f"the key {path} {wanted}") from error
     except (ValueError, UnsupportedAlgorithm) as error:
         why = "or its passphrase is another" if passphrase else "in PEM"
-        raise UsageError(f"{path} is no private key, {why}") from error
+        raise UsageError(f"{path} is not a private key, {why}") from error
     if not isinstance(key, Ed25519PrivateKey):
         raise UsageError(f"{path} is a key, but none for Ed25519")
     if os.name != "nt" and mode & OTHERS:
@@ -100,7 +100,7 @@ def public_key_from(content: bytes, name: str) -> Ed25519PublicKey:
     try:
         key = pem.load_pem_public_key(content)
     except (ValueError, UnsupportedAlgorithm) as error:
-        raise DataError(f"{name} cannot be read: it is no public key in PEM") from error
+        raise DataError(f"{name} cannot be read: it is not a public key in PEM") from error
     if not isinstance(key, Ed25519PublicKey):
         raise DataError(f"{name} is a key, but none for Ed25519")
     return key

@@ -73,7 +73,7 @@ def reader(content: bytes) -> PdfReader:
     objects = {int(each[1]): each.start(1) for each in _OBJECT.finditer(content)}
     tables.pop(0, None)  # the head of the list of free objects
     if tables != objects or not content.startswith(b"%PDF-") or content.count(b"%PDF-") > 1:
-        raise DataError("the PDF's tables do not name the objects that stand in it")
+        raise DataError("the PDF's tables do not list the objects in it")
     return found
 
 

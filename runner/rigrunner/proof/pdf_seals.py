@@ -80,7 +80,7 @@ class _Appended:
                 changed.extend(check(one, other) if check else [f"object {number} was changed"])
         self._check_form()
         if not self.result.seals:
-            changed.append("what was appended is no signature over what stands there")
+            changed.append("what was appended is not a signature of the rest")
         return self.result
 
     def _allowed(self) -> dict[int, Any]:
@@ -150,7 +150,7 @@ class _Appended:
     def _new_annotation(self, added: PdfObject, page: int) -> Iterator[str]:
         found = added.get_object()
         if not isinstance(found, DictionaryObject) or not _is_signature_field(found):
-            yield f"an annotation that is no signature was added to page {page}"
+            yield f"an annotation that is not a signature was added to page {page}"
         elif not _is_hidden(found):
             self.result.drawn.append(f"the signature '{found.get('/T', '')}' on page {page}")
 
@@ -164,7 +164,7 @@ class _Appended:
         for each in _items(form, "/Fields"):
             one = each.get_object()
             if not isinstance(one, DictionaryObject) or not _is_signature_field(one):
-                changed.append("a field that is no signature was added")
+                changed.append("a field that is not a signature was added")
             elif self._is_signed(one):
                 self.result.seals.append(str(one.get("/T", "")))
 

@@ -80,7 +80,7 @@ def check_seal(content: bytes, suffix: str) -> list[BrokenPart]:
     if found is None:
         raise DataError(
             "there is no seal at its end, or the seal itself was changed",
-            hint="the last line of a certificate holds the SHA-256 of all that stands before it",
+            hint="the last line of a certificate holds the SHA-256 of all lines before it",
         )
     body = content[: found.start()]
     whole, size, blocks = found[1].decode(), int(found[2]), found[3].decode()
@@ -150,7 +150,7 @@ def _pattern(form: _Form) -> re.Pattern[bytes]:
 def _form(suffix: str) -> _Form:
     if suffix not in FORMS:
         raise DataError(
-            f"'{suffix}' is no kind of certificate", hint=f"there are: {', '.join(FORMS)}"
+            f"'{suffix}' is not a kind of certificate", hint=f"there are: {', '.join(FORMS)}"
         )
     return FORMS[suffix]
 

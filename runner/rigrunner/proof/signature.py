@@ -70,7 +70,7 @@ def parse_signature(content: bytes, name: str) -> Signature:
         document: dict[str, Any] = json.loads(content) if len(content) <= _LONGEST else {}
         found = Signature(**document)
     except (TypeError, ValueError, RecursionError) as error:
-        raise DataError(f"{name} is no signature file of this program") from error
+        raise DataError(f"{name} is not a signature file of this program") from error
     texts = (found.signer, found.signed_utc, found.public_key, found.signature)
     if found.format != FORMAT or not all(isinstance(each, str) for each in texts):
         raise DataError(f"{name} is not of the format '{FORMAT}'")

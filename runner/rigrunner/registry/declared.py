@@ -71,7 +71,7 @@ def _of_names(what: str, infos: Sequence[ChannelInfo | DriveInfo]) -> Iterator[s
             yield f"{what} {info.name!r}: a name has letters, digits and '_', a letter first"
         yield from (f"{what} '{info.name}': {text}" for text in _of_unit(info.unit))
     twice = sorted({name for name in names if names.count(name) > 1})
-    yield from (f"{what} '{name}': the name stands twice" for name in twice)
+    yield from (f"{what} '{name}': the name is given twice" for name in twice)
 
 
 def _of_unit(symbol: str) -> Iterator[str]:

@@ -27,7 +27,7 @@ def refuse_unnamed(role: str, found: object) -> None:
     if not isinstance(found, Identity) or not all(
         isinstance(text, str) for text in (found.maker, found.model, found.serial, found.firmware)
     ):
-        raise DeviceRejectedError(f"{role}: connect gave {found!r}, which is no Identity")
+        raise DeviceRejectedError(f"{role}: connect gave {found!r}, which is not an Identity")
 
 
 def sample_rate_hz(role: Role) -> float:

@@ -359,7 +359,7 @@ class Rig:
         found = self.read_back(member.role, member.name)
         if not math.isfinite(found):  # compared with any limit it would seem to be within
             raise DeviceRejectedError(
-                f"{member.role}: {member.name} reads back {found:g}: it may stand anywhere"
+                f"{member.role}: {member.name} reads back {found:g}: it may be anywhere"
             )
         return found
 

@@ -35,7 +35,7 @@ def shared_folder() -> Path:
             _open_to_all(folder)
     except OSError as error:
         raise DeviceError(
-            f"the rig cannot be locked: {folder} is no folder for locks: {error.strerror}",
+            f"the rig cannot be locked: {folder} is not a folder for locks: {error.strerror}",
             hint=f"remove what is in its place, or name another folder in {VARIABLE}",
         ) from error
     return folder

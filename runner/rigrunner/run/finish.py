@@ -165,7 +165,7 @@ def stoppable(progress: Progress, stop: StopToken) -> Progress:
         if stop.is_set():
             raise AbortedError(
                 f"stopped at {done} of {of} {what}",
-                hint="the run is whole: 'rigrunner analyse' makes its result",
+                hint="the run is complete: 'rigrunner analyse' makes its result",
             )
 
     return told

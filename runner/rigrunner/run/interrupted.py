@@ -26,7 +26,7 @@ def read_interrupted(folder: Path) -> StoredRun:
         name = folder.parent.name if folder.is_file() else folder.name
         raise DataError(
             f"{name} is over and sealed: there is nothing to resume, and nothing to save",
-            hint=f"'rigrunner show {name}' tells what it holds",
+            hint=f"'rigrunner show {name}' shows what is in it",
         )
     return read(folder)
 

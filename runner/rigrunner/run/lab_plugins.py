@@ -69,5 +69,5 @@ def _within(folder: Path, named: str) -> Path:
         raise PluginError(f"'{named}' cannot be looked up") from error
     if not inside:
         hint = "plugins lie in the station's folder, or in one below"
-        raise PluginError(f"'{named}' leads out of this file's folder", hint=hint)
+        raise PluginError(f"'{named}' is outside this file's folder", hint=hint)
     return path

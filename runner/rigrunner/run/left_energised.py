@@ -102,7 +102,7 @@ def check_left(
         person.warn(f"its drives now: {_texts(unsafe)}")
     if unsafe and not person.agrees("Make the rig safe now? Keep away from what may move."):
         raise LeftAsItStandsError(
-            f"the rig was left as it stands: {_texts(unsafe)}",
+            f"the rig was left as it is: {_texts(unsafe)}",
             hint=f"nothing was started; 'rigrunner devices {station_file}' makes it safe",
         )
     reports = rig.make_safe()

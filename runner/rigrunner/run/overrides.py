@@ -60,7 +60,7 @@ def _check_answered_for(wanted: Sequence[str], by: str, reason: str) -> None:
             option for option, given in (("--by NAME", by), ("--reason TEXT", reason)) if not given
         )
         raise UsageError(
-            f"an override needs {missing}", hint="both stand in the run file and on the report"
+            f"an override needs {missing}", hint="both are recorded in the run file and the report"
         )
     if (by or reason) and not wanted:
         raise UsageError(

@@ -66,7 +66,7 @@ def run_files(stored: StoredRun, procedure: Path | None, station: Path | None) -
     found = procedure or _file(stored, "procedure"), station or _file(stored, "station")
     if station is None and load_station(found[1]).model.plugins is not None:
         raise UsageError(
-            f"the station {found[1]} brings plugins of its own",
+            f"the station {found[1]} has plugins of its own",
             hint=f"say that you trust them: --station {found[1]}",
         )
     return found
@@ -202,8 +202,8 @@ def _refuse(header: RunHeader, differences: Iterable[str]) -> None:
     found = list(differences)
     if found:
         raise DataError(
-            f"{header.run_id} cannot be resumed, as not all is as it was: {'; '.join(found)}",
-            hint="put back what was changed, or close the run as it is: 'rigrunner recover'",
+            f"{header.run_id} cannot be resumed, as something has changed: {'; '.join(found)}",
+            hint="undo the change, or close the run as it is: 'rigrunner recover'",
         )
 
 

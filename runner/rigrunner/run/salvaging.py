@@ -48,11 +48,11 @@ def salvage(path: Path, clock: Clock, by: str, reason: str = "") -> Path:
     if not damaged.lost:
         raise UsageError(
             f"{damaged.path} is sound: there is nothing to salvage",
-            hint=f"'rigrunner show {damaged.header.run_id}' tells what it holds",
+            hint=f"'rigrunner show {damaged.header.run_id}' shows what is in it",
         )
     if not damaged.sound:
         raise DataError(
-            f"{damaged.path} holds no sound recording", hint="take it from a copy or a backup"
+            f"{damaged.path} holds no sound recording", hint="restore it from a copy or a backup"
         )
     folder = damaged.path.absolute().parent
     target = folder.with_name(f"{folder.name}_{MARK}")

@@ -133,7 +133,7 @@ def result_by_now(folder: Path, procedure: Procedure, registry: Registry, name: 
     found = findings_of(run, makers, Scrutiny(registry))
     results = [one.estimate for each in found for one in each.results if one.name == name]
     if not results:
-        raise DataError(f"there is no result '{name}' as yet")
+        raise DataError(f"there is no result '{name}' yet")
     return results[-1]
 
 

@@ -25,7 +25,7 @@ _REMEDIES = {
     errno.EACCES: "you may not write there: ask for the right to, or choose another --runs",
     errno.EPERM: "you may not write there: ask for the right to, or choose another --runs",
     errno.ENOENT: "the folder is gone: was it deleted or moved, or its disk taken away?",
-    errno.ENOTDIR: "a file stands where a folder is needed: choose another --runs",
+    errno.ENOTDIR: "a file is where a folder is needed: choose another --runs",
     errno.EIO: "the disk does not answer: was it taken away, or is it broken?",
     errno.ENODEV: "the disk is gone: was it taken away?",
     errno.EBUSY: "another program holds the file: close it there",

@@ -97,7 +97,7 @@ def open_file(path: Path) -> Iterator[h5py.File]:
     except _DAMAGED as error:
         raise DataError(
             f"{path} cannot be read: it is not an HDF5 file, or truncated or damaged",
-            hint=f"{_damage(path, error)}; take it from a copy or a backup; 'rigrunner recover"
+            hint=f"{_damage(path, error)}; restore it from a copy or a backup; 'rigrunner recover"
             " --salvage' saves what is sound of a run",
         ) from error
     except _NO_RUN as error:
@@ -171,7 +171,7 @@ def _below(
         yield path, item
         if isinstance(item, h5py.Group):
             if _address(item) in seen:
-                raise DataError(f"{group.file.filename}: {item.name} is there twice")
+                raise DataError(f"{group.file.filename}: {item.name} is given twice")
             seen.add(_address(item))
             yield from _below(item, f"{path}/", seen)
 

@@ -122,7 +122,7 @@ def read_records(path: Path) -> Iterator[Record]:
         if magic != MAGIC[: len(magic)]:
             raise DataError(
                 f"{path} is not a journal of this version of Rigrunner",
-                hint="keep the folder, and take its journal from a copy or a backup",
+                hint="keep the folder, and restore its journal from a backup",
             )
         size = path.stat().st_size
         end = len(magic)

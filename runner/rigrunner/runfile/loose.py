@@ -146,9 +146,7 @@ def _without_header(files: RunFolder) -> str:
     """Return the remedy for a run whose header is lost."""
     kept = [*files.parts.glob("*.h5"), *files.journal.glob("*.samples")]
     if any(each.stat().st_size for each in kept):
-        return (
-            "samples were recorded: keep the folder, and take its journal from a copy or a backup"
-        )
+        return "samples were recorded: keep the folder, and restore its journal from a backup"
     return "nothing was recorded: remove the folder, and run the procedure again"
 
 

@@ -137,7 +137,7 @@ def _document(entry: h5py.Group) -> dict[str, Any] | None:
         _checked_text(group, "result")
     document = json.loads(read_text(group, "result"))
     if not isinstance(document, dict):
-        raise DataError(f"{entry.file.filename}: the result in it is no result")
+        raise DataError(f"{entry.file.filename}: the result in it is not a result document")
     return document
 
 
@@ -159,13 +159,13 @@ def _texts(entry: h5py.Group, name: str) -> dict[str, str]:
 def _checked_text(group: h5py.Group, name: str) -> None:
     item = _member(group, name)
     if not isinstance(item, h5py.Dataset) or item.nbytes > _LONGEST:
-        raise DataError(f"{group.file.filename}: {group.name}/{name} is no text")
+        raise DataError(f"{group.file.filename}: {group.name}/{name} is not a text")
 
 
 def _group(parent: h5py.Group, name: str) -> h5py.Group:
     item = _member(parent, name)
     if not isinstance(item, h5py.Group):
-        raise DataError(f"{parent.file.filename}: {parent.name}/{name} is no group")
+        raise DataError(f"{parent.file.filename}: {parent.name}/{name} is not a group")
     return item
 
 

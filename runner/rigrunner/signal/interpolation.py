@@ -23,7 +23,7 @@ def between(samples: Array, positions: Array) -> Array:
     """
     first = np.floor(positions).astype(np.intp)
     if len(first) and (first.min() < BEFORE or first.max() >= len(samples) - BEHIND):
-        raise ValueError("a position lies too near to the ends of the samples, or beyond them")
+        raise ValueError("a position is too near to the ends of the samples, or beyond them")
     part = positions - first
     total = np.zeros(len(positions))
     for node in NODES:

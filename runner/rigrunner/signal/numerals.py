@@ -45,7 +45,7 @@ def stated(estimate: Estimate, what: str) -> StatedResult:
     """Return an estimate as it is printed; raise DataError without a finite uncertainty."""
     if not (isfinite(estimate.value) and isfinite(estimate.u) and estimate.u > 0):
         raise DataError(
-            f"{what} has no uncertainty, and cannot stand on a certificate",
+            f"{what} has no uncertainty, and cannot be on a certificate",
             hint="a value without its uncertainty cannot be compared with a limit",
         )
     factor = coverage.factor(estimate)

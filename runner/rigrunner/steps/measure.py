@@ -105,7 +105,7 @@ def plan(measure: MeasureStep, planning: Planning) -> None:
     units = planning.units(numbers)
     if len(infos) < len(measure.channels) or (numbers and not units):
         if len(infos) < len(measure.channels) and len(set(numbers)) == len(numbers):
-            planning.complain(("channels",), "a channel stands twice", "name it once")
+            planning.complain(("channels",), "a channel is listed twice", "name it once")
         return
     seconds = measure.duration or 0.0
     if seconds and told:

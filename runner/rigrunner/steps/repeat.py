@@ -42,7 +42,7 @@ class RepeatStep(StepSettings):
             raise refused(f"got {got}, expected one of: times, until")
         if bool(self.until) != bool(self.at_most):
             missing = "at_most" if self.until else "until"
-            raise refused(f"the key '{missing}' is missing", "they stand together: at_most: 50")
+            raise refused(f"the key '{missing}' is missing", "they go together: at_most: 50")
         return self
 
     def actions(self) -> int:

@@ -80,7 +80,7 @@ def read_manifest(folder: Path) -> TapeManifest:
         if isinstance(error, ValidationError):
             first = error.errors()[0]
             where = f": {'.'.join(map(str, first['loc']))}: {first['msg']}"
-        raise DataError(f"{path} is no tape that this Rigrunner knows{where}") from error
+        raise DataError(f"{path} is not a tape that this Rigrunner knows{where}") from error
 
 
 def differences(then: TapeManifest, now: TapeManifest) -> Iterator[str]:

@@ -156,7 +156,7 @@ class _Composer:
             key = self._key(event, value_event, path, before)
             here = Location(self._name, *_place(event))
             if first.setdefault(key, here) != here:
-                message = f"the key '{_clip(key)}' stands twice; first at {first[key]}"
+                message = f"the key '{_clip(key)}' is given twice; first at {first[key]}"
                 self._report(message, event, path)
             mapping[key] = self._value(value_event, (*path, key), event)
         return mapping

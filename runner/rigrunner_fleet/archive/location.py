@@ -44,9 +44,9 @@ def _named(database: str) -> URL:
     try:
         url = make_url(database)
     except (ArgumentError, ValueError) as error:  # it might hold a password: not shown
-        raise UsageError("the database is no address that can be read", hint=_HINT) from error
+        raise UsageError("the database is not a valid address", hint=_HINT) from error
     if url.drivername in _POSTGRESQL:
         return url.set(drivername="postgresql+psycopg")
     if url.drivername == "sqlite" and url.database and not url.query:
         return url.set(database=str(Path(url.database).absolute()))
-    raise UsageError(f"'{url.drivername}' is no database that archives are kept in", hint=_HINT)
+    raise UsageError(f"'{url.drivername}' is not a database for archives", hint=_HINT)

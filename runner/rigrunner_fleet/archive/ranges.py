@@ -47,7 +47,7 @@ def range_of(text: str, dimension: str | None = None, *, nominal: bool = False) 
         raise UsageError(f"'{text}' goes from a {first[1]} to a {last[1]}")
     result = Range(-inf if first is None else first[0], inf if last is None else last[0], found[1])
     if result.low > result.high:
-        raise UsageError(f"'{text}' is empty", hint="the smaller value stands first")
+        raise UsageError(f"'{text}' is empty", hint="the smaller value comes first")
     return result
 
 
@@ -130,4 +130,4 @@ def _end(text: str, whole: str, dimension: str | None) -> tuple[float, str] | No
 
 
 def _no_range(text: str) -> UsageError:
-    return UsageError(f"'{text}' is no range", hint=_EXAMPLES)
+    return UsageError(f"'{text}' is not a range", hint=_EXAMPLES)

@@ -43,7 +43,7 @@ jobs_option = click.option(
     help="Processes to read with; by default one per core.",
 )
 _TEXTS: Mapping[str, str] = {
-    "specimen": "The specimen; * stands for any characters, ? for one.",
+    "specimen": "The specimen; * matches any characters, ? one.",
     "type": "The specimen's type, if the procedure asks for it.",
     "lot": "The specimen's lot, if the procedure asks for it.",
     "rig": "The station.",

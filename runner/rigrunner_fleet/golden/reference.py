@@ -116,7 +116,7 @@ def _read(file: Path) -> Reference:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"])) or "the file"
         raise DataError(
-            f"{file} is no reference of a golden run: {where}: {first['msg']}",
+            f"{file} is not a reference of a golden run: {where}: {first['msg']}",
             hint="'rigrunner golden record' makes it again",
         ) from error
 

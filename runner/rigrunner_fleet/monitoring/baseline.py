@@ -21,13 +21,13 @@ def baseline_of(text: str) -> Baseline:
     first, dots, last = text.partition("..")
     if not dots or not (first or last):
         raise UsageError(
-            f"'{text}' is no baseline",
+            f"'{text}' is not a baseline",
             hint="such as 20, or 2026-01-01..2026-02-28, days in UTC",
             field="baseline",
         )
     found = Baseline(None, since(first) if first else None, until(last) if last else None)
     if found.since is not None and found.until is not None and found.since >= found.until:
         raise UsageError(
-            f"the baseline '{text}' is empty", hint="the earlier day stands first", field="baseline"
+            f"the baseline '{text}' is empty", hint="the earlier day comes first", field="baseline"
         )
     return found

@@ -164,7 +164,7 @@ def _check_crossed(
     """Raise unless every operator measured every part equally often."""
     if len(parts) < _FEWEST or len(operators) < _FEWEST:
         raise DataError(
-            f"{_count(parts, 'part')} and {_count(operators, 'operator')} are no crossed study",
+            f"{_count(parts, 'part')} and {_count(operators, 'operator')} are not a crossed study",
             hint="at least 2 of each; 10 parts and 3 operators are usual",
         )
     every = product(parts, operators)

@@ -91,7 +91,7 @@ def _checked(readings: npt.ArrayLike) -> npt.NDArray[np.float64]:
     if values.ndim != 3 or min(values.shape) < 2:  # noqa: PLR2004  (three factors, two of each)
         shape = " x ".join(map(str, values.shape))
         raise DataError(
-            f"readings of {shape} are no crossed study",
+            f"readings of {shape} are not a crossed study",
             hint="parts x operators x trials, at least 2 of each",
         )
     if not np.isfinite(values).all():

@@ -161,7 +161,7 @@ class Hand:
         self.refused = ""
         frequency_hz = self.frequency_hz
         if not frequency_hz > 0:
-            self.refused = "the rig stands still: set a frequency first"
+            self.refused = "the rig is at rest: set a frequency first"
             return
         self.recording = f"{self.points + 1:03d}_{frequency_hz:g}Hz"
         seconds = (cycles + 1) / frequency_hz

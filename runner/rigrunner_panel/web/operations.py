@@ -150,7 +150,7 @@ _EDITING = (
         editing.save, requests.SaveProcedure, answers.SavedProcedure, longest=_A_PROCEDURE,
     ),
     _post(
-        "procedures/approve", "Approve a procedure as it stands.", editing.approve_text,
+        "procedures/approve", "Approve a procedure as it is.", editing.approve_text,
         requests.ApproveProcedure, answers.Done,
     ),
 )  # fmt: skip

@@ -160,7 +160,7 @@ def tick(rig: Rig) -> None:
             if rig.queue.changed_ns(rig.name) != sequence.seen_ns:
                 refresh(rig)
     except Exception:  # noqa: BLE001  (a thread that nobody waits for)
-        _log.exception("a bug in the panel: the queue stands still")
+        _log.exception("a bug in the panel: the queue has stopped")
 
 
 def refresh(rig: Rig) -> QueueView:

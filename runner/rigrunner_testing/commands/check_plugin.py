@@ -201,7 +201,7 @@ def _careful(
         return subject
     moving = ", ".join(each.name for each in chosen if each.moves)
     ranges = "; ".join(f"{each.name} up to {_farthest(each)}" for each in drives)
-    message(fill(f"This is no simulator. These checks set its drives: {moving}.", WIDTH))
+    message(fill(f"This is not a simulator. These checks set its drives: {moving}.", WIDTH))
     message(fill(f"They move {ranges}; set-points beyond the limits are tried too.", WIDTH))
     message("No interlock is watched meanwhile. --read-only leaves these checks out.")
     if not yes and not sys.stdin.isatty():

@@ -36,7 +36,7 @@ def refusal(what: str, work: Callable[[], object]) -> DeviceError:
         return error
     except Exception as error:
         raise Nonconformity(
-            f"{what} raises {type(error).__name__}, which is no DeviceError: {error}"
+            f"{what} raises {type(error).__name__}, which is not a DeviceError: {error}"
         ) from error
     raise Nonconformity(f"{what} is not refused")
 
@@ -49,7 +49,7 @@ def safely(what: str, work: Callable[[], object]) -> bool:
         return False
     except Exception as error:
         raise Nonconformity(
-            f"{what} raises {type(error).__name__}, which is no DeviceError: {error}"
+            f"{what} raises {type(error).__name__}, which is not a DeviceError: {error}"
         ) from error
     return True
 

@@ -47,7 +47,7 @@ def quantities_declared(subject: DeviceSubject) -> None:
     infos: list[ChannelInfo | DriveInfo] = [*device.channels, *device.drives]
     demand(infos, "it has neither channels nor drives")
     for group in (names(device.channels), names(device.drives)):
-        demand(len(set(group)) == len(group), f"a name stands twice: {', '.join(group)}")
+        demand(len(set(group)) == len(group), f"a name is given twice: {', '.join(group)}")
     for info in infos:
         demand(re.fullmatch(NAME, info.name), f"'{info.name}' is not a name for YAML")
         demand(info.long_name.strip(), f"{info.name} has no long name")
@@ -66,7 +66,7 @@ def _objection(symbol: str) -> str:
     try:
         known = unit(symbol)
     except QuantityError:
-        return "that is no unit that is known here"
+        return "that is not a known unit"
     if is_coherent(known) and known.symbol == symbol:
         return ""
     return f"expected the coherent SI unit, {si_symbol(known.dimension)}"
@@ -146,7 +146,7 @@ def readings_are_told(subject: DeviceSubject) -> None:
             demand(type(value) is kind, f"{info.name} is {value!r:.60}, and a {info.kind}")
             numbers = value if isinstance(value, tuple) else ()
             finite = all(isinstance(each, float) and math.isfinite(each) for each in numbers)
-            demand(finite, f"{info.name} has numbers that are no finite floats")
+            demand(finite, f"{info.name} has numbers that are not finite floats")
         _refuses("telling a reading", partial(device.observe, [NO_SUCH]), wanted)
 
 

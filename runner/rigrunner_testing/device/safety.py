@@ -188,11 +188,11 @@ def pauses_and_resumes(subject: DeviceSubject) -> None:
         device.pause()
         for info in cyclic:
             found = off(drives, info, info.safe_value)
-            demand(found is None, f"paused, {info.name} stands at {found}")
+            demand(found is None, f"paused, {info.name} is at {found}")
         device.resume()
         for info in device.drives:
             found = off(drives, info, wanted[info.name])
-            demand(found is None, f"resumed, {info.name} stands at {found}, not as before")
+            demand(found is None, f"resumed, {info.name} is at {found}, not as before")
         device.pause()
         device.make_safe()
         with suppress(DeviceError):
@@ -236,7 +236,7 @@ def _at_safe_values(device: Device, read_back: Mapping[str, float]) -> None:
 def _stands_safe(device: Device, drives: Settable) -> None:
     for info in device.drives:
         found = off(drives, info, info.safe_value)
-        demand(found is None, f"made safe, {info.name} stands at {found} {info.unit}")
+        demand(found is None, f"made safe, {info.name} is at {found} {info.unit}")
 
 
 CHECKS = (

@@ -91,7 +91,7 @@ def only_a_simulator_knows_the_truth(subject: DeviceSubject) -> None:
         told = device.truth()
         demand(subject.simulated or not told, f"it is not simulated, and tells {', '.join(told)}")
         bad = [name for name, value in told.items() if not np.isfinite(value)]
-        demand(not bad, f"what it tells of {', '.join(bad)} is no finite number")
+        demand(not bad, f"what it tells of {', '.join(bad)} is not a finite number")
 
 
 @check(

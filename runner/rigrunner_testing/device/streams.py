@@ -74,7 +74,7 @@ def _whole(block: Block, wanted: list[str], rate_hz: float) -> None:
     for name, values in block.channels.items():
         what = f"{name} at sample {block.first_sample}"
         is_array = type(values) is np.ndarray and values.dtype == np.float64
-        demand(is_array, f"{what} is no array of float64")
+        demand(is_array, f"{what} is not an array of float64")
         demand(values.shape == (block.samples,), f"{what} has the shape {values.shape}")
         demand(np.isfinite(values).all(), f"{what} holds values that are not finite")
 

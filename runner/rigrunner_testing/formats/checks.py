@@ -83,7 +83,7 @@ def _is_markup(made: bytes) -> bool:
 
 
 def _markup(made: bytes) -> str:
-    applies(_is_markup(made), "what it makes is no markup")
+    applies(_is_markup(made), "what it makes is not markup")
     return made.decode("utf-8")
 
 

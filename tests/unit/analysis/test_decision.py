@@ -74,7 +74,7 @@ def evidence(mean=0.5, *, u=0.05, problem="", points=None, loads=(1000.0,), kind
 def test_a_torque_that_is_not_positive_decides_nothing(value, rule):
     decision = decide(accept(limit(), rule=rule), evidence(value))
     assert decision.verdict is Verdict.INCONCLUSIVE
-    assert decision.reason.endswith("N·m is no friction torque: friction does not drive.")
+    assert decision.reason.endswith("N·m is not a friction torque: friction does not drive.")
 
 
 @pytest.mark.parametrize("u", [0.0, nan, inf])

@@ -71,7 +71,7 @@ def test_where_the_table_has_no_limit_there_is_none(coordinates, words):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"plus_minus": CLASS_B, "max": "1 K"}, "stands in place of min and max"),
+        ({"plus_minus": CLASS_B, "max": "1 K"}, "replaces min and max"),
         ({"plus_minus": "0.3 °C"}, "write a difference in K"),
         ({"plus_minus": "-0.3 K"}, "expected more than 0"),
         ({"plus_minus": CLASS_B | {"rise": "1 V"}}, "base is a temperature, rise a voltage"),

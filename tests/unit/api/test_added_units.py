@@ -38,7 +38,7 @@ def test_an_added_unit_is_read_in_all_its_spellings_and_in_products():
 def test_a_unit_may_have_a_zero_of_its_own():
     define([DELISLE], "one")
     assert read("3 tstDe") == ("3 tstDe", 102.0, "temperature")
-    with pytest.raises(QuantityError, match="which has a zero of its own"):
+    with pytest.raises(QuantityError, match="which has an offset zero"):
         parse_quantity("3 tstDe/s")
 
 

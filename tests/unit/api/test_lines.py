@@ -447,7 +447,7 @@ def test_a_port_is_closed_once_an_answer_is_given_up():
     with pytest.raises(DeviceTimeoutError, match=r"lamp did not answer 'LEVEL\?' within 0.2 s"):
         link.ask("LEVEL?")
     assert port.closed
-    with pytest.raises(DeviceLostError, match="given up after an earlier failure"):
+    with pytest.raises(DeviceLostError, match="abandoned after an earlier failure"):
         link.ask("LEVEL?")
 
 

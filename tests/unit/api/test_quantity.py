@@ -83,22 +83,22 @@ def test_read_as_meant(text, si, dimension):
         ("inf N", "is not a number with a unit", ""),
         ("nan N", "is not a number with a unit", ""),
         ("1e400 N", "too large", ""),
-        ("1e300 s", "too large to be meant", "at most 3653 d"),
-        ("3654 d", "too large to be meant", "at most 3653 d"),
-        ("-1e300 s", "too large to be meant", "at most 3653 d"),
-        ("2e9 kHz", "too large to be meant", "at most 1000000000 kHz"),
-        ("1e300 N·m", "too large to be meant", "at most"),
+        ("1e300 s", "too large", "at most 3653 d"),
+        ("3654 d", "too large", "at most 3653 d"),
+        ("-1e300 s", "too large", "at most 3653 d"),
+        ("2e9 kHz", "too large", "at most 1000000000 kHz"),
+        ("1e300 N·m", "too large", "at most"),
         ("0x10 N", "unknown unit", ""),
         ("\N{ARABIC-INDIC DIGIT THREE} N", "is not a number with a unit", ""),
         ("5 hz", "unknown unit 'hz'", "did you mean 'Hz'?"),
         ("5 Newtonmeter", "unknown unit 'Newtonmeter'", ""),
-        ("5 °C/min", "which has a zero of its own", "differences of temperature are in K"),
+        ("5 °C/min", "which has an offset zero", "differences of temperature are in K"),
         ("5 dB/m", "no unit is made of dB", "a level is a logarithm"),
         ("5 N/m/s", "unknown unit 'N/m/s'", "did you mean"),
         ("5 N·q", "unknown unit 'N·q'", ""),
         ("5 Nm2", "unknown unit 'Nm2'", ""),
-        ("5 s9·s", "to such a high power", ""),
-        ("5 fA9·fA9·fA9", "too large or small a unit", ""),
+        ("5 s9·s", "power of a unit is too high", ""),
+        ("5 fA9·fA9·fA9", "too large or too small a unit", ""),
         ("5 Kn", "unknown unit 'Kn'", "did you mean 'kN'?"),
         ("5 newton", "unknown unit 'newton'", ""),
         (
@@ -217,13 +217,13 @@ def test_what_is_written_readably_is_read_as_it_was(si, dimension):
 )  # fmt: skip
 @settings(deadline=None, max_examples=500)
 def test_the_pattern_takes_what_is_read_and_no_other_unit_of_one_name(text, dimension):
-    """It does not know what is too large to be meant, nor the kinds of products and quotients."""
+    """It does not know what is too large, nor the kinds of products and quotients."""
     matches = re.search(quantity_pattern(dimension), text) is not None
     try:
         parse_quantity(text, dimension)
         taken = True
     except QuantityError as error:
-        taken = "too large to be meant" in error.message
+        taken = "too large" in error.message
     assert matches or not taken
     if not re.search(r"[·.*/^²³]|[A-Za-z°%][-\N{MINUS SIGN}]?[0-9]", text):
         assert matches == taken

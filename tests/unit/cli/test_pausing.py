@@ -61,7 +61,7 @@ def test_a_note_leaves_the_run_paused_and_other_answers_do_not(monkeypatch):
 
 
 def test_where_the_input_has_ended_the_run_does(monkeypatch):
-    with pytest.raises(AbortedError, match="nobody answered"):
+    with pytest.raises(AbortedError, match="no answer"):
         decide(monkeypatch, "")
 
 

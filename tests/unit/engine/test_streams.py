@@ -48,7 +48,7 @@ def later(block: Block, seconds: float) -> Block:
     ("spoil", "error", "message"),
     [
         (lambda blocks: blocks[:-1], DeviceLostError,
-         "tester: the stream ended after 200 samples, 250 were promised (0.25 s at 1000 Hz)"),
+         "tester: the stream ended after 200 samples, 250 were expected (0.25 s at 1000 Hz)"),
         (lambda _: [], DeviceLostError, "tester: the stream ended after 0 samples"),
         (lambda blocks: [blocks[0], blocks[2]], DeviceLostError,
          "tester: the stream has a gap: sample 200 came, 100 was due"),
@@ -80,9 +80,9 @@ def later(block: Block, seconds: float) -> Block:
         (with_samples(lambda torque: torque.astype(object)), DeviceRejectedError,
          "tester.torque: the samples from 100 on are object"),
         (lambda blocks: [blocks[0], blocks[1].channels], DeviceRejectedError,
-         "tester: the stream gave a dict at sample 100, which is no Block"),
+         "tester: the stream gave a dict at sample 100, which is not a Block"),
         (lambda blocks: [replace(blocks[0], monotonic_s="now")], DeviceRejectedError,
-         "tester: the stream gave a Block at sample 0, which is no Block with times"),
+         "tester: the stream gave a Block at sample 0, which is not a Block with times"),
     ],
 )  # fmt: skip
 def test_spoilt_stream_fails_the_recording_and_says_why(spoil, error, message):

@@ -55,12 +55,12 @@ CASES = [
     ("within: 0.05 N·m", "within: 0 N·m", "0 N·m", "setup[3].zero.within",
      "got '0 N·m', expected more than 0", ""),
     ("tester.frequency: 0 Hz}\n  - zero", "tester.frequency: 2 Hz}\n  - zero", "{channel: tester",
-     "setup[3].zero", "zero is read at rest, but tester.frequency stands at 2 Hz here",
+     "setup[3].zero", "zero is read at rest, but tester.frequency is at 2 Hz here",
      "set tester.frequency to 0 Hz before"),
     ("tester.angle,", "tester.angel,", "tester.angel", "main[1].sweep.steps[1].record.channels[0]",
      "the device in the role 'tester' has no channel 'angel'", "did you mean 'angle'?"),
     ("tester.angle,", "tester.torque,", "[tester.torque", "main[1].sweep.steps[1].record.channels",
-     "a channel stands twice", "name it once"),
+     "a channel is listed twice", "name it once"),
     ("tester: swing_tester", "tester: press", "press", "uses.tester",
      "a press is needed, station 'bench-1' has a swing_tester",
      "the role is filled at s.yaml:13:11"),
@@ -164,7 +164,7 @@ def test_a_unit_that_nobody_knows_is_the_plugin_authors_fault():
     odd = Streamer((ChannelInfo("angle", "gon", ""), *TESTER.channels[1:]), TESTER.drives)
     problem = problems_of(lambda: planned(PROCEDURE, devices={"tester": odd}))[0]
 
-    assert problem.message == "the device gives channel 'angle' in 'gon', which is no known unit"
+    assert problem.message == "the device gives channel 'angle' in 'gon', which is not a known unit"
     assert "author of the device's plugin" in problem.hint
 
 

@@ -45,7 +45,7 @@ def accept(*limits, **changes):
             {"limits": [each(where=["5 Hz", "9 Hz"]), each(where=["9 Hz", "5 Hz"])]},
             "there are two limits of torque at frequency = 5 Hz or 9 Hz",
         ),
-        ({"limits": [limit(each="frequency")]}, "'mean' stands alone"),
+        ({"limits": [limit(each="frequency")]}, "'mean' cannot be combined"),
         ({"limits": [limit(where={"frequency": []})]}, "got an empty list"),
         ({"limits": [limit()], "marginal": "0 N·m"}, "more than 0"),
         ({"limits": [limit()], "marginal": "0.1 °C"}, "not a difference of two"),

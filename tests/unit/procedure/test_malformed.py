@@ -132,7 +132,7 @@ CASES = [
     ("{cycles: 5}", "{time: 10:30}", "10:30", "main[1].sweep.steps[0].settle.time",
      "'10:30' has more than one number", ""),
     ("{cycles: 5}", "{cycles: 5, cycles: 6}", "cycles: 6", "main[1].sweep.steps[0].settle",
-     "the key 'cycles' stands twice; first at p.yaml:23:20", ""),
+     "the key 'cycles' is given twice; first at p.yaml:23:20", ""),
     (", cycles: 30}", "}", "{channels", "main[1].sweep.steps[1].record",
      "got neither, expected one of: cycles, duration", ""),
     ("[tester.angle, tester.torque]", "[]", "[]", "main[1].sweep.steps[1].record.channels",

@@ -55,9 +55,9 @@ CASES = [
     ("call: {procedure: other.yaml, with: {my load: 5 N}}", "my load", ".call.with.my load",
      "'my load' is not a name", ""),
     ("ask: {text: Side, into: side, choices: [left]}", "{text: Side", ".ask",
-     "'left' alone is no choice", ""),
+     "'left' alone is not a choice", ""),
     ("ask: {text: Side, into: side, choices: [left, Left]}", "{text: Side", ".ask",
-     "a choice stands twice", ""),
+     "a choice is listed twice", ""),
     ("ask: {text: Side, into: side, choices: [left, 5]}", "5]", ".ask.choices[1]",
      "got 5, expected a text", "put it in quotes: '5'"),
     ("ask: {text: Side, into: side, choices: [left, right], unattended: up}", "{text: Side",
@@ -140,7 +140,7 @@ def test_a_spoiled_step(case):
 
 
 INPUTS = [
-    ("choices: [DEMO, S-1, s-1]", "a choice stands twice"),
+    ("choices: [DEMO, S-1, s-1]", "a choice is listed twice"),
     ("choices: [DEMO, TEST]", "the unattended answer: got 'S-1', expected one of: DEMO, TEST"),
     ("unit: kg", "the unattended answer: 'S-1' is not a number with a unit"),
 ]

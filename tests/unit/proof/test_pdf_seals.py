@@ -126,7 +126,7 @@ def retitle(writer):
         (replace_content, "/Contents of page 1 was changed"),
         (edit_content, "was changed"),
         (edit_font, "was changed"),
-        (draw_over, "an annotation that is no signature was added to page 1"),
+        (draw_over, "an annotation that is not a signature was added to page 1"),
         (crop, "/CropBox of page 1 was changed"),
         (other_pages, "/Pages of the catalogue was changed"),
         (act_when_opened, "/OpenAction of the catalogue was changed"),
@@ -139,7 +139,7 @@ def test_whatever_else_is_appended_is_named(change, said, sealed):
     forged = appended(ISSUED, change)
     found = additions_to(ISSUED, sealed_pdf(forged) if sealed else forged)
     assert any(said in each for each in found.changed), found
-    no_seal = "what was appended is no signature over what stands there"
+    no_seal = "what was appended is not a signature of the rest"
     assert sealed or no_seal in found.changed
 
 
@@ -153,7 +153,7 @@ def test_a_seal_whose_bytes_were_changed_is_none(old):
         found = additions_to(ISSUED, changed)
     except DataError:
         return
-    assert found.changed == ["what was appended is no signature over what stands there"]
+    assert found.changed == ["what was appended is not a signature of the rest"]
 
 
 def test_without_a_reader_of_pdf_the_appended_bytes_are_not_proven(monkeypatch, tmp_path):
@@ -173,7 +173,7 @@ def test_objects_beside_the_tables_are_refused():
         ISSUED.replace(b"startxref", b"5 0 obj\n<<>>\nendobj\nstartxref"), ISSUED
     )
     assert hidden != sealed
-    with pytest.raises(DataError, match="do not name the objects"):
+    with pytest.raises(DataError, match="do not list the objects"):
         additions_to(ISSUED, hidden)
 
 

@@ -77,7 +77,7 @@ def test_what_has_no_seal_is_told():
     for suffix, content in DOCUMENTS.items():
         with pytest.raises(DataError, match="there is no seal at its end"):
             check_seal(content, suffix)
-    with pytest.raises(DataError, match=r"'\.txt' is no kind of certificate"):
+    with pytest.raises(DataError, match=r"'\.txt' is not a kind of certificate"):
         seal(b"", ".txt")
     with pytest.raises(DataError, match="does not end as one that can be sealed"):
         seal(b"{}", ".json")

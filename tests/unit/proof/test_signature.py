@@ -71,7 +71,7 @@ def test_whatever_is_changed_is_found(key, tmp_path, change):
     "content", [b"", b"{", b"[]", b"null", b'{"a": 1}', b"\xff", b"[" * 100_000, b'"x"']
 )
 def test_what_is_no_signature_is_told(content):
-    with pytest.raises(DataError, match="is no signature file"):
+    with pytest.raises(DataError, match="is not a signature file"):
         parse_signature(content, "C-1.sig.json")
 
 
@@ -120,7 +120,7 @@ def test_modes_tell_nothing_on_windows(key, monkeypatch):
 def test_what_is_no_key_is_told(tmp_path):
     (tmp_path / "text").write_text("hello")
     for read in (read_private_key, read_public_keys):
-        with pytest.raises(UsageError, match=r"is no private key|holds no public key"):
+        with pytest.raises(UsageError, match=r"is not a private key|holds no public key"):
             read(tmp_path / "text")
         with pytest.raises(UsageError, match="cannot be read"):
             read(tmp_path / "nowhere")

@@ -131,7 +131,7 @@ def test_what_a_link_leads_to_outside_is_neither_read_nor_written(client, lab, t
     for name in ("link.yaml", "stations/outside.yaml"):
         answer = opened(client, name)
         assert answer.status_code == 422, name
-        assert "leads out of the lab's folder" in answer.json()["message"]
+        assert "is outside the lab's folder" in answer.json()["message"]
         answer = save(client, TEXT + "#\n", sha256(outside), procedure=name)
         assert answer.status_code == 422, name
         assert post(client, "check", procedure=name, text=TEXT).status_code == 422

@@ -152,7 +152,7 @@ NAMES = {  # of things and threads, and what stands in the log alone
     *(f"Western Electric {number}" for number in range(1, 5)),
     "to the panel", "take over", "another program",
     "a bug in the panel: the screen may be wrong, the run is not",
-    "a bug in the panel: the queue stands still",
+    "a bug in the panel: the queue has stopped",
     *("nesting depth", "mapping values", "end of stream"),  # words of PyYAML
     *("no mapping at Q", "module Q has no attribute Q"),  # for programs
     "rigrunner.api.instruments.Q is Instrument now; the name goes with 0.3",

@@ -175,7 +175,7 @@ def test_an_unfinished_no_load_run_is_said_above_the_number(result):
     assert run.warnings(result) == ()
     stopped = with_no_load(result, replace(result.run.partners["no_load"], outcome="error"))
     assert run.warnings(stopped) == (
-        "The no-load run ended as 'error', not as completed: it is no full test.",
+        "The no-load run ended as 'error', not as completed: it is not a full test.",
     )
 
 

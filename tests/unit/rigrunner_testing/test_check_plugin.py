@@ -71,7 +71,7 @@ def test_drives_of_a_real_device_are_moved_only_when_somebody_says_so(folder, mo
     monkeypatch.setattr("sys.stdin", io.StringIO())
     called = call("check-plugin", "winch", "--drop-in", folder)
     assert called.code == ExitCode.USAGE
-    assert "This is no simulator." in called.err
+    assert "This is not a simulator." in called.err
     assert "load up to 50 N" in called.err
     assert "say --yes, or --read-only" in called.err
 

@@ -96,7 +96,7 @@ class _InOneBuffer(Press):
 
 @pytest.mark.parametrize(
     ("factory", "said"),
-    [(_Masked, "is no array of float64"), (_InOneBuffer, "changed after it was given")],
+    [(_Masked, "is not an array of float64"), (_InOneBuffer, "changed after it was given")],
 )
 def test_a_block_is_whole_and_stays_so(factory, said):
     known = subject("device", "press", registry=press(factory=factory))

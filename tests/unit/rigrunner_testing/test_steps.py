@@ -116,7 +116,7 @@ def test_a_sound_kind_passes(check):
 @pytest.mark.parametrize(
     ("action", "check", "found"),
     [
-        (lambda _: Thawed(), is_planned, "Thawed is no frozen dataclass"),
+        (lambda _: Thawed(), is_planned, "Thawed is not a frozen dataclass"),
         (Slow, takes_its_time, "it took 20 s and was planned for 10 s"),
         (Deaf, stops_when_asked, "after it was asked to"),
         (Swallowing, is_resumed_or_refuses, "it ended as if it was done"),

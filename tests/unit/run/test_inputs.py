@@ -43,7 +43,7 @@ def test_what_is_not_given_is_asked():
 
 
 def test_without_an_unattended_answer_nobody_can_answer():
-    with pytest.raises(UsageError, match=r"inputs\.operator: nobody is there to answer 'Name'"):
+    with pytest.raises(UsageError, match=r"inputs\.operator: there is nobody to answer 'Name'"):
         answer_inputs(LOADED, {}, UnattendedAnswers())
 
 
@@ -98,7 +98,7 @@ def test_a_file_of_answers(answers):
         ("specimen: [a]", "1:11: specimen", "expected a text", ""),
         ("room: 24,5 °C", "1:7: room", "'24,5 °C' has a decimal comma", "write '24.5 °C'"),
         ("side: up", "1:7: side", "got 'up', expected one of: left, right", ""),
-        ("side: left\nside: right", "2:1", "the key 'side' stands twice", ""),
+        ("side: left\nside: right", "2:1", "the key 'side' is given twice", ""),
         ("[left]", "1:1", "expected a mapping of inputs to answers", "such as 'specimen: SN-17'"),
         ("", "", "the file is empty", ""),
         ("specimen: &a x\nside: *a", "1:11", "the anchor &a is not allowed", ""),

@@ -148,9 +148,9 @@ REFUSED = [
     ("{equals: yes}", "{equals: yes, min: 1 N}", "a number has min and max, a text equals or one"),
     ("box.door: {equals: yes}", "box.spectrum: {equals: x}", "box.spectrum is an array, which has"),
     ("box.spectrum]\n", "box.spectrum]\n      duration: 2 s\n", "what is not a number has no mean"),
-    ("box.door, box.spectrum]", "box.door, box.door]", "a channel stands twice"),
+    ("box.door, box.spectrum]", "box.door, box.door]", "a channel is listed twice"),
     ("  - measure:", "  - zero: {channel: box.door, within: 1 N}\n  - measure:",
-     "box.door is a boolean, no number"),
+     "box.door is a boolean, not a number"),
 ]  # fmt: skip
 
 

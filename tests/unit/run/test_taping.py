@@ -520,7 +520,7 @@ def test_a_tape_is_one_or_the_other_and_in_a_folder_of_its_own(tmp_path):
         tape_for(tmp_path, None)
     assert tape_for(None, None) is None
     (tmp_path / "tape.json").write_text('{"rigrunner": "tape/2"}')
-    with pytest.raises(DataError, match="no tape that this Rigrunner knows: rigrunner: "):
+    with pytest.raises(DataError, match="not a tape that this Rigrunner knows: rigrunner: "):
         tape_for(None, tmp_path)
 
 

@@ -215,7 +215,7 @@ def virtual_samples(file):
 @pytest.mark.parametrize(
     ("edit", "message"),
     [
-        (lambda f: f["entry"].__setitem__("round", f["entry"]), "is there twice"),
+        (lambda f: f["entry"].__setitem__("round", f["entry"]), "is given twice"),
         (lambda f: f["entry"].__setitem__("out", h5py.ExternalLink("/etc/x", "/")), "is a link"),
         (lambda f: f["entry"].__setitem__("soft", h5py.SoftLink("/entry/zeros")), "is a link"),
         (

@@ -193,7 +193,7 @@ def test_a_scan_over_a_frequency_is_a_motion_that_zero_and_cycles_know():
     problem = only_problem(
         make_plan, parse_procedure(turning, "p.yaml"), parse_station(BENCH, "s.yaml"), DEVICES
     )
-    assert problem.message == "zero is read at rest, but tester.frequency stands at 4 Hz here"
+    assert problem.message == "zero is read at rest, but tester.frequency is at 4 Hz here"
 
 
 def test_repetitions_come_as_often_as_they_are_asked_for():
@@ -261,7 +261,7 @@ CASES = [
     ("measure: {channels: [tester.torqe], duration: 1 s}", "tester.torqe", "measure.channels[0]",
      "the device in the role 'tester' has no channel 'torqe'", "did you mean 'torque'?"),
     ("measure: {channels: [room.room, room.room]}", "[room.room, r", "measure.channels",
-     "a channel stands twice", "name it once"),
+     "a channel is listed twice", "name it once"),
     ("measure: {channels: [tester.torque, logger.torque], duration: 1 s}", "[tester.torque, l",
      "measure.channels", "channels of two devices in one average: logger, tester",
      "a measure step for each device, or no duration"),
@@ -289,7 +289,7 @@ CASES = [
     (SCAN.replace("[room.room]", "[room.rom]"), "room.rom", "scan.channels[0]",
      "the device in the role 'room' has no channel 'rom'", "did you mean 'room'?"),
     (SCAN.replace("[room.room]", "[room.room, room.room]"), "[room.room, r", "scan.channels",
-     "a channel stands twice", "name it once"),
+     "a channel is listed twice", "name it once"),
     (SCAN.replace("room.room", "tester.torque"), "{set: tester.load", "scan",
      "the device in the role 'tester' gives no single values", ""),
     (scan_with("limits: {tester.torque: {max: 5 N·m}}"), "tester.torque: {max",

@@ -23,8 +23,8 @@ def refusal(text: str) -> str:
 @pytest.mark.parametrize(
     ("text", "start"),
     [
-        ("a: 1\nb: 2\na: 3\n", "3:1: the key 'a' stands twice; first at f.yaml:1:1"),
-        ("x:\n  - {a: 1, a: 2}\n", "2:12: x[0]: the key 'a' stands twice; first at f.yaml:2:6"),
+        ("a: 1\nb: 2\na: 3\n", "3:1: the key 'a' is given twice; first at f.yaml:1:1"),
+        ("x:\n  - {a: 1, a: 2}\n", "2:12: x[0]: the key 'a' is given twice; first at f.yaml:2:6"),
         ("a: &b 1\n", "1:4: a: the anchor &b is not allowed"),
         ("a: *b\n", "1:4: a: the alias *b is not allowed"),
         ("a: !!python/object:os.system x\n", "1:4: a: the tag tag:yaml.org,2002:python/"),

@@ -79,7 +79,7 @@ class IdentityPart(Number):
         if self.text is not None and (
             self.table.of_bits or self.type is not None or self.bit is not None
         ):
-            raise ValueError("a text stands in registers, and has neither type nor bit")
+            raise ValueError("a text is in registers, and has neither type nor bit")
         return self
 
 
@@ -144,7 +144,7 @@ class ModbusReading(Number, DeclaredReading):
     def _is_array(self) -> Self:
         of_bit = self.table.of_bits or self.bit is not None
         if self.kind == "array" and (self.values is None or of_bit or self.text is not None):
-            raise ValueError("an array stands in registers: 'values' says how many numbers it has")
+            raise ValueError("an array is in registers: 'values' gives its number of values")
         if self.kind != "array" and {"values", "scale", "offset"} & self.model_fields_set:
             raise ValueError(f"kind is {self.kind}: values, scale and offset are of an array")
         if self.address + self.count * (self.values or 1) - 1 > 0xFFFF:  # noqa: PLR2004  (16 bits)
@@ -157,7 +157,7 @@ class ModbusReading(Number, DeclaredReading):
         if self.kind == "boolean" and (not of_bit or self.text is not None):
             raise ValueError("a boolean is one bit: a coil, a discrete input, or 'bit'")
         if self.kind == "text" and (self.text is None or of_bit or self.type is not None):
-            raise ValueError("a text stands in registers: 'text' says in how many")
+            raise ValueError("a text is in registers: 'text' gives their number")
         return self
 
 

@@ -35,7 +35,7 @@ def count(type_: Type) -> int:
 
 
 def decode(registers: Sequence[int], type_: Type, word_order: Order, byte_order: Order) -> float:
-    """Return the number; raise DeviceRejectedError for what is no finite number."""
+    """Return the number; raise DeviceRejectedError for what is not a finite number."""
     raw = struct.pack(f">{len(registers)}H", *in_order(registers, word_order, byte_order))
     number = float(struct.unpack(_CODES[type_], raw)[0])
     if not math.isfinite(number):

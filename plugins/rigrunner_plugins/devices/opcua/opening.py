@@ -113,7 +113,7 @@ def _inside(folder: Path, name: str) -> Path:
     path = (folder / name).resolve()
     if not path.is_relative_to(folder.resolve()):
         raise DeviceRejectedError(
-            f"{name} lies outside of the station's folder", hint=f"put it into {folder.resolve()}"
+            f"{name} is outside the station's folder", hint=f"put it into {folder.resolve()}"
         )
     return path
 
@@ -123,5 +123,5 @@ def _text(path: Path) -> str:
         return path.read_text(encoding="utf-8").rstrip("\r\n")
     except (OSError, UnicodeDecodeError) as error:
         raise DeviceRejectedError(
-            f"the password file {path} cannot be read: {error}", hint="it lies beside the station"
+            f"the password file {path} cannot be read: {error}", hint="put it beside the station"
         ) from error

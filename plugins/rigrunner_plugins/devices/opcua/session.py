@@ -52,7 +52,7 @@ class LoopThread:
         try:
             return future.result()
         except CancelledError as error:  # the library gave itself up
-            raise ConnectionError("the connection was given up") from error
+            raise ConnectionError("the connection was abandoned") from error
 
     def stop(self) -> None:
         """Cancel what still runs, and end the thread."""
@@ -215,7 +215,7 @@ class Session:
         if found.StatusCode is not None and not found.StatusCode.is_good():
             raise DeviceRejectedError(
                 f"{node} has no good value: {status(found.StatusCode.value)}",
-                hint="see the server and what is behind the node",
+                hint="check the server and the source of the node",
             )
         value = None if found.Value is None else found.Value.Value
         if not isinstance(value, (bool, int, float)):

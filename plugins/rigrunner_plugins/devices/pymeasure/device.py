@@ -135,7 +135,7 @@ class PyMeasureDevice(CommandedDriver):
             "check errors", lambda instrument: [str(each) for each in instrument.check_errors()]
         )
         if errors:
-            raise DeviceRejectedError(f"the instrument does not take {what}: {'; '.join(errors)}")
+            raise DeviceRejectedError(f"the instrument does not accept {what}: {'; '.join(errors)}")
 
     def _identify(self) -> Identity:
         *_, maker, name = self._settings.instrument.split(".")
@@ -147,7 +147,7 @@ class PyMeasureDevice(CommandedDriver):
             raise DeviceNotFoundError(
                 f"at {self._settings.resource} answers {shown(answer)} to '*IDN?',"
                 f" which does not fit '{self._settings.expect}'",
-                hint="is it the right instrument? in `expect`, .* stands for anything",
+                hint="is it the right instrument? in `expect`, .* matches anything",
             )
         return identity_of(answer, simulated=simulated)
 
@@ -198,7 +198,7 @@ class PyMeasureDevice(CommandedDriver):
             connection.timeout = settings.timeout * 1000
             if is_gone(connection):
                 self._drop()
-                raise DeviceNotFoundError(f"nobody answers at {settings.resource}", hint=_HINT)
+                raise DeviceNotFoundError(f"no answer from {settings.resource}", hint=_HINT)
             send_at_once(connection)
 
     def _made(self, found: type[Any]) -> Any:

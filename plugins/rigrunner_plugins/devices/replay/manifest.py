@@ -140,7 +140,7 @@ def _of_setpoints(
     index: int, entry: RecordingEntry, earlier: Sequence[RecordingEntry]
 ) -> Iterator[tuple[Where, str]]:
     if any(other.is_at(entry.frequency, entry.load) for other in earlier):
-        yield ("recordings", index), f"{entry} is there twice"
+        yield ("recordings", index), f"{entry} is given twice"
 
 
 def _dotted(path: Where) -> str:

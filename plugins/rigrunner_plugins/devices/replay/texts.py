@@ -92,7 +92,7 @@ def _items(
         if not isinstance(key, yaml.ScalarNode):
             raise _invalid("a key must be a text", where)
         if key.value in seen:
-            raise _invalid(f"the key '{key.value}' is there twice", where)
+            raise _invalid(f"the key '{key.value}' is given twice", where)
         seen.add(key.value)
         yield key.value, _plain(value, (*path, key.value), file, marks)
 

@@ -121,7 +121,7 @@ class SerialAscii(Driver):
         except DeviceTimeoutError as error:
             raise DeviceNotFoundError(
                 f"nothing that fits '{wanted.expect}' answers '{wanted.query}': {error.message}",
-                hint="is it the right instrument? in `expect`, .* stands for anything",
+                hint="is it the right instrument? in `expect`, .* matches anything",
             ) from error
 
     def _open(self) -> None:

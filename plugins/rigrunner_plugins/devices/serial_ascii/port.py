@@ -85,7 +85,7 @@ class PortLines:
         """Send a text and return the first line that answers it; raise a DeviceError."""
         if self._settings.request and (unasked := self._hearing.unasked()):
             raise DeviceRejectedError(
-                f"before '{text}' was sent, {shown(unasked)} came unasked",
+                f"before '{text}' was sent, {shown(unasked)} arrived unrequested",
                 hint="do the lines come by themselves? then leave out `request`",
             )
         return self._hearing.answer(lambda: self.send(text), is_answer, within_s)

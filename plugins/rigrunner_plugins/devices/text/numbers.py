@@ -54,8 +54,8 @@ class NumberInText(Settings):
         match = shape.fullmatch(place)
         if match is None:
             raise DeviceRejectedError(
-                f"{what} is {shown(text)}: {shown(place)} is no {self.number} number",
-                hint="`pattern` or `field` says where the number stands",
+                f"{what} is {shown(text)}: {shown(place)} is not a {self.number} number",
+                hint="`pattern` or `field` says where the number is",
             )
         sign, digits, rest = match.groups()
         self._check_unit(rest.strip(), what, text)

@@ -60,7 +60,7 @@ class ReadingInText(DeclaredReading):
         if yes == no:
             raise DeviceRejectedError(
                 f"{what} is {shown(place)}: {'both' if yes else 'neither'} yes and no",
-                hint="`yes` and `no` say what stands for which",
+                hint="`yes` and `no` say which text means which",
             )
         return yes
 

@@ -92,7 +92,7 @@ class Visa(CommandedDriver):
         else:
             self.exchange(f"send {command}", lambda: self._link.send(command))
         if errors := self._errors_told():
-            told = f"the instrument does not take '{command}': {'; '.join(errors)}"
+            told = f"the instrument does not accept '{command}': {'; '.join(errors)}"
             if re.match(r"[+-]?[0-9]", errors[0]):
                 raise DeviceRejectedError(told)
             self._link.drop()  # no number of an error: the answer may be to something else
@@ -102,7 +102,7 @@ class Visa(CommandedDriver):
         answer = self.ask(command)
         if not fits(self._settings.acknowledge, answer):
             raise DeviceRejectedError(
-                f"the instrument does not take '{command}': it answers {shown(answer)}",
+                f"the instrument does not accept '{command}': it answers {shown(answer)}",
                 hint=f"good is what fits '{self._settings.acknowledge}'",
             )
 
@@ -141,7 +141,7 @@ class Visa(CommandedDriver):
             raise DeviceNotFoundError(
                 f"at {resource} answers {shown(answer)} to '{wanted.query}',"
                 f" which does not fit '{wanted.expect}'",
-                hint="is it the right instrument? in `expect`, .* stands for anything",
+                hint="is it the right instrument? in `expect`, .* matches anything",
             )
         return identity_of(answer, simulated=simulated)
 

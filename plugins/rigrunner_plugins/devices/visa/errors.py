@@ -24,7 +24,7 @@ def visa_errors(problem: str, timeout_s: float, resource: Any, hint: str) -> Ite
         if error.error_code != StatusCode.error_timeout:
             raise DeviceLostError(f"{problem}: {error.description}") from error
         if is_gone(resource):
-            raise DeviceLostError(f"{problem}: the other end has hung up") from error
+            raise DeviceLostError(f"{problem}: the other end closed the connection") from error
         raise DeviceTimeoutError(f"{problem} within {timeout_s:g} s", hint=hint) from error
     except Error as error:
         raise DeviceLostError(f"{problem}: {error}") from error

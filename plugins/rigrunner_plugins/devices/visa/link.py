@@ -189,7 +189,7 @@ def digits_of_length(start: bytes, query: str) -> int:
         )
     if start[1:2] == b"0":
         raise DeviceRejectedError(
-            f"the answer to '{query}' is a block of indefinite length, whose end cannot be told",
+            f"the answer to '{query}' is a block of indefinite length, whose end is not marked",
             hint="set the instrument to blocks of definite length, or use GPIB, USB or VXI-11",
         )
     return int(start[1:2])

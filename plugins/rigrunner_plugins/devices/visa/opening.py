@@ -33,7 +33,7 @@ def open_resource(settings: VisaSettings, folder: Path, timeout_s: float) -> Any
         raise not_opened(name, error) from error
     if is_gone(resource):
         close_resource(resource)
-        raise DeviceNotFoundError(f"nobody answers at {name}", hint=_hint(name, ""))
+        raise DeviceNotFoundError(f"no answer from {name}", hint=_hint(name, ""))
     send_at_once(resource)
     return resource
 

@@ -121,7 +121,7 @@ def parse_certificate(text: str | bytes, name: str) -> Certificate:
         found = Certificate.model_validate_json(text)
         json.loads(text, object_pairs_hook=_once)
     except _TwiceError as error:  # of two members of one name some programs read the first
-        raise DataError(f"{name} is not a certificate: '{error}' is there twice") from error
+        raise DataError(f"{name} is not a certificate: '{error}' is given twice") from error
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(step) for step in first["loc"])

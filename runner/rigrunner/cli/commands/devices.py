@@ -112,7 +112,7 @@ def _rows(report: DeviceReport) -> Iterator[tuple[str, str]]:
     if report.hint:
         yield "", f"fix: {report.hint}"
     for drive in report.drives:
-        at = f"{drive.drive} stands at {legible(drive.found, drive.unit)}"
+        at = f"{drive.drive} is at {legible(drive.found, drive.unit)}"
         safe = f"safe is {legible(drive.safe_value, drive.unit)}"
         yield "", f"{at}, which is safe" if drive.safe else f"{at}, NOT SAFE when found: {safe}"
     for name, value in report.values.items():

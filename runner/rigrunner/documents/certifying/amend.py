@@ -131,7 +131,7 @@ def _refuse_not_issued(original: Certificate, sha256: str, folder: Path) -> None
     issued = numbers.digests_of(original.number)
     if issued and sha256 not in issued:
         raise DataError(
-            f"{original.number} is not as it was issued: its SHA-256 is {sha256[:12]}…",
+            f"{original.number} has changed since it was issued: its SHA-256 is {sha256[:12]}…",
             hint=f"the laboratory's {folder} has another on record",
         )
     if not issued:

@@ -180,7 +180,7 @@ def _further_copy(
     if not number:
         if reason:
             raise UsageError(
-                f"nothing was issued on {run_id} yet, so this is no further copy",
+                f"nothing was issued on {run_id} yet, so this is not a further copy",
                 hint="leave --further-copy out",
                 field="further_copy",
             )

@@ -19,7 +19,7 @@ def require_sound(file: Path) -> RunInfo:
     differences = file_differences(file)
     if differences:
         raise DataError(
-            f"{file} is not as it was sealed: {differences[0]}",
+            f"{file} has changed since it was sealed: {differences[0]}",
             hint=f"'rigrunner verify {file}' lists all that differs",
         )
     return read_info(file)

@@ -53,7 +53,9 @@ def pack(folder: Path, target: Path) -> Contents:
         files=tuple(_listed(folder)),
     )
     if not is_safe(contents.folder):
-        raise DataError(f"not every system takes the name '{contents.folder}'", hint="rename it")
+        raise DataError(
+            f"not every operating system allows the name '{contents.folder}'", hint="rename it"
+        )
     with writing(target):
         try:
             _write(contents, folder, temporary(target))
@@ -70,11 +72,13 @@ def _listed(folder: Path) -> Iterator[PackedFile]:
         if is_hidden(name):  # such as what a file manager leaves; `unpack` would not take it
             continue
         if path.is_symlink() or not (path.is_file() or path.is_dir()):
-            raise DataError(f"{path} is not a regular file", hint="take it out of the run folder")
+            raise DataError(f"{path} is not a regular file", hint="remove it from the run folder")
         if path.is_dir() or name in _LEFT_OUT:
             continue
         if not is_safe(name):
-            raise DataError(f"not every system takes the name '{name}'", hint="rename it")
+            raise DataError(
+                f"not every operating system allows the name '{name}'", hint="rename it"
+            )
         with path.open("rb") as file:
             sha256, size = sha256_of(file)
         yield PackedFile(name=name, bytes=size, sha256=sha256)

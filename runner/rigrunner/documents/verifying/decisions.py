@@ -40,7 +40,7 @@ def check_decisions(
     if missing:
         found.unchecked.append(
             f"{', '.join(missing)} is not beside the run: the decision was derived again, but who"
-            " decided it and why stands on the certificate alone"
+            " decided it and why is on the certificate alone"
         )
     differs = [
         *_different(records, there),

@@ -130,7 +130,7 @@ def parse_any(text: str) -> Expression:
 
 
 _KNOWN_FUNCTIONS = (*FUNCTIONS, *OF_SEVERAL, *ALIASES)
-_DEPTH_HINT = f"at most {DEEPEST} operations stand within each other"
+_DEPTH_HINT = f"at most {DEEPEST} operations are nested"
 
 
 def _nodes(node: Node) -> Iterator[Node]:
@@ -250,7 +250,7 @@ class _Reading:
 
     def _call(self, name: str, node: ast.Call, column: int, depth: int) -> Node:
         if name not in _KNOWN_FUNCTIONS:
-            what = "is no function" if name not in self.names else "is a quantity, no function"
+            what = "is not a function" if name not in self.names else "is a quantity, no function"
             known = ", ".join(_KNOWN_FUNCTIONS)
             hint = did_you_mean(name, _KNOWN_FUNCTIONS, f"functions are {known}")
             _refuse(self.text, column, what, hint)

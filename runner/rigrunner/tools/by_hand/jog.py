@@ -305,7 +305,7 @@ def _writing(log: Path) -> Iterator[None]:
     except OSError as error:
         raise DataError(
             f"cannot write the log {log}: {error.strerror or error}",
-            hint="what is done by hand must be on record; name another file with --log",
+            hint="manual actions must be recorded; name another file with --log",
         ) from error
 
 

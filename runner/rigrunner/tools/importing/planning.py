@@ -53,7 +53,7 @@ def plan_import(
     named = station or _found(mapping, "station", model.station)
     if station is None and load_station(named).model.plugins is not None:
         raise UsageError(
-            f"the station {named} brings plugins of its own",
+            f"the station {named} has plugins of its own",
             hint=f"say that you trust them: --station {named}",
         )
     planned = plan_run(procedure, named, registry, SimulatedClock(model.started))

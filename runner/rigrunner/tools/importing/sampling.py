@@ -82,7 +82,7 @@ def _refuse_gaps(name: str, column: Column, begun: datetime, rate_hz: float, whe
                 f"'{name}' has a gap: sample {sample + 1} was taken {late_s:.6g} s later than the"
                 " samples before it say",
                 location=Location(where),
-                hint="what was written in several goes is one recording only without gaps",
+                hint="segments make one recording only without gaps between them",
             )
 
 

@@ -75,7 +75,7 @@ def command(
         if stop.is_set():
             raise AbortedError(
                 f"{found.looked} of {found.due} runs were looked at",
-                hint="what was found is kept: the same command continues with the rest",
+                hint="findings are kept: the same command continues with the rest",
             )
     return ExitCode.FAIL if found.grave else ExitCode.PASS
 
@@ -118,7 +118,9 @@ def _bytes_per_s(text: str) -> float:
     match = _RATE.fullmatch(text.strip())
     value = float(match[1]) * _POWERS[match[2]] if match else 0.0
     if value <= 0:
-        raise UsageError(f"'--rate {text}' is no rate", hint="write it as '50 MB/s' or '800 kB/s'")
+        raise UsageError(
+            f"'--rate {text}' is not a rate", hint="write it as '50 MB/s' or '800 kB/s'"
+        )
     return value
 
 
@@ -133,5 +135,5 @@ def _seconds(option: str, text: str | None) -> float | None:
     except QuantityError as error:
         raise UsageError(f"{option}: {error.message}", hint=error.hint) from error
     if found <= 0:
-        raise UsageError(f"{option}: '{text}' is no time to come")
+        raise UsageError(f"{option}: '{text}' is not in the future")
     return found

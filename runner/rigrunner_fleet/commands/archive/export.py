@@ -31,7 +31,9 @@ def command(
     from rigrunner_fleet.archive.querying import rows
 
     if file.suffix not in {".csv", ".parquet"}:
-        raise UsageError(f"'{file}' is no file to export to", hint="it ends with .csv or .parquet")
+        raise UsageError(
+            f"'{file}' is not a file to export to", hint="it ends with .csv or .parquet"
+        )
     filters = filters_in(words)
     with closing(open_archive(runs, database)) as archive:
         found = rows(archive, table, filters, limit=limit)

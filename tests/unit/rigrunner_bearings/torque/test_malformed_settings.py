@@ -45,12 +45,12 @@ SETTINGS = [
 ]  # fmt: skip
 CONTRADICTIONS = [
     ("        - inertia\n", "        - polynomial\n", "polynomial\n", f"{AT}.fits[1]",
-     "'polynomial' stands twice", "name it once"),
+     "'polynomial' is given twice", "name it once"),
     ("        - energy\n", "        - {energy: {}, as: template}\n", "{energy",
-     f"{AT}.compensations[1]", "'template' stands twice", "as: NAME"),
+     f"{AT}.compensations[1]", "'template' is given twice", "as: NAME"),
     ("        - energy\n", "        - template\n", "template\n      primary",
      f"{AT}.compensations[1]",
-     "'template' stands twice", "name it once"),
+     "'template' is given twice", "name it once"),
     ("primary: template", "primary: templat", "templat\n", f"{AT}.primary",
      "got 'templat', which is not among the compensations", "allowed: template, energy"),
     ("      primary: template\n", "", "swing_torque",

@@ -252,7 +252,7 @@ def test_a_run_without_a_start_is_the_oldest_on_both_engines(database):
         ({"specimn": "A"}, "there is no filter 'specimn'", "did you mean 'specimen'"),
         ({"verdict": "passed"}, "there is no verdict 'passed'", "conditional pass"),
         ({"outcome": ["completed", "gone"]}, "there is no outcome 'gone'", "aborted"),
-        ({"torque": "0.7 N·m"}, "is no range", "0.5..0.8"),
+        ({"torque": "0.7 N·m"}, "is not a range", "0.5..0.8"),
     ],
 )
 def test_a_filter_that_there_is_not_is_refused(words, what, hint):

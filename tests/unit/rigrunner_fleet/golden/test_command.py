@@ -175,7 +175,7 @@ def test_where_the_runs_are_can_be_said(lab, quick, tmp_path):
         (["check", "nowhere"], 2, "there is no golden run in nowhere"),
         (["check"], 2, "FOLDER"),
         (["check", "nowhere", "--html", "x.pdf"], 2, "no report is written as 'x.pdf'"),
-        (["check", "odd"], 5, "reference.json is no reference of a golden run: "),
+        (["check", "odd"], 5, "reference.json is not a reference of a golden run: "),
         (["record", "nowhere", "--out", "x"], 2, "there is no nowhere"),
         (["chek", "nowhere"], 2, "Did you mean 'check'?"),
         (["check", "nowhere", "--tolerance", "-1"], 2, "--tolerance"),

@@ -45,7 +45,7 @@ def test_what_was_written_is_read_bit_by_bit(tmp_path_factory, figures, checks):
 def test_what_is_none_is_refused(tmp_path_factory, content):
     folder = tmp_path_factory.mktemp("golden")
     (folder / REFERENCE).write_bytes(content)
-    with pytest.raises(DataError, match="is no reference of a golden run"):
+    with pytest.raises(DataError, match="is not a reference of a golden run"):
         read_references(folder)
 
 

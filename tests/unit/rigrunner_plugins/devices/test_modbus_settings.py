@@ -41,7 +41,7 @@ def test_the_defaults_are_those_of_the_standards():
         (settings(identification={"expect": {"model": "X"}}), "expect names model"),
         (
             settings(identification={"model": {"holding": 1, "text": 4, "type": "int16"}}),
-            "a text stands in registers",
+            "a text is in registers",
         ),
         (settings(watchdog={"input": 1, "every": "1 s", "write": [1]}), "an input is only read"),
         (drive(holding=None, input=1), "an input is only read"),

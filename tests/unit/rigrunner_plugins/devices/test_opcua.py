@@ -152,9 +152,9 @@ def test_who_may_not_log_in_is_told_so(bench):
 @pytest.mark.parametrize("name", ["/etc/hostname", "../secret"])
 def test_no_file_from_elsewhere_is_handed_to_a_server(bench, name):
     told = refused(bench, user={"name": "lab", "password_file": name})
-    assert f"{name} lies outside of the station's folder" in told
+    assert f"{name} is outside the station's folder" in told
     security = {"certificate": name, "private_key": name, "server_certificate": name}
-    assert "lies outside of the station's folder" in refused(bench, security=security)
+    assert "is outside the station's folder" in refused(bench, security=security)
 
 
 def test_certificates_that_are_none(bench):

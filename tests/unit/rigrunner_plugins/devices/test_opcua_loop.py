@@ -43,7 +43,7 @@ def test_it_waits_no_longer_than_it_may(loop):
 
 def test_whoever_waits_is_let_go_when_it_is_stopped(loop):
     threading.Timer(0.1, loop.stop).start()
-    with pytest.raises(ConnectionError, match="given up"):
+    with pytest.raises(ConnectionError, match="abandoned"):
         loop.do(asyncio.sleep(FOREVER_S), FOREVER_S)
 
 

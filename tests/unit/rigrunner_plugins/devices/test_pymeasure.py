@@ -127,7 +127,7 @@ class TestWhatASocketSays:
 
     def test_nobody(self, device, bench):
         bench.close()
-        with pytest.raises(DeviceNotFoundError, match="nobody answers"):
+        with pytest.raises(DeviceNotFoundError, match="no answer from"):
             device.connect(2.0)
 
     def test_silence(self, device, answers):
@@ -153,10 +153,12 @@ class TestWhatASocketSays:
     def test_a_cut_connection(self, device, answers, bench):
         device.connect(2.0)
         answers[":READ?"] = HANG_UP
-        with pytest.raises(DeviceLostError, match="'get voltage': the other end has hung up"):
+        with pytest.raises(
+            DeviceLostError, match="'get voltage': the other end closed the connection"
+        ):
             device.read(["torque"])
         bench.close()
-        with pytest.raises(DeviceLostError, match="nobody answers"):
+        with pytest.raises(DeviceLostError, match="no answer from"):
             device.read(["torque"])
 
     @pytest.mark.parametrize(

@@ -204,7 +204,7 @@ def test_setpoints_files_and_values_are_checked_before_anything_is_played(folder
     assert ":3:40: recordings[0].file: 'lost.csv' is not there" in text
     assert "recordings[1].values.mass: there is no channel 'mass'; there are: angle" in text
     assert "recordings[2].values.angle: '1 N·m' is a torque, but an angle" in text
-    assert "recordings[2]: 10 Hz at 1000 N is there twice" in text
+    assert "recordings[2]: 10 Hz at 1000 N is given twice" in text
     assert "recordings[3]: has neither a file nor values" in text
 
 
@@ -229,7 +229,7 @@ def test_the_manifest_itself_stays_in_the_folder(folder):
     ("text", "told"),
     [
         ("", "Input should be a valid dictionary"),
-        ("rigrunner: replay/1\nrigrunner: replay/1\n", ":2:1: the key 'rigrunner' is there twice"),
+        ("rigrunner: replay/1\nrigrunner: replay/1\n", ":2:1: the key 'rigrunner' is given twice"),
         ("a: &x [1]\nb: *x\n", ":2:4: aliases are not allowed"),
         ("a: [1\n", "not YAML"),
         ("? [1]\n: 2\n", "a key must be a text"),
@@ -252,7 +252,7 @@ def test_a_manifest_that_is_not_utf_8_is_refused(folder):
     ("content", "told"),
     [
         ("angle,twist\n1,2\n", "csv:1: the column 'torque' of 'torque' is not there"),
-        ("angle,torque,torque\n1,2,3\n", "csv:1: the column 'torque' of 'torque' is there"),
+        ("angle,torque,torque\n1,2,3\n", "csv:1: the column 'torque' of 'torque' is given"),
         ("angle,torque\n1,2\n\n1\n", "csv:4: has 1 columns, 2 are needed"),
         ("angle,torque\n1,2\n1,x\n", "csv:3: 'x' is not a number"),
         ("angle,torque\n1,1_0\n", "csv:2: '1_0' is not a number"),

@@ -397,7 +397,7 @@ class TestTalkingBack:
         assert lines.heard == ["P", "P", "P"]
         far.say(line(99))
         time.sleep(0.1)
-        with pytest.raises(DeviceRejectedError, match=r"99 Nm.* came unasked"):
+        with pytest.raises(DeviceRejectedError, match=r"99 Nm.* arrived unrequested"):
             device.read(["torque"])
         assert device.read(["torque"]) == {"torque": 3.0}
         device.close()

@@ -183,7 +183,7 @@ def test_without_trouble_the_run_completes(device, tester):
         pytest.param(
             Trouble("SYST:ERR?", 4, b'-222,"Data out of range"\n'),
             DeviceRejectedError,
-            r"tester: the instrument does not take '.*': -222,\"Data out of range\"",
+            r"tester: the instrument does not accept '.*': -222,\"Data out of range\"",
             id="an error in the queue",
         ),
         pytest.param(

@@ -48,7 +48,7 @@ def test_channels_may_begin_at_other_times(tmp_path):
 def test_x_values_are_a_column_too(tmp_path):
     found = read(tmp_path, lvm_text([NUMBERS]), {"time": "X_Value"})
     assert found["time"].values.tolist() == [0.0, 0.001, 0.002]
-    with pytest.raises(NotInFileError, match=r"'X_Value' of 'time' is there twice"):
+    with pytest.raises(NotInFileError, match=r"'X_Value' of 'time' is given twice"):
         read(tmp_path, lvm_text([NUMBERS], x="Multi"), {"time": "X_Value"})
     by_number = read(tmp_path, lvm_text([NUMBERS], x="Multi"), {"time": 3, "torque": 4})
     assert by_number["time"].values.tolist() == [0.0, 0.001, 0.002]

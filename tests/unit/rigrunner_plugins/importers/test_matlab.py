@@ -94,7 +94,7 @@ def test_a_variable_that_is_there_twice_is_refused(tmp_path):
     one, path = tmp_path / "one.mat", tmp_path / "two.mat"
     savemat(one, {"x": X})
     path.write_bytes(one.read_bytes() + one.read_bytes()[128:])
-    with pytest.raises(DataError, match="the variable 'x' is there twice"):
+    with pytest.raises(DataError, match="the variable 'x' is given twice"):
         read(path, "x")
 
 

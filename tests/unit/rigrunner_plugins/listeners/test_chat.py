@@ -58,7 +58,7 @@ def test_a_service_that_fails_is_asked_again_and_its_address_is_not_said(to, cap
         until(lambda: sink.lost)
         sink.close()
     assert len(receiver.got) == 2
-    assert "a service did not take it" in caplog.text
+    assert "a service did not accept it" in caplog.text
     assert "s3cret" not in caplog.text
 
 

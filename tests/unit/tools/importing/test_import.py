@@ -323,7 +323,7 @@ def test_a_station_of_strangers_brings_no_code(lab):
         file.write("plugins: plugins\n")
     called = bring_in(lab)
     assert called.code == 2
-    assert "brings plugins of its own" in called.err
+    assert "has plugins of its own" in called.err
     assert "--station" in called.err
 
 

@@ -38,7 +38,7 @@ export function refusedWords(error) {
   return [error.message, error.hint].filter(Boolean).map(said).join(" \u00b7 ");
 }
 
-// A line of the list that was typed or pasted, which is no file.
+// A line of the list that was typed or pasted, which is not a file.
 function place(where) {
   return where?.replace(/^list:(\d+)$/, (_, line) => t("procedure.line", { line }));
 }
