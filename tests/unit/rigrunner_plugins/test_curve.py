@@ -210,6 +210,16 @@ def test_an_unknown_is_found_by_its_own_readings():
     assert got.readings == 6
 
 
+def test_a_shared_error_of_x_has_its_sign():
+    """x too high by a share g makes the slope too low by it; an equation needs the sign."""
+    meter = entry("meter.current", "current", {"gain": "1 %"})
+    run = run_of(rows(X, Y, over="meter.current", read=True), EXACT, meter)
+    slope = found(run, {"slope": {"name": "slope", "unit": "Ω"}}, over="meter.current")["slope"]
+    (line,) = (each for each in slope.components if each.name == "gain of meter.current")
+    assert line.sensitivity == pytest.approx(-slope.estimate.value, rel=1e-5)
+    assert line.u == pytest.approx(slope.estimate.value * 0.01 / sqrt(3), rel=1e-5)
+
+
 def test_what_the_curve_does_not_give_is_missing_with_the_reason():
     told = {
         "value": {"name": "far", "unit": "V", "at": "12 N·m"},

@@ -316,7 +316,9 @@ class _Error:
     def lines(self, up: float, down: float, value: Derived) -> Iterator[Component]:
         """Yield its budget lines from its effects up and down, per unit of the error's size."""
         name = f"{self.error.name} ({self.error.source})" if self.error.source else self.error.name
-        if value.is_difference and self.error.acts == "each":
+        if self.error.acts != "each":
+            yield self._line(name, up - down)  # one error, whose sign counts where it is shared
+        elif value.is_difference:
             # two errors, not a larger one: see `readings`
             yield self._line(f"{name}, falling", up)
             yield self._line(f"{name}, rising", down)
