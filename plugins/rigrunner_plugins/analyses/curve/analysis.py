@@ -183,7 +183,7 @@ class _OneCurve:
             return derived.value_at(fitted, told, self.settings.at(told))
         if isinstance(told, XAt):
             which = self.settings.results.x_at.index(told)
-            return derived.x_at(fitted, which, self.source.counts[which])
+            return derived.x_at(fitted, told, which, self.source.counts[which])
         if isinstance(told, Slope):
             return derived.slope(fitted, told)
         if isinstance(told, Nonlinearity):
@@ -328,7 +328,7 @@ class _Error:
     def _line(self, name: str, effect: float) -> Component:
         return Component(
             name=name,
-            u=effect * self.error.u,
+            u=abs(effect) * self.error.u,
             dof=self.error.dof,
             distribution=self.error.distribution,
             common=True,
