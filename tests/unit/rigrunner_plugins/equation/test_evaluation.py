@@ -138,6 +138,35 @@ def test_two_correlated_instruments():
     assert together.u == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_check_of_trials_is_about_the_places_where_it_failed():
+    """1/x at 0.01 ± 0.01 has no interval by its slope; at 1 and 2 it has."""
+    columns = {"meter.ratio": [1.0, 0.01, 2.0, 0.012]}
+    meter = instrument("meter.ratio", "ratio", {"overall": "0.01 1"})
+    run = run_of(columns, {"meter.ratio": "1"}, [meter], [1.0, 2.0, 3.0, 4.0])
+    settings = told("1 / x", "1", {"x": "meter.ratio"}, per=["load.current"])
+    (check,) = findings(settings, run).checks
+    assert not check.ok
+    assert [(name, str(at["load.current"])) for name, at in check.of] == [
+        ("y", "2 A"),
+        ("y", "4 A"),
+    ]
+    assert check.text.endswith("; it fails too at load.current = 4 A")
+    straight = run_of({"meter.ratio": [1.0]}, {"meter.ratio": "1"}, [meter])
+    (fine,) = findings(settings, straight).checks
+    assert fine.ok
+    assert not fine.of
+
+
+def test_a_trial_that_failed_at_one_of_too_many_places_is_about_all_of_them():
+    """Of 31 places 30 are tried: what fails at one may fail at the one that nobody tried."""
+    places = [float(each) for each in range(1, 32)]
+    meter = instrument("meter.ratio", "ratio", {"overall": "0.01 1"})
+    run = run_of({"meter.ratio": [1.0] * 30 + [0.01]}, {"meter.ratio": "1"}, [meter], places)
+    (check,) = findings(told("1 / x", "1", {"x": "meter.ratio"}, per=["load.current"]), run).checks
+    assert not check.ok
+    assert len(check.of) == 31
+
+
 def test_one_channel_that_enters_twice_has_one_gain():
     columns = {"meter.voltage": [10.0], "meter.current": [2.0]}
     settings = told("R = U/V + 0*I/number(1, A)", "1",
