@@ -25,7 +25,7 @@ from rigrunner_plugins.analyses.equation.evaluated import (
     names_of,
     tried,
 )
-from rigrunner_plugins.analyses.equation.model import inputs_of
+from rigrunner_plugins.analyses.equation.model import UnlikeError, inputs_of
 from rigrunner_plugins.analyses.equation.results import (
     groups_of_results,
     missing_results,
@@ -123,7 +123,13 @@ class EquationAnalysis:
         definitions: Sequence[ResultDefinition],
     ) -> list[Evaluated | MissingResult]:
         results = results_at(others, self.settings, group.place)
-        inputs = inputs_of(run, self.settings, group, results)
+        try:
+            inputs = inputs_of(run, self.settings, group, results)
+        except UnlikeError as error:
+            return [
+                MissingResult(of=each, coordinates=group.place, why=str(error))
+                for each in definitions
+            ]
         read = [len(group.times_s)] if self.settings.channels else []
         known = [each for each in results.values() if isinstance(each, MeasurementResult)]
         readings = min([*read, *(each.readings for each in known)], default=0)

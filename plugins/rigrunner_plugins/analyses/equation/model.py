@@ -38,6 +38,10 @@ TOGETHER = "readings"
 """The name of the ensemble of means that were read together."""
 
 
+class UnlikeError(Exception):
+    """A correlation of instruments has nothing to act on; the message says why."""
+
+
 @dataclass(frozen=True)
 class Effect:
     """An input that changes a quantity by `slope` (input - `at`); for a gain, times the reading."""
@@ -175,7 +179,8 @@ def inputs_of(
     """Return the inputs of the model at one place.
 
     `results` are results of other analyses at this place, by their symbols in the model; one
-    without a value is nan, and so is what is calculated from it.
+    without a value is nan, and so is what is calculated from it. Raises UnlikeError for a
+    correlation of instruments that have no errors of one kind.
     """
     found = Inputs()
     found.fixed |= {name: each.si for name, each in settings.parsed.literals.items()}
@@ -208,7 +213,10 @@ def inputs_of(
         if one in settings.constants:
             found.r[one, other] = each.r
         else:
-            found.r |= dict.fromkeys(_pairs(errors[one], errors[other]), each.r)
+            pairs = dict.fromkeys(_pairs(errors[one], errors[other]), each.r)
+            if each.r and not pairs:
+                raise UnlikeError(_unlike(one, errors[one], other, errors[other]))
+            found.r |= pairs
     _group_correlated(found)
     return found
 
@@ -337,6 +345,15 @@ def _pairs(one: Sequence[Input], other: Sequence[Input]) -> Iterator[tuple[str, 
             sorts = [each.name.partition(" of ")[0] for each in (a, b)]
             if a.name != b.name and sorts[0] == sorts[1] and a.dof == b.dof:
                 yield a.name, b.name
+
+
+def _unlike(one: str, errors: Sequence[Input], other: str, others: Sequence[Input]) -> str:
+    """Return why a correlation has nothing to act on."""
+    known = [", ".join(each.name for each in found) or "none" for found in (errors, others)]
+    return (
+        f"{one} and {other} are to be correlated, and the register has no errors of one kind for"
+        f" both instruments (for {one}: {known[0]}; for {other}: {known[1]})"
+    )
 
 
 def _group_correlated(found: Inputs) -> None:

@@ -138,6 +138,28 @@ def test_two_correlated_instruments():
     assert together.u == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("of_current", "inputs"),
+    [
+        ("0.1 % reading", {"U": "meter.voltage", "I": "meter.current"}),
+        ({"gain": "1 %"}, {"U": "meter.voltage", "I": {"of": "meter.current", "instrument": "no"}}),
+        ({"gain": "1 %"}, {"U": "meter.voltage", "I": "meter.voltage"}),
+    ],
+    ids=["unlike", "without", "same"],
+)
+def test_a_correlation_that_has_nothing_to_act_on_leaves_no_result(of_current, inputs):
+    """Without it u would be that of independent instruments, and nobody would see it."""
+    meters = (instrument("meter.voltage", "voltage", {"gain": "1 %"}),
+              instrument("meter.current", "current", of_current))  # fmt: skip
+    unit = "1" if inputs["I"] == "meter.voltage" else "Ω"
+    columns = {"meter.voltage": [10.0], "meter.current": [2.0]}
+    correlations = [{"between": ["U", "I"], "r": 0.9}]
+    found = result(told("U / I", unit, inputs, correlations=correlations), columns, meters)
+    assert not found.results
+    assert "U and I are to be correlated" in found.missing[0].why
+    assert "gain of meter.voltage" in found.missing[0].why
+
+
 def test_a_check_of_trials_is_about_the_places_where_it_failed():
     """1/x at 0.01 ± 0.01 has no interval by its slope; at 1 and 2 it has."""
     columns = {"meter.ratio": [1.0, 0.01, 2.0, 0.012]}
