@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from rigrunner.api.errors import DataError, PluginError
+from rigrunner.registry import load_registry
 from rigrunner.signal.coverage import factor
 from unit.rigrunner_plugins.equation.helpers_equation import findings, instrument, run_of
 
@@ -158,6 +159,22 @@ def test_a_correlation_that_has_nothing_to_act_on_leaves_no_result(of_current, i
     assert not found.results
     assert "U and I are to be correlated" in found.missing[0].why
     assert "gain of meter.voltage" in found.missing[0].why
+
+
+def test_a_percentage_of_a_number_that_may_mean_two_things_is_refused():
+    """'10 %' of the number 3 counts as 0.1, as in runs that are stored; a person may mean 0.3."""
+    inputs = {"q": {"of": "meter.ratio", "instrument": "no"}}
+
+    def objections(**constant):
+        settings = told("c*q", "1", inputs, constants={"c": constant})
+        return list(load_registry().objections("equation", settings, {"meter.ratio": "1"}))
+
+    (found,) = objections(value=3, limits="10 %")
+    assert found[0] == ("constants", "c", "limits")
+    assert found[1] == "'10 %' of the number 3: a share of it, or 0.1?"
+    assert found[2] == "write 0.3 or 0.1"
+    for each in ({"value": 3, "u": 0.1}, {"value": "30 %", "u": "1 %"}, {"value": 1, "u": "1 %"}):
+        assert not objections(**each)
 
 
 def test_a_check_of_trials_is_about_the_places_where_it_failed():
