@@ -25,7 +25,7 @@ from rigrunner_plugins.analyses.equation.evaluated import (
     names_of,
     tried,
 )
-from rigrunner_plugins.analyses.equation.model import UnlikeError, inputs_of
+from rigrunner_plugins.analyses.equation.model import CorrelationError, inputs_of
 from rigrunner_plugins.analyses.equation.results import (
     groups_of_results,
     missing_results,
@@ -125,7 +125,7 @@ class EquationAnalysis:
         results = results_at(others, self.settings, group.place)
         try:
             inputs = inputs_of(run, self.settings, group, results)
-        except UnlikeError as error:
+        except CorrelationError as error:
             return [
                 MissingResult(of=each, coordinates=group.place, why=str(error))
                 for each in definitions

@@ -8,8 +8,8 @@ same wherever its channel is used; channels read together keep their observed co
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
-from math import inf, isfinite, nan, sqrt
+from dataclasses import dataclass, field, replace
+from math import inf, isfinite, isnan, nan, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,8 +38,8 @@ TOGETHER = "readings"
 """The name of the ensemble of means that were read together."""
 
 
-class UnlikeError(Exception):
-    """A correlation of instruments has nothing to act on; the message says why."""
+class CorrelationError(Exception):
+    """How inputs are correlated is not known; the message says why."""
 
 
 @dataclass(frozen=True)
@@ -151,6 +151,8 @@ class Inputs:
     """Errors that may differ between readings, so other results do not share them."""
     lines: dict[str, str] = field(default_factory=dict)
     """The budget line of each correlated input."""
+    joint: dict[str, str] = field(default_factory=dict)
+    """The result of each line of several correlated inputs, which another may not have too."""
 
     def tree(self, settings: EquationSettings, result: ResultSettings) -> Tree:
         """Return the equation of one result."""
@@ -179,8 +181,8 @@ def inputs_of(
     """Return the inputs of the model at one place.
 
     `results` are results of other analyses at this place, by their symbols in the model; one
-    without a value is nan, and so is what is calculated from it. Raises UnlikeError for a
-    correlation of instruments that have no errors of one kind.
+    without a value is nan, and so is what is calculated from it. Raises CorrelationError for
+    instruments that have no errors of one kind, and for results with the same correlated inputs.
     """
     found = Inputs()
     found.fixed |= {name: each.si for name, each in settings.parsed.literals.items()}
@@ -215,9 +217,11 @@ def inputs_of(
         else:
             pairs = dict.fromkeys(_pairs(errors[one], errors[other]), each.r)
             if each.r and not pairs:
-                raise UnlikeError(_unlike(one, errors[one], other, errors[other]))
+                raise CorrelationError(_unlike(one, errors[one], other, errors[other]))
             found.r |= pairs
     _group_correlated(found)
+    for line in set(found.joint) & set(found.lines.values()):
+        raise CorrelationError(_joint(line, found.joint[line], "the model"))
     return found
 
 
@@ -296,16 +300,16 @@ def _enter_result(
     for line in result.components or _whole(result):
         if line.u == 0:
             continue
-        known = next((each for each in found.inputs if each.name == line.name), None)
         error = _error_of(line)
-        if error is not None and known == error:
-            slope = line.sensitivity * stated.factor
-        elif error is not None and known is None and line.name not in taken:
-            slope = line.sensitivity * stated.factor
-            found.inputs.append(error)
-        else:
+        error = None if error is None else _shared(found, error, taken)
+        slope = line.sensitivity * stated.factor
+        if error is None:
             slope, error = 1.0, _part_of(line, result, stated.factor)
             found.inputs.append(error)
+            if line.common and line.shared and isnan(line.value) and line.sensitivity == 1:
+                first = found.joint.setdefault(line.name, result.name)
+                if first != result.name:
+                    raise CorrelationError(_joint(line.name, first, result.name))
         effects.append(Effect(error.name, slope=slope, at=error.value))
     found.effects[name] = tuple(effects)
 
@@ -317,6 +321,25 @@ def _error_of(line: Component) -> Input | None:
         return None
     return Input(line.name, line.value, line.input_u, line.dof, _shape(line), line.unit,
                  common=True)  # fmt: skip
+
+
+def _shared(found: Inputs, error: Input, taken: Collection[str]) -> Input | None:
+    """Return the input of an error that several results have; None if its name is of another."""
+    for each in (error, replace(error, name=f"{error.name}, of results")):
+        known = next((one for one in found.inputs if one.name == each.name), None)
+        if known is None and each.name not in taken:
+            found.inputs.append(each)
+        if known == each or (known is None and each.name not in taken):
+            return each
+    return None
+
+
+def _joint(line: str, one: str, other: str) -> str:
+    """Return why two results with the same correlated inputs are not combined."""
+    return (
+        f"'{line}' is a line of {one} and of {other}, and what they have in common of it is not"
+        " known: write them as results of one equation"
+    )
 
 
 def _part_of(line: Component, result: MeasurementResult, factor: float) -> Input:
