@@ -112,6 +112,51 @@ def test_the_results_of_the_other_places_stand_and_the_run_is_undecided(judged):
     assert "no value" in called.out
 
 
+CURVED = (
+    EQUATION.split("analysis:", maxsplit=1)[0]
+    + """\
+analysis:
+  - equation:
+      result: {name: steep, unit: 1/V}
+      model: 1 / (U - U_0)
+      inputs: {U: bench.voltage}
+      constants: {U_0: 12.0218 V}
+      per: bench.current
+  - equation:
+      result: {name: twice, unit: 1/V}
+      model: 2 * steep
+      inputs: {steep: steep}
+      per: bench.current
+  - readings: {of: bench.voltage, per: bench.current, result: {name: voltage, unit: V}}
+acceptance:
+  limits:
+    - {of: steep, each: bench.current, max: 9000 1/V, source: sheet}
+    - {of: steep, mean: yes, max: 9000 1/V, source: sheet}
+    - {of: twice, each: bench.current, max: 19000 1/V, source: sheet}
+    - {of: voltage, each: bench.current, max: 13 V, source: sheet}
+"""
+)
+
+
+def test_a_failed_trial_decides_nothing_there_nor_on_what_is_made_of_it(tmp_path):
+    """At 1 A the divisor is 0.2 mV ± 0.2 mV: no slope describes the spread of its reciprocal."""
+    station = STATION.replace("accuracy: 2 mV", "accuracy: 0.2 mV")
+    procedure, bench = written(tmp_path, procedure=CURVED, station=station)
+    called = call("run", procedure, "--station", bench, "--unattended", "--runs", tmp_path / "runs")
+    assert called.code == 10, called.err
+    (run,) = (tmp_path / "runs").iterdir()
+    parts = {each["of"]: each for each in strict(run / "result.json")["decision"]["parts"]}
+    undecided = {name for name, each in parts.items() if each["verdict"] == "inconclusive"}
+    assert undecided == {
+        "mean steep", "steep at bench.current = 1 A", "twice at bench.current = 1 A",
+    }  # fmt: skip
+    assert len(parts) == 10
+    assert {each["verdict"] for name, each in parts.items() if name not in undecided} == {"pass"}
+    for name in undecided:
+        assert "Monte Carlo of steep' failed" in parts[name]["reason"]
+        assert parts[name]["probability_of_conformity"] is None
+
+
 @pytest.mark.parametrize(
     ("limit", "code"),
     [

@@ -15,6 +15,7 @@ from e2e.helpers_resume import take_up
 from helpers_cli import call
 from helpers_workflow import run
 from rigrunner.api.events import Note
+from rigrunner.run.locate import find_procedure
 from rigrunner.runfile import read
 
 TESTS = Path(__file__).parents[1]
@@ -158,3 +159,26 @@ def test_a_loop_that_cannot_end_so_is_refused(procedure, old, new, words):
     checked = call("check", procedure)
     assert checked.code == 3
     assert words in checked.err
+
+
+def test_a_loop_can_end_by_a_result_that_states_its_measurand(tmp_path):
+    """A torque is computed of what was recorded by then, as any other result."""
+    shipped = find_procedure("no_load_breakaway")
+    starts = "  - repeat:\n      times: 10\n      steps:\n"
+    text = shipped.read_text(encoding="utf-8").replace("rest: 30 s", "rest: 1 s")
+    assert starts in text
+    loop = "  - repeat:\n      until: {result: torque, LIMIT}\n      at_most: 2\n      steps:\n"
+    inner = text.partition(starts)[2].partition("\n\n")[0]
+    indented = "".join(f"    {line}\n" for line in (starts + inner).splitlines())
+    looped = text.replace(starts + inner, loop + indented.rstrip())
+    path = tmp_path / "until.yaml"
+    path.write_text(looped.replace("LIMIT", "below: 10 N"), encoding="utf-8")
+    checked = call("check", path)
+    assert checked.code == 3
+    assert "until.below: '10 N' is a force; torque is a torque" in checked.err
+    path.write_text(looped.replace("LIMIT", "below: 10 N·m"), encoding="utf-8")
+    runs = tmp_path / "runs"
+    done = call("run", path, "--station", "simulated_bench", "--unattended", "--runs", runs)
+    assert done.code == 0, done.err
+    (folder,) = runs.iterdir()
+    assert len(read(folder).recordings) == 10

@@ -241,9 +241,9 @@ class Readings:
         value = self._statistic.value
         if error.acts == "each":
             step = SMALL * (float(np.abs(group.values[channel]).max()) or 1.0)
-            slope = np.abs(self._combined(group, channel, step) - at_rest).max() / step
-            slope *= 2 if channel.endswith(_SPREAD) else 1  # of the highest and the lowest sample
-            return float(slope) * self._statistic.bound(group.series(at_rest))
+            slopes = np.abs(self._combined(group, channel, step) - at_rest) / step
+            slopes *= 2 if channel.endswith(_SPREAD) else 1  # of the highest and the lowest sample
+            return self._statistic.bound(group.series(at_rest), slopes)
         if self.settings.statistic == "settling_time":
             return 0.0
         if error.acts == "offset" and channel.endswith(_SPREAD):

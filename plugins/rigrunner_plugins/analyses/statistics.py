@@ -43,8 +43,9 @@ class Statistic:
     value: Callable[[Series], float]
     scatter: Callable[[Series], Scatter | None]
     """Type A uncertainty; None if the values do not show one."""
-    bound: Callable[[Series], float]
-    """Greatest change caused by an error within ±1 of each value; a range, of one value."""
+    bound: Callable[[Series, Array], float]
+    """Greatest change caused by errors of the values, each within ± its own limit, shape (n,); of a
+    range, by that of one value."""
 
 
 def mean_scatter(series: Series) -> Scatter | None:
@@ -105,7 +106,7 @@ def percentile(share: float) -> Statistic:
     def value(series: Series) -> float:
         return float(np.quantile(series.values, share))
 
-    return Statistic(value, scatter, _one)
+    return Statistic(value, scatter, _greatest)
 
 
 def settling_time(within: float) -> Statistic:
@@ -121,7 +122,7 @@ def settling_time(within: float) -> Statistic:
         """Return the scatter of a time known to one step (GUM F.2.2.1)."""
         return (series.step_s / sqrt(12), inf) if series.step_s else None
 
-    return Statistic(value, scatter, lambda _: 0.0)
+    return Statistic(value, scatter, lambda _, __: 0.0)
 
 
 def _slope(series: Series) -> float:
@@ -152,8 +153,8 @@ def _slope_scatter(series: Series) -> Scatter | None:
     return spread * sqrt(float(weights @ weights) * n / used), dof
 
 
-def _one(_: Series) -> float:
-    return 1.0
+def _greatest(_: Series, errors: Array) -> float:
+    return float(errors.max())
 
 
 def _none(_: Series) -> None:
@@ -161,13 +162,17 @@ def _none(_: Series) -> None:
 
 
 STATISTICS = {
-    "mean": Statistic(lambda series: float(series.values.mean()), mean_scatter, _one),
-    "minimum": Statistic(lambda series: float(series.values.min()), _none, _one),
-    "maximum": Statistic(lambda series: float(series.values.max()), _none, _one),
-    "range": Statistic(lambda series: float(np.ptp(series.values)), _none, _one),
-    "rms": Statistic(_rms, _rms_scatter, _one),
-    "standard_deviation": Statistic(_deviation, _deviation_scatter, _one),
+    "mean": Statistic(
+        lambda series: float(series.values.mean()),
+        mean_scatter,
+        lambda _, errors: float(errors.mean()),
+    ),
+    "minimum": Statistic(lambda series: float(series.values.min()), _none, _greatest),
+    "maximum": Statistic(lambda series: float(series.values.max()), _none, _greatest),
+    "range": Statistic(lambda series: float(np.ptp(series.values)), _none, _greatest),
+    "rms": Statistic(_rms, _rms_scatter, _greatest),
+    "standard_deviation": Statistic(_deviation, _deviation_scatter, _greatest),
     "slope": Statistic(
-        _slope, _slope_scatter, lambda series: float(np.abs(_weights(series)).sum())
+        _slope, _slope_scatter, lambda series, errors: float(np.abs(_weights(series)) @ errors)
     ),
 }

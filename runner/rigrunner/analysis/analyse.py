@@ -115,10 +115,15 @@ def _joined(found: Sequence[Findings]) -> Findings:
 def _evidence(found: Sequence[Findings], findings: Findings) -> Evidence:
     """Return all results, each with why nothing can be decided on it.
 
-    An analysis that keeps details says so itself; of all others one failed check forbids all.
+    An analysis that keeps details says so itself; of all others one failed check forbids all, or
+    the results that it is about.
     """
     others = forbidden(
-        as_judged(check) for each in found if not each.details for check in each.checks
+        as_judged(check)
+        for each in found
+        if not each.details
+        for check in each.checks
+        if not check.of
     )
     details = {name: one for each in found for one in each.details for name in one.shown_results}
     problems = {each.name: others for each in findings.results}
@@ -128,13 +133,14 @@ def _evidence(found: Sequence[Findings], findings: Findings) -> Evidence:
             names = {result.name for result in each.results}.union(
                 *(one.shown_results for one in each.details)
             )
-            why = own or forbidden(map(as_judged, each.checks))
+            why = own or forbidden(as_judged(check) for check in each.checks if not check.of)
             problems |= dict.fromkeys(names, why)
     return Evidence(
         results=findings.results,
         missing=findings.missing,
         means=findings.means,
         problems=problems,
+        checks=tuple(check for check in findings.checks if check.of),
         details=details,
     )
 

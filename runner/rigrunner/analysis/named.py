@@ -11,11 +11,12 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.findings import Findings
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from rigrunner.analysis.lookup import Lookup
-    from rigrunner.api.analysis import Requirements
+    from rigrunner.api.analysis import Check, Requirements
     from rigrunner.api.analysis_context import AnalysisContext
+    from rigrunner.api.coordinates import CoordinateValue
     from rigrunner.api.data import RunData
     from rigrunner.api.findings import MeasurementResult, MissingResult
     from rigrunner.procedure import AnalysisRef
@@ -52,7 +53,31 @@ def findings_of(
             found[index] = made(of, given, lacking) if needed[index] else made(of)
             results += found[index].results
             without += found[index].missing
+            if needed[index]:
+                found = [_reaching(one, found[index].results, needed[index]) for one in found]
     return tuple(found)
+
+
+def _reaching(
+    found: Findings, made: Sequence[MeasurementResult], needed: frozenset[str]
+) -> Findings:
+    """Return findings whose checks of some results are also of the results made of those."""
+
+    def reached(check: Check) -> Check:
+        given = [place for name, place in check.of if name in needed]
+        also = tuple(
+            (each.name, each.coordinates)
+            for each in made
+            if any(_may_enter(place, each.coordinates) for place in given)
+        )
+        return replace(check, of=(*check.of, *also))
+
+    return replace(found, checks=tuple(map(reached, found.checks)))
+
+
+def _may_enter(given: Mapping[str, CoordinateValue], made: Mapping[str, CoordinateValue]) -> bool:
+    """Return whether no coordinate tells the place of a result from that of one made of it."""
+    return all(made[name].usual == each.usual for name, each in given.items() if name in made)
 
 
 def makers_of(

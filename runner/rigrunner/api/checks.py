@@ -87,7 +87,7 @@ def effect_words(check: Check) -> str:
     mean, *points = check.biases or (None,)
     if mean is None:
         if check.consequence is Consequence.INCONCLUSIVE:
-            return f"its effect cannot be estimated; {follows}"
+            return f"its effect cannot be estimated; {follows}{' there' if check.of else ''}"
         return follows
     moved = [f"{_moved(mean)} on the mean"]
     if len(points) > 1:

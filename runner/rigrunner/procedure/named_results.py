@@ -96,10 +96,9 @@ def _objections_to(
     if until.result is None:
         return
     found = known.get(until.result)
-    if found is None or found.measurand is not None:  # which is known once the run is over
-        others = {name: each for name, each in known.items() if each.measurand is None}
+    if found is None:
         message = f"there is no result '{until.result}' of what was recorded by then"
-        yield "result", message, _near(until.result, others)
+        yield "result", message, _near(until.result, known)
         return
     name, bound = until.bound
     kind = unit(found.unit).dimension

@@ -1,15 +1,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, isnan, nan
+from math import hypot, inf, isnan, nan
 from types import SimpleNamespace
 
 import pytest
 
 from rigrunner.analysis.verdict import decision as deciding
+from rigrunner.analysis.verdict.chosen import mean_of
 from rigrunner.analysis.verdict.evidence import Evidence
 from rigrunner.analysis.verdict.rule import AppliedRule
 from rigrunner.api import AnalysisDetails
+from rigrunner.api.analysis import Component
 from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.data import Estimate
 from rigrunner.api.findings import MeasurementResult, ResultDefinition
@@ -253,3 +255,21 @@ def test_a_stranger_s_analysis_says_what_is_no_value_of_its_result():
     right = decided(0.5, raw, {"wear": Depth()})
     assert (right.verdict, right.deciding.uncompensated) == (Verdict.PASS, Verdict.FAIL)
     assert decided(-0.5, raw, {}).verdict is Verdict.PASS
+
+
+def test_a_gain_cancels_in_the_mean_of_values_of_both_signs():
+    """Of -5 V and 5 V the gain's errors are opposite; an offset is the same in both."""
+    of = ResultDefinition(name="y", unit="V")
+
+    def result(value, *, shared=True):
+        lines = (
+            Component("gain", abs(value) * 0.01, inf, "normal", common=True,
+                      sensitivity=value, shared=shared),
+            Component("offset", 0.001, inf, "normal", common=True, sensitivity=1.0),
+        )  # fmt: skip
+        return MeasurementResult(of=of, estimate=Estimate(value, nan, unit="V"), components=lines)
+
+    assert mean_of([result(-5.0), result(5.0)]).u == pytest.approx(0.001)
+    assert mean_of([result(-3.0), result(5.0)]).u == pytest.approx(hypot(0.01, 0.001))
+    apart = mean_of([result(-5.0, shared=False), result(5.0, shared=False)])
+    assert apart.u == pytest.approx(hypot(0.05, 0.001))

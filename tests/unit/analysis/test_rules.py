@@ -95,7 +95,18 @@ def test_exactly_at_an_edge_the_better_verdict_holds(name, edge, at_it, beyond):
     """
     value = edge * expanded(Estimate(0.0, 0.05))
     assert verdict(value, name, limits=FROM_ZERO) is at_it
-    assert verdict(nextafter(value, -inf), name, limits=FROM_ZERO) is beyond
+    below = nextafter(value, -inf) if edge else -1e-8 * 0.05
+    assert verdict(below, name, limits=FROM_ZERO) is beyond
+
+
+def test_a_rounding_error_of_units_does_not_fail_a_value_on_its_limit():
+    """25.05 °C is computed in K, and comes back as 25.05000000000001 °C."""
+    celsius = 25.05 + 273.15 - 273.15
+    assert celsius > 25.05
+    limits = Limits.between(None, 25.05, "°C")
+    found, why = rule("simple").verdict(limits, Estimate(celsius, 0.02, unit="°C"))
+    assert (found, why) == (Verdict.PASS, "Margin to the limit ≤ 25.05 °C: 0.000 °C.")
+    assert verdict(25.05 + 1e-6, "simple", limits=limits) is Verdict.FAIL
 
 
 @pytest.mark.parametrize("name", ["guard_band_u", "guard_band_fraction", "non_binary"])

@@ -210,6 +210,32 @@ def test_an_unknown_is_found_by_its_own_readings():
     assert got.readings == 6
 
 
+def test_an_unknown_that_was_not_read_is_missing_and_the_other_results_stand():
+    told = {
+        "x_at": [
+            {"name": "x", "unit": "N·m", "where": {"phase": "unknown"}},
+            {"name": "given", "unit": "N·m", "y": "1.45 V"},
+        ],
+        "slope": {"name": "slope", "unit": "V/(N·m)"},
+    }
+    got = findings(run_of(rows(X, Y), EXACT), told)
+    assert {each.name for each in got.results} == {"given", "slope"}
+    (x,) = got.missing
+    assert x.sentence == (
+        "There is no value of x: cell.signal was not measured at phase = unknown."
+    )
+
+
+def test_a_shared_error_of_x_has_its_sign():
+    """x too high by a share g makes the slope too low by it; an equation needs the sign."""
+    meter = entry("meter.current", "current", {"gain": "1 %"})
+    run = run_of(rows(X, Y, over="meter.current", read=True), EXACT, meter)
+    slope = found(run, {"slope": {"name": "slope", "unit": "Ω"}}, over="meter.current")["slope"]
+    (line,) = (each for each in slope.components if each.name == "gain of meter.current")
+    assert line.sensitivity == pytest.approx(-slope.estimate.value, rel=1e-5)
+    assert line.u == pytest.approx(slope.estimate.value * 0.01 / sqrt(3), rel=1e-5)
+
+
 def test_what_the_curve_does_not_give_is_missing_with_the_reason():
     told = {
         "value": {"name": "far", "unit": "V", "at": "12 N·m"},

@@ -184,8 +184,18 @@ def test_a_ratio_has_the_unit_of_the_quotient() -> None:
     found = only(run_of(*rows, instruments=known), "Ω", divided_by="load.current")
     assert found.estimate.value == pytest.approx(5.05)
     scatter = stats.sem([5.0, 5.1])
-    a, b = 0.03 / sqrt(3) / 2, 0.01 / sqrt(3) * 10.2 / 4  # dR = dU/I, dR = U dI/I²
+    a, b = 0.03 / sqrt(3) / 2, 0.01 / sqrt(3) * 10.1 / 4  # dR = dU/I, dR = mean U dI/I²
     assert found.estimate.u == pytest.approx(sqrt(scatter**2 + a**2 + b**2), rel=1e-4)
+
+
+def test_an_error_in_one_figure_moves_a_mean_quotient_by_the_mean_of_its_effects() -> None:
+    """10 V over 1 A and over 4 A: 2 mA change each quotient by U/I² of that at most."""
+    rows = [row(0, 1.0, meter__voltage=10.0, load__shunt=shunt) for shunt in (1.0, 4.0)]
+    rows = [replace(each, units={**UNITS, "load.shunt": "A"}) for each in rows]
+    known = [meter(accuracy="0 V"), meter("load.shunt", "current", "2 mA")]
+    found = only(run_of(*rows, instruments=known), "Ω", divided_by="load.shunt")
+    (line,) = (each for each in found.components if each.name == "reading of load.shunt")
+    assert line.u == pytest.approx((10 + 10 / 16) / 2 * 0.002 / sqrt(3), rel=1e-4)
 
 
 def test_where_the_divisor_is_0_one_result_is_missing_and_the_others_stand() -> None:

@@ -183,7 +183,7 @@ class _OneCurve:
             return derived.value_at(fitted, told, self.settings.at(told))
         if isinstance(told, XAt):
             which = self.settings.results.x_at.index(told)
-            return derived.x_at(fitted, which, self.source.counts[which])
+            return derived.x_at(fitted, told, which, self.source.counts[which])
         if isinstance(told, Slope):
             return derived.slope(fitted, told)
         if isinstance(told, Nonlinearity):
@@ -316,7 +316,9 @@ class _Error:
     def lines(self, up: float, down: float, value: Derived) -> Iterator[Component]:
         """Yield its budget lines from its effects up and down, per unit of the error's size."""
         name = f"{self.error.name} ({self.error.source})" if self.error.source else self.error.name
-        if value.is_difference and self.error.acts == "each":
+        if self.error.acts != "each":
+            yield self._line(name, up - down)  # one error, whose sign counts where it is shared
+        elif value.is_difference:
             # two errors, not a larger one: see `readings`
             yield self._line(f"{name}, falling", up)
             yield self._line(f"{name}, rising", down)
@@ -326,7 +328,7 @@ class _Error:
     def _line(self, name: str, effect: float) -> Component:
         return Component(
             name=name,
-            u=effect * self.error.u,
+            u=abs(effect) * self.error.u,
             dof=self.error.dof,
             distribution=self.error.distribution,
             common=True,

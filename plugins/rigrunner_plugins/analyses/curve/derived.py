@@ -8,7 +8,7 @@ choices, which gives the effect of an instrument's error.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import hypot, sqrt
+from math import hypot, isnan, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
         Nonlinearity,
         Slope,
         ValueAt,
+        XAt,
     )
 
 GRID = 1000
@@ -161,13 +162,16 @@ def value_at(fitted: Fitted, told: ValueAt, at: Mapping[str, Quantity]) -> Deriv
     return Derived(again(fitted), u, fitted.curve.dof, again, note=note)
 
 
-def x_at(fitted: Fitted, which: int, count: int) -> Derived:
+def x_at(fitted: Fitted, told: XAt, which: int, count: int) -> Derived:
     """Return the x at which the curve reaches y; raise OutOfRangeError for no or several solutions.
 
     First order: u(x)² = (u(curve)² + s²/m) / slope², with m readings of y (Draper and Smith,
     Applied Regression Analysis, 3rd edition, 3.2).
     """
     y = float(fitted.values.asked[which])
+    if isnan(y):
+        there = ", ".join(f"{name} = {value}" for name, value in told.where.items())
+        raise OutOfRangeError(f"{fitted.values.y_name} was not measured at {there}")
     grid = np.linspace(*fitted.ends, GRID + 1)
     off = fitted.at(grid)[0] - y
     scale = EDGE * max(float(np.ptp(off)), 1e-300)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import nan
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,7 +45,7 @@ class Values:
     u_y: Array | None
     """Standard uncertainty of each y from the scatter in its recording, shape (n,)."""
     asked: Array
-    """Values of y for which x is requested, shape (m,)."""
+    """Values of y for which x is requested, shape (m,); nan for one that was not measured."""
     origin: float
     names: tuple[str, ...]
     """Names of the columns of x."""
@@ -175,7 +176,8 @@ def _source(
         tuple(_shown(found[0], source) for source in settings.over.values()),
         _shown(found[0], settings.of),
     )  # fmt: skip
-    if not (np.isfinite(x).all() and np.isfinite(y).all() and np.isfinite(asked).all()):
+    measured = asked[np.array(counts, int) > 0]
+    if not (np.isfinite(x).all() and np.isfinite(y).all() and np.isfinite(measured).all()):
         raise DataError(f"{settings.of} over {', '.join(settings.over.values())}: a value is not a"
                         " finite number")  # fmt: skip
     largest = {settings.of: float(np.abs(y).max())}
@@ -211,10 +213,7 @@ def _asked(settings: CurveSettings, found: Sequence[Part]) -> tuple[Array, tuple
             for part in found
             if is_at(each.where, part.place)
         ]
-        if not there:
-            where = ", ".join(f"{name} = {value}" for name, value in each.where.items())
-            raise DataError(f"{settings.of} was not measured at {where}, which {each.name} needs")
-        asked.append(float(np.mean(there)))
+        asked.append(float(np.mean(there)) if there else nan)
         counts.append(len(there))
     return np.array(asked), tuple(counts)
 

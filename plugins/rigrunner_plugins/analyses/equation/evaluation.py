@@ -18,13 +18,14 @@ from rigrunner.api.units import si_symbol
 from rigrunner.signal.monte_carlo.intervals import numerical_tolerance
 from rigrunner.signal.propagation import propagate, sensitivities
 from rigrunner_plugins.analyses.equation.evaluated import (
+    MOST_TRIED,
     TRIALS,
     Evaluated,
     Trial,
     names_of,
     tried,
 )
-from rigrunner_plugins.analyses.equation.model import inputs_of
+from rigrunner_plugins.analyses.equation.model import CorrelationError, inputs_of
 from rigrunner_plugins.analyses.equation.results import (
     groups_of_results,
     missing_results,
@@ -122,7 +123,13 @@ class EquationAnalysis:
         definitions: Sequence[ResultDefinition],
     ) -> list[Evaluated | MissingResult]:
         results = results_at(others, self.settings, group.place)
-        inputs = inputs_of(run, self.settings, group, results)
+        try:
+            inputs = inputs_of(run, self.settings, group, results)
+        except CorrelationError as error:
+            return [
+                MissingResult(of=each, coordinates=group.place, why=str(error))
+                for each in definitions
+            ]
         read = [len(group.times_s)] if self.settings.channels else []
         known = [each for each in results.values() if isinstance(each, MeasurementResult)]
         readings = min([*read, *(each.readings for each in known)], default=0)
@@ -222,17 +229,18 @@ def _curvature(added: float, symbol: str) -> Component:
 def _checks(found: Sequence[Evaluated]) -> Iterator[Check]:
     """Yield a check for each result: whether y ± U covers the stated share of the trials."""
     for name in names_of(found):
-        trials = [
-            (each, each.trial)
-            for each in tried([one for one in found if one.result.name == name])
-            if each.trial is not None
-        ]
+        named = [one for one in found if one.result.name == name]
+        trials = [(each, each.trial) for each in tried(named) if each.trial is not None]
         if not trials:
             continue
         worst, trial = max(trials, key=lambda pair: _missed(pair[1]))
         wide = [pair for pair in trials if pair[0].result.estimate.u > MOST_ABOVE * pair[1].u > 0]
+        failed = [each for each, its in trials if _missed(its) > MOST_MISSED]
+        failed += [each for each, _ in wide if each not in failed]
+        about = failed if len(named) <= MOST_TRIED else named  # of others nobody knows
+        of = tuple((name, each.result.coordinates) for each in about) if failed else ()
         if wide and _missed(trial) <= MOST_MISSED:
-            yield _too_wide(name, *wide[0])
+            yield replace(_too_wide(name, *wide[0], _elsewhere(failed, wide[0][0])), of=of)
             continue
         ok = _missed(trial) <= MOST_MISSED
         place = f" at {worst.result.place}" if worst.result.place else ""
@@ -240,6 +248,7 @@ def _checks(found: Sequence[Evaluated]) -> Iterator[Check]:
         text = (
             f"y ± U holds {100 * trial.held:.0f} % of the trials{place}, and would hold"
             f" {100 * trial.held_if_straight:.0f} % if the model were straight{lost}"
+            f"{_elsewhere(failed, worst)}"
         )
         advice = "the model is too curved for these inputs: measure them better"
         yield Check(
@@ -251,17 +260,24 @@ def _checks(found: Sequence[Evaluated]) -> Iterator[Check]:
             threshold=MOST_MISSED,
             unit="1",
             decisive=True,
+            of=of,
         )
 
 
-def _too_wide(name: str, each: Evaluated, trial: Trial) -> Check:
+def _elsewhere(failed: Sequence[Evaluated], shown: Evaluated) -> str:
+    """Return at which other places the check failed, as text; '' for none."""
+    others = [each.result.place for each in failed if each is not shown]
+    return f"; it fails too at {' and at '.join(others)}" if others else ""
+
+
+def _too_wide(name: str, each: Evaluated, trial: Trial, elsewhere: str) -> Check:
     """Return a failed check: the second-order terms come from a kink or a pole."""
     u = each.result.estimate.u
     place = f" at {each.result.place}" if each.result.place else ""
     return Check(
         f"Monte Carlo of {name}",
         ok=False,
-        text=f"u is {u:.2g}{place}, and {trial.u:.2g} of the trials",
+        text=f"u is {u:.2g}{place}, and {trial.u:.2g} of the trials{elsewhere}",
         advice="the model has a kink or a pole there: no terms of it describe the spread",
         value=u / trial.u,
         threshold=MOST_ABOVE,

@@ -8,8 +8,8 @@ same wherever its channel is used; channels read together keep their observed co
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
-from math import inf, isfinite, nan, sqrt
+from dataclasses import dataclass, field, replace
+from math import inf, isfinite, isnan, nan, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,6 +36,10 @@ if TYPE_CHECKING:
 _Total = dict[str, "Array"]
 TOGETHER = "readings"
 """The name of the ensemble of means that were read together."""
+
+
+class CorrelationError(Exception):
+    """How inputs are correlated is not known; the message says why."""
 
 
 @dataclass(frozen=True)
@@ -147,6 +151,8 @@ class Inputs:
     """Errors that may differ between readings, so other results do not share them."""
     lines: dict[str, str] = field(default_factory=dict)
     """The budget line of each correlated input."""
+    joint: dict[str, str] = field(default_factory=dict)
+    """The result of each line of several correlated inputs, which another may not have too."""
 
     def tree(self, settings: EquationSettings, result: ResultSettings) -> Tree:
         """Return the equation of one result."""
@@ -175,7 +181,8 @@ def inputs_of(
     """Return the inputs of the model at one place.
 
     `results` are results of other analyses at this place, by their symbols in the model; one
-    without a value is nan, and so is what is calculated from it.
+    without a value is nan, and so is what is calculated from it. Raises CorrelationError for
+    instruments that have no errors of one kind, and for results with the same correlated inputs.
     """
     found = Inputs()
     found.fixed |= {name: each.si for name, each in settings.parsed.literals.items()}
@@ -208,8 +215,13 @@ def inputs_of(
         if one in settings.constants:
             found.r[one, other] = each.r
         else:
-            found.r |= dict.fromkeys(_pairs(errors[one], errors[other]), each.r)
+            pairs = dict.fromkeys(_pairs(errors[one], errors[other]), each.r)
+            if each.r and not pairs:
+                raise CorrelationError(_unlike(one, errors[one], other, errors[other]))
+            found.r |= pairs
     _group_correlated(found)
+    for line in set(found.joint) & set(found.lines.values()):
+        raise CorrelationError(_joint(line, found.joint[line], "the model"))
     return found
 
 
@@ -288,16 +300,16 @@ def _enter_result(
     for line in result.components or _whole(result):
         if line.u == 0:
             continue
-        known = next((each for each in found.inputs if each.name == line.name), None)
         error = _error_of(line)
-        if error is not None and known == error:
-            slope = line.sensitivity * stated.factor
-        elif error is not None and known is None and line.name not in taken:
-            slope = line.sensitivity * stated.factor
-            found.inputs.append(error)
-        else:
+        error = None if error is None else _shared(found, error, taken)
+        slope = line.sensitivity * stated.factor
+        if error is None:
             slope, error = 1.0, _part_of(line, result, stated.factor)
             found.inputs.append(error)
+            if line.common and line.shared and isnan(line.value) and line.sensitivity == 1:
+                first = found.joint.setdefault(line.name, result.name)
+                if first != result.name:
+                    raise CorrelationError(_joint(line.name, first, result.name))
         effects.append(Effect(error.name, slope=slope, at=error.value))
     found.effects[name] = tuple(effects)
 
@@ -309,6 +321,25 @@ def _error_of(line: Component) -> Input | None:
         return None
     return Input(line.name, line.value, line.input_u, line.dof, _shape(line), line.unit,
                  common=True)  # fmt: skip
+
+
+def _shared(found: Inputs, error: Input, taken: Collection[str]) -> Input | None:
+    """Return the input of an error that several results have; None if its name is of another."""
+    for each in (error, replace(error, name=f"{error.name}, of results")):
+        known = next((one for one in found.inputs if one.name == each.name), None)
+        if known is None and each.name not in taken:
+            found.inputs.append(each)
+        if known == each or (known is None and each.name not in taken):
+            return each
+    return None
+
+
+def _joint(line: str, one: str, other: str) -> str:
+    """Return why two results with the same correlated inputs are not combined."""
+    return (
+        f"'{line}' is a line of {one} and of {other}, and what they have in common of it is not"
+        " known: write them as results of one equation"
+    )
 
 
 def _part_of(line: Component, result: MeasurementResult, factor: float) -> Input:
@@ -337,6 +368,15 @@ def _pairs(one: Sequence[Input], other: Sequence[Input]) -> Iterator[tuple[str, 
             sorts = [each.name.partition(" of ")[0] for each in (a, b)]
             if a.name != b.name and sorts[0] == sorts[1] and a.dof == b.dof:
                 yield a.name, b.name
+
+
+def _unlike(one: str, errors: Sequence[Input], other: str, others: Sequence[Input]) -> str:
+    """Return why a correlation has nothing to act on."""
+    known = [", ".join(each.name for each in found) or "none" for found in (errors, others)]
+    return (
+        f"{one} and {other} are to be correlated, and the register has no errors of one kind for"
+        f" both instruments (for {one}: {known[0]}; for {other}: {known[1]})"
+    )
 
 
 def _group_correlated(found: Inputs) -> None:

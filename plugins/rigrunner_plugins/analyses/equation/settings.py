@@ -139,6 +139,22 @@ class ConstantSettings(Settings):
                 raise ValueError(f"{key}: of a temperature it is a difference in K")
         return self
 
+    def of_two_meanings(self) -> tuple[str, str, str] | None:
+        """Return the key of a width such as '10 %' of the number 3, what it may mean, and a hint.
+
+        It counts as 0.1, and a person may mean 10 % of 3.
+        """
+        value = self.value
+        for key in ("limits", "U", "u"):
+            width = getattr(self, key)
+            if width is None or value.unit.symbol != "1" or width.unit.symbol == "1":
+                continue
+            share = width.si * abs(value.si)
+            if share != width.si:
+                message = f"'{width}' of the number {value.si:g}: a share of it, or {width.si:g}?"
+                return key, message, f"write {share:g} or {width.si:g}"
+        return None
+
     @property
     def shape(self) -> str:
         """The name of its `Distribution`."""
@@ -404,6 +420,10 @@ class EquationSettings(Settings):
             self.parsed.literals
         )
         kinds |= {name: Kind.of_unit(each.unit.symbol) for name, each in known.items()}
+        for name, constant in self.constants.items():
+            if found := constant.of_two_meanings():
+                key, message, hint = found
+                yield ("constants", name, key), message, hint
         for name, each in known.items():
             meant = each.unit.symbol == "K" and abs(each.si) >= _THERMODYNAMIC
             if meant and any(kind.is_point for kind in kinds.values()):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import isnan, nan
+from math import copysign, isnan, nan
 from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import Component
@@ -104,8 +104,9 @@ def _missing(
 def mean_of(results: Sequence[MeasurementResult]) -> Estimate:
     """Return the mean of results; what they have in common does not average out.
 
-    A line of the budget that is common to all counts with the mean of its contributions, as if it
-    were one error in all; others are independent.
+    A line of the budget that is common to all counts as one error in all, with the mean of its
+    contributions: by their signs where it is known to be the same error, such as a gain, which
+    cancels between values of both signs. Other lines are independent.
     """
     count = len(results)
     value = sum(each.estimate.value for each in results) / count
@@ -121,10 +122,17 @@ def mean_of(results: Sequence[MeasurementResult]) -> Estimate:
             common.setdefault(line.name, []).append(line)
         else:
             combined.append(_scaled(line, line.u / count))
-    combined += [_scaled(same[0], sum(each.u for each in same) / count) for same in common.values()]
+    combined += [
+        _scaled(same[0], abs(sum(map(_contribution, same))) / count) for same in common.values()
+    ]
     u, dof = combine(combined)
     kurtosis = excess_kurtosis(((each.u, each.distribution) for each in combined), u)
     return Estimate(value, u, dof, results[0].of.unit, kurtosis)
+
+
+def _contribution(line: Component) -> float:
+    """Return u with the sign of the sensitivity; without one where that says nothing."""
+    return copysign(line.u, line.sensitivity) if line.shared and line.sensitivity < 0 else line.u
 
 
 def _scaled(line: Component, u: float) -> Component:

@@ -55,8 +55,7 @@ def _decided(limit: Limit, rule: AppliedRule, evidence: Evidence, chosen: Chosen
     found, details = chosen.estimate, evidence.details.get(limit.of)
     limits, without = _limits(limit, chosen)
     problem = details.objection(limit.measurand) if details else _objection(limit, evidence)
-    problem = problem or chosen.problem or evidence.problems.get(limit.of, "")
-    problem = problem or without
+    problem = problem or chosen.problem or evidence.problem(limit, chosen.coordinates) or without
     impossible = _impossible(details, limits, found)
     verdict, reason = _verdict(limits, rule, found, problem or impossible)
     known = found if found is not None and _uncertainty_is_known(found) and not without else None

@@ -6,13 +6,16 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import Consequence
+from rigrunner.api.checks import forbidden
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rigrunner.api.analysis import Check
+    from rigrunner.api.coordinates import CoordinateValue
     from rigrunner.api.details import AnalysisDetails
     from rigrunner.api.findings import MeasurementResult, MissingResult
+    from rigrunner.procedure import Limit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,8 +29,23 @@ class Evidence:
     """Of those results whose analysis gives their mean itself."""
     problems: Mapping[str, str] = field(default_factory=dict)
     """Why nothing can be decided on the results of a name, as a sentence; '' where it can."""
+    checks: tuple[Check, ...] = ()
+    """Checks of some results alone, as judged."""
     details: Mapping[str, AnalysisDetails] = field(default_factory=dict)
     """What the analysis of a result keeps besides, by the result's name; not all keep anything."""
+
+    def problem(self, limit: Limit, coordinates: Mapping[str, CoordinateValue]) -> str:
+        """Return why nothing can be decided on the result at a place, as a sentence; '' if it can.
+
+        For a limit of a mean: on any result that enters it.
+        """
+
+        def is_about(check: Check) -> bool:
+            at = [place for name, place in check.of if name == limit.of]
+            return any(map(limit.is_of, at)) if limit.mean else coordinates in at
+
+        own = filter(is_about, self.checks)
+        return self.problems.get(limit.of) or forbidden(own)
 
 
 def as_judged(check: Check) -> Check:

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from rigrunner.procedure import Acceptance
 
 ENGLISH = "en"
+ROUNDING = 1e-9
+"""A value that is off its limit by this share of u is on it: 25.05 °C, computed in K, is not."""
 TORQUE = "N·m"
 
 
@@ -69,6 +71,8 @@ class AppliedRule:
         """
         zones = self.zones(limits, estimate)
         margin = limits.margin(estimate.value)
+        if abs(margin) <= ROUNDING * estimate.u:
+            margin = 0.0
         shown = partial(_shown, unit=limits.unit, decimals=places(expanded(estimate)))
         place = _place(limits, shown(abs(margin)), inside=margin >= 0)
         reached = _reached(zones, margin)

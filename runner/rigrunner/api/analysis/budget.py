@@ -5,6 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 from math import hypot, nan
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.coordinates import CoordinateValue
 
 
 @dataclass(frozen=True)
@@ -87,3 +93,6 @@ class Check:
     covered_by: tuple[str, ...] = ()
     """Lines of the budget that have a part of the effect already."""
     consequence: Consequence = Consequence.NOTHING
+    of: tuple[tuple[str, Mapping[str, CoordinateValue]], ...] = ()
+    """The results on which nothing can be decided if it failed, each by its name and coordinates;
+    empty: all of the run."""

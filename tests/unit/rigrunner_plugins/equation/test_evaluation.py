@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from rigrunner.api.errors import DataError, PluginError
+from rigrunner.registry import load_registry
 from rigrunner.signal.coverage import factor
 from unit.rigrunner_plugins.equation.helpers_equation import findings, instrument, run_of
 
@@ -136,6 +137,73 @@ def test_two_correlated_instruments():
     )
     assert apart.u == pytest.approx(5 * 0.01 / sqrt(3) * sqrt(2))
     assert together.u == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("of_current", "inputs"),
+    [
+        ("0.1 % reading", {"U": "meter.voltage", "I": "meter.current"}),
+        ({"gain": "1 %"}, {"U": "meter.voltage", "I": {"of": "meter.current", "instrument": "no"}}),
+        ({"gain": "1 %"}, {"U": "meter.voltage", "I": "meter.voltage"}),
+    ],
+    ids=["unlike", "without", "same"],
+)
+def test_a_correlation_that_has_nothing_to_act_on_leaves_no_result(of_current, inputs):
+    """Without it u would be that of independent instruments, and nobody would see it."""
+    meters = (instrument("meter.voltage", "voltage", {"gain": "1 %"}),
+              instrument("meter.current", "current", of_current))  # fmt: skip
+    unit = "1" if inputs["I"] == "meter.voltage" else "Ω"
+    columns = {"meter.voltage": [10.0], "meter.current": [2.0]}
+    correlations = [{"between": ["U", "I"], "r": 0.9}]
+    found = result(told("U / I", unit, inputs, correlations=correlations), columns, meters)
+    assert not found.results
+    assert "U and I are to be correlated" in found.missing[0].why
+    assert "gain of meter.voltage" in found.missing[0].why
+
+
+def test_a_percentage_of_a_number_that_may_mean_two_things_is_refused():
+    """'10 %' of the number 3 counts as 0.1, as in runs that are stored; a person may mean 0.3."""
+    inputs = {"q": {"of": "meter.ratio", "instrument": "no"}}
+
+    def objections(**constant):
+        settings = told("c*q", "1", inputs, constants={"c": constant})
+        return list(load_registry().objections("equation", settings, {"meter.ratio": "1"}))
+
+    (found,) = objections(value=3, limits="10 %")
+    assert found[0] == ("constants", "c", "limits")
+    assert found[1] == "'10 %' of the number 3: a share of it, or 0.1?"
+    assert found[2] == "write 0.3 or 0.1"
+    for each in ({"value": 3, "u": 0.1}, {"value": "30 %", "u": "1 %"}, {"value": 1, "u": "1 %"}):
+        assert not objections(**each)
+
+
+def test_a_check_of_trials_is_about_the_places_where_it_failed():
+    """1/x at 0.01 ± 0.01 has no interval by its slope; at 1 and 2 it has."""
+    columns = {"meter.ratio": [1.0, 0.01, 2.0, 0.012]}
+    meter = instrument("meter.ratio", "ratio", {"overall": "0.01 1"})
+    run = run_of(columns, {"meter.ratio": "1"}, [meter], [1.0, 2.0, 3.0, 4.0])
+    settings = told("1 / x", "1", {"x": "meter.ratio"}, per=["load.current"])
+    (check,) = findings(settings, run).checks
+    assert not check.ok
+    assert [(name, str(at["load.current"])) for name, at in check.of] == [
+        ("y", "2 A"),
+        ("y", "4 A"),
+    ]
+    assert check.text.endswith("; it fails too at load.current = 4 A")
+    straight = run_of({"meter.ratio": [1.0]}, {"meter.ratio": "1"}, [meter])
+    (fine,) = findings(settings, straight).checks
+    assert fine.ok
+    assert not fine.of
+
+
+def test_a_trial_that_failed_at_one_of_too_many_places_is_about_all_of_them():
+    """Of 31 places 30 are tried: what fails at one may fail at the one that nobody tried."""
+    places = [float(each) for each in range(1, 32)]
+    meter = instrument("meter.ratio", "ratio", {"overall": "0.01 1"})
+    run = run_of({"meter.ratio": [1.0] * 30 + [0.01]}, {"meter.ratio": "1"}, [meter], places)
+    (check,) = findings(told("1 / x", "1", {"x": "meter.ratio"}, per=["load.current"]), run).checks
+    assert not check.ok
+    assert len(check.of) == 31
 
 
 def test_one_channel_that_enters_twice_has_one_gain():

@@ -164,6 +164,46 @@ def test_what_is_made_of_a_result_without_a_value_has_none_at_that_place():
     assert made[2].results[1].estimate.value == pytest.approx(2 * VOLT[0])
 
 
+def test_a_constant_of_two_results_is_one_error_whatever_the_symbols_of_the_model_are():
+    """R_N cancels in a ratio of two currents, also where that ratio is called R_N."""
+    of = {"constants": {"R_N": {"value": "10 Ω", "u": "0.1 Ω"}}}
+    volt = {"U": "meter.voltage"}
+    *_, ratio = found(
+        equation("one", "A", "U / R_N", volt, where={"load.current": "1 A"}, **of),
+        equation("two", "A", "U / R_N", volt, where={"load.current": "2 A"}, **of),
+        ("equation", {
+            "result": {"name": "ratio", "symbol": "R_N", "unit": "1"}, "model": "R_N = a / b",
+            "inputs": {"a": "one", "b": "two"},
+        }),
+    )  # fmt: skip
+    (line,) = (each for each in ratio.components if each.name.startswith("R_N"))
+    assert line.u == pytest.approx(0, abs=1e-12)
+
+
+def test_results_with_the_same_correlated_constants_are_not_combined():
+    """u(A + B) is twice u(A), and no line says so: it would be sqrt(2) u(A)."""
+    of = {
+        "constants": {name: {"value": "1 V", "u": "0.1 V"} for name in "ab"},
+        "correlations": [{"between": ["a", "b"], "r": 0.5}],
+        "where": {"load.current": "1 A"},
+    }
+    analyses = [
+        equation("one", "V", "U + a + b", {"U": "meter.voltage"}, **of),
+        equation("two", "V", "U + a + b", {"U": "meter.voltage"}, **of),
+        equation("sum", "V", "A + B", {"A": "one", "B": "two"}),
+        equation("with_own", "V", "A + a + b", {"A": "one"},
+                 constants=of["constants"], correlations=of["correlations"]),
+    ]  # fmt: skip
+    asked = [AnalysisRef.model_validate({name: told}) for name, told in analyses]
+    columns = {"meter.voltage": VOLT, "meter.current": AMPERE}
+    made = findings_of(run_of(columns, UNITS, METERS, PLACES), asked, Scrutiny(registry()))
+    assert [each.name for one in made for each in one.results] == ["one", "two"]
+    assert [each.why.partition(", and what")[0] for one in made for each in one.missing] == [
+        "'a and b, correlated' is a line of one and of two",
+        "'a and b, correlated' is a line of one and of the model",
+    ]
+
+
 def test_results_that_are_made_of_each_other_are_refused():
     with pytest.raises(DataError, match="of each other"):
         found(equation("one", "V", "b", {"b": "two"}), equation("two", "V", "a", {"a": "one"}))
