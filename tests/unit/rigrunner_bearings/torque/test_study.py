@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pydantic import ValidationError
-from rigrunner.api.gauge import NamedStudy
 
+from rigrunner_bearings.api.rig import NamedStudy
 from rigrunner_bearings.api.torque import TorqueDetails
 from unit.analysis.helpers_analysis import analysed, recording, run_of
 
