@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from math import isinf, isnan
 from typing import TYPE_CHECKING
 
+from rigrunner.api import QuantityError, unit
 from rigrunner.api.quantity import usual_and_prefixed
-from rigrunner.api.units import QuantityError, unit
 from rigrunner.signal.uncertainty import share_percent
 from rigrunner_reports.mathematics import equation
 from rigrunner_reports.numbers import TIMES, fixed, significant, stated
