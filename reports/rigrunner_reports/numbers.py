@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import floor, isfinite, isinf, log10
+from math import floor, isfinite, isnan, log10
 from typing import TYPE_CHECKING
 
 from rigrunner.signal.coverage import expanded, factor
@@ -16,9 +16,10 @@ MINUS = "\N{MINUS SIGN}"
 TIMES = "\N{MULTIPLICATION SIGN}"
 UNKNOWN = "unknown"
 MANY_DOF = 1e4
+"""Above these degrees of freedom, infinity is printed."""
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 LOWEST, HIGHEST = -3, 5
-"""Exclusive: between these powers of ten a number is written without one."""
+"""A number between these powers of ten, both exclusive, is written without one."""
 
 
 @dataclass(frozen=True)
@@ -51,20 +52,22 @@ def stated(estimate: Estimate) -> Stated:
 
 def fixed(value: float, decimals: int) -> str:
     """Return a number with that many decimals (negative: rounded to tens, hundreds, ...)."""
+    if isnan(value):
+        return UNKNOWN
     if not isfinite(value):
-        return UNKNOWN if value != value else _infinite(value)  # noqa: PLR0124  (nan)
+        return "∞" if value > 0 else f"{MINUS}∞"
     text = f"{round(value, decimals):.{max(decimals, 0)}f}"
     return _signed(text)
 
 
 def with_sign(value: float, decimals: int) -> str:
-    """Return a number with that many decimals and its sign, for differences."""
+    """Return a difference with that many decimals and its sign, also '+'."""
     text = fixed(value, decimals)
     return text if text.startswith(MINUS) or not isfinite(value) else f"+{text}"
 
 
 def significant(value: float, digits: int = 4) -> str:
-    """Return a number with that many significant digits, with a power of ten far from 1."""
+    """Return a number with that many significant digits, far from 1 with a power of ten."""
     if not isfinite(value):
         return fixed(value, 0)
     if value == 0:
@@ -77,7 +80,7 @@ def significant(value: float, digits: int = 4) -> str:
 
 
 def with_standard_uncertainty(value: float, u: float, unit: str) -> str:
-    """Return value ± u and unit, u with two significant digits, in parentheses before a power."""
+    """Return 'value ± u unit', u with two significant digits; '(value ± u) power unit'."""
     scale, power = _scale(value, u)
     digits = places(u * scale)
     text = f"{fixed(value * scale, digits)} ± {fixed(u * scale, digits)}"
@@ -85,13 +88,13 @@ def with_standard_uncertainty(value: float, u: float, unit: str) -> str:
 
 
 def to_place_of(value: float, u: float) -> str:
-    """Return the value alone, to the place of its standard uncertainty's second digit."""
+    """Return the value, rounded to the second significant digit of its standard uncertainty."""
     scale, power = _scale(value, u)
     return f"{fixed(value * scale, places(u * scale))}{power}"
 
 
 def _scale(value: float, u: float) -> tuple[float, str]:
-    """Return the factor, and the power of ten that undoes it: that of the larger one."""
+    """Return a factor and the power of ten that undoes it, as text, for the larger of both."""
     largest = max((abs(each) for each in (value, u) if isfinite(each)), default=0.0)
     power = floor(log10(largest)) if largest else 0
     if LOWEST < power < HIGHEST:
@@ -100,7 +103,7 @@ def _scale(value: float, u: float) -> tuple[float, str]:
 
 
 def plain(value: float) -> str:
-    """Return a set value as it was written: 35, not 35.0."""
+    """Return a set value with up to six significant digits, without trailing zeros: 35."""
     return _signed(f"{value:.6g}") if isfinite(value) else fixed(value, 0)
 
 
@@ -108,7 +111,3 @@ def _signed(text: str) -> str:
     if not text.startswith("-"):
         return text
     return text.removeprefix("-") if float(text) == 0 else text.replace("-", MINUS)
-
-
-def _infinite(value: float) -> str:
-    return "∞" if isinf(value) and value > 0 else f"{MINUS}∞"

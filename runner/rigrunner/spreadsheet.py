@@ -1,8 +1,7 @@
-"""Cells of a CSV file that is opened in a spreadsheet: text stays text.
+"""Cells of CSV files that do not become formulas in a spreadsheet.
 
-A spreadsheet takes a cell that begins with '=' and the like for a formula, which may run a program
-or send the table away. An apostrophe before it, which spreadsheets know as "this is text", keeps it
-from that (OWASP, 'CSV Injection').
+A spreadsheet reads a cell that begins with '=', '+', '-' or '@' as a formula, which may run a
+program or send the table elsewhere. A leading apostrophe marks it as text (OWASP, 'CSV Injection').
 """
 
 from __future__ import annotations
@@ -14,14 +13,15 @@ _FORMULA = re.compile(
     r"(^|[\t\n;])(?=[=+\-@\t\N{FULLWIDTH EQUALS SIGN}\N{FULLWIDTH PLUS SIGN}"
     r"\N{FULLWIDTH HYPHEN-MINUS}\N{FULLWIDTH COMMERCIAL AT}])"
 )
-"""Where a cell begins: also behind what parts cells where the comma is the decimal mark."""
+"""The start of a formula: of the text, or after what may separate cells: a line end, a tab, or a
+semicolon where the comma is the decimal mark."""
 
 
 def cell(value: Any) -> Any:
-    """Return a value as it is, but a text that would be a formula with an apostrophe before it.
+    """Return a value for a cell: a text that would be a formula gets a leading apostrophe.
 
-    A text that is a number, such as '-0.5', is none. Lines end in one way, which every reader of
-    CSV knows.
+    Other values, and texts that are numbers, such as '-0.5', stay as they are. Line ends of texts
+    become line feeds.
     """
     if not isinstance(value, str) or _is_number(value):
         return value

@@ -13,7 +13,7 @@ from helpers_workflow import station_file
 from rigrunner.api.errors import ExitCode
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
-SAFE = "tester is safe: read back tester.frequency 0"
+SAFE = "tester is safe: read back tester.frequency 0 Hz"
 
 
 @pytest.mark.parametrize(

@@ -130,7 +130,7 @@ def assert_told(run, reason):
     for name in ("guardian.txt", "run.log"):
         text = (run.folder() / name).read_text(encoding="utf-8")
         assert reason in text
-        assert "psu is safe: read back voltage 0" in text
+        assert "psu is safe: read back voltage 0 V, speed 0 Hz" in text
     events = read(run.folder()).events
     (alarm,) = [e for e in events if isinstance(e, Alarm) and e.source == "guardian"]
     assert reason in alarm.text

@@ -265,3 +265,27 @@ def test_a_run_that_could_not_be_analysed_says_how_its_data_are(tmp_path):
     again = call("reanalyse", folder, "--analysis", other, "--out", tmp_path / "again")
     assert again.code == 0, again.err
     assert "voltage,12.01" in (tmp_path / "again/results.csv").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("steps", "refused"),
+    [
+        ("sweep: {set: bench.current, label: {way: down}, steps: [READ], over: [1.5 A]}", True),
+        ("sweep: {set: bench.current, label: {way: down}, steps: [READ], over: [2 A]}", False),
+        ("group: {label: {way: down}, steps: [SCAN [1.5 A, 0.5 A]]}", True),
+        ("group: {label: {way: down}, steps: [SCAN [1.5 A, 1000 mA]]}", False),
+    ],
+)
+def test_a_hysteresis_needs_one_set_point_that_both_ways_share(tmp_path, steps, refused):
+    steps = steps.replace("READ", "measure: {channels: [bench.voltage]}")
+    steps = steps.replace("SCAN", "scan: {set: bench.current, channels: [bench.voltage], over:")
+    steps = steps.replace("]]}", "]}]}")
+    curve = CURVE.replace("{value", HYSTERESIS.replace("dwn", "down") + ", value")[1:]
+    called = checked(
+        tmp_path, ("analysis:", f"  - {steps}\nanalysis:"), ("acceptance:", curve + "acceptance:")
+    )
+    assert called.code == (3 if refused else 0), called.err
+    if refused:
+        at = line_of("results: {hysteresis", tmp_path)
+        assert f"supply.yaml:{at}:" in called.err
+        assert "bench.current is nowhere the same at way = up and down" in called.err

@@ -9,10 +9,12 @@ import shutil
 from contextlib import suppress
 from datetime import UTC, datetime
 from functools import cache
+from io import BytesIO
 from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
+from zipfile import ZipFile
 
 import h5py
 import numpy as np
@@ -29,6 +31,9 @@ from rigrunner.api.events import Scanned, StepStarted
 from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.certificate.numbers import Numbers
 from rigrunner.certificate.order import read_order
+from rigrunner.documents.packing.contents import LISTING
+from rigrunner.documents.packing.pack import pack
+from rigrunner.documents.packing.unpack import unpack
 from rigrunner.procedure import load_procedure
 from rigrunner.proof.contents import content_in
 from rigrunner.proof.keys import new_key, read_private_key, read_public_keys
@@ -138,6 +143,38 @@ def _run_seeds(folder: Path) -> list[bytes]:
     other = write_run(folder / "other", [recording(samples=100)])
     sealed = writer.seal(DOCUMENT, PLOT), other.seal(DOCUMENT, PLOT, partners=partners)
     return [each.read_bytes() for each in sealed]
+
+
+def _packed(path: Path) -> object:
+    return unpack(path, _empty(path.parent / "runs"))
+
+
+def _packed_seeds(folder: Path) -> list[bytes]:
+    writer = write_run(folder / "run", [recording(samples=100)])
+    writer.seal(DOCUMENT, PLOT)
+    pack(folder / "run", folder / "run.zip")
+    return [(folder / "run.zip").read_bytes()]
+
+
+@cache
+def _good_packed() -> bytes:
+    with TemporaryDirectory() as folder:
+        (packed,) = _packed_seeds(Path(folder))
+    return packed
+
+
+def _packing_list(path: Path) -> object:
+    """Unpack a good packed run whose list of contents is this file."""
+    other = path.parent / "packed.zip"
+    with ZipFile(BytesIO(_good_packed())) as good, ZipFile(other, "w") as made:
+        for each in good.infolist():
+            made.writestr(each, path.read_bytes() if each.filename == LISTING else good.read(each))
+    return _packed(other)
+
+
+def _packing_list_seeds(_: Path) -> list[bytes]:
+    with ZipFile(BytesIO(_good_packed())) as good:
+        return [good.read(LISTING)]
 
 
 def _journal(path: Path) -> object:
@@ -431,6 +468,8 @@ TARGETS = (
     Target("tdms", ".tdms", _tdms_seeds, _tdms),
     Target("matlab", ".mat", _matlab_seeds, _matlab),
     Target("run file", ".h5", _run_seeds, _run),
+    Target("packed run", ".zip", _packed_seeds, _packed),
+    Target("list of a packed run", ".json", _packing_list_seeds, _packing_list),
     Target("journal", ".journal", _journal_seeds, _journal),
     Target("journal record", ".record", _record_seeds, _record),
     Target("journal block", ".block", _block_seeds, _block),

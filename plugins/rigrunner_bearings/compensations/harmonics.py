@@ -1,4 +1,4 @@
-"""What the no-load sweep shows: the harmonics of its torque, and how well each is known."""
+"""The harmonics of the no-load torque at each frequency, with their uncertainty."""
 
 from __future__ import annotations
 
@@ -21,12 +21,11 @@ if TYPE_CHECKING:
     Complex = NDArray[np.complex128]
 
 HARMONICS = 72
-"""Of each swing, if they lie below a quarter of the sampling rate."""
-
+"""Number of harmonics of a swing; those above a quarter of the sampling rate are not used."""
 SENSOR = "is the torque sensor connected, its amplifier on, and the channel the right one?"
 MODEL_ERROR = 1e-4
-"""Of the torque's rms, in every harmonic: what the steps of an encoder and the non-linearity of a
-good transducer leave."""
+"""Error of each harmonic by the steps of an encoder and the non-linearity of a good transducer, as
+a share of the rms of the torque."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +39,7 @@ class Observed:
     weight: Array
     """1 over the standard uncertainty of a harmonic; 0 where it is not used. Shape (F, K)."""
     acceleration: Complex
-    """Of the kinematics at 1 Hz, shape (K,)."""
+    """Harmonics of the angular acceleration at 1 Hz, from the kinematics, shape (K,)."""
 
     @cached_property
     def harmonic_hz(self) -> Array:
@@ -58,18 +57,18 @@ class Observed:
 
 
 def observe(points: tuple[SwingPoint, ...], swing: Swing) -> Observed:
-    """Return the harmonics of each point's mean swing, with their weights.
+    """Return the harmonics of the mean swing of each point, with their weights.
 
-    Raises DataError for a torque that is the same in all cycles.
+    Raises DataError for a torque that is the same in all cycles: it is not measured.
     """
     frequency = np.array([[p.frequency_hz.value] for p in points])
     rate = np.array([[p.sample_rate_hz] for p in points])
     means, u = zip(*_harmonics_of(points), strict=True)
     if not all(u):
-        still = frequency[:, 0][np.array(u) == 0]
+        without_noise = frequency[:, 0][np.array(u) == 0]
+        where = ", ".join(f"{each:.3g} Hz" for each in without_noise)
         raise DataError(
-            f"the no-load torque at {', '.join(f'{each:.3g} Hz' for each in still)} is the same in"
-            " all cycles, without any noise",
+            f"the no-load torque at {where} is the same in all cycles, without any noise",
             hint=SENSOR,
         )
     used = frequency * np.arange(1, HARMONICS + 1) < rate / 4
@@ -77,7 +76,7 @@ def observe(points: tuple[SwingPoint, ...], swing: Swing) -> Observed:
     return Observed(frequency, np.array(means), used / np.array(u)[:, None], acceleration)
 
 
-# The same sweep is observed for each swing and filter that are possible: remembered as that is.
+# Cached: the same points are observed again with each candidate swing and filter.
 @lru_cache(maxsize=4)
 def mean_torques(points: tuple[SwingPoint, ...]) -> tuple[Array, ...]:
     """Return the robust mean over each point's kept cycles, shapes (N,)."""
@@ -91,9 +90,9 @@ def _harmonics_of(points: tuple[SwingPoint, ...]) -> tuple[tuple[Complex, float]
 
 
 def _harmonics(point: SwingPoint, mean: Array) -> tuple[Complex, float]:
-    """Return the mean's harmonics and the standard uncertainty of one.
+    """Return the harmonics of the mean swing, and the standard uncertainty of each of them.
 
-    From the scatter of the kept cycles, but no less than what any model errs by.
+    It is the scatter of the kept cycles combined with `MODEL_ERROR`.
     """
     scatter = spectrum_of(point.torque_nm[point.kept])
     variance = scatter.var(axis=0, ddof=1) / len(scatter)

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from math import isinf, isnan
 from typing import TYPE_CHECKING
 
+from rigrunner.api import QuantityError, unit
+from rigrunner.api.quantity import usual_and_prefixed
 from rigrunner.signal.uncertainty import share_percent
 from rigrunner_reports.mathematics import equation
-from rigrunner_reports.numbers import fixed, significant, stated
+from rigrunner_reports.numbers import TIMES, fixed, significant, stated
 from rigrunner_reports.section import Section
 from rigrunner_reports.view.decision import LimitView
 
@@ -18,9 +20,10 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
-    from rigrunner.api import MeasurementResult, ResultDefinition
+    from rigrunner.api import Component, MeasurementResult, ResultDefinition
     from rigrunner.api.findings import MissingResult, Table
     from rigrunner.api.results import Result
+    from rigrunner.api.unit_tables import Unit
     from rigrunner.api.verdict import LimitDecision
     from rigrunner_reports.numbers import Stated
 
@@ -187,16 +190,7 @@ def _budget(found: MeasurementResult) -> BudgetView | None:
         return None
     shares = share_percent(found.components)
     lines = tuple(
-        BudgetLine(
-            name=each.name,
-            distribution=each.distribution,
-            dof="∞" if isinf(each.dof) else significant(each.dof, 3),
-            u=significant(each.input_u, 3),
-            unit=each.unit,
-            sensitivity=significant(each.sensitivity, 3),
-            contribution=significant(each.u, 3),
-            share="" if isnan(share) else f"{fixed(share, 1)} %",
-        )
+        _line(each, share, found.of.unit)
         for each, share in zip(found.components, shares, strict=True)
     )
     dof = found.estimate.dof
@@ -206,6 +200,43 @@ def _budget(found: MeasurementResult) -> BudgetView | None:
         u=significant(found.estimate.u, 3),
         dof="∞" if isinf(dof) else "unknown" if isnan(dof) else significant(dof, 3),
     )
+
+
+def _line(found: Component, share: float, result_unit: str) -> BudgetLine:
+    shown, ratio = _unit_of_line(found, result_unit)
+    return BudgetLine(
+        name=found.name,
+        distribution=found.distribution,
+        dof="∞" if isinf(found.dof) else significant(found.dof, 3),
+        u=significant(found.input_u * ratio, 3),
+        unit=shown,
+        sensitivity=significant(found.sensitivity / ratio, 3),
+        contribution=significant(found.u, 3),
+        share="" if isnan(share) else f"{fixed(share, 1)} %",
+    )
+
+
+def _unit_of_line(found: Component, result_unit: str) -> tuple[str, float]:
+    """Return the unit in which the input of a line is shown, and by what its numbers multiply.
+
+    The result's unit for an input of its kind; else one in which u and sensitivity need few powers
+    of ten.
+    """
+    try:
+        given, of_result = unit(found.unit), unit(result_unit)
+    except QuantityError:  # of a plugin that states no unit
+        return found.unit, 1.0
+
+    def powers(shown: Unit) -> int:
+        ratio = given.factor / shown.factor
+        numbers = (found.input_u * ratio, found.sensitivity / ratio)
+        return sum(TIMES in significant(each, 3) for each in numbers)
+
+    units = [given, *usual_and_prefixed(given.symbol)]
+    if given.dimension == of_result.dimension:
+        units = [of_result]
+    best = min((each for each in units if not each.offset), key=powers, default=given)
+    return best.symbol, given.factor / best.factor
 
 
 SECTIONS = (

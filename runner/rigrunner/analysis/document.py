@@ -97,7 +97,7 @@ def _named(result: MeasurementResult) -> Json:
         **_identity(result.of),
         "coordinates": coordinates_of(result.coordinates),
         "estimate": estimate(result.estimate),
-        "readings": result.readings,
+        "readings": int(result.readings),
         "budget": budget(result.components, result.of.unit),
     }
 

@@ -18,6 +18,7 @@ import numpy as np
 from rigrunner.analysis.lookup import fits_in
 from rigrunner.api.analysis import Rejection
 from rigrunner.api.analysis_context import AnalysisContext
+from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.findings import Findings
 from rigrunner.api.scrutiny import Subject, are_numbers, is_finite, is_real, protect, shown
 from rigrunner.api.verdict import WORST_FIRST, Verdict, Zone
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
         AnalysisOfResults,
         MeasurementResult,
         ResultDefinition,
+        ResultPlace,
     )
     from rigrunner.api.hooks import PluginRecord
     from rigrunner.api.settings import Settings
@@ -208,6 +210,8 @@ class _Analysis:
         need = self.subject.need
         if not isinstance(found, Findings):
             self.subject.refuse(f"{shown(found)}, expected Findings")
+        for each in (*found.results, *found.missing):
+            self._check_place(each)
         shown_by_itself = {name for each in found.details for name in each.shown_results}
         places = [
             (each.name, each.place)
@@ -221,6 +225,7 @@ class _Analysis:
             self._check(each)
         for gone in found.missing:
             self._check_definition(gone.of)
+            need(isinstance(gone.why, str), f"{shown(gone.why)} as the reason for a missing result")
         for formula in chain(found.formulas, *(each.formulas for each in found.sections)):
             try:
                 parse_any(formula.text)
@@ -229,6 +234,9 @@ class _Analysis:
         for table in chain(found.tables, *(each.tables for each in found.sections)):
             wide = {len(row) for row in table.rows} | {len(table.columns)}
             need(len(wide) == 1, f"the table '{table.title}' with rows of {wide} columns")
+            for cell in chain(*table.rows):
+                is_one = isinstance(cell, str) or is_real(cell)
+                need(is_one, f"the table '{table.title}' with {shown(cell)} in a cell")
         return found
 
     def _check(self, result: MeasurementResult) -> None:
@@ -242,10 +250,27 @@ class _Analysis:
         need(is_finite(estimate.value), f"'{result.name}' of {shown(estimate.value)}")
         need(is_real(u) and (math.isnan(u) or 0 <= u < math.inf), f"the uncertainty {u!r}")
         need(is_real(dof) and (math.isnan(dof) or dof > 0), f"{dof!r} degrees of freedom")
+        count = result.readings
+        is_count = isinstance(count, (int, np.integer)) and count >= 0
+        need(is_count, f"'{result.name}' of {shown(count)} readings")
+        for line in result.components:
+            need(
+                is_real(line.u) and not line.u < 0 and is_real(line.dof) and not line.dof <= 0,
+                f"a budget line '{line.name}' with u = {line.u!r}, {line.dof!r} degrees of freedom",
+            )
         if result.components and not math.isnan(u):
             by_lines, _ = combine(result.components)
             agrees = math.isclose(by_lines, u, rel_tol=_ROUNDING)
             need(agrees, f"'{result.name}' with u = {u:g}, by its budget {by_lines:g}")
+
+    def _check_place(self, found: ResultPlace) -> None:
+        need = self.subject.need
+        for name in found.of.per:
+            need(name in found.coordinates, f"'{found.name}' without its coordinate '{name}'")
+        for name, at in found.coordinates.items():
+            is_one = isinstance(at, CoordinateValue)
+            is_one = is_one and (isinstance(at.value, str) or is_finite(at.value))
+            need(is_one, f"'{found.name}' at {name} = {shown(at)}, expected a CoordinateValue")
 
     def _check_definition(self, of: ResultDefinition) -> None:
         is_due = self.yields.get(of.name) == of

@@ -183,10 +183,26 @@ def written_column(rows: Sequence[Placed], name: str, unit: str) -> tuple[str, l
 def measured_column(rows: Sequence[Read], name: str, unit: str) -> tuple[str, list[str]]:
     """Return the unit and the cells of a column of measured values; '' for no value.
 
-    In the unit declared for the channel, or of its set-point as written.
+    In the unit declared for the channel, or of its set-point as written. Values of one unit have
+    equal decimals.
     """
     values = [row.values.get(name, "") for row in rows]
-    return _column(values, [row.written_in.get(name, "") for row in rows], unit)
+    head, cells = _column(values, [row.written_in.get(name, "") for row in rows], unit)
+    return head, _with_equal_decimals(cells) if head else cells
+
+
+def _with_equal_decimals(cells: list[str]) -> list[str]:
+    """Return numbers with the decimals of the one that has most, if none gets too many digits."""
+    decimals = max((len(cell.partition(".")[2]) for cell in cells), default=0)
+    padded = [_padded(cell, decimals) if cell and decimals else cell for cell in cells]
+    digits = [cell.replace(".", "").lstrip("-0") for cell in padded]
+    are_few = all(not each or (each.isdigit() and len(each) <= DIGITS) for each in digits)
+    return padded if are_few else cells
+
+
+def _padded(number: str, decimals: int) -> str:
+    whole, _, part = number.partition(".")
+    return f"{whole}.{part:0<{decimals}}"
 
 
 def _column(values: Sequence[Coordinate], units: Sequence[str], unit: str) -> tuple[str, list[str]]:

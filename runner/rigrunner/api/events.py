@@ -145,6 +145,8 @@ class MadeSafe(Event, frozen=True, kw_only=True):
     """The drive, 'role.drive', or the role of the device."""
     read_back: Mapping[str, float] = {}
     """Read-backs afterwards: 'role.drive' in SI units."""
+    units: Mapping[str, str] = {}
+    """The unit of each read-back."""
     problems: tuple[str, ...] = ()
     """Why it is not confirmed as safe; empty if the read-back confirms it."""
 
@@ -210,6 +212,8 @@ class RunEnded(Event, frozen=True, kw_only=True):
     reason: str = ""
     read_back: Mapping[str, float] = {}
     """Read-back of each drive after making safe: 'role.drive' in SI units."""
+    units: Mapping[str, str] = {}
+    """The unit of each read-back."""
     resumable: bool = False
     """Whether it can be resumed once the cause is fixed.
 

@@ -110,7 +110,7 @@ class MeasuredResponse(Settings):
 
 def _kind(value: object) -> str:
     kind = value.get("type") if isinstance(value, dict) else getattr(value, "type", None)
-    return str(kind) if kind in {"fir", "measured"} else "named"
+    return kind if isinstance(kind, str) and kind in {"fir", "measured"} else "named"
 
 
 AnyFilter = Annotated[

@@ -1,4 +1,4 @@
-"""How far an analysis is, for whoever waits."""
+"""Progress of an analysis."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from typing import Protocol
 
 
 class Progress(Protocol):
-    """Is told how much of what is done."""
+    """A callback for progress."""
 
     def __call__(self, what: str, done: int, of: int) -> None:
-        """Take note."""
+        """Report that `done` of `of` parts of `what` are done."""
         ...
 
 
 def unseen(what: str, done: int, of: int) -> None:
-    """Take no note."""
+    """Ignore the progress."""

@@ -113,20 +113,22 @@ def legible(si: float, symbol: str) -> str:
     """
     text = f"{si:.6g}"
     if symbol and "e" in text:
-        dimension = unit(symbol).dimension
-        for known in (*usual_units(dimension), *_prefixed(symbol)):
-            if known.dimension != dimension:  # pH is no picohenry
-                continue
+        for known in usual_and_prefixed(symbol):
             number = (si - known.offset) / known.factor
             if 1 <= abs(number) < _LEGIBLE:
                 return f"{number:.6g} {known.symbol}"
     return f"{text} {symbol}".rstrip()
 
 
-def _prefixed(symbol: str) -> Iterator[Unit]:
+def usual_and_prefixed(symbol: str) -> Iterator[Unit]:
+    """Yield the usual units of the kind of an SI unit, and this unit with prefixes."""
+    dimension = unit(symbol).dimension
+    yield from usual_units(dimension)
     for prefix in FACTORS:
         with suppress(QuantityError):
-            yield unit(f"{prefix}{symbol}")
+            known = unit(prefix + ("g" if symbol == "kg" else symbol))
+            if known.dimension == dimension:  # pH is no picohenry
+                yield known
 
 
 def parse_quantity(text: str, dimension: str | None = None) -> Quantity:

@@ -169,6 +169,7 @@ UNITS: tuple[Unit, ...] = (
     Unit("m", "length"),
     Unit("mm", "length", 1e-3),
     Unit("µm", "length", 1e-6),
+    Unit("Å", "length", 1e-10),
     Unit("in", "length", _INCH),
     Unit("ft", "length", 0.3048),
     Unit("1", "ratio"),
@@ -274,7 +275,7 @@ UNITS: tuple[Unit, ...] = (
 """Units in messages and pages; prefixes, products and quotients make more."""
 
 CUSTOMARY = {
-    *("lbf", "kgf", "in", "ft", "lb", "°F", "psi", "atm", "Torr", "mmHg", "rev", "eV"),
+    *("lbf", "kgf", "in", "ft", "Å", "lb", "°F", "psi", "atm", "Torr", "mmHg", "rev", "eV"),
     *("t", "ppm", "ppb", "cP", "cSt", "bar/min", "mbar"),
 }
 """Accepted, but not suggested and used only if a person wrote it so."""
@@ -317,5 +318,11 @@ SPELLINGS = {
     "°": "deg", "degC": "°C", "degF": "°F", "kg m2": "kg·m²", "r/min": "rpm", "rev/min": "rpm",
     "Wh": "W·h", "kWh": "kW·h", "Ah": "A·h", "mAh": "mA·h", "l": "L", "ml": "mL", "l/min": "L/min",
     "Ohm": "Ω", "ohm": "Ω", "kOhm": "kΩ", "kohm": "kΩ", "MOhm": "MΩ", "Mohm": "MΩ", "mOhm": "mΩ",
-    "mohm": "mΩ",
+    "mohm": "mΩ", "angstrom": "Å", "Angstrom": "Å",
 }  # fmt: skip
+
+MEANT = {
+    "M": "mol/L", "mM": "mmol/L", "µM": "µmol/L", "uM": "µmol/L", "nM": "nmol/L",
+    "RH": "%", "%RH": "%", "% RH": "%", "%rh": "%", "% rh": "%",
+}  # fmt: skip
+"""What is suggested for what is no unit: M is the prefix mega, and a relative humidity a ratio."""

@@ -22,6 +22,7 @@ from rigrunner.api.unit_tables import (
     FACTORS,
     KINDS,
     LEVELS,
+    MEANT,
     PREFIXED,
     PRODUCTS,
     SPELLINGS,
@@ -42,10 +43,12 @@ class QuantityError(RigrunnerError, ValueError):
 
 
 _BASES = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
-_SAME_LETTERS = str.maketrans({"\N{GREEK SMALL LETTER MU}": "µ", "\N{OHM SIGN}": "Ω"})
+_SAME_LETTERS = str.maketrans(
+    {"\N{GREEK SMALL LETTER MU}": "µ", "\N{OHM SIGN}": "Ω", "\N{ANGSTROM SIGN}": "Å"}
+)
 _SUPERSCRIPTS = "⁰¹²³⁴⁵⁶⁷⁸⁹"
 _DIGITS = str.maketrans(f"{_SUPERSCRIPTS}⁻\N{MINUS SIGN}", "0123456789--")
-_NAME = "[A-Za-zΩµ°%]+"
+_NAME = "[A-Za-zÅΩµ°%]+"
 _MINUS = "-\N{MINUS SIGN}"
 _POWER = rf"(?:\^?[{_MINUS}]?[2-9]|\^?[{_MINUS}]1|⁻?[{_SUPERSCRIPTS}])"
 _FACTOR = rf"{_NAME}{_POWER}?"
@@ -77,13 +80,22 @@ def unit(symbol: str, dimension: str | None = None) -> Unit:
         found = _composed(wanted)
     if found is not None:
         return found
+    near = _near(wanted, dimension)
+    hint = f"did you mean '{near}'?" if near else _listing(dimension)
+    raise QuantityError(f"unknown unit '{clip(symbol.strip())}'", hint=hint)
+
+
+def _near(wanted: str, dimension: str | None) -> str:
+    """Return the symbol that was probably meant; '' for none."""
+    meant = MEANT.get(wanted, "")
+    if meant and dimension in (None, unit(meant).dimension):
+        return meant
     by_case = {
         spelling.lower(): symbol for spelling, symbol, kind in _spellings()
         if dimension in (None, kind)
     }  # fmt: skip
     near = difflib.get_close_matches(wanted[:_LONGEST].lower(), by_case, n=1, cutoff=_NEAR)
-    hint = f"did you mean '{by_case[near[0]]}'?" if near else _listing(dimension)
-    raise QuantityError(f"unknown unit '{clip(symbol.strip())}'", hint=hint)
+    return by_case[near[0]] if near else ""
 
 
 def define(added: Iterable[UnitDefinition], by: str) -> None:

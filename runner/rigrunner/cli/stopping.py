@@ -15,6 +15,7 @@ from rigrunner.api.errors import AbortedError, ExitCode
 from rigrunner.api.events import Event, RunEnded, RunStarted
 from rigrunner.ending import ENDING, SUSPENDING, Consoles, signal_name, take_signals
 from rigrunner.engine.pausing import PauseWantedError, StopNow
+from rigrunner.run.log import with_units
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -218,7 +219,7 @@ def _suspend(ended: str) -> None:
 
 
 def _how_it_ended(event: RunEnded) -> str:
-    read_back = ", ".join(f"{name} {value:g}" for name, value in event.read_back.items())
+    read_back = with_units(event.read_back, event.units)
     drives = f" Drives read back: {read_back}." if read_back else ""
     reason = f": {event.reason}" if event.reason else ""
     return f"The run ended as {event.outcome}{reason}.{drives} "

@@ -15,7 +15,6 @@ from rigrunner.api.events import (
     RunEnded,
     RunStarted,
 )
-from rigrunner.api.member import Member
 from rigrunner.api.steps import NONE
 from rigrunner.bus import Emitter
 from rigrunner.engine.breaks import take_break
@@ -223,12 +222,21 @@ class Run:
             self.notes.left_unsafe(DeviceError(f"the rig is not safe: {unsafe}"))
         elif out_of_step := problems_text(reports):
             self.notes.keep(DeviceError(out_of_step))
-        read_back = {name: value for each in reports for name, value in _read_back(each).items()}
+        read_back: dict[str, float] = {}
+        units: dict[str, str] = {}
+        for each in reports:
+            read_back |= each.by_member(each.read_back)
+            units |= each.by_member(each.units)
         outcome, reason = self.notes.outcome()
         resumable = bool(self._plan.steps) and self.notes.may_be_resumed()
         # The sink that records this event may fail too, so the outcome is determined again below.
         self.notes.tell(
-            RunEnded, outcome=outcome, reason=reason, read_back=read_back, resumable=resumable
+            RunEnded,
+            outcome=outcome,
+            reason=reason,
+            read_back=read_back,
+            units=units,
+            resumable=resumable,
         )
         passed_over = self.notes.passed_over
         outcome, reason = self.notes.outcome()
@@ -307,9 +315,10 @@ class Run:
         for each in reports:
             for text in each.problems:
                 self.notes.tell(Alarm, source="make safe", text=f"{each.role}: {text}")
-            read_back = _read_back(each)
-            self.notes.tell(MadeSafe, what=each.what, read_back=read_back, problems=each.problems)
-
-
-def _read_back(report: SafetyReport) -> dict[str, float]:
-    return {Member(report.role, drive): value for drive, value in report.read_back.items()}
+            self.notes.tell(
+                MadeSafe,
+                what=each.what,
+                read_back=each.by_member(each.read_back),
+                units=each.by_member(each.units),
+                problems=each.problems,
+            )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Mapping
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
@@ -23,7 +24,7 @@ from rigrunner.procedure.named_results import all_named, definitions_of
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
     from rigrunner.api.analysis import NeededChannel, NeededResult, Requirements
     from rigrunner.api.findings import Objection, ResultDefinition
@@ -232,6 +233,7 @@ class _Use:
             self.complain(("per",), message, did_you_mean(name, everywhere, listed))
         for each in self.needed:
             self._check_values(each, chosen)
+            self._check_shared(each, chosen, per)
             self._check_set_points(each, chosen, per)
 
     def _check_values(self, needed: NeededChannel, chosen: Iterable[Measured]) -> None:
@@ -245,6 +247,28 @@ class _Use:
                 self.complain(needed.key, message, hint)
                 return
 
+    def _check_shared(
+        self, needed: NeededChannel, chosen: Sequence[Measured], per: Iterable[str]
+    ) -> None:
+        """Add a problem if nowhere one set-point is set at all values of a label."""
+        name = needed.shared
+        if not name or any(name in each.units for each in chosen):
+            return  # read
+        groups = _set_points(name, chosen, per)
+        for group in groups:
+            values = [value for value, _ in group]
+            width = needed.within * (max(values) - min(values))
+            found = [
+                sorted(value for value, each in group if each.may_be_at({needed.name: label}))
+                for label in needed.values
+            ]
+            if any(all(_has_near(value, each, width) for each in found) for value in found[0]):
+                return
+        if groups:
+            message = f"{name} is nowhere the same at {needed.name} = "
+            message += " and ".join(map(str, needed.values))
+            self.complain(needed.key, message, "set it to the same value at both")
+
     def _check_set_points(
         self, needed: NeededChannel, chosen: Iterable[Measured], per: Iterable[str]
     ) -> None:
@@ -252,20 +276,9 @@ class _Use:
         least = self._points_of_fit(needed)
         if needed.spans is None and not least:
             return
-        groups: dict[tuple[CoordinateValue | None, ...], set[float]] = {}
-        for each in chosen:
-            at = each.place.get(needed.name)
-            if (
-                at is None
-                or isinstance(at.value, str)
-                or any(name not in each.place for name in per)
-            ):
-                return  # read, or not known beforehand
-            known = unit(at.unit or "1")
-            key = tuple(each.place[name].usual for name in per)
-            groups.setdefault(key, set()).add(at.value * known.factor + known.offset)
         symbol = next((each.coordinate_units.get(needed.name, "") for each in chosen), "")
-        for values in groups.values():
+        for group in _set_points(needed.name, chosen, per):
+            values = {value for value, _ in group}
             low, high = min(values), max(values)
             if needed.spans is not None:
                 first, last = needed.spans
@@ -387,6 +400,29 @@ def measured_places(
             yield each.place
 
 
+def _set_points(
+    name: str, chosen: Iterable[Measured], per: Iterable[str]
+) -> list[list[tuple[float, Measured]]]:
+    """Return the values in SI that are set, with what is measured there, for each place of `per`.
+
+    Empty if one is not known beforehand, or is a text.
+    """
+    groups: dict[tuple[CoordinateValue, ...], list[tuple[float, Measured]]] = {}
+    for each in chosen:
+        at = each.place.get(name)
+        if at is None or isinstance(at.value, str) or any(n not in each.place for n in per):
+            return []
+        known = unit(at.unit or "1")
+        key = tuple(each.place[n].usual for n in per)
+        groups.setdefault(key, []).append((at.value * known.factor + known.offset, each))
+    return [*groups.values()]
+
+
+def _has_near(value: float, ascending: Sequence[float], width: float) -> bool:
+    at = bisect_left(ascending, value - width)
+    return at < len(ascending) and ascending[at] <= value + width
+
+
 def _has(found: Measured, channels: Iterable[NeededChannel]) -> bool:
     return all(
         each.name in found.units or (each.or_coordinate and each.name in found.coordinate_units)
@@ -419,10 +455,14 @@ def _measured(plan: Plan) -> Iterator[Measured]:
             yield Measured(units, here, place)
         if rows := action.rows:
             read: dict[str, str] = {name: rows.units[name] for name in rows.channels}
-            for each in rows.setpoints[:1]:
-                names = {name: rows.units.get(name, "") for name in each}
-                fixed = {name: at for name, at in place.items() if name != action.led}
-                yield Measured(read, {**here, **names}, fixed)
+            names = {name: rows.units.get(name, "") for each in rows.setpoints[:1] for name in each}
+            for each in rows.setpoints:
+                moved = {
+                    name: CoordinateValue.of_si(value, names[name], step.written_in.get(name, ""))
+                    for name, value in each.items()
+                    if setpoints.get(name) != value
+                }
+                yield Measured(read, {**here, **names}, {**place, **moved})
 
 
 def _refuse_circles(uses: Iterable[_Use]) -> None:

@@ -6,13 +6,14 @@ import math
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.calling import ThreadCaller
 from rigrunner.api.cleanup import error_text
 from rigrunner.api.devices import Settable
 from rigrunner.api.errors import DeviceRejectedError
 from rigrunner.api.member import Member
+from rigrunner.api.quantity import legible
 from rigrunner.rig.drives import agrees, as_number
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from rigrunner.api.calling import Caller, MovingCall
     from rigrunner.api.devices import Device, DriveInfo
 
+_Value = TypeVar("_Value")
 _ATTEMPTS = 3
 """Number of attempts to make one device safe after interrupts."""
 
@@ -44,6 +46,8 @@ class SafetyReport:
     """The drive that was made safe; empty for the whole device."""
     there: bool = True
     """False in a replay that differs from its tape: there is nothing to be left unsafe."""
+    units: Mapping[str, str] = field(default_factory=dict)
+    """The unit of each drive."""
 
     @property
     def safe(self) -> bool:
@@ -54,6 +58,10 @@ class SafetyReport:
     def what(self) -> str:
         """The role of the device, or 'role.drive'."""
         return Member(self.role, self.drive) if self.drive else self.role
+
+    def by_member(self, values: Mapping[str, _Value]) -> dict[str, _Value]:
+        """Return values of drives by 'role.drive'."""
+        return {Member(self.role, drive): value for drive, value in values.items()}
 
 
 def unsafe_text(reports: Iterable[SafetyReport]) -> str:
@@ -108,13 +116,15 @@ def _made_safe(
     role: str, drive: str, device: Device, caller: Caller, answer_s: float, *, connected: bool
 ) -> SafetyReport:
     infos: list[DriveInfo] = []
+    units: dict[str, str] = {}
     work = partial(_set_safe, device, drive) if drive else device.make_safe
     try:
         infos += [info for info in device.drives if drive in ("", info.name)]
+        units |= {info.name: info.unit for info in infos}
         timeout_s = answer_s + sum(info.longest_s for info in infos)
         given = caller.call_urgently("make safe", work, timeout_s)
         read_back = {name: as_number(value) for name, value in given.items()}
-        return SafetyReport(role, read_back, tuple(_unsafe(infos, read_back)), drive)
+        return SafetyReport(role, read_back, tuple(_unsafe(infos, read_back)), drive, units=units)
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # noqa: BLE001  (reported; the next device has its turn)
@@ -124,7 +134,7 @@ def _made_safe(
         if there and connected and not drive and isinstance(device, Settable):
             read_back, more = _drive_by_drive(infos, device, caller, answer_s)
             problems += more
-        return SafetyReport(role, read_back, tuple(problems), drive, there)
+        return SafetyReport(role, read_back, tuple(problems), drive, there, units)
 
 
 def _drive_by_drive(
@@ -180,9 +190,6 @@ def _moves_in_cycles(device: Device) -> bool:
 def _unsafe(infos: Sequence[DriveInfo], read_back: Mapping[str, float]) -> Iterator[str]:
     for info in infos:
         if not agrees(info, read_back.get(info.name, math.nan), info.safe_value):
-            got = _value(info, read_back)
-            yield f"{info.name} reads back {got}, safe is {info.safe_value:g} {info.unit}"
-
-
-def _value(info: DriveInfo, read_back: Mapping[str, float]) -> str:
-    return f"{read_back[info.name]:g} {info.unit}" if info.name in read_back else "nothing"
+            got = read_back.get(info.name)
+            shown = "nothing" if got is None else legible(got, info.unit)
+            yield f"{info.name} reads back {shown}, safe is {legible(info.safe_value, info.unit)}"

@@ -21,9 +21,11 @@ from rigrunner.api.events import (
     StepEnded,
     StepStarted,
 )
+from rigrunner.api.quantity import legible
 from rigrunner.printable import printable
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
 _CONTINUATION = "\n    "
@@ -95,5 +97,12 @@ def made_safe_text(event: MadeSafe) -> str:
     """Return what was made safe, with the read-back."""
     if event.problems:
         return f"NOT SAFE {event.what}: {'; '.join(event.problems)}"
-    read_back = ", ".join(f"{name} {value:g}" for name, value in event.read_back.items())
+    read_back = with_units(event.read_back, event.units)
     return f"{event.what} is safe{f': read back {read_back}' if read_back else ''}"
+
+
+def with_units(values: Mapping[str, float], units: Mapping[str, str]) -> str:
+    """Return values in SI as text, 'tester.load 0 N'; without a unit where none is known."""
+    return ", ".join(
+        f"{name} {legible(value, units.get(name, ''))}" for name, value in values.items()
+    )

@@ -31,7 +31,7 @@ class ListedRun:
 
     @property
     def state(self) -> str:
-        """How the run ended, or that it did not, as text."""
+        """The outcome of the run, or why it has none yet, as text."""
         if self.info is None:
             return "unreadable"
         if self.is_in_progress:
@@ -51,7 +51,7 @@ class ListedRun:
 
 
 def list_runs(runs: Path) -> list[ListedRun]:
-    """Return all runs of a folder, oldest first; unreadable ones with the reason."""
+    """Return all runs of a folder, oldest first; unreadable ones with their problem."""
     return [listed_run(runs, name) for name in run_names(runs)]
 
 

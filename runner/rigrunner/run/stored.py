@@ -1,4 +1,4 @@
-"""From a stored run to the data for its analyses, and to its result."""
+"""Stored runs: their data for analyses, and their results."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class OpenRun:
-    """A stored run with its data in the form for analyses."""
+    """A stored run, with its data as analyses take it."""
 
     path: Path
     stored: StoredRun
@@ -83,41 +83,42 @@ def analyse_stored(
     changes: Callable[[Procedure], Procedure] = as_it_is,
     progress: Progress = unseen,
 ) -> Result:
-    """Analyse a run that was read already, as `analyse_run` does; with a changed procedure.
+    """Analyse a run that was already read, as `analyse_run` does.
 
-    Without an analysis the result has the recordings, and the limits of measured values.
+    `changes` returns the procedure to use in place of the stored one. Without an analysis the
+    result has the recordings, and the limits of measured values.
     """
     text, name = stored.header.procedure_text, stored.header.procedure_id
     kinds = kinds_of(registry)
     procedure = changes(parse_procedure(text, name, kinds=kinds, stored=True).model)
-    asked, limits = procedure.analysis, procedure.acceptance
-    if acceptance is not None:  # which may have been read without the plugins of the station
-        limits = acceptance.as_read_by(kinds, asked)
-    run, analysed = run_data(stored), is_analysed(stored, procedure)
-    if not analysed:
-        asked, limits, run = (), None, replace(run, partners={})
+    analyses, limits = procedure.analysis, procedure.acceptance
+    if acceptance is not None:  # it may have been read without the plugins of the station
+        limits = acceptance.as_read_by(kinds, analyses)
+    run = run_data(stored)
+    if not is_analysed(stored, procedure):
+        analyses, limits, run = (), None, replace(run, partners={})
     try:
         return analyse(
             run,
-            asked,
+            analyses,
             acceptance=limits,
             measurand=procedure.measurand,
             lookup=registry,
             progress=progress,
         )
     except PluginError as error:
-        if lacking := _not_here(stored, registry):
-            what = f"the run was made with {lacking}, which is not here"
+        if missing := _missing_providers(stored, registry):
+            what = f"the run was made with {missing}, which is not here"
             error.add_note(f"{what}: name its station by --station, or install it")
         raise
 
 
-def _not_here(stored: StoredRun, registry: Registry) -> str:
-    """Return the providers of plugins that a run was made with and that are not here, as text."""
+def _missing_providers(stored: StoredRun, registry: Registry) -> str:
+    """Return the providers of plugins of a run that the registry does not have, as text."""
     recorded = stored.header.provenance.get(PROVIDERS, "")
-    here = {plugin.provider.name for plugin in registry.plugins}
+    known = {plugin.provider.name for plugin in registry.plugins}
     names = [each.partition(" ")[0] for each in recorded.split(", ") if each]
-    return " and ".join(name for name in names if name not in here)
+    return " and ".join(name for name in names if name not in known)
 
 
 def result_by_now(folder: Path, procedure: Procedure, registry: Registry, name: str) -> Estimate:
@@ -140,14 +141,9 @@ def result_by_now(folder: Path, procedure: Procedure, registry: Registry, name: 
 def is_analysed(stored: StoredRun, procedure: Procedure) -> bool:
     """Return whether the recordings of a run are analysed, besides its limits of measured values.
 
-    Those of a run that stopped at a limit are incomplete for the analysis.
+    The recordings of a run that stopped at a limit are incomplete.
     """
     return bool(procedure.analysis) and stored.info.outcome != Outcome.STOPPED_AT_LIMIT
-
-
-def _operator(inputs: Mapping[str, str]) -> dict[str, str]:
-    """Return the operator of a run, if only its inputs name one."""
-    return {"operator": inputs["operator"]} if inputs.get("operator") else {}
 
 
 def run_data(stored: StoredRun) -> RunData:
@@ -179,3 +175,8 @@ def run_data(stored: StoredRun) -> RunData:
         measurements=stored.measurements,
         partners={name: run_data(each) for name, each in stored.partners.items()},
     )
+
+
+def _operator(inputs: Mapping[str, str]) -> dict[str, str]:
+    """Return the operator by their role, if an input names one."""
+    return {"operator": inputs["operator"]} if inputs.get("operator") else {}

@@ -1,4 +1,4 @@
-"""From results of one name to figures: over a coordinate, and within limits that differ."""
+"""Figures of the results of one name: over a coordinate, and relative to their limits."""
 
 from __future__ import annotations
 
@@ -16,25 +16,27 @@ if TYPE_CHECKING:
     from rigrunner.api.verdict import Limits
 
 LEAST = 2
-"""So many values of a coordinate make a figure."""
+"""Fewest different values of a coordinate for a figure over it."""
 Limited = tuple["MeasurementResult", "Limits | None", bool]
-"""A result, what it may be, and whether it is known not to be within that."""
+"""A result, its limits, and whether it is known to be outside of them."""
 
 
 def over_coordinate(found: Sequence[Limited]) -> tuple[Figure, ...]:
-    """Return the figures of the results of one name; none where no coordinate is a number.
+    """Return the figures of the results of one name; none if no coordinate is a number.
 
-    The first has the values. Where each has two limits, and these have other middles, a second has
-    how far the values are from the middle: on the scale of the values no limit would be seen.
+    The first figure shows the values. If each value has two limits, and their middle differs from
+    value to value, a second one shows the distance of the values from the middle: on the scale of
+    the first one the limits could not be told apart.
     """
     axis = _axis([result for result, _, _ in found])
     if axis is None:
         return ()
     first = found[0][0]
+    x_unit = first.coordinates[axis].unit
     groups: dict[str, list[Point]] = {}
     for result, limits, missed in found:
         others = [str(value) for name, value in result.coordinates.items() if name != axis]
-        x = float(result.coordinates[axis].in_unit(found[0][0].coordinates[axis].unit).value)
+        x = float(result.coordinates[axis].in_unit(x_unit).value)
         groups.setdefault(", ".join(others), []).append(_point(result, x, limits, missed))
     series = tuple(
         Series(name, tuple(sorted(points, key=lambda point: point.x)), "joined")
@@ -42,7 +44,7 @@ def over_coordinate(found: Sequence[Limited]) -> tuple[Figure, ...]:
     )
     symbol, unit = first.of.symbol or first.name, first.of.unit
     title = f"{first.of.words[:1].upper()}{first.of.words[1:]}"
-    values = Figure(title, Axis(axis, first.coordinates[axis].unit), Axis(symbol, unit), series)
+    values = Figure(title, Axis(axis, x_unit), Axis(symbol, unit), series)
     within = _within_limits(values, symbol, unit)
     return (values,) if within is None else (values, within)
 
@@ -62,8 +64,8 @@ def _within_limits(values: Figure, symbol: str, unit: str) -> Figure | None:
 
 
 def _from_middle(point: Point) -> Point:
-    assert point.lower is not None  # noqa: S101  (both are asked for)
-    assert point.upper is not None  # noqa: S101  (both are asked for)
+    assert point.lower is not None  # noqa: S101  (checked by the caller)
+    assert point.upper is not None  # noqa: S101  (checked by the caller)
     middle, half = (point.lower + point.upper) / 2, (point.upper - point.lower) / 2
     return replace(point, y=point.y - middle, lower=-half, upper=half)
 
@@ -83,7 +85,7 @@ def _point(result: MeasurementResult, x: float, limits: Limits | None, missed: b
 
 
 def _axis(results: Sequence[MeasurementResult]) -> str | None:
-    """Return the coordinate that is a number and has the most values, the first of several."""
+    """Return the numerical coordinate with the most different values, the first of several."""
     best, most = None, LEAST - 1
     for name in results[0].coordinates if results else ():
         values = {each.coordinates[name].usual.value for each in results}

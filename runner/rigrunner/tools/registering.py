@@ -24,6 +24,7 @@ from rigrunner.run.stored import analyse_run
 from rigrunner.runfile import sealed_file_of
 from rigrunner.signal.coverage import excess_kurtosis, factor
 from rigrunner.signal.uncertainty import combine
+from rigrunner.yamlfile.composer import read_plain
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -151,7 +152,7 @@ def _points(result: Result, deviations: Sequence[MeasurementResult]) -> Iterator
         if zero is not None:
             off -= zero.estimate.value
             parts += [part for part in zero.components if not part.common]
-        width = _at(result, REPRODUCIBILITY, each)
+        width = _reproducibility(result, each)
         if width:
             # the effect of a mounting position is a sine of its angle
             half = width / 2
@@ -169,12 +170,29 @@ def _points(result: Result, deviations: Sequence[MeasurementResult]) -> Iterator
         }
 
 
-def _at(result: Result, name: str, place: MeasurementResult) -> float:
-    """Return the result of a name at a place; 0 where there is none."""
-    for each in result.results:
-        if each.name == name and each.coordinates == place.coordinates:
-            return abs(each.estimate.value)
-    return 0.0
+def _reproducibility(result: Result, deviation: MeasurementResult) -> float:
+    """Return the reproducibility at an applied value, in the unit of the deviation.
+
+    0 for a run that has none; raises DataError if it has some, but not at this value, or of another
+    kind of quantity: U would be too small.
+    """
+    known = [each for each in result.results if each.name == REPRODUCIBILITY]
+    gaps = [each for each in result.missing if each.name == REPRODUCIBILITY]
+    if not known and not gaps:
+        return 0.0
+    at = {name: each.usual for name, each in deviation.coordinates.items()}
+    for each in known:
+        if {name: value.usual for name, value in each.coordinates.items()} != at:
+            continue
+        stated, wanted = unit(each.of.unit), unit(deviation.of.unit)
+        if stated.dimension != wanted.dimension:
+            message = f"{REPRODUCIBILITY} is in {stated.symbol}, {DEVIATION} in {wanted.symbol}"
+            raise DataError(message, hint=f"state both in {wanted.symbol}")
+        return abs(each.estimate.value) * stated.factor / wanted.factor
+    raise DataError(
+        f"there is no {REPRODUCIBILITY} at {deviation.place}",
+        hint=f"state it 'per: {next(iter(deviation.coordinates))}', or not at all",
+    )
 
 
 def _errors(result: Result) -> Iterator[tuple[str, dict[str, str]]]:
@@ -190,6 +208,9 @@ def _flow(value: object) -> str:
     """Return a value in YAML's flow style; a text in quotes where it would be read otherwise."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{key}: {_flow(each)}" for key, each in value.items()) + "}"
-    if isinstance(value, str) and not value.replace(" ", "").replace("·", "").isalpha():
-        return json.dumps(value, ensure_ascii=False)
-    return str(value)
+    if not isinstance(value, str):
+        return str(value)
+    is_word = value.replace(" ", "").replace("·", "").isalpha()
+    return (
+        value if is_word and read_plain(value) == value else json.dumps(value, ensure_ascii=False)
+    )

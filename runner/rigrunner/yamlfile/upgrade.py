@@ -49,7 +49,7 @@ def upgraded(text: str, name: str) -> str:
     whose layout cannot be edited.
     """
     data = parse(text, name).data
-    mark = data.get(MARK) if isinstance(data, dict) else None
+    mark = _mark_of(data)
     of_station = mark == STATION and is_older(data)
     if mark not in TODAY and not _older_limits(data) and not of_station:
         return text
@@ -83,7 +83,7 @@ def upgraded_acceptance(acceptance: object) -> object:
 def refuse_older(document: Document) -> None:
     """Raise InvalidFileError, with the command to type, for a file in an older form."""
     data = document.data
-    mark = data.get(MARK) if isinstance(data, dict) else None
+    mark = _mark_of(data)
     hint = f"type 'rigrunner upgrade {shlex.quote(document.name)}'"
     if mark in TODAY:
         message = f"got '{mark}', an older form of the language, expected '{TODAY[mark]}'"
@@ -100,9 +100,15 @@ def refuse_older(document: Document) -> None:
         raise InvalidFileError([Problem(message, at, ".".join(path), hint)])
 
 
+def _mark_of(data: object) -> str:
+    """Return what a file says that it is; '' for none, or for what is no text."""
+    mark = data.get(MARK) if isinstance(data, dict) else None
+    return mark if isinstance(mark, str) else ""
+
+
 def _older_limits(data: object) -> list[dict[str, Any]]:
     """Return the limits in the older form that a file has."""
-    if not isinstance(data, dict) or data.get(MARK) not in _HAVE_LIMITS:
+    if not isinstance(data, dict) or _mark_of(data) not in _HAVE_LIMITS:
         return []
     found = data.get("acceptance")
     return _older_in(found) if isinstance(found, dict) else []

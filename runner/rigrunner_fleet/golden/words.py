@@ -15,12 +15,13 @@ SHOWN = 3
 """Figures of a run that are listed; the JSON has all."""
 
 _MOST_DECIMALS = 8
+"""Beyond these a number is written with six significant digits."""
 
 
 def conclusion(found: Overall) -> str:
     """Return the conclusion, in one line."""
-    of, moved = len(found.runs), len(found.moved)
-    runs = "1 golden run" if of == 1 else f"{of} golden runs"
+    total, moved = len(found.runs), len(found.moved)
+    runs = "1 golden run" if total == 1 else f"{total} golden runs"
     if not moved:
         return f"Nothing moved in {runs}"
     return f"{moved} of {runs} {'has' if moved == 1 else 'have'} to be looked at"
@@ -33,12 +34,12 @@ def details(each: Compared) -> Iterator[str]:
     yield from each.flips.verdicts
     if each.before.method != each.after.method and each.after.method and each.before.method:
         yield f"method: {each.before.method} -> {each.after.method}"
-    told = [each.headline] if each.headline else []
-    others = [move for move in each.moves if move not in told]
-    told += others[: SHOWN - len(told)]
-    yield from map(move_text, told)
-    if len(each.moves) > len(told):
-        yield f"and {len(each.moves) - len(told)} more figures"
+    listed = [each.headline] if each.headline else []
+    others = [move for move in each.moves if move not in listed]
+    listed += others[: SHOWN - len(listed)]
+    yield from map(move_text, listed)
+    if len(each.moves) > len(listed):
+        yield f"and {len(each.moves) - len(listed)} more figures"
     yield from each.flips.checks
 
 
@@ -49,11 +50,13 @@ def move_text(move: Move) -> str:
         return f"{move.name}: {'is new' if before is None else 'is gone'}"
     unit = "" if after.unit == "1" else f" {after.unit}"
     then, now = (_number(each.value, before.expanded) for each in (before, after))
-    return f"{move.name}: {then} -> {now}{unit}{_in_u(move)}"
+    shift = f" ({in_u(move.in_u)})" if move.shift else ""
+    change_of_u = f", U {move.of_u:+.2%}" if move.of_u else ""
+    return f"{move.name}: {then} -> {now}{unit}{shift}{change_of_u}"
 
 
 def in_u(value: float | None) -> str:
-    """Return a change in U, in few digits."""
+    """Return a change as a multiple of the expanded uncertainty: '+0.12 U'."""
     if value is None:
         return "U unknown"
     if isinf(value):
@@ -68,8 +71,3 @@ def _number(value: float, u: float | None) -> str:
         return f"{value:.6g}"
     decimals = 3 - floor(log10(u))
     return f"{value:.{decimals}f}" if 0 <= decimals <= _MOST_DECIMALS else f"{value:.6g}"
-
-
-def _in_u(move: Move) -> str:
-    shift = f" ({in_u(move.in_u)})" if move.shift else ""
-    return f"{shift}, U {move.of_u:+.2%}" if move.of_u else shift

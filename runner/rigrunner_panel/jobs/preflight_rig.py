@@ -11,6 +11,7 @@ from rigrunner.api.errors import RigrunnerError
 from rigrunner.api.member import Member, role_of
 from rigrunner.rig import Patience, Rig, unsafe_text
 from rigrunner.run.left_energised import settle_by, standing_of, what_to_do
+from rigrunner.run.log import with_units
 from rigrunner.steps.zero import Zero
 from rigrunner_panel.view.sections import PreflightItem
 
@@ -97,7 +98,7 @@ def _stands(role: str, rig: Rig) -> Iterator[PreflightItem]:
         yield PreflightItem(kind="device", name=role, state="fail", text=text, fix=fix)
     elif found:
         read = ", ".join(
-            f"{name} {value:g}" for each in reports for name, value in each.read_back.items()
+            with_units(each.read_back, each.units) for each in reports if each.read_back
         )
         text = f"found energised: {'; '.join(found)}; made safe, read back now: {read}"
         fix = "find out what left it on before anybody touches the rig"

@@ -1,4 +1,4 @@
-"""Who edits which procedure, as it goes to every screen."""
+"""The part of the state of all screens that says who edits which procedure."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ class EditorView(BaseModel):
     model_config = ConfigDict(frozen=True)
 
     client: str
-    """Its short name, to compare with `you`."""
+    """The short name of the screen, to compare with `you`."""
     name: str
     since_utc: str
 
@@ -24,8 +24,8 @@ class EditedView(BaseModel):
     procedure: str
     """Its name in the list."""
     digest: str
-    """Of its file now: another one than that which was opened means that it was changed."""
+    """Digest of its file now; it differs from that of the opened text if the file was changed."""
     changed_utc: str
     changed_by: str
-    """Who saved it at the panel; '' where it was changed by another program."""
+    """Who saved it at the panel; '' if another program changed it."""
     editors: tuple[EditorView, ...]

@@ -231,7 +231,7 @@ def test_by_hand(screen, panel):
     page.get_by_role("link", name="See its points").click()
     page.wait_for_selector(".result-head")
     told = json.dumps(panel.get(f"runs/{panel.get('runs')['items'][0]['run']}")["events"])
-    assert "tester is safe: read back tester.frequency 0, tester.load 0" in told
+    assert "tester is safe: read back tester.frequency 0 Hz, tester.load 0 N" in told
 
 
 @pytest.mark.thorough

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from rigrunner.analysis.document import document
+from rigrunner.api import Component, Estimate, MeasurementResult, ResultDefinition
+from rigrunner.api.findings import Table
 from rigrunner.api.instruments import Instrument
 from rigrunner_bearings.api.torque import TorqueDetails
 from unit.analysis.helpers_analysis import acceptance, analysed, recording, run_of, spec
@@ -127,3 +129,19 @@ def test_infinite_degrees_of_freedom_are_a_word(content):
     assert {part["degrees_of_freedom"] for part in budget} >= {9.0, 2.0, "infinite"}
     assert content["decision"]["lower_limit"] == {"value": None, "unit": "N·m"}
     assert content["decision"]["upper_limit"] == {"value": 0.95, "unit": "N·m"}
+
+
+def test_numbers_of_numpy_are_numbers(result):
+    """As an analysis counts readings, or compares arrays: a run could not be sealed."""
+    line = Component("x", np.float64(0.1), np.int64(9), "t", common=np.bool_(1))
+    found = MeasurementResult(
+        of=ResultDefinition(name="drop", unit="mV"),
+        estimate=Estimate(np.float32(0.5), np.float64(0.1), np.int64(9), "mV"),
+        components=(line,),
+        readings=np.int64(2),
+    )
+    table = Table(of="drop", title="T", columns=("n", "x"), rows=((np.int64(3), np.float32(0.5)),))
+    content = document(replace(result, results=(found,), details=(), tables=(table,)))
+    text = json.dumps({key: content[key] for key in ("results", "tables")}, allow_nan=False)
+    assert json.loads(text)["results"][0]["readings"] == 2
+    assert json.loads(text)["tables"][0]["rows"] == [[3, 0.5]]

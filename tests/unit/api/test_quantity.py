@@ -55,6 +55,10 @@ from rigrunner.api.units import (
         ("20 °C", 293.15, "temperature"),
         ("5 µm", 5e-6, "length"),
         ("5 \N{GREEK SMALL LETTER MU}m", 5e-6, "length"),
+        ("1.54 Å", 1.54e-10, "length"),
+        ("1.54 \N{ANGSTROM SIGN}", 1.54e-10, "length"),
+        ("1.54 angstrom", 1.54e-10, "length"),
+        ("2 1/Å", 2e10, "1/m"),
         ("0.00233 kg·m²", 0.00233, "moment of inertia"),
     ],
 )
@@ -100,6 +104,9 @@ def test_read_as_meant(text, si, dimension):
         ("5 s9·s", "power of a unit is too high", ""),
         ("5 fA9·fA9·fA9", "too large or too small a unit", ""),
         ("5 Kn", "unknown unit 'Kn'", "did you mean 'kN'?"),
+        ("5 mM", "unknown unit 'mM'", "did you mean 'mmol/L'?"),
+        ("5 M", "unknown unit 'M'", "did you mean 'mol/L'?"),
+        ("5 %RH", "unknown unit '%RH'", "did you mean '%'?"),
         ("5 newton", "unknown unit 'newton'", ""),
         (
             "5 qqq",

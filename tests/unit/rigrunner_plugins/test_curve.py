@@ -380,6 +380,39 @@ def test_hysteresis_does_not_mind_that_a_read_x_is_not_quite_the_same():
     assert found(run, told)["hysteresis"].estimate.value == pytest.approx(0, abs=1e-9)
 
 
+def test_a_loop_of_many_set_points_is_compared_at_each_of_them():
+    """Falling lies above rising by 10 sin(πx/100) mV: 10 mV at 50, and nothing at 0."""
+    up = np.linspace(0, 100, 201)
+    x, off = np.r_[up, up[::-1]], np.r_[0 * up, 0.010 * np.sin(np.pi * up[::-1] / 100)]
+    labels = [{"way": "up"}] * len(up) + [{"way": "down"}] * len(up)
+    told = {
+        "hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH},
+        "zero_return": {"name": "zero", "unit": "mV", "between": BOTH},
+    }
+    got = found(run_of(rows(x, 0.2 * x + off, labels=labels), EXACT), told)
+    assert got["hysteresis"].estimate.value == pytest.approx(10.0, rel=1e-9)
+    assert got["zero"].estimate.value == pytest.approx(0, abs=1e-9)
+
+
+def test_the_nonlinearity_of_many_points_is_that_at_one_of_them():
+    x = np.linspace(0, 100, 151)
+    y = 0.2 * x + np.where(x == 50, 0.010, 0)
+    told = {"nonlinearity": {"name": "linearity", "unit": "mV"}}
+    got = found(run_of(rows(x, y), EXACT), told)["linearity"]
+    assert got.estimate.value == pytest.approx(10.0 * (1 - 1 / len(x)), rel=1e-6)
+
+
+def test_readings_of_many_x_are_compared_within_one_percent_of_their_range():
+    up = np.linspace(0, 100, 151)
+    x, off = np.r_[up, up[::-1]], np.r_[0 * up, 0.010 * np.sin(np.pi * up[::-1] / 100)]
+    labels = [{"way": "up"}] * len(up) + [{"way": "down"}] * len(up)
+    told = {"hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH}}
+    run = run_of(rows(x, 0.2 * x + off, labels=labels, read=True), EXACT,
+                 entry("lever.torque", "force", "0.001 N"))  # fmt: skip
+    least = 10 * np.sin(np.pi * 0.49)  # all within 1 % of the middle are above
+    assert least < found(run, told)["hysteresis"].estimate.value < 10.0
+
+
 def test_repeated_values_say_how_sure_a_hysteresis_is():
     x = [0, 5, 10, 10, 5, 0] * 2
     y = [0.001, 1.0, 2.0, 2.0, 1.0, 0.011, -0.001, 1.0, 2.0, 2.0, 1.0, 0.009]

@@ -7,7 +7,14 @@ import pytest
 
 from helpers_cli import call
 from helpers_tester import STATION, run
-from rigrunner.api.coordinates import coordinates_text, number_text, written_column, written_text
+from rigrunner.api.coordinates import (
+    coordinates_text,
+    measured_column,
+    number_text,
+    written_column,
+    written_text,
+)
+from rigrunner.api.data import Measurement
 from rigrunner.api.units import from_si, unit
 from rigrunner.runfile import read
 
@@ -109,3 +116,24 @@ def test_a_column_of_several_units_has_them_in_its_cells(finished):
     assert written_column([other], "tester.load", "N") == ("N", ["1"])
     assert written_column([row, other], "tester.load", "N") == ("", ["0.5 kN", "1 N"])
     assert written_column([row], "room", "K") == ("°C", ["21"])
+
+
+@pytest.mark.parametrize(
+    ("values", "cells"),
+    [
+        ((0.00997, 0.00998, 0.009975), ["9.970", "9.980", "9.975"]),
+        ((0.01, None, -0.0205), ["10.0", "", "-20.5"]),
+        ((0.001, 0.002), ["1", "2"]),
+        ((1.23e-6, 1.0, 0.5), ["0.00123", "1000", "500"]),  # no zeros that nobody measured
+        ((1.5e-9, 0.0025), ["1.5e-06", "2.5"]),
+        ((float("nan"), 0.0025), ["nan", "2.5"]),
+    ],
+)
+def test_measured_values_of_one_unit_have_equal_decimals(values, cells):
+    rows = [
+        Measurement(
+            "m", "", {}, {} if kg is None else {"b.mass": kg}, {}, written_in={"b.mass": "g"}
+        )
+        for kg in values
+    ]
+    assert measured_column(rows, "b.mass", "kg") == ("g", cells)

@@ -85,7 +85,7 @@ def test_report_and_show_have_them_and_the_columns_as_written(run):
     rows = [line.split()[:4] for line in shown.splitlines() if line.endswith("pass")]
     measured = [each for each in rows if each[:1] in (["70"], ["21"], ["300"])]
     assert measured == [
-        ["70", "°F", "70.5", "8"],
+        ["70", "°F", "70.5", "8.0"],
         ["21", "°C", "70.2", "8.2"],
         ["300", "K", "80.6", "8.4"],
     ]

@@ -1,4 +1,4 @@
-"""What the number means, and on what it is conditional: by what was measured, never by its name."""
+"""Sentences on the meaning of a torque and its conditions, by what was measured."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ SENTENCES = {
 
 
 def meaning(torque: TorqueDetails) -> tuple[str, ...]:
-    """Return sentences; none of a measurand of which nothing is known here."""
+    """Return the sentences on a result; none for an unknown measurand."""
     if not torque.compensations:
         return (RIG_ITSELF,)
     if torque.kind is None:

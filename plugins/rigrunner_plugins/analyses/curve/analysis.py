@@ -59,6 +59,7 @@ ROUNDING = 1e-12
 """Change of a value, relative to it, that is no effect; `STEP` of a gain gives some 1e-6."""
 SCATTER = "scatter about the curve"
 _Errors = dict[str, DataError | OutOfRangeError]
+"""Why results have no value, by their names."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ class CurveAnalysis:
     fit: Fit
 
     def __call__(self, run: RunData) -> Findings:
-        """Return the results of the curves, and which of them have no value at a place, with why.
+        """Return the results of the curves, and those without a value at a place, with the reason.
 
         Raises DataError for a result that the data of no place give.
         """
@@ -95,7 +96,7 @@ class CurveAnalysis:
                     figures.extend(one.figures(found[0].name))
         for name in refused.keys() - {each.name for each in results}:
             raise refused[name]
-        order = {each.name: place for place, each in enumerate(self.settings.yields())}
+        order = {each.name: index for index, each in enumerate(self.settings.yields())}
         results.sort(key=lambda each: order[each.name])
         missing.sort(key=lambda each: order[each.name])
         formulas, tables = (
@@ -118,35 +119,35 @@ class _OneCurve:
     source: Source
 
     def results(self, notes: dict[str, None]) -> tuple[list[MeasurementResult], _Errors]:
-        """Return the results, and by name why others have no value; collect notes."""
+        """Return the results, and by name why others have no value; add to the notes."""
         errors: _Errors = {}
         try:
             return list(self._results(self.fitted, errors, notes)), errors
-        except DataError as error:  # of a fit, without which there is no result
+        except DataError as error:  # the fit failed: there is no result
             return [], {each.name: error for each in self.settings.yields()} | errors
 
     def _results(
-        self, fitted: Fitted, left_out: _Errors, notes: dict[str, None]
+        self, fitted: Fitted, errors: _Errors, notes: dict[str, None]
     ) -> Iterator[MeasurementResult]:
         found: list[tuple[ResultDefinition, ResultSettings, Derived]] = []
-        for definition, (_, told) in zip(
+        for definition, (_, wanted) in zip(
             self.settings.yields(), self.settings.results.all_of(), strict=True
         ):
             try:
-                value = self._derived(fitted, told)
+                derived_value = self._derived(fitted, wanted)
             except (OutOfRangeError, DataError) as error:
-                left_out[definition.name] = error
+                errors[definition.name] = error
                 continue
-            found.append((definition, told, value))
-            if value.note:
-                notes[f"{definition.name}{self._place}: {value.note}."] = None
+            found.append((definition, wanted, derived_value))
+            if derived_value.note:
+                notes[f"{definition.name}{self._place}: {derived_value.note}."] = None
         notes.update(dict.fromkeys(self._correlations(fitted)))
         for name in self.source.exact:
             notes[f"{name} counts as exact: the register has no entry for it."] = None
-        errors = self._effects(fitted, [value for _, _, value in found])
-        for place, (definition, told, value) in enumerate(found):
-            lines = [(each, *effects[place]) for each, effects in errors]
-            yield self._result(definition, told, value, lines)
+        effects = self._effects(fitted, [each for _, _, each in found])
+        for index, (definition, wanted, derived_value) in enumerate(found):
+            of_errors = [(error, *of_each[index]) for error, of_each in effects]
+            yield self._result(definition, wanted, derived_value, of_errors)
 
     @cached_property
     def fitted(self) -> Fitted:
@@ -178,35 +179,39 @@ class _OneCurve:
     def _fitted(self, values: Values) -> Fitted:
         return Fitted(values, self.fit(values.points()))
 
-    def _derived(self, fitted: Fitted, told: ResultSettings) -> Derived:
-        if isinstance(told, ValueAt):
-            return derived.value_at(fitted, told, self.settings.at(told))
-        if isinstance(told, XAt):
-            which = self.settings.results.x_at.index(told)
-            return derived.x_at(fitted, told, which, self.source.counts[which])
-        if isinstance(told, Slope):
-            return derived.slope(fitted, told)
-        if isinstance(told, Nonlinearity):
-            return derived.nonlinearity(fitted, told)
-        if isinstance(told, BothWays):
-            at_zero = isinstance(told, ZeroReturn)
+    def _derived(self, fitted: Fitted, wanted: ResultSettings) -> Derived:
+        if isinstance(wanted, ValueAt):
+            return derived.value_at(fitted, wanted, self.settings.at(wanted))
+        if isinstance(wanted, XAt):
+            which = self.settings.results.x_at.index(wanted)
+            return derived.x_at(fitted, wanted, which, self.source.counts[which])
+        if isinstance(wanted, Slope):
+            return derived.slope(fitted, wanted)
+        if isinstance(wanted, Nonlinearity):
+            return derived.nonlinearity(fitted, wanted)
+        if isinstance(wanted, BothWays):
+            at_zero = isinstance(wanted, ZeroReturn)
             places = self.source.places
-            return derived.both_ways(fitted, told, places, self.fit, at_zero=at_zero)
-        name = next(n for n, each in self.settings.results.parameters.items() if each is told)
-        self._check_unit(fitted, name, told)
+            return derived.both_ways(fitted, wanted, places, self.fit, at_zero=at_zero)
+        name = next(n for n, each in self.settings.results.parameters.items() if each is wanted)
+        self._check_unit(fitted, name, wanted)
         return derived.parameter(fitted, name)
 
-    def _check_unit(self, fitted: Fitted, name: str, told: ResultSettings) -> None:
+    def _check_unit(self, fitted: Fitted, name: str, wanted: ResultSettings) -> None:
         """Raise DataError if a parameter's stated unit does not match the fit's dimension."""
-        names = list(fitted.curve.names)
-        stated = fitted.curve.units[names.index(name)] if name in names else ""
+        units = dict(zip(fitted.curve.names, fitted.curve.units, strict=True))
+        symbol = units.get(name, "")
+        if symbol in {"", "1"}:
+            return
         try:
-            kind = unit(stated).dimension if stated not in {"", "1"} else None
+            dimension = unit(symbol).dimension
         except QuantityError:
             return
-        if kind is not None and unit(told.unit).dimension != kind:
-            raise DataError(f"{told.name} is stated in {told.unit}; the parameter '{name}' of the"
-                            f" fit is in {stated}")  # fmt: skip
+        if unit(wanted.unit).dimension != dimension:
+            raise DataError(
+                f"{wanted.name} is stated in {wanted.unit}; the parameter '{name}' of the fit is"
+                f" in {symbol}"
+            )
 
     def _effects(
         self, fitted: Fitted, found: Sequence[Derived]
@@ -261,12 +266,12 @@ class _OneCurve:
     def _result(
         self,
         definition: ResultDefinition,
-        told: ResultSettings,
+        wanted: ResultSettings,
         value: Derived,
-        errors: Sequence[tuple[_Error, float, float]],
+        of_errors: Sequence[tuple[_Error, float, float]],
     ) -> MeasurementResult:
         shown = unit(definition.unit)
-        is_level = isinstance(told, ValueAt | XAt)
+        is_level = isinstance(wanted, ValueAt | XAt)
         number = (value.value - (shown.offset if is_level else 0.0)) / shown.factor
         scatter = value.u / shown.factor
         components = [
@@ -282,7 +287,7 @@ class _OneCurve:
             ),
             *(
                 line
-                for error, up, down in errors
+                for error, up, down in of_errors
                 for line in error.lines(up / shown.factor, down / shown.factor, value)
             ),
         ]
@@ -300,7 +305,7 @@ class _OneCurve:
 
 
 def _change(one: Derived, moved: Fitted) -> float:
-    """Return the change of a value; 0 for a rounding error, which another machine does not have."""
+    """Return the change of a value; 0 for a rounding error, which depends on the machine."""
     change = one.again(moved) - one.value
     return 0.0 if abs(change) <= ROUNDING * abs(one.value) else change
 
@@ -319,7 +324,7 @@ class _Error:
         if self.error.acts != "each":
             yield self._line(name, up - down)  # one error, whose sign counts where it is shared
         elif value.is_difference:
-            # two errors, not a larger one: see `readings`
+            # errors of two readings that are independent: a line for each
             yield self._line(f"{name}, falling", up)
             yield self._line(f"{name}, rising", down)
         else:

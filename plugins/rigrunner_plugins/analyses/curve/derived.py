@@ -18,6 +18,7 @@ from rigrunner.api import DataError, Spreading, unit
 from rigrunner.api.analysis.curves import Extrapolating
 from rigrunner.api.places import matches
 from rigrunner.api.units import from_si
+from rigrunner_plugins.analyses.curve.settings import SAME_X
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -35,8 +36,6 @@ if TYPE_CHECKING:
 
 GRID = 1000
 """Number of grid steps in which a curve is searched for a given y."""
-SAME_X = 0.01
-"""Share of the range of x below which two values count as the same x."""
 SMALL = 1e-5
 """Step for the numerical slope at a place, as a share of the range of x."""
 CERTAIN = 2.0
@@ -226,26 +225,27 @@ def slope(fitted: Fitted, told: Slope) -> Derived:
 def nonlinearity(fitted: Fitted, told: Nonlinearity) -> Derived:
     """Return the greatest deviation of the mean at each x from the least-squares line."""
     x = fitted.values.x[:, 0]
-    clusters = same_x(x)
+    clusters = same_x(fitted.values, np.zeros(len(x)))
     if len(clusters) <= 2:  # noqa: PLR2004  (a line goes through two)
         raise DataError(f"{told.name} needs values at three different x; there are {len(clusters)}")
 
     def deviations(other: Fitted) -> Array:
         at, y = other.values.x[:, 0], other.values.y
         steepness, constant = np.polyfit(at - at.mean(), y, 1)
-        off = y - constant - steepness * (at - at.mean())
-        return np.array([off[each].mean() for each in clusters])
+        off: Array = y - constant - steepness * (at - at.mean())
+        return off
 
-    found = deviations(fitted)
-    which = int(np.argmax(np.abs(found)))
-    sign = 1.0 if found[which] >= 0 else -1.0
+    off = deviations(fitted)
+    rows = max(clusters, key=lambda each: abs(off[each].mean()))
+    sign = 1.0 if off[rows].mean() >= 0 else -1.0
     from_middle = x - x.mean()
-    weights = -1 / len(x) - from_middle[clusters[which]].mean() * from_middle / sum(from_middle**2)
-    weights[clusters[which]] += 1 / len(clusters[which])
+    weights = -1 / len(x) - from_middle[rows].mean() * from_middle / sum(from_middle**2)
+    weights[rows] += 1 / len(rows)
     s, dof = fitted.curve.residual_s, fitted.curve.dof
 
     def again(other: Fitted) -> float:
-        return sign * float(deviations(other)[which]) / (other.span() if told.of_span else 1.0)
+        deviation = float(deviations(other)[rows].mean())
+        return sign * deviation / (other.span() if told.of_span else 1.0)
 
     u = s * float(np.linalg.norm(weights)) / (fitted.span() if told.of_span else 1.0)
     return Derived(again(fitted), u, dof, again)
@@ -268,7 +268,7 @@ def both_ways(
     x, way = fitted.values.x[:, 0], _ways(told, places)
     clusters = [
         (each[way[each] == 0], each[way[each] == 1])
-        for each in same_x(x)
+        for each in same_x(fitted.values, way)
         if {0, 1} <= set(way[each].tolist())
     ]
     if not clusters:
@@ -277,29 +277,44 @@ def both_ways(
             f"{told.name}: at no x was there both {told.label} = {rising} and {falling}"
         )
 
-    def differences(other: Fitted) -> Array:
-        off = other.values.y - other.at(other.values.x[:, 0])[0]
-        return np.array([off[falling].mean() - off[rising].mean() for rising, falling in clusters])
-
-    found = differences(fitted)
+    off = _residuals(fitted)
+    differences = [off[falling].mean() - off[rising].mean() for rising, falling in clusters]
     sizes = [-abs(float(x[r].mean() + fitted.values.origin)) for r, _ in clusters]
-    which = int(np.argmax(sizes if at_zero else np.abs(found)))
-    sign = 1.0 if at_zero or found[which] >= 0 else -1.0
+    which = int(np.argmax(sizes if at_zero else np.abs(differences)))
+    sign = 1.0 if at_zero or differences[which] >= 0 else -1.0
     rising, falling = clusters[which]
     s, dof = _repeatability(fitted, clusters) or _about_each_way(fitted, way, fit)
 
     def again(other: Fitted) -> float:
-        return sign * float(differences(other)[which]) / (other.span() if told.of_span else 1.0)
+        off = _residuals(other)
+        difference = float(off[falling].mean() - off[rising].mean())
+        return sign * difference / (other.span() if told.of_span else 1.0)
 
     u = s * sqrt(1 / len(rising) + 1 / len(falling)) / (fitted.span() if told.of_span else 1.0)
     return Derived(again(fitted), u, dof, again, is_difference=True)
 
 
-def same_x(x: Array) -> list[Array]:
-    """Return which values of x (n,) were taken at the same place, sorted from the lowest place."""
+def _residuals(fitted: Fitted) -> Array:
+    """Return y of each point minus the curve, shape (n,)."""
+    return fitted.values.y - fitted.at(fitted.values.x[:, 0])[0]
+
+
+def same_x(values: Values, way: Array) -> list[Array]:
+    """Return which points were taken at the same x, sorted from the lowest x.
+
+    They are within `SAME_X` of the range of x. Set-points that differ in one way (n,) were meant to
+    differ: there it is half the least step of a way, if that is less.
+    """
+    x = values.x[:, 0]
+    width = SAME_X * float(np.ptp(x))
+    if values.is_set:
+        steps = [np.diff(np.sort(x[way == each])) for each in np.unique(way)]
+        width = min([width, *(step / 2 for step in np.concatenate(steps) if step > EDGE * width)])
     order = np.argsort(x, kind="stable")
-    gaps = np.flatnonzero(np.diff(x[order]) > SAME_X * float(np.ptp(x)))
-    return np.split(order, gaps + 1)
+    lowest, starts = x[order], [0]
+    while (end := int(np.searchsorted(lowest, lowest[starts[-1]] + width, "right"))) < len(x):
+        starts.append(end)
+    return np.split(order, starts[1:])
 
 
 def _ways(told: BothWays, places: Sequence[Mapping[str, CoordinateValue]]) -> Array:
@@ -316,7 +331,7 @@ def _repeatability(
     fitted: Fitted, clusters: Sequence[tuple[Array, Array]]
 ) -> tuple[float, float] | None:
     """Return the standard deviation of repeated values at one x; None if nothing was repeated."""
-    off = fitted.values.y - fitted.at(fitted.values.x[:, 0])[0]
+    off = _residuals(fitted)
     same = [each for both in clusters for each in both if len(each) > 1]
     dof = float(sum(len(each) - 1 for each in same))
     if not dof:

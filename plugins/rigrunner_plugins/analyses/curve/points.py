@@ -56,6 +56,8 @@ class Values:
     shown: tuple[str, ...]
     """Units of the columns of x for display, as the procedure has them."""
     y_shown: str
+    is_set: bool = False
+    """Whether x are set-points, counters or labels, not readings."""
 
     def points(self) -> Points:
         """Return the points in the form that a fit takes."""
@@ -175,6 +177,7 @@ def _source(
         found[0].units[settings.of], settings.of,
         tuple(_shown(found[0], source) for source in settings.over.values()),
         _shown(found[0], settings.of),
+        is_set=not any(name in found[0].values for name in settings.over.values()),
     )  # fmt: skip
     measured = asked[np.array(counts, int) > 0]
     if not (np.isfinite(x).all() and np.isfinite(y).all() and np.isfinite(measured).all()):

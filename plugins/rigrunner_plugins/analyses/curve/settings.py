@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 _KEY = f"^{NAME}([.]{NAME}){{0,2}}$"
 BOTH_WAYS = 2
 """Number of directions of a hysteresis: rising and falling."""
+SAME_X = 0.01
+"""Share of the range of x within which two values count as the same x."""
 
 
 def _regressors(value: object) -> object:
@@ -253,6 +255,8 @@ class CurveSettings(Settings):
                     key=("results", *key, "between"),
                     or_coordinate=True,
                     values=each.ways,
+                    shared=next(iter(self.over.values())),
+                    within=SAME_X,
                 )
                 for key, each in self.results.all_of()
                 if isinstance(each, BothWays)

@@ -1,4 +1,4 @@
-"""Where each channel and drive of the role is found among the parts."""
+"""Which part has each channel, reading and drive of the role."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ChannelRoute:
-    """A channel of the role: of which part, and what it is called there."""
+    """A channel of the role, with its part and its name there."""
 
     info: ChannelInfo
     part: str
@@ -29,7 +29,7 @@ class ChannelRoute:
 
 @dataclass(frozen=True)
 class ReadingRoute:
-    """A reading of the role that is not a number: of which part, and what it is called there."""
+    """A reading of the role that is not a number, with its part and its name there."""
 
     info: ReadingInfo
     part: str
@@ -38,7 +38,7 @@ class ReadingRoute:
 
 @dataclass(frozen=True)
 class DriveRoute:
-    """A drive of the role: which part sets it, and which channel says where it stands, if any."""
+    """A drive of the role, with its part and its name there, and the channel that reads it back."""
 
     info: DriveInfo
     part: str
@@ -49,7 +49,7 @@ class DriveRoute:
 def channel_routes(
     settings: CompositeSettings, parts: Mapping[str, Device]
 ) -> dict[str, ChannelRoute]:
-    """Return the routes of all channels; raise PluginError for one that its part does not have."""
+    """Return the routes of all channels; raise PluginError if a part does not have one."""
     return {
         name: _channel(f"channel {name}", name, place, parts)
         for name, place in settings.channels.items()
@@ -59,19 +59,19 @@ def channel_routes(
 def reading_routes(
     settings: CompositeSettings, parts: Mapping[str, Device]
 ) -> dict[str, ReadingRoute]:
-    """Return the routes of all readings; raise PluginError for one that its part does not tell."""
-    found: dict[str, ReadingRoute] = {}
+    """Return the routes of all readings; raise PluginError if a part does not have one."""
+    routes: dict[str, ReadingRoute] = {}
     for name, place in settings.readings.items():
         part, there = split(place)
         device = parts[part]
         known = device.readings if isinstance(device, Observing) else ()
         info = named(known, there, f"reading {name}: the part '{part}' has no reading")
-        found[name] = ReadingRoute(replace(info, name=name), part, there)
-    return found
+        routes[name] = ReadingRoute(replace(info, name=name), part, there)
+    return routes
 
 
 def drive_routes(settings: CompositeSettings, parts: Mapping[str, Device]) -> dict[str, DriveRoute]:
-    """Return the routes of all drives, in the station's order; raise PluginError."""
+    """Return the routes of all drives in the order of the station; raise PluginError."""
     return {
         name: _drive(f"drive {name}", name, source, parts)
         for name, source in settings.drives.items()
@@ -81,12 +81,12 @@ def drive_routes(settings: CompositeSettings, parts: Mapping[str, Device]) -> di
 def reference_of(
     clocks: ClockSettings, channels: Mapping[str, ChannelRoute], parts: Mapping[str, Device]
 ) -> str:
-    """Return the part whose clock a recording has; empty where nothing streams.
+    """Return the part whose clock a recording uses; '' if nothing streams.
 
-    Raises PluginError for one that does not stream, or is not the fastest: what is faster would be
-    thinned out without a filter; and for a common signal that a part does not stream.
+    Raises PluginError if this part does not stream, or is not the fastest one, since a faster one
+    would be decimated without a filter; or if a part does not stream its common signal.
     """
-    streaming = list(dict.fromkeys(r.part for r in channels.values() if r.info.streams))
+    streaming = list(dict.fromkeys(each.part for each in channels.values() if each.info.streams))
     rates = {name: _rate_hz(parts[name]) for name in streaming}
     reference = clocks.reference or next(iter(streaming), "")
     if not reference:
@@ -127,9 +127,11 @@ def _drive(
 ) -> DriveRoute:
     place = source.set if isinstance(source, DriveSource) else source
     part, there = split(place)
-    info = named(parts[part].drives, there, f"{what}: the part '{part}' has no drive")
-    info = replace(info, name=name)
-    if not isinstance(parts[part], Settable):
+    device = parts[part]
+    info = replace(
+        named(device.drives, there, f"{what}: the part '{part}' has no drive"), name=name
+    )
+    if not isinstance(device, Settable):
         raise PluginError(f"{what}: {part} cannot be set")
     if not isinstance(source, DriveSource):
         return DriveRoute(info, part, there)
@@ -138,10 +140,9 @@ def _drive(
         raise PluginError(
             f"{what}: it is set in {info.unit}, but {source.read_back} reads {channel.info.unit}"
         )
-    if source.tolerance is not None:
-        if source.tolerance.dimension != unit(info.unit).dimension:
-            raise PluginError(
-                f"{what}: tolerance is '{source.tolerance}', it is set in {info.unit}"
-            )
-        info = replace(info, tolerance=source.tolerance.si)
-    return DriveRoute(info, part, there, channel)
+    tolerance = source.tolerance
+    if tolerance is None:
+        return DriveRoute(info, part, there, channel)
+    if tolerance.dimension != unit(info.unit).dimension:
+        raise PluginError(f"{what}: tolerance is '{tolerance}', it is set in {info.unit}")
+    return DriveRoute(replace(info, tolerance=tolerance.si), part, there, channel)

@@ -51,6 +51,10 @@ class NeededChannel:
     values: tuple[Quantity | str, ...] = ()
     """Values at each of which something must be measured; asked of set-points, counters and labels
     only."""
+    shared: str = ""
+    """A set-point, counter or label that must have one of its values, at least, at all `values`."""
+    within: float = 0.0
+    """By how much values of `shared` may differ to count as one, as a share of their range."""
     x_of: str = ""
     """Of the x of a fit, the field of the settings that names the fit: as many different set-points
     are asked for as that fit needs."""

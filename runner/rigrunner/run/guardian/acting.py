@@ -11,7 +11,7 @@ from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.events import Alarm, MadeSafe
-from rigrunner.api.member import Member, role_of
+from rigrunner.api.member import role_of
 from rigrunner.bus import EventStamp
 from rigrunner.clock import WallClock, utc_text
 from rigrunner.registry import load_registry
@@ -26,6 +26,7 @@ from rigrunner.rig_state import (
 )
 from rigrunner.run.guardian.saying import say
 from rigrunner.run.lab_plugins import with_lab_plugins
+from rigrunner.run.log import with_units
 from rigrunner.run.prepare import make_devices, patience_of
 from rigrunner.station import parse_station
 
@@ -147,8 +148,7 @@ def _has_drive_of(marker: Marker, role: str) -> bool:
 
 def _lines(reports: tuple[SafetyReport, ...], left: str) -> list[str]:
     lines = [
-        f"{each.what} is safe: read back "
-        + ", ".join(f"{name} {value:g}" for name, value in each.read_back.items())
+        f"{each.what} is safe: read back {with_units(each.read_back, each.units)}"
         for each in reports
         if each.safe and each.read_back
     ]
@@ -182,7 +182,13 @@ def _note_in_journal(folder: Path, what: str, reports: tuple[SafetyReport, ...],
         with RunWriter(folder) as writer:
             writer(stamp(Alarm, source="guardian", text=what))
             for each in reports:
-                read_back = {Member(each.role, name): one for name, one in each.read_back.items()}
-                writer(stamp(MadeSafe, what=each.what, read_back=read_back, problems=each.problems))
+                made_safe = stamp(
+                    MadeSafe,
+                    what=each.what,
+                    read_back=each.by_member(each.read_back),
+                    units=each.by_member(each.units),
+                    problems=each.problems,
+                )
+                writer(made_safe)
             if left:
                 writer(stamp(Alarm, source="guardian", text=f"the rig is not safe: {left}"))

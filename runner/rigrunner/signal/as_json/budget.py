@@ -31,7 +31,7 @@ def _line(component: Component, share: float, unit: str) -> Json:
         "contribution": quantity(component.u, unit),
         "share": quantity(share, "%"),
         "known": number(component.u) is not None,
-        "common_to_all_points": component.common,
+        "common_to_all_points": bool(component.common),
     }
 
 

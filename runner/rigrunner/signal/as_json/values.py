@@ -49,8 +49,8 @@ def degrees_of_freedom(dof: float) -> float | str | None:
 
 
 def plain(value: object) -> object:
-    """Return nested mappings, sequences and arrays as JSON values."""
-    if isinstance(value, np.ndarray):
+    """Return nested mappings, sequences, arrays and numbers of numpy as JSON values."""
+    if isinstance(value, np.ndarray | np.generic):
         return plain(value.tolist())
     if isinstance(value, dict):
         return {str(key): plain(each) for key, each in value.items()}

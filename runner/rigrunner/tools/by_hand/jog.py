@@ -28,7 +28,7 @@ from rigrunner.engine.session import Session
 from rigrunner.rig import unsafe_text
 from rigrunner.run.guardian.guarding import unguarded
 from rigrunner.run.left_energised import NOBODY, LeftAsItStandsError, check_left
-from rigrunner.run.log import RunLog
+from rigrunner.run.log import RunLog, with_units
 from rigrunner.run.overrides import without_time_limits
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.steps.measure import Measure
@@ -101,7 +101,8 @@ class Jog:
         for name in names:
             _found("channel", name, self.channels)
         values = self._values(tuple(names) or tuple(self._readable()))
-        self._note("read " + ", ".join(f"{name} {value:g}" for name, value in values.items()))
+        units = {name: self.channels[name].unit for name in values}
+        self._note(f"read {with_units(values, units)}")
         return values
 
     def watch(self, name: str, seconds: float) -> Iterator[float]:
@@ -120,7 +121,7 @@ class Jog:
         _found("channel", name, self.channels)
         self.zeros.pop(name, None)
         self.zeros[name] = self._values((name,), mean=True)[name]
-        self._note(f"zero {name}: {self.zeros[name]:g} {self.channels[name].unit}")
+        self._note(f"zero {name}: {legible(self.zeros[name], self.channels[name].unit)}")
         return self.zeros[name]
 
     def stands(self) -> dict[str, float]:
@@ -134,9 +135,13 @@ class Jog:
         """Make the rig safe, and log how."""
         reports = self._make_safe()
         for each in reports:
-            read_back = {Member(each.role, name): value for name, value in each.read_back.items()}
-            problems = each.problems
-            self._session.emit(MadeSafe, what=each.what, read_back=read_back, problems=problems)
+            self._session.emit(
+                MadeSafe,
+                what=each.what,
+                read_back=each.by_member(each.read_back),
+                units=each.by_member(each.units),
+                problems=each.problems,
+            )
         return reports
 
     def _values(self, names: Sequence[str], *, mean: bool = False) -> dict[str, float]:

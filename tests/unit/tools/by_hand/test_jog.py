@@ -73,7 +73,7 @@ def test_a_drive_is_set_and_read_back_and_the_rig_ends_safe(tmp_path):
     log = log_of(tmp_path)
     assert "jog: note: tester of station simulated" in log
     assert "set frequency 5 Hz: reads back 5 Hz" in log
-    assert "read load 1000" in log
+    assert "read load 1000 N" in log
     assert "tester is safe: read back" in log
 
 
@@ -276,7 +276,7 @@ def test_the_command_sets_and_reads_once(tmp_path):
     called = once(tmp_path, "--set", "frequency=5 Hz", "--read", "temperature")
     assert called.code == ExitCode.PASS
     assert called.out.startswith("frequency reads back 5 Hz\ntemperature 296.")
-    assert "tester is safe: read back tester.frequency 0" in called.err
+    assert "tester is safe: read back tester.frequency 0 Hz, tester.load 0 N" in called.err
     document = json.loads(once(tmp_path, "--set", "frequency=5 Hz", "--json").out)
     assert document == {"set": {"frequency": 5.0}, "read": {}}
 
@@ -310,7 +310,7 @@ def test_a_conversation_goes_on_after_mistakes_and_ends_safe(tmp_path, monkeypat
         "zero what?",
     ):  # fmt: skip
         assert words in called.err
-    assert called.err.rstrip().endswith("read back tester.frequency 0, tester.load 0")
+    assert called.err.rstrip().endswith("read back tester.frequency 0 Hz, tester.load 0 N")
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,71 @@
+"""The entry of the register that a calibration gives: what must not be lost on the way."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from rigrunner.api import Component, Estimate, MeasurementResult, ResultDefinition
+from rigrunner.api.coordinates import CoordinateValue
+from rigrunner.api.errors import DataError
+from rigrunner.api.findings import MissingResult
+from rigrunner.tools.registering import Entry, _points
+from rigrunner.yamlfile import parse
+
+
+def result(name, value, at, unit="N·m"):
+    """Return a result with one budget line of 1 mN·m at an applied torque."""
+    line = Component("reading", 0.001, 9.0, "normal", common=True)
+    of = ResultDefinition(name=name, unit=unit, per=("lever.torque",))
+    place = {"lever.torque": at}
+    estimate = Estimate(value, 0.001, 9.0, unit)
+    return MeasurementResult(of=of, estimate=estimate, components=(line,), coordinates=place)
+
+
+TEN, IN_MNM = CoordinateValue(10.0, "N·m"), CoordinateValue(10_000.0, "mN·m")
+
+
+def point(*others, missing=()):
+    deviation = result("deviation", 0.02, TEN)
+    run = SimpleNamespace(results=(deviation, *others), missing=missing)
+    (found,) = _points(run, [deviation])
+    return found
+
+
+def u_of(found):
+    return float(found["U"].split()[0]) / found["k"]
+
+
+@pytest.mark.parametrize("at", [TEN, IN_MNM], ids=["as the deviation", "in another unit"])
+@pytest.mark.parametrize(("value", "unit"), [(0.020, "N·m"), (20.0, "mN·m")])
+def test_a_reproducibility_enters_in_whatever_unit_it_is_stated(value, unit, at):
+    """20 mN·m between the extremes of a sine: half of it over √2, with 1 mN·m of the reading."""
+    found = point(result("reproducibility", value, at, unit))
+    assert u_of(found) == pytest.approx((0.010**2 / 2 + 0.001**2) ** 0.5, rel=6e-3)
+
+
+def test_without_a_reproducibility_the_deviation_stands_alone():
+    assert u_of(point()) == pytest.approx(0.001, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("others", "missing", "message"),
+    [
+        ([result("reproducibility", 0.02, CoordinateValue(20.0, "N·m"))], (), "at lever.torque"),
+        ([result("reproducibility", 2.0, TEN, "%")], (), "is in %, deviation in N·m"),
+        ([], ["reproducibility"], "there is no reproducibility at lever.torque = 10 N·m"),
+    ],
+    ids=["elsewhere", "a ratio", "missing"],
+)
+def test_a_reproducibility_that_cannot_enter_is_refused(others, missing, message):
+    gaps = [MissingResult(of=ResultDefinition(name=n, unit="N·m"), why="-") for n in missing]
+    with pytest.raises(DataError, match=message):
+        point(*others, missing=gaps)
+
+
+@pytest.mark.parametrize("serial", ["null", "True", "no", "SN 1", "a: b", "- x", "Größe"])
+def test_a_serial_number_is_read_again_as_the_text_that_it_is(serial):
+    lines = Entry({"channel": "a.b", "serial": serial, "points": [{"applied": "1 N"}]}).lines
+    (entry,) = parse(f"instruments:\n{lines}\n", "station.yaml").data["instruments"]
+    assert entry == {"channel": "a.b", "serial": serial, "points": [{"applied": "1 N"}]}
