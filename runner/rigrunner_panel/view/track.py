@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 from rigrunner_panel.view.sections import Progress
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rigrunner_panel.view.sections import PlanView, StepView
 
 TO_COME, RUNNING, DONE, FAILED, SKIPPED = ".", "r", "o", "x", "s"
@@ -38,6 +40,10 @@ class Track:
         """Take note that a step is over."""
         if index < len(self._states):
             self._states[index] = DONE if ok else FAILED
+
+    def sets(self, index: int) -> Mapping[str, float]:
+        """Return the set-points at which a step leaves its drives, in SI units."""
+        return self._steps[index].sets if index < len(self._steps) else {}
 
     def leave_out(self, steps: range) -> None:
         """Take note that a condition leaves these steps out."""
