@@ -301,7 +301,10 @@ class Story:
 
     def _end(self, finished: Finished | None) -> None:
         self.is_over = True
-        self._board.put(analysing=None, asked="", prompt=None, pause=None)
+        if self._track is not None:
+            self._track.stop()
+        progress = self._progress()
+        self._board.put(analysing=None, asked="", prompt=None, pause=None, progress=progress)
         if self.job.kind == "preflight":
             self._preflight(self._board.get("preflight").items, done=True)
         else:

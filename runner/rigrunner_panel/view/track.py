@@ -55,6 +55,11 @@ class Track:
         if self._is(self._index, FAILED):
             self._states[self._index] = TO_COME
 
+    def stop(self) -> None:
+        """Take note that the run is over: a step that never ended has failed."""
+        if self._is(self._index, RUNNING):
+            self._states[self._index] = FAILED
+
     def recorded(self, seconds: float) -> None:
         """So much of the recording is there."""
         self._recorded_s = seconds

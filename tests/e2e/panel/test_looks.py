@@ -203,6 +203,8 @@ def test_figures_beside_a_plot_of_one_s_own_have_room_for_their_axes(new_screen,
             expect(hosts).to_have_count(2)
             heights = hosts.evaluate_all("hosts => hosts.map((each) => each.clientHeight)")
             assert min(heights) > 60
+            expect(page.locator(".run-foot")).to_contain_text("This run has ended.")
+            expect(page.locator(".now")).to_have_text("Finished")
             drive = page.locator(".readout", has_text="temperature").first
             expect(drive).to_contain_text("read")
             expect(drive).not_to_contain_text("set")

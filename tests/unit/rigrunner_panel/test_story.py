@@ -414,11 +414,13 @@ def test_the_run_s_own_result_is_the_last_that_is_shown(board, story):
 
 
 def test_a_process_that_dies_without_a_word_is_told_with_what_to_do(board, story):
-    story.take(event(RunStarted, **STARTED))
+    for message in (event(RunStarted, **STARTED), begun(0), ended(0), begun(1, "001")):
+        story.take(message)
     story.lost(-9)
     assert board.get("phase") == "finished"
     assert "code -9" in board.get("finished").reason
     assert "resume" in board.get("finished").hint
+    assert board.get("progress").states == "ox.."
     story.lost(-9)  # once is enough
     assert board.get("phase") == "finished"
 
