@@ -441,8 +441,10 @@ def translated(tmp_path_factory):
             ),
         ),
         (
-            "template_inverse is not applicable: no no-load recording within 2.0% of 5.5 Hz"
-            " (watched); the no-load run has 10 Hz",
+            (
+                "template_inverse is not applicable: no no-load recording within 2.0% of 5.5 Hz"
+                " (watched); the no-load run has 10 Hz"
+            ),
             (
                 "template_inverse ist nicht anwendbar: keine Leerlaufaufnahme innerhalb 2.0 % von"
                 " 5.5 Hz (watched); die Leerlaufprüfung hat 10 Hz"
