@@ -93,6 +93,7 @@ class Hand:
     recording: str = ""
     refused: str = ""
     points: int = 0
+    last: str = ""
 
     def steps(self, session: Session) -> Iterator[PlannedStep]:
         """Yield a step for each command, after the procedure's zero readings at rest."""
@@ -124,7 +125,7 @@ class Hand:
             if not event.ok:
                 self.refused = "it failed: see the alarms"
             elif event.recording:
-                self.points += 1
+                self.points, self.last = self.points + 1, event.recording
 
     @property
     def frequency_hz(self) -> float:
@@ -213,6 +214,8 @@ class Hand:
             channels=self.source.channels,
             recording="",
             refused=self.refused,
+            points=self.points,
+            last=self.last,
         )
         self.link.show(manual=self._view)
 

@@ -25,7 +25,13 @@ from rigrunner_panel.live.curves import Curves
 from rigrunner_panel.process.messages import Analysed, Drawn, Ended, Failed, Found, Show, Values
 from rigrunner_panel.view.alarms import Alarms
 from rigrunner_panel.view.of_result import with_live
-from rigrunner_panel.view.reading import readings_after, readings_at, readings_now, readings_safe
+from rigrunner_panel.view.reading import (
+    readings_after,
+    readings_at,
+    readings_now,
+    readings_safe,
+    readings_set,
+)
 from rigrunner_panel.view.sections import (
     Finished,
     JobView,
@@ -141,6 +147,9 @@ class Story:
         """Show sections that the process sent, and update what depends on them."""
         for name, view in sections.items():
             match name:
+                case "manual" if view is not None:
+                    sets = {each.name: each.set for each in view.drives if each.set is not None}
+                    self._board.put(readings=readings_set(self._board.get("readings"), sets))
                 case "plan":
                     self._track = Track(view)
                 case "prompt" if view is not None and view.picture:
@@ -277,7 +286,8 @@ class Story:
             self._track.end(event.index, ok=event.ok)
             self._track.leave_out(range(event.index + 1, event.index + 1 + event.leaves))
         readings = readings_after(self._board.get("readings"), event, self._begun)
-        self._board.put(readings=readings)
+        sets = self._track.sets(event.index) if self._track is not None and event.ok else {}
+        self._board.put(readings=readings_set(readings, sets))
         if event.action in ("set", "ramp", "measure"):  # others tell means over a time
             self._show_channels(event.values, self._time_of(event))
 
@@ -291,7 +301,10 @@ class Story:
 
     def _end(self, finished: Finished | None) -> None:
         self.is_over = True
-        self._board.put(analysing=None, asked="", prompt=None, pause=None)
+        if self._track is not None:
+            self._track.stop()
+        progress = self._progress()
+        self._board.put(analysing=None, asked="", prompt=None, pause=None, progress=progress)
         if self.job.kind == "preflight":
             self._preflight(self._board.get("preflight").items, done=True)
         else:

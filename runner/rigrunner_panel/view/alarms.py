@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING
 
-from rigrunner.api.events import Alarm, InterlockCleared, InterlockTripped
+from rigrunner.api.events import Alarm, InterlockCleared, InterlockTripped, RunEnded
 from rigrunner.rig_state import read_markers
 from rigrunner_panel.view.sections import AlarmView
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from rigrunner.api.events import Event
 
@@ -54,11 +54,11 @@ class Alarms:
             known = {"seq": event.seq, "utc": event.utc, "source": event.source}
             self._of_run.append(AlarmView(**known, text=event.text, active=active))
         elif isinstance(event, InterlockCleared):
-            self._clear(f"interlock {event.interlock}")
+            cleared = f"interlock {event.interlock}"
+            self._update(lambda each: each.source == cleared, {"active": False})
+        elif isinstance(event, RunEnded):  # nobody watches the interlocks any more
+            self._update(lambda each: each.active, {"active": False, "until_end": True})
 
-    def _clear(self, source: str) -> None:
-        cleared = (
-            each.model_copy(update={"active": False}) if each.source == source else each
-            for each in self._of_run
-        )
-        self._of_run = deque(list(cleared), maxlen=MOST)
+    def _update(self, which: Callable[[AlarmView], bool], update: Mapping[str, bool]) -> None:
+        alarms = (each.model_copy(update=update) if which(each) else each for each in self._of_run)
+        self._of_run = deque(list(alarms), maxlen=MOST)

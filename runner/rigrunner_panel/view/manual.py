@@ -19,7 +19,7 @@ class DriveView(BaseModel):
 
 
 class ManualView(BaseModel):
-    """The drives, the recording in progress, and why the last request was refused."""
+    """The drives, what is and was recorded, and why the last request was refused."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -27,3 +27,7 @@ class ManualView(BaseModel):
     channels: tuple[str, ...]
     recording: str
     refused: str = ""
+    points: int = 0
+    """How many points are recorded."""
+    last: str = ""
+    """The recording of the last one."""

@@ -38,4 +38,5 @@ def _step(index: int, step: PlannedStep) -> StepView:
         point=step.points[-1] if step.points else "",
         estimated_s=step.estimated_s,
         scan_points=len(action.passes) if action.led and action.rows else 0,
+        sets={action.led: action.passes[-1]} if action.led and action.passes else {},
     )

@@ -22,10 +22,9 @@ class Units(NamedTuple):
 
 
 def readings_after(known: Readings, event: StepEnded, begun: StepStarted | None) -> Readings:
-    """Return the readings with what a step set, read or measured."""
+    """Return the readings with what a step read, measured, or read back of a drive."""
     told = begun.written_in if begun is not None else {}
-    is_set = event.action in ("set", "ramp")
-    return _with(known, event.values, Units(event.units, told), event.utc, is_set=is_set)
+    return _with(known, event.values, Units(event.units, told), event.utc)
 
 
 def readings_at(known: Readings, event: Scanned, scan: StepStarted) -> Readings:
@@ -35,13 +34,25 @@ def readings_at(known: Readings, event: Scanned, scan: StepStarted) -> Readings:
     """
     own = {each: value for each, value in event.setpoints.items() if each not in scan.setpoints}
     units = Units(scan.units, scan.written_in)
-    at_set = _with(known, own, units, event.utc, is_set=True)
+    at_set = readings_set(_with(known, own, units, event.utc), own)
     return _with(at_set, event.values, units, event.utc)
+
+
+def readings_set(known: Readings, setpoints: Mapping[str, float]) -> Readings:
+    """Return the readings with the set-points of drives, in SI units, where they are known."""
+    return {
+        name: each.with_set(setpoints[name]) if name in setpoints else each
+        for name, each in known.items()
+    }
 
 
 def readings_safe(known: Readings, event: MadeSafe) -> Readings:
     """Return the readings with what was read back when a device was made safe."""
-    return _with(known, event.read_back, _units(known), event.utc, is_set=True)
+    after = _with(known, event.read_back, _units(known), event.utc)
+    return {
+        name: each.model_copy(update={"set": None}) if name in event.read_back else each
+        for name, each in after.items()
+    }
 
 
 def readings_now(known: Readings, values: Mapping[str, float], utc: str) -> Readings:
@@ -57,13 +68,10 @@ def _units(known: Readings) -> Units:
     )
 
 
-def _with(
-    known: Readings, values: Mapping[str, float], units: Units, utc: str, *, is_set: bool = False
-) -> Readings:
+def _with(known: Readings, values: Mapping[str, float], units: Units, utc: str) -> Readings:
     found = {}
     for name, value in values.items():
         now = Reading.of(value, units.si.get(name, ""), units.shown_in.get(name, ""), utc)
         before = known.get(name)
-        at = now.shown if is_set else before.set if before is not None else None
-        found[name] = now.model_copy(update={"set": at})
+        found[name] = now if before is None else now.model_copy(update={"set": before.set})
     return {**known, **found}

@@ -115,6 +115,8 @@ class StepView(Section):
     point: str
     estimated_s: float
     scan_points: int = 0
+    sets: dict[str, float] = {}
+    """The set-point at which it leaves its drive, by 'role.drive', in SI units."""
 
 
 class PlanView(Section):
@@ -151,7 +153,7 @@ class Reading(Section):
     utc: str = ""
     """When it was read or set."""
     set: float | None = None
-    """Where a drive was set, as it was read back then, in `shown_in`; None for what is not set."""
+    """The set-point of a drive in `shown_in`; None for what is not set, or was made safe since."""
 
     @classmethod
     def of(cls, value: float, unit: str, written_in: str = "", utc: str = "") -> Self:
@@ -159,6 +161,10 @@ class Reading(Section):
         symbol = written_in or (usual_unit(unit) if unit else "")
         shown = from_si(value, symbol) if symbol else value
         return cls(value=value, unit=unit, shown=float(f"{shown:.9g}"), shown_in=symbol, utc=utc)
+
+    def with_set(self, setpoint: float) -> Self:
+        """Return it with a set-point in SI units."""
+        return self.model_copy(update={"set": self.of(setpoint, self.unit, self.shown_in).shown})
 
 
 class ChannelView(Section):
@@ -216,6 +222,8 @@ class AlarmView(Section):
     source: str
     text: str
     active: bool
+    until_end: bool = False
+    """Whether it was active when the run ended, and is watched by nobody since."""
 
 
 class CheckView(Section):

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 from rigrunner_panel.view.sections import Progress
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rigrunner_panel.view.sections import PlanView, StepView
 
 TO_COME, RUNNING, DONE, FAILED, SKIPPED = ".", "r", "o", "x", "s"
@@ -39,6 +41,10 @@ class Track:
         if index < len(self._states):
             self._states[index] = DONE if ok else FAILED
 
+    def sets(self, index: int) -> Mapping[str, float]:
+        """Return the set-points at which a step leaves its drives, in SI units."""
+        return self._steps[index].sets if index < len(self._steps) else {}
+
     def leave_out(self, steps: range) -> None:
         """Take note that a condition leaves these steps out."""
         for index in steps:
@@ -48,6 +54,11 @@ class Track:
         """Take note that a pause broke off the step that the run is at: it comes again."""
         if self._is(self._index, FAILED):
             self._states[self._index] = TO_COME
+
+    def stop(self) -> None:
+        """Take note that the run is over: a step that never ended has failed."""
+        if self._is(self._index, RUNNING):
+            self._states[self._index] = FAILED
 
     def recorded(self, seconds: float) -> None:
         """So much of the recording is there."""

@@ -320,7 +320,7 @@ def _by_itself(rig: Rig) -> None:
     try:
         if finished is not None and (finished.outcome not in CONCLUDED or finished.error):
             raise wrong_state("the run before was not completed")
-        if any(each.active for each in rig.board.get("alarms")):
+        if any(each.active or each.until_end for each in rig.board.get("alarms")):
             raise wrong_state("an alarm is active")
         entry = rig.queue.next(rig.name)
         if entry is None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 from playwright.sync_api import expect
 
-from e2e.panel.helpers_screen import ENDLESS, axe_script
+from e2e.panel.helpers_screen import ENDLESS, LOADED, NAME, STATION, axe_script, running_panel
+from rigrunner_plugins.loopback.chamber import running_chamber
 
 GRAVE = {"serious", "critical"}
 DESK = {"width": 1280, "height": 720}
@@ -144,3 +145,66 @@ def test_the_theme_is_the_machine_s_or_the_one_that_was_chosen(new_screen):
     assert paper("dark") == dark
     choice.select_option("auto")
     assert paper("light") == light
+
+
+CUT_OFF = """(selector) => [...document.querySelectorAll(selector)]
+    .filter((each) => each.getClientRects().length && each.scrollWidth > each.clientWidth + 1)
+    .map((each) => each.textContent.slice(0, 80))"""
+"""What of these is wider than its frame."""
+
+
+def test_plan_and_channels_are_as_wide_as_their_frames(new_screen, lab):
+    station = lab / "station.yaml"
+    text = station.read_text(encoding="utf-8")
+    name = "Temperature chamber and ohmmeter on loopback"
+    station.write_text(text.replace(f"title: {STATION}", f"title: {name}"), encoding="utf-8")
+    with running_panel(lab) as panel:
+        screen = new_screen(panel, locale="de-DE")
+        page = screen.page
+        screen.open()
+        page.wait_for_selector(".item")
+        page.locator(".item", has_text=LOADED).click()
+        page.locator(".item", has_text=name).first.click()
+        page.get_by_role("button", name="Weiter", exact=True).click()
+        page.get_by_text("Zu erwartende Messwerte von tester.torque, höchstens").wait_for()
+        assert page.evaluate(CUT_OFF, ".setup .card") == []
+        page.get_by_role("link", name="Handbetrieb").click()
+        page.locator(".preflight > .button").click()
+        screen.say_name()
+        page.get_by_role("button", name="Verbinden").click()
+        page.get_by_role("button", name="Kanäle").click()
+        page.set_viewport_size({"width": 820, "height": 1180})
+        expect(page.locator(".channels tbody tr").first).to_be_visible()
+        assert page.evaluate(CUT_OFF, ".channels") == []
+        assert page.locator(".holder").bounding_box()["width"] > 60, "a letter a line"
+        page.get_by_role("button", name="STOPP").click()
+        panel.wait_for("finished")
+
+
+@pytest.mark.thorough
+def test_figures_beside_a_plot_of_one_s_own_have_room_for_their_axes(new_screen, lab):
+    with running_chamber() as bench:
+        (lab / "chamber.yaml").write_text(bench.station(), encoding="utf-8")
+        with running_panel(lab) as panel:
+            screen = new_screen(panel)
+            page = screen.page
+            screen.open(station="chamber.yaml")
+            screen.choose("Resistance of a Pt100", "Temperature chamber")
+            page.get_by_label("Serial number of the sensor").fill("PT-1")
+            page.get_by_label("Operator").fill(NAME)
+            page.locator(".preflight > .button").click()
+            page.get_by_text("Ready to start.").wait_for()
+            page.get_by_role("button", name="Start", exact=True).click()
+            screen.wait_for_result()
+            screen.open("#/run", station="chamber.yaml")
+            page.get_by_role("button", name="Plots").click()
+            page.get_by_role("button", name="Add plot").click()
+            hosts = page.locator(".result-plots .plot-host")
+            expect(hosts).to_have_count(2)
+            heights = hosts.evaluate_all("hosts => hosts.map((each) => each.clientHeight)")
+            assert min(heights) > 60
+            expect(page.locator(".run-foot")).to_contain_text("This run has ended.")
+            expect(page.locator(".now")).to_have_text("Finished")
+            drive = page.locator(".readout", has_text="temperature").first
+            expect(drive).to_contain_text("read")
+            expect(drive).not_to_contain_text("set")

@@ -18,14 +18,14 @@ from rigrunner.run.locate import find_procedure, find_station
 from rigrunner.run.prepare import plan_run
 from rigrunner_panel.jobs.manual import Hand
 from rigrunner_panel.process.link import Link
-from rigrunner_panel.process.messages import CloseManual, SetDrive
+from rigrunner_panel.process.messages import CloseManual, RecordPoint, SetDrive, Show
 from rigrunner_panel.process.switch import Switch
 from rigrunner_panel.process.watched import WatchedChannels
 from unit.engine.helpers_pausing import Person
 
 
 def done_by_hand(device, *wishes):
-    """Return how the session ended, and where its page showed the drives after each wish."""
+    """Return how the session ended, and what its page showed after each wish."""
     clock, told, left = SimulatedClock(), [], [*wishes, CloseManual("me")]
     planned = plan_run(
         find_procedure("starting_torque_1000n"), find_station("simulated"), load_registry(), clock
@@ -40,18 +40,30 @@ def done_by_hand(device, *wishes):
         hand.steps, rig, Bus([hand]), clock, threading.Event(), "R1", interlocks=(),
         pauses=Person([]),
     )  # fmt: skip
-    views = [each.sections["manual"] for each in told]
-    return summary, [{each.name: each.set for each in view.drives} for view in views]
+    return summary, [each.sections["manual"] for each in told if isinstance(each, Show)]
+
+
+def standing(views, drive="tester.frequency"):
+    return [{each.name: each.set for each in view.drives}[drive] for view in views]
 
 
 def test_it_shows_where_a_drive_was_set():
     summary, shown = done_by_hand(FakeTester(), SetDrive("tester.frequency", 5.0, "me"))
     assert summary.outcome is Outcome.COMPLETED
-    assert [each["tester.frequency"] for each in shown] == [3.0, 5.0]
+    assert standing(shown) == [3.0, 5.0]
 
 
 def test_a_drive_that_moved_though_its_set_failed_is_shown_where_it_stands():
     device = FakeTester(read_back_offset=2.0)
     summary, shown = done_by_hand(device, SetDrive("tester.frequency", 20.0, "me"))
     assert summary.passed_over
-    assert [each["tester.frequency"] for each in shown] == [5.0, 22.0]
+    assert standing(shown) == [5.0, 22.0]
+
+
+def test_it_says_how_many_points_were_recorded():
+    wishes = (SetDrive("tester.frequency", 5.0, "me"), RecordPoint(5, "me"), RecordPoint(5, "me"))
+    summary, shown = done_by_hand(FakeTester(), *wishes)
+    assert summary.outcome is Outcome.COMPLETED
+    told = [(view.recording, view.points, view.last) for view in shown]
+    one, two = "001_5Hz", "002_5Hz"
+    assert told[2:] == [(one, 0, ""), ("", 1, one), (two, 1, one), ("", 2, two)]

@@ -9,6 +9,7 @@ import pytest
 from filelock import FileLock
 from starlette.testclient import TestClient
 
+from rigrunner_panel.view.sections import AlarmView
 from rigrunner_panel.web import queueing
 from rigrunner_panel.web.app import make_app
 from rigrunner_panel.web.panel import Panel, Settings
@@ -170,6 +171,18 @@ def test_stop_takes_back_what_was_to_start(client, panel):
     assert client.get("/api/v1/queue").json()["automatic_by"] == ""
     queueing.tick(panel.rig("simulated"))
     assert panel.rig("simulated").sequence.wanted is None
+
+
+@pytest.mark.parametrize("kept", ["active", "until_end"])
+def test_nothing_starts_by_itself_after_an_interlock_that_never_cleared(client, panel, kept):
+    post(client, "add", **PAIR, list="SN-1")
+    post(client, "automatic", on=True)
+    rig = panel.rig("simulated")
+    known = {"seq": 1, "utc": "2026", "source": "interlock hot", "text": "hot", "active": False}
+    rig.board.put(alarms=(AlarmView(**{**known, kept: True}),))
+    queueing.tick(rig)
+    state = client.get("/api/v1/queue").json()
+    assert (state["problem"], state["automatic_by"]) == ("an alarm is active", "")
 
 
 def test_a_queue_that_cannot_be_read_is_told_and_left_alone(client, panel):

@@ -440,6 +440,17 @@ def translated(tmp_path_factory):
                 " 10 Hz, 20 Hz"
             ),
         ),
+        (
+            (
+                "template_inverse is not applicable: no no-load recording within 2.0% of 5.5 Hz"
+                " (watched); the no-load run has 10 Hz"
+            ),
+            (
+                "template_inverse ist nicht anwendbar: keine Leerlaufaufnahme innerhalb 2.0 % von"
+                " 5.5 Hz (watched); die Leerlaufprüfung hat 10 Hz"
+            ),
+        ),
+        ("torque", "Drehmoment"),
         ("'rigrunner archive search' shows runs", "Verlauf zeigt die Prüfungen"),
         (
             "--received 2030-01-01 is after the test, which began on 2026-01-02 (UTC)",

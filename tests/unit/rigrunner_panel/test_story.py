@@ -31,6 +31,7 @@ from rigrunner.api.quantity import Estimate
 from rigrunner_panel.live.story import UNKEPT, Story
 from rigrunner_panel.process.messages import Analysed, Drawn, Ended, Failed, Found, Show, Values
 from rigrunner_panel.view.board import SECTIONS, Board
+from rigrunner_panel.view.manual import DriveView, ManualView
 from rigrunner_panel.view.sections import (
     ChannelView,
     Finished,
@@ -55,10 +56,10 @@ class NoLinks:
         return ()
 
 
-def step(index, point):
+def step(index, point, **sets):
     return StepView(
         index=index, path=f"main[{index}]", phase="main", action="record", text="",
-        point=point, estimated_s=10.0,
+        point=point, estimated_s=10.0, sets=sets,
     )  # fmt: skip
 
 
@@ -176,11 +177,23 @@ def test_a_step_that_a_pause_broke_off_is_to_come_and_not_failed(board, story):
     assert board.get("progress").states == "or.."
 
 
+SETTING = PlanView(
+    estimated_s=30.0,
+    steps=(step(0, "", **{"t.frequency": 5.0}), step(1, "", **{"t.load": 1000.0}), step(2, "")),
+)
+UNITS = {"t.frequency": "Hz", "t.load": "N", "t.temperature": "K"}
+
+
+def read_back(index, **values):
+    named = {f"t.{name}": value for name, value in values.items()}
+    return ended(index, action="set", values=named, units=UNITS)
+
+
 def test_what_was_set_and_read_is_known_in_its_units(board, story):
-    units = {"t.frequency": "Hz", "t.load": "N", "t.temperature": "K"}
-    story.take(ended(0, action="set", values={"t.frequency": 5.0}, units=units))
-    story.take(ended(0, action="set", values={"t.load": 1000.0}, units=units))
-    story.take(ended(1, values={"t.load": 998.0, "t.temperature": 296.15}, units=units))
+    story.take(planned(SETTING))
+    story.take(read_back(0, frequency=5.0))
+    story.take(read_back(1, load=998.0))
+    story.take(ended(2, values={"t.temperature": 296.15}, units=UNITS))
     found = board.get("readings")
     assert (found["t.frequency"].set, found["t.load"].set) == (5.0, 1000.0)
     assert (found["t.load"].value, found["t.temperature"].unit) == (998.0, "K")
@@ -188,22 +201,48 @@ def test_what_was_set_and_read_is_known_in_its_units(board, story):
     assert found["t.temperature"].set is None
 
 
-def test_a_load_that_was_set_is_what_was_read_back_and_not_what_was_read_before(board, story):
-    story.take(ended(0, values={"t.load": 0.4}, units={"t.load": "N"}))
-    story.take(ended(1, action="set", values={"t.load": 998.0}, units={"t.load": "N"}))
-    found = board.get("readings")
-    assert (found["t.load"].set, found["t.load"].value) == (998.0, 998.0)
+def test_a_drive_shows_its_set_point_beside_the_read_back_and_none_where_its_set_failed(
+    board, story
+):
+    story.take(planned(SETTING))
+    story.take(ended(1, values={"t.load": 0.4}, units=UNITS))
+    story.take(read_back(1, load=998.0))
+    load = board.get("readings")["t.load"]
+    assert (load.set, load.value) == (1000.0, 998.0)
+    failed = {"values": {"t.frequency": 3.0}, "units": UNITS}
+    story.take(ended(0, ok=False, action="set", **failed))
+    frequency = board.get("readings")["t.frequency"]
+    assert (frequency.set, frequency.value) == (None, 3.0)
 
 
-def test_what_was_made_safe_stands_where_it_was_read_back(board, story):
-    units = {"t.load": "N", "t.frequency": "Hz"}
-    story.take(ended(0, action="set", values={"t.frequency": 5.0}, units=units))
-    story.take(ended(1, values={"t.load": 999.0, "t.frequency": 5.0}, units=units))
-    read_back = {"t.load": 1.5, "t.frequency": 0.0}
-    story.take(event(MadeSafe, what="t", read_back=read_back))
+def test_a_set_point_is_in_the_unit_of_the_procedure(board, story):
+    (drive,) = sets = {"c.temperature": 253.15}
+    story.take(planned(PlanView(estimated_s=1.0, steps=(step(0, "", **sets),))))
+    told = {"index": 0, "action": "set", "step": "main[0]"}
+    story.take(event(StepStarted, **told, text="", written_in={drive: "°C"}))
+    story.take(event(StepEnded, **told, ok=True, values={drive: 253.19}, units={drive: "K"}))
+    found = board.get("readings")[drive]
+    assert (found.set, found.shown, found.shown_in) == (-20.0, -19.96, "°C")
+
+
+def test_what_was_set_by_hand_is_the_set_point(board, story):
+    drive = {"long_name": "", "unit": "N", "minimum": 0.0, "maximum": 3000.0}
+    drives = (DriveView(name="t.load", set=100.5, **drive),)
+    story.take(ended(0, action="set", values={"t.load": 100.7}, units=UNITS))
+    story.take(Show({"manual": ManualView(drives=drives, channels=(), recording="")}))
+    found = board.get("readings")["t.load"]
+    assert (found.set, found.value) == (100.5, 100.7)
+
+
+def test_what_was_made_safe_has_its_read_back_and_no_set_point(board, story):
+    story.take(planned(SETTING))
+    story.take(read_back(0, frequency=5.0))
+    story.take(read_back(1, load=999.0))
+    safe = {"t.load": 1.5, "t.frequency": 0.0}
+    story.take(event(MadeSafe, what="t", read_back=safe))
     found = board.get("readings")
-    assert (found["t.load"].set, found["t.load"].value, found["t.load"].utc) == (1.5, 1.5, "2026")
-    assert (found["t.frequency"].set, found["t.frequency"].value) == (0.0, 0.0)
+    assert (found["t.load"].set, found["t.load"].value, found["t.load"].utc) == (None, 1.5, "2026")
+    assert (found["t.frequency"].set, found["t.frequency"].value) == (None, 0.0)
     assert found["t.load"].unit == "N"
 
 
@@ -283,7 +322,7 @@ def row(point, load):
 def test_a_scan_shows_each_point_and_how_far_it_is(board):
     scan = step(1, "").model_copy(update={"scan_points": 4, "action": "scan"})
     story = Story(board, JobView(kind="run", procedure="p", station="s"), NoLinks())
-    story.take(planned(PlanView(estimated_s=20.0, steps=(step(0, ""), scan))))
+    story.take(planned(PlanView(estimated_s=20.0, steps=(SETTING.steps[0], scan))))
     units = {"t.frequency": "Hz"}
     story.take(ended(0, action="set", values={"t.frequency": 5.0}, units=units))
     story.take(scan_begun(1))
@@ -306,8 +345,8 @@ def test_a_scan_shows_each_point_and_how_far_it_is(board):
 
 
 def test_what_is_read_now_is_among_the_readings_and_where_it_was_set_stays(board, story):
-    story.take(Show({"channels": CHANNELS}))
-    story.take(ended(0, action="set", values={"t.load": 1000.0}, units={"t.load": "N"}))
+    story.take(Show({"channels": CHANNELS, "plan": SETTING}))
+    story.take(read_back(1, load=1000.0))
     story.take(Values({"t.load": 999.0, "t.temperature": 300.0}, 1795435200.0, 0.5))
     (name,) = board.get("readings")  # what no step has set or read is among the channels alone
     now = board.get("readings")[name]
@@ -330,6 +369,15 @@ def test_an_interlock_is_active_until_it_clears_and_lists_stay_short(board, stor
         story.take(event(Alarm, source="x", text=str(number)))
     assert len(board.get("alarms")) == 100
     assert board.get("alarms")[-1].text == "299"
+
+
+def test_no_interlock_of_a_run_that_has_ended_is_active(board, story):
+    known = {"interlock": "hot", "does": "pause", "latency_s": 0.1}
+    story.take(event(InterlockTripped, source="interlock hot", text="too hot", **known))
+    story.take(event(Alarm, source="x", text="odd"))
+    story.take(event(RunEnded, outcome=Outcome.COMPLETED))
+    found = [(one.text, one.active, one.until_end) for one in board.get("alarms")]
+    assert found == [("too hot", False, True), ("odd", False, False)]
 
 
 LIVE = LiveView(recordings=1, final=False, problem="", taken_s=0.1)
@@ -366,11 +414,13 @@ def test_the_run_s_own_result_is_the_last_that_is_shown(board, story):
 
 
 def test_a_process_that_dies_without_a_word_is_told_with_what_to_do(board, story):
-    story.take(event(RunStarted, **STARTED))
+    for message in (event(RunStarted, **STARTED), begun(0), ended(0), begun(1, "001")):
+        story.take(message)
     story.lost(-9)
     assert board.get("phase") == "finished"
     assert "code -9" in board.get("finished").reason
     assert "resume" in board.get("finished").hint
+    assert board.get("progress").states == "ox.."
     story.lost(-9)  # once is enough
     assert board.get("phase") == "finished"
 

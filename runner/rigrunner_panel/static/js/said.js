@@ -78,7 +78,7 @@ export function translator({ quantities = {}, ...rooms }, english, words, number
       const told = count > parts.length ? null : whole(parts.slice(0, count).join("; "), count > 1 ? A_SENTENCE : 0);
       if (told !== null) return told + rest(count);
     }
-    return parts[0] + rest(1);
+    return (quantities[parts[0]] ?? parts[0]) + rest(1); // the name of an axis may be that of a quantity
   }
 
   return say;

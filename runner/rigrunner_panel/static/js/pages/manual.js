@@ -80,7 +80,7 @@ export function manualPage() {
       built = names;
       fill(drives, state.manual.drives.map(driveRow));
     }
-    setText(recording, state.manual.recording ? t("manual.recording", { name: state.manual.recording }) : said(state.manual.refused));
+    setText(recording, recordedWords(state.manual));
   }
 
   function seeChannels(on) {
@@ -110,6 +110,12 @@ export function manualPage() {
       for (const each of [curve, figures, channels]) each.leave();
     },
   };
+}
+
+// What is recorded now, why the last request was refused, or how much is there: a point may have no result.
+function recordedWords({ recording, refused, points, last }) {
+  if (recording) return t("manual.recording", { name: recording });
+  return said(refused) || (points ? t("manual.recorded", { count: points, name: last }) : "");
 }
 
 function openCard() {

@@ -6,6 +6,7 @@ import { alarmStrip } from "../parts/alarms.js";
 import { askReason } from "../parts/dialogs.js";
 import { abort, pauseOrResume } from "../parts/keys.js";
 import { plotChoice } from "../parts/plots.js";
+import { endedBanners } from "../parts/ended.js";
 import { promptCard } from "../parts/prompt.js";
 import { readouts } from "../parts/readouts.js";
 import { liveResults } from "../parts/results.js";
@@ -39,6 +40,7 @@ export function runPage() {
   const step = h("p", { class: "now", role: "status" });
   const paused = h("p", { class: "banner warn", hidden: true });
   const nothing = h("p", { class: "banner info", hidden: true }, t("run.nothing"), h("a", { class: "button", href: "#/" }, t("choose.title")));
+  const over = h("div", { class: "stack", hidden: true });
   const pause = button(t("run.pause"), pauseOrResume, { kind: "big", key: "F8", "aria-keyshortcuts": "F8" });
   const repeat = button(t("run.repeat"), () => because("run/repeat", "run.repeat", { required: false }), { kind: "big" });
   const skip = button(t("run.skip"), () => because("run/skip", "run.skip", {}), { kind: "big" });
@@ -55,7 +57,7 @@ export function runPage() {
     h("div", { class: "run-head" }, h("div", {}, title, step), verdict.element),
     numbers.element,
     plots,
-    h("div", { class: "run-foot" }, alarms.element, paused, nothing, chosen.chooser, h("div", { class: "run-buttons" }, pause, repeat, skip, override, watch, choose, stopped)),
+    h("div", { class: "run-foot" }, alarms.element, paused, nothing, over, chosen.chooser, h("div", { class: "run-buttons" }, pause, repeat, skip, override, watch, choose, stopped)),
     prompt.element);
 
   function seeChannels(on) {
@@ -82,6 +84,7 @@ export function runPage() {
     skip.disabled = !can || Boolean(choices && !choices.includes("skip"));
     show(override, Boolean(state.pause?.choices.includes("override")));
     setText(pause.firstChild, state.phase === "paused" ? t("run.resume") : t("run.pause"));
+    if (changed.has("phase") || changed.has("finished")) tellOver(state);
     show(paused, Boolean(state.pause));
     if (state.pause) fill(paused, h("strong", {}, t("run.paused")), h("span", {}, [state.pause.reason, ...(state.pause.moving.length ? state.pause.moving : [t("run.standing")])].filter(Boolean).map(said).join(" · ")));
     if (changed.has("live") || changed.has("plan") || changed.has("progress")) arrange(state);
@@ -90,6 +93,18 @@ export function runPage() {
     alarms.update();
     prompt.update();
     verdict.update();
+  }
+
+  // Nothing on this page is of now any more: it says so, and why.
+  function tellOver({ phase, job, finished }) {
+    const isOver = phase === "finished" && job?.kind === "run";
+    show(over, isOver);
+    if (!isOver) return;
+    const see = finished?.run ? h("a", { class: "button", href: `#/runs/${encodeURIComponent(finished.run)}` }, t("run.see")) : null;
+    const why = endedBanners(finished?.error, { isNow: true, hint: finished?.hint }).filter(Boolean);
+    if (!why.length) why.push(h("p", { class: "banner info" }, h("span", {}, t("run.over"))));
+    if (see) why.at(-1).append(see);
+    fill(over, why);
   }
 
   // Where no analysis shows curves there is the table of results; a plot of nothing is not shown.
@@ -123,7 +138,7 @@ export function runPage() {
   }, 500);
   queueMicrotask(() => {
     chosen.take();
-    update(new Set(["live", "plan", "progress"]));
+    update(new Set(["live", "phase", "plan", "progress"]));
     showCurve();
     trend.show(store.trend);
   });
@@ -139,6 +154,7 @@ export function runPage() {
 }
 
 function stepText(state) {
+  if (state.phase === "finished") return t("phase.finished");
   if (state.phase === "analysing" && state.analysing) return t("run.analysing", { done: state.analysing.done, of: state.analysing.of });
   if (state.asked && STEERABLE.has(state.phase)) return t(`run.asked.${state.asked}`);
   const index = state.progress?.index ?? -1;

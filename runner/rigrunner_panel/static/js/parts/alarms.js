@@ -22,7 +22,8 @@ export function alarmStrip() {
       const newest = [...alarms].reverse();
       const top = newest.find((alarm) => alarm.active) ?? newest[0];
       element.classList.toggle("active", top.active);
-      setText(first, alarms.length > 1 ? t("alarms.many", { text: said(top.text), count: alarms.length }) : said(top.text));
+      const words = [top.utc ? localTime(top.utc) : "", said(top.text)].filter(Boolean).join(" · ");
+      setText(first, alarms.length > 1 ? t("alarms.many", { text: words, count: alarms.length }) : words);
       fill(list, newest.map((alarm) => h("li", { class: alarm.active ? "active" : "" }, h("time", {}, localTime(alarm.utc)), h("span", {}, said(alarm.text)))));
     },
   };

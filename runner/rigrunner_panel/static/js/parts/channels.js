@@ -19,6 +19,10 @@ export function ageMs(utc) {
   return Date.now() - Date.parse(utc) - (Number.isFinite(behind) ? behind : 0);
 }
 
+export function ageText(utc) {
+  return `${plain(Number((Math.max(ageMs(utc), 0) / 1000).toFixed(1)))} s`;
+}
+
 // Whether a value is older than it would be if it was still read, every so many seconds.
 export function isOld(utc, intervalS = 0.1) {
   return !(ageMs(utc) < Math.max(LEAST_OLD_MS, 3000 * intervalS));
@@ -82,10 +86,9 @@ export function channelList() {
     channels.forEach((channel, i) => {
       const each = rows[i];
       if (!each) return;
-      const age = channel.utc ? ageMs(channel.utc) : NaN;
       const old = !channel.utc || isOld(channel.utc, channel.interval_s);
       each.row.classList.toggle("old", old);
-      setText(each.age, !channel.utc ? UNKNOWN : old ? t("channels.since", { time: clock(channel.utc) }) : `${plain(Number((Math.max(age, 0) / 1000).toFixed(1)))} s`);
+      setText(each.age, !channel.utc ? UNKNOWN : old ? t("channels.since", { time: clock(channel.utc) }) : ageText(channel.utc));
       if (!each.canvas.hidden) strip(each.canvas, pastOf(channel.name));
     });
   }

@@ -9,11 +9,15 @@ const NEARLY_FULL = 0.8;
 
 // What a run would do, as `rigrunner plan` has it.
 export function planFacts(plan) {
+  const channels = [...new Set(plan.readings.map((each) => each.channel))];
+  const one = channels.length === 1; // it is named once: the column would take the room of the share
+  const caption = one ? t("setup.readings_of", { channel: channels[0] }) : t("setup.readings");
+  const head = ["setup.recording", one ? "" : "setup.channel", "setup.peak", "setup.share"].filter(Boolean);
   const readings = plan.readings.map((reading) => {
     const sign = reading.share > 1 ? "✗" : reading.share > NEARLY_FULL ? "!" : "";
     return h("tr", {},
       h("td", {}, reading.recording),
-      h("td", {}, reading.channel),
+      one ? null : h("td", {}, reading.channel),
       h("td", {}, `${plain(Number(reading.peak.toPrecision(3)))} ${reading.unit}`),
       h("td", {}, h("meter", { min: "0", max: "1.01", low: String(NEARLY_FULL), high: "1", optimum: "0", value: String(reading.share), "aria-label": t("setup.share") }), ` ${fixed(100 * reading.share, 0)} % `, h("strong", {}, sign)));
   });
@@ -27,7 +31,7 @@ export function planFacts(plan) {
       h("dt", {}, t("setup.steps")), h("dd", {}, String(plan.steps.length)),
       h("dt", {}, t("setup.disk")), h("dd", {}, t("setup.disk_of", { needs: bytes(plan.disk_bytes), free: bytes(plan.disk_free_bytes) })),
       partners),
-    readings.length ? h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": t("setup.readings") }, h("table", {}, h("caption", {}, t("setup.readings")), h("thead", {}, h("tr", {}, h("th", {}, t("setup.recording")), h("th", {}, t("setup.channel")), h("th", {}, t("setup.peak")), h("th", {}, t("setup.share")))), h("tbody", {}, readings))) : null,
+    readings.length ? h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": caption }, h("table", {}, h("caption", {}, caption), h("thead", {}, h("tr", {}, head.map((key) => h("th", { scope: "col" }, t(key))))), h("tbody", {}, readings))) : null,
     h("details", {}, h("summary", {}, t("setup.all_steps")), h("ol", { class: "step-texts" }, plan.steps.map((step) => h("li", {}, stepWords(step))))),
   ];
 }

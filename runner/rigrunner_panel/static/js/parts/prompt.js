@@ -9,6 +9,7 @@ import { store } from "../store.js";
 import { said, t } from "../texts.js";
 
 function stepOf(path) {
+  if (path.startsWith("inputs.")) return t("prompt.input");
   const steps = store.state.plan?.steps ?? [];
   const at = steps.findIndex((step) => step.path === path);
   return at < 0 ? path : t("prompt.step", { at: at + 1, of: steps.length });

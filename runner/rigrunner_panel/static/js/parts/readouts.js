@@ -2,7 +2,7 @@
 
 import { fill, h, setText } from "../dom.js";
 import { clock, plain, shownNumber, UNKNOWN, withUncertainty } from "../format.js";
-import { isOld } from "./channels.js";
+import { ageText, isOld } from "./channels.js";
 import { store } from "../store.js";
 import { said, t } from "../texts.js";
 
@@ -12,11 +12,12 @@ function readout(name, kind = "") {
   return { element: h("div", { class: `readout ${kind}` }, h("span", { class: "readout-name" }, name), value, small), value, small };
 }
 
-// What is old looks old, and says since when.
+// How old it is; what is old looks old, and says since when.
 function age(row, text, utc) {
   const old = Boolean(utc) && isOld(utc);
   row.element.classList.toggle("old", old);
-  setText(row.small, [text, old ? t("read.since", { time: clock(utc) }) : ""].filter(Boolean).join(" · "));
+  const since = old ? t("read.since", { time: clock(utc) }) : utc ? ageText(utc) : "";
+  setText(row.small, [text, since].filter(Boolean).join(" · "));
 }
 
 // The value that the analyses show of the readings in progress, or the last one that they showed; null where they cannot.
@@ -27,10 +28,11 @@ function presentResult({ live }) {
 
 // Where drives were set and what was read, the drives first.
 function presentValues({ readings, channels, plan }, most) {
-  const names = new Map([...Object.entries(plan?.drives ?? {}), ...channels.map((each) => [each.name, each.long_name])]);
+  const drives = plan?.drives ?? {};
+  const names = new Map([...Object.entries(drives), ...channels.map((each) => [each.name, each.long_name])]);
   const all = Object.entries(readings);
-  const isSet = ([, { set }]) => Number.isFinite(set);
-  const known = [...all.filter(isSet), ...all.filter((each) => !isSet(each)).reverse()].slice(0, most);
+  const isDrive = ([name]) => name in drives;
+  const known = [...all.filter(isDrive), ...all.filter((each) => !isDrive(each)).reverse()].slice(0, most);
   return known.map(([name, value]) => ({ key: name, name: said(names.get(name)) || name, value }));
 }
 
@@ -86,7 +88,7 @@ export function readouts() {
       if (!result) return;
       const row = rows.get("result");
       setText(row.value, resultText(result));
-      setText(row.small, [shownNumber(result.place), t("read.readings", { count: result.readings })].filter(Boolean).join(" · "));
+      setText(row.small, [shownNumber(result.place).replaceAll("-", "\u2212"), result.readings === 1 ? t("read.reading") : t("read.readings", { count: result.readings })].filter(Boolean).join(" · "));
       if (corrects) setText(rows.get("uncorrected").value, resultText({ ...result, value: result.uncorrected, U: null }));
       for (const name of ["result", "uncorrected"]) rows.get(name)?.element.classList.toggle("old", !result.is_ongoing || state.phase === "finished");
     },

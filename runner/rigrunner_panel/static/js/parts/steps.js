@@ -67,6 +67,10 @@ export function stepList() {
       mark(progress.states);
       bar.value = progress.estimated_s ? Math.min(progress.done_s / (progress.done_s + progress.left_s || 1), 1) : 0;
       const time = t("steps.left", { time: duration(progress.left_s) });
+      if (store.state.phase === "finished") {
+        setText(left, "");
+        return;
+      }
       const { scanned, scan_points: points } = progress;
       setText(left, points ? t("steps.point", { number: scanned, points, time }) : time);
     },
