@@ -174,7 +174,7 @@ def _panel(axes: Axes, figure: Figure, lines: Mapping[str, Line], limit: str) ->
     if out:
         x, y = _x(out), _column(out, "y")
         look: dict[str, Any] = {"marker": "X", "color": VERMILION, "markersize": 8, "zorder": 4}
-        axes.plot(x, y, linestyle="", label="not within its limit", **look)
+        axes.plot(x, y, linestyle="", label="not passed", **look)
     axes.set(xlabel=str(figure.x), ylabel=str(figure.y))
     axes.margins(x=0.03, y=0.1)
     axes.set_xlim(figure.x.low, figure.x.high)

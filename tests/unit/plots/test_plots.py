@@ -47,7 +47,7 @@ def legend_of(shown):
 
 
 def test_what_has_a_name_is_in_the_legend():
-    assert legend_of(EVERY_KIND) == {*"abcdefgh", "limit", "not within its limit"}
+    assert legend_of(EVERY_KIND) == {*"abcdefgh", "limit", "not passed"}
 
 
 def test_a_plot_is_shown_by_a_notebook_and_saved(tmp_path):
