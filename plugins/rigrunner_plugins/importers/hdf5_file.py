@@ -77,7 +77,12 @@ def _beside(file: h5py.File, name: str) -> str:
     found = file.get(group or "/")
     if not isinstance(found, h5py.Group):
         return f"there is no group '{group}'"
-    return near(last, list(found), f"in '{group or '/'}'")
+    return near(last, names_in(found), f"in '{group or '/'}'")
+
+
+def names_in(group: h5py.Group) -> list[str]:
+    """Return the names in a group; h5py gives one that is no UTF-8 as bytes."""
+    return [name if isinstance(name, str) else name.decode("utf-8", "replace") for name in group]
 
 
 def _unit(dataset: h5py.Dataset) -> str:

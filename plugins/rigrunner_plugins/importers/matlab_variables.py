@@ -13,7 +13,7 @@ import numpy as np
 from scipy.io import loadmat, whosmat
 
 from rigrunner.api import DataError, Location
-from rigrunner_plugins.importers.hdf5_file import has_damaged_chunk
+from rigrunner_plugins.importers.hdf5_file import has_damaged_chunk, names_in
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -195,7 +195,7 @@ class _Hdf5Node:
     def names(self) -> Sequence[str]:
         if not isinstance(self._node, h5py.Group):
             return ()
-        return [name for name in self._node if not name.startswith("#")]
+        return [name for name in names_in(self._node) if not name.startswith("#")]
 
     def member(self, name: str) -> Node:
         found = self._node[name]

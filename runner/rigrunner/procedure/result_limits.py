@@ -273,9 +273,11 @@ def _require_json(measurand: LimitedMeasurand) -> None:
     try:
         json.dumps(measurand.document(), allow_nan=False)
     except (TypeError, ValueError) as error:
-        what = f"the measurand of a limit, {type(measurand).__name__}, gave a document that"
-        hint = "its author is to fix that: plain values, with a description as 'text'"
-        raise PluginError(f"{what} is no JSON: {error}", hint=hint) from error
+        name = type(measurand).__name__
+        raise PluginError(
+            f"the measurand of a limit, {name}, gave a document that is no JSON: {error}",
+            hint="its author is to fix that: plain values, with a description as 'text'",
+        ) from error
 
 
 def _required(model: type[Settings]) -> list[str]:
