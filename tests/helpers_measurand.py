@@ -53,6 +53,9 @@ class LimitOfColour(Settings):
     illuminant: Literal["A", "D65"]
     """The light."""
 
+    def document(self):
+        return {"illuminant": self.illuminant, "text": self.illuminant}
+
 
 def analysis(name="hardness", model=LimitOfHardness, settings=NoSettings):
     """Return an analysis of one result, which has its name and is of scale C."""

@@ -53,7 +53,22 @@ def _column(file: h5py.File, wanted: str, name: str, path: Path) -> Column:
         raise _bad(path, name, "is not a list of numbers")
     if found.file.filename != file.filename or found.is_virtual or found.external:
         raise _bad(path, name, "is kept in another file")
+    if has_damaged_chunk(found):
+        raise _bad(path, name, "is damaged")
     return Column(numbers(found[...], f"the dataset '{name}'", path), _unit(found))
+
+
+def has_damaged_chunk(dataset: h5py.Dataset) -> bool:
+    """Return whether a filtered chunk is empty or outside of the file: HDF5 may crash on it."""
+    if dataset.chunks is None or not dataset.id.get_create_plist().get_nfilters():
+        return False
+    file_size = dataset.file.id.get_filesize()
+
+    def is_outside(chunk: h5py.h5d.StoreInfo) -> bool | None:
+        """Return True to end the iteration, None to continue."""
+        return None if 0 < chunk.size <= file_size - chunk.byte_offset else True
+
+    return dataset.id.chunk_iter(is_outside) is not None
 
 
 def _beside(file: h5py.File, name: str) -> str:
@@ -62,7 +77,12 @@ def _beside(file: h5py.File, name: str) -> str:
     found = file.get(group or "/")
     if not isinstance(found, h5py.Group):
         return f"there is no group '{group}'"
-    return near(last, list(found), f"in '{group or '/'}'")
+    return near(last, names_in(found), f"in '{group or '/'}'")
+
+
+def names_in(group: h5py.Group) -> list[str]:
+    """Return the names in a group; h5py gives one that is no UTF-8 as bytes."""
+    return [name if isinstance(name, str) else name.decode("utf-8", "replace") for name in group]
 
 
 def _unit(dataset: h5py.Dataset) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.io import loadmat, whosmat
 
 from rigrunner.api import DataError, Location
+from rigrunner_plugins.importers.hdf5_file import has_damaged_chunk, names_in
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -194,7 +195,7 @@ class _Hdf5Node:
     def names(self) -> Sequence[str]:
         if not isinstance(self._node, h5py.Group):
             return ()
-        return [name for name in self._node if not name.startswith("#")]
+        return [name for name in names_in(self._node) if not name.startswith("#")]
 
     def member(self, name: str) -> Node:
         found = self._node[name]
@@ -207,4 +208,6 @@ class _Hdf5Node:
             return np.empty((0, 0))
         if self._node.is_virtual or self._node.external:
             raise DataError(f"'{self._node.name}' is kept in another file")
+        if has_damaged_chunk(self._node):
+            raise DataError(f"'{self._node.name}' is damaged")
         return np.asarray(self._node[...]).T

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import chain, pairwise
 from operator import index
 from typing import TYPE_CHECKING, Any
@@ -210,6 +210,10 @@ class _Analysis:
         need = self.subject.need
         if not isinstance(found, Findings):
             self.subject.refuse(f"{shown(found)}, expected Findings")
+        for field in fields(found):
+            several = getattr(found, field.name)
+            if not isinstance(several, (tuple, list)):
+                self.subject.refuse(f"{shown(several)} as {field.name}")
         for each in (*found.results, *found.missing):
             self._check_place(each)
         shown_by_itself = {name for each in found.details for name in each.shown_results}
@@ -225,7 +229,13 @@ class _Analysis:
             self._check(each)
         for gone in found.missing:
             self._check_definition(gone.of)
-            need(isinstance(gone.why, str), f"{shown(gone.why)} as the reason for a missing result")
+            if not isinstance(gone.why, str):
+                self.subject.refuse(f"{shown(gone.why)} as the reason for a missing result")
+        self._check_mathematics(found)
+        return found
+
+    def _check_mathematics(self, found: Findings) -> None:
+        need = self.subject.need
         for formula in chain(found.formulas, *(each.formulas for each in found.sections)):
             try:
                 parse_any(formula.text)
@@ -235,9 +245,8 @@ class _Analysis:
             wide = {len(row) for row in table.rows} | {len(table.columns)}
             need(len(wide) == 1, f"the table '{table.title}' with rows of {wide} columns")
             for cell in chain(*table.rows):
-                is_one = isinstance(cell, str) or is_real(cell)
-                need(is_one, f"the table '{table.title}' with {shown(cell)} in a cell")
-        return found
+                if not (isinstance(cell, str) or is_real(cell)):
+                    self.subject.refuse(f"the table '{table.title}' with {shown(cell)} in a cell")
 
     def _check(self, result: MeasurementResult) -> None:
         need, estimate = self.subject.need, result.estimate
@@ -268,9 +277,11 @@ class _Analysis:
         for name in found.of.per:
             need(name in found.coordinates, f"'{found.name}' without its coordinate '{name}'")
         for name, at in found.coordinates.items():
-            is_one = isinstance(at, CoordinateValue)
-            is_one = is_one and (isinstance(at.value, str) or is_finite(at.value))
-            need(is_one, f"'{found.name}' at {name} = {shown(at)}, expected a CoordinateValue")
+            if not isinstance(at, CoordinateValue) or not (
+                isinstance(at.value, str) or is_finite(at.value)
+            ):
+                what = f"'{found.name}' at {name} = {shown(at)}, expected a CoordinateValue"
+                self.subject.refuse(what)
 
     def _check_definition(self, of: ResultDefinition) -> None:
         is_due = self.yields.get(of.name) == of

@@ -265,8 +265,8 @@ class _Use:
             if any(all(_has_near(value, each, width) for each in found) for value in found[0]):
                 return
         if groups:
-            message = f"{name} is nowhere the same at {needed.name} = "
-            message += " and ".join(map(str, needed.values))
+            labels = " and ".join(map(str, needed.values))
+            message = f"{name} is nowhere the same at {needed.name} = {labels}"
             self.complain(needed.key, message, "set it to the same value at both")
 
     def _check_set_points(

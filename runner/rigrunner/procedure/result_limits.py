@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import core_schema
 
-from rigrunner.api.errors import DataError
+from rigrunner.api.errors import DataError, PluginError
 from rigrunner.api.measurands import LimitedMeasurand
 from rigrunner.api.names import Name, Text
 from rigrunner.api.places import CoordinateKey, Places, is_in, places_text
@@ -87,6 +88,7 @@ class MeasurandKey:
             except ValidationError as error:
                 refused = refused or error
             else:
+                _require_json(found)
                 return found
         if refused is not None and not context.get(STORED):
             raise refused
@@ -264,6 +266,18 @@ class Limit(Settings):
             f"{self.of}{f' at {where}' if where else ''}"
             f"{f' except at {without}' if without else ''} ({how})"
         )
+
+
+def _require_json(measurand: LimitedMeasurand) -> None:
+    """Raise PluginError for a measurand that `result.json` cannot have: the run would not end."""
+    try:
+        json.dumps(measurand.document(), allow_nan=False)
+    except (TypeError, ValueError) as error:
+        name = type(measurand).__name__
+        raise PluginError(
+            f"the measurand of a limit, {name}, gave a document that is no JSON: {error}",
+            hint="its author is to fix that: plain values, with a description as 'text'",
+        ) from error
 
 
 def _required(model: type[Settings]) -> list[str]:

@@ -23,6 +23,7 @@ from rigrunner.api.hooks import (
     needs_nothing,
 )
 from rigrunner.api.settings import MadeOfOthers, Reached, Settings, SimulableSettings
+from rigrunner.api.units import QuantityError, unit
 from rigrunner.registry.declared import declaration_problems
 from rigrunner.registry.records import OWN_KINDS
 
@@ -200,7 +201,14 @@ class Registry:
         """Return the results of an analysis from its settings; raise PluginError."""
         record, told = self._analysis(name), self.validated("analysis", name, settings)
         with _named(self.find("analysis", name)):
-            return tuple(record.yields(told, *self._context(record, context)))
+            found = tuple(record.yields(told, *self._context(record, context)))
+        for each in found:
+            try:
+                unit(each.unit)
+            except QuantityError as error:
+                what = f"the analysis '{name}' yields '{each.name}' in an {error.message}"
+                raise PluginError(what, hint=error.hint) from error
+        return found
 
     def objections(
         self, name: str, settings: Mapping[str, Any], units: Mapping[str, str]

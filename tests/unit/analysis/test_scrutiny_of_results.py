@@ -91,3 +91,22 @@ def test_a_table_has_texts_and_numbers_in_all_its_cells(row, said):
     table = Table(of="drop", title="T", columns=("a", "b"), rows=(("x", 2.0), row))
     with pytest.raises(PluginError, match=said):
         looked_at(GOOD, tables=(table,))
+
+
+def test_results_that_can_be_looked_at_only_once_are_refused():
+    """Who looks at them would leave none."""
+    with pytest.raises(PluginError, match="gave <generator"):
+        looked_at(GOOD, missing=(each for each in [MISSING]))
+
+
+def test_a_result_in_no_unit_is_refused_with_its_name():
+    record = AnalysisRecord(
+        name="strange",
+        help="-",
+        factory=lambda _: None,
+        yields=lambda _: (replace(OF, unit="<b>"),),
+    )
+    known = Registry((Plugin("analysis", record, Provider("test", "")),))
+    said = "the analysis 'strange' yields 'drop' in an unknown unit '<b>'"
+    with pytest.raises(PluginError, match=said):
+        known.definitions("strange", {})

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from helpers_measurand import LimitOfColour, LimitOfHardness, analysis, kinds
+from rigrunner.api.errors import PluginError
 from rigrunner.procedure import Acceptance
 from rigrunner.procedure.kinds import KINDS, STORED
 
@@ -94,6 +95,13 @@ def test_the_analysis_whose_key_it_is_reads_it():
     assert measurand({"illuminant": "A"}, BOTH) == LimitOfColour(illuminant="A")
     with pytest.raises(ValidationError, match="illuminant"):  # as the first one says
         measurand({"scale": "HRA"}, BOTH)
+
+
+@pytest.mark.parametrize("content", [{"text": float("nan")}, {"text": object()}])
+def test_a_measurand_that_no_file_can_have_is_refused_before_the_run(monkeypatch, content):
+    monkeypatch.setattr(LimitOfHardness, "document", lambda _: content)
+    with pytest.raises(PluginError, match="LimitOfHardness, gave a document that is no JSON"):
+        measurand({"scale": "HRC"}, HARDNESS)
 
 
 def test_without_such_an_analysis_it_is_kept_as_it_is_written():
