@@ -58,6 +58,7 @@ PROBE = """
   }, true);
 })();
 """
+RIG = "simulated"
 PICTURED = "at 5 Hz"
 LAST = "at 35 Hz"
 
@@ -81,16 +82,17 @@ def offset_s(page):
 
 def run(folder, picture):
     """Do a run and print what was noted in it."""
-    call("run", "no_load_inertia_sweep", "--station", "simulated", "--unattended",
+    call("run", "no_load_inertia_sweep", "--station", RIG, "--unattended",
          "--runs", folder / "runs")  # fmt: skip
-    with running_panel(folder) as panel, sync_playwright() as playwright:
+    served = running_panel(folder, options=("--station", RIG))
+    with served as panel, sync_playwright() as playwright:
         flags = ["--no-sandbox", "--disable-gpu"]
         browser = playwright.chromium.launch(executable_path=browser_path(), args=flags)
         page = browser.new_page(viewport={"width": 1280, "height": 720}, locale="en-GB")
         page.add_init_script(PROBE)
         screen = Screen(page, panel)
-        screen.open()
-        screen.choose("Starting torque under 1000 N", "Simulated swing friction tester")
+        screen.open(station=RIG)
+        screen.choose("SSPB-STT-1000", "Simulated swing friction tester")
         screen.fill_in()
         screen.check_rig()
         screen.start()
@@ -106,7 +108,7 @@ def run(folder, picture):
         page.locator(".stop").click()
         screen.wait_for_result()
         clicked = page.evaluate("() => probe.clicked()") / 1000
-        told = [each["event"] for each in panel.get("events")["items"]]
+        told = [each["event"] for each in panel.get("events", RIG)["items"]]
         browser.close()
     drawn = defaultdict(list)
     for recording, ended_s, now_ms in noted:

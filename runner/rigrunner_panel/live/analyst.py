@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import threading
 import time
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -49,7 +51,11 @@ TOO_MUCH = "so much is recorded that all of it is analysed at the end alone"
 
 
 class Analyst:
-    """Analyses one run, and shows the live views of its analyses; what it finds is sent."""
+    """Analyses one run, and shows the live views of its analyses; what it finds is sent.
+
+    Finished recordings are analysed in a thread of their own, one request at a time: that takes a
+    second or more, and live curves must not wait for it. `send` may be called by both threads.
+    """
 
     def __init__(self, send: Callable[[object], None]) -> None:
         self._send = send
@@ -57,6 +63,8 @@ class Analyst:
         self._station: Path | None = None
         self._following: Following | None = None
         self._stamp = EventStamp(WallClock())
+        self._once = threading.RLock()
+        """Held while something is loaded that both threads use."""
 
     def take(self, message: object) -> None:
         """Handle a message of the panel."""
@@ -64,7 +72,8 @@ class Analyst:
             case Follow(folder=folder, station=station):
                 self._folder, self._station = folder, station
             case Analyse(watched=watched) if self._folder is not None:
-                self._send(self._analysed(self._folder, watched))
+                known = (self._folder, watched)
+                threading.Thread(target=self._analyse, args=known, daemon=True).start()
             case Watching(setpoints=setpoints, units=units):
                 step = {"step": "by_hand", "index": -1, "action": "record", "text": ""}
                 self._follow(self._stamp(StepStarted, **step, setpoints=setpoints, units=units))
@@ -76,7 +85,7 @@ class Analyst:
             return
         if self._following is None:
             try:
-                folds = folds_of(self._registry, self._procedure)
+                folds = folds_of(self._registry(), self._procedure)
             except RigrunnerError as error:
                 self._send(Analysed(_problem(str(error), time.monotonic())))
                 folds = []
@@ -89,6 +98,10 @@ class Analyst:
     def _draw(self, recording: str, curve: Curve, ended_s: float) -> None:
         self._send(Drawn(recording, curve, ended_s))
 
+    def _analyse(self, folder: Path, watched: Recording | None) -> None:
+        with suppress(ChannelClosedError):  # the run is over, and nobody asks any more
+            self._send(self._analysed(folder, watched))
+
     def _analysed(self, folder: Path, watched: Recording | None) -> Analysed:
         """Return the result of the finished recordings; an error is stated in its `problem`."""
         began_s = time.monotonic()
@@ -96,7 +109,7 @@ class Analyst:
         try:
             if not is_watched and _bytes(folder) > MOST_BYTES:
                 return Analysed(_problem(TOO_MUCH, began_s))
-            found = interim_result(folder, self._registry, self._partners, watched)
+            found = interim_result(folder, self._registry(), self._partners(), watched)
         except RigrunnerError as error:
             return Analysed(_problem(str(error), began_s), is_watched)
         except Exception as error:  # noqa: BLE001  (of a plugin: the run itself will say so)
@@ -111,15 +124,23 @@ class Analyst:
     def _run(self) -> RunData:
         """Return what is known of the run before it has data."""
         stored = read_without_samples(self._followed)
-        return replace(run_data(replace(stored, partners=self._partners)), recordings=())
+        return replace(run_data(replace(stored, partners=self._partners())), recordings=())
 
     @property
     def _followed(self) -> Path:
         assert self._folder is not None  # noqa: S101  (nothing is analysed before)
         return self._folder
 
-    @cached_property
     def _registry(self) -> Registry:
+        with self._once:
+            return self._loaded_registry
+
+    def _partners(self) -> dict[str, StoredRun]:
+        with self._once:
+            return self._loaded_partners
+
+    @cached_property
+    def _loaded_registry(self) -> Registry:
         assert self._station is not None  # noqa: S101  (likewise)
         loaded = load_station(self._station)
         return with_lab_plugins(load_registry(), loaded, self._station.parent)
@@ -130,7 +151,7 @@ class Analyst:
         return parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
 
     @cached_property
-    def _partners(self) -> dict[str, StoredRun]:
+    def _loaded_partners(self) -> dict[str, StoredRun]:
         used = used_partners(read_info(self._followed).header)
         return {name: read(path) for name, path in used.items()}
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import struct
 import threading
+import time
 from collections import deque
 from typing import TYPE_CHECKING, Any
 
@@ -51,7 +52,8 @@ class Curves:
         self._channel = self._unit = ""
         """What is over time."""
         self._waiting: deque[bytes] = deque(maxlen=WAITING_CURVES)
-        self._latest: dict[str, bytes] = {}
+        self._latest: dict[str, tuple[dict[str, Any], Mapping[str, NDArray[Any]], float]] = {}
+        """By title: header, arrays, and when it was told, by the clock of this process."""
 
     def take(self, event: Samples, start_s: float, units: Mapping[str, str]) -> None:
         """Add a block whose first sample was taken at `start_s` seconds of the run.
@@ -72,8 +74,11 @@ class Curves:
             first = self._trend.take(start_s, event.block.rate_hz, shown)
             self._touched = first if self._touched is None else min(first, self._touched)
 
-    def draw(self, recording: str, curve: Curve, ended_s: float) -> None:
-        """Add a curve of a recording that ended at `ended_s`, by the clock of the events."""
+    def draw(self, recording: str, curve: Curve, ended_s: float, late_s: float = 0.0) -> None:
+        """Add a curve of a recording that ended at `ended_s`, by the clock of the events.
+
+        It is told `late_s` later; 0 in simulated time.
+        """
         header = {
             "kind": "curve",
             "recording": recording,
@@ -83,16 +88,19 @@ class Curves:
             "frequency_hz": curve.frequency_hz,
             "t_s": curve.end_s,
             "monotonic_s": ended_s,
+            "late_s": round(late_s, 3),
         }
-        drawn = frame(header, {X: curve.at, **curve.series})
+        arrays = {X: curve.at, **curve.series}
+        drawn = frame(header, arrays)
         with self._lock:
-            self._latest[curve.title] = drawn
+            self._latest[curve.title] = (header, arrays, time.monotonic())
             self._waiting.append(drawn)
 
     def whole(self) -> list[bytes]:
         """Return the frames for a screen that has no data yet."""
         with self._lock:
-            return [self._trend_frame(0, reset=True), *self._latest.values()]
+            latest = [_older(*each) for each in self._latest.values()]
+            return [self._trend_frame(0, reset=True), *latest]
 
     def next_curve(self) -> bytes | None:
         """Return the next curve to show, if any."""
@@ -118,6 +126,11 @@ class Curves:
             "unit": self._unit,
         }
         return frame(header, {"minimum": low, "maximum": high})
+
+
+def _older(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]], told_s: float) -> bytes:
+    late_s = header["late_s"] + time.monotonic() - told_s
+    return frame({**header, "late_s": round(late_s, 3)}, arrays)
 
 
 def _axis(axis: Axis) -> dict[str, Any]:

@@ -176,7 +176,8 @@ class Story:
         """Show what the analyst found, unless the run's own result is already there."""
         match message:
             case Drawn(recording=recording, curve=curve, ended_s=ended_s):
-                self.curves.draw(recording or UNKEPT, curve, ended_s)
+                late_s = time.monotonic() - ended_s if self.job.realtime else 0.0
+                self.curves.draw(recording or UNKEPT, curve, ended_s, late_s)
             case _ if self.is_over:
                 return
             case Found(findings=findings):

@@ -79,6 +79,15 @@ POINTS = """async ([y, x]) => {
 }"""
 
 
+LATE = """async () => {
+    const { store, takeFrame } = await import("/js/store.js");
+    takeFrame({ ...store.lastCurve, late_s: 8 });
+    const plot = document.querySelector(".plot-curve .plot");
+    return [plot.className, plot.querySelector(".plot-of").textContent];
+}"""
+"""A curve that comes late, of what is being recorded."""
+
+
 @pytest.mark.thorough
 def test_the_operator_chooses_plots_which_are_kept_for_the_procedure(new_screen, panel, pictures):
     screen = new_screen()
@@ -90,6 +99,11 @@ def test_the_operator_chooses_plots_which_are_kept_for_the_procedure(new_screen,
     told = f"{len(lags)} updates: median {lags[len(lags) // 2]} ms, worst {lags[-1]} ms"
     (pictures / "lag-recording.txt").write_text(told, encoding="utf-8")
     assert lags[len(lags) // 2] < 2500, "a tenth of it is the aim on a quiet machine"
+    page.locator(".plot-curve .plot:not(.past)").wait_for()
+    kind, told = page.evaluate(LATE)
+    assert "past" in kind.split()
+    assert told.endswith(": 8 s old")
+    page.locator(".plot-curve .plot:not(.past)").wait_for()  # the next one is of now
     page.get_by_role("button", name="Plots").click()
     for over in ("Time", "tester.angle"):
         page.get_by_label("Channel", exact=True).select_option("tester.torque")

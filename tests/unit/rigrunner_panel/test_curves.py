@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -90,16 +92,27 @@ def block_of(values, first=0, name="chamber.air"):
 
 def test_a_curve_is_told_with_its_axes_and_the_time_of_its_end():
     curves = Curves()
-    curves.draw("001", CURVE, 12.5)
+    curves.draw("001", CURVE, 12.5, 0.25)
     header, arrays = parse_frame(curves.next_curve())
     assert (header["kind"], header["recording"], header["title"]) == ("curve", "001", "One cycle")
     assert header["x"] == {"name": "phase", "unit": "°", "low": 0.0, "high": 360.0}
-    assert (header["t_s"], header["monotonic_s"], header["frequency_hz"]) == (2.0, 12.5, 5.0)
+    assert (header["t_s"], header["monotonic_s"], header["late_s"]) == (2.0, 12.5, 0.25)
+    assert header["frequency_hz"] == 5.0
     assert {name: each.tolist() for name, each in arrays.items()} == {
         "x": [0, 180, 360], "measured": [1, 2, 1], "corrected": [0.5, 1.5, 0.5],
     }  # fmt: skip
     assert curves.next_curve() is None
-    assert parse_frame(curves.whole()[1])[0] == header  # a screen that comes later
+    later = parse_frame(curves.whole()[1])[0]  # a screen that comes later
+    assert later.pop("late_s") >= header.pop("late_s")
+    assert later == header
+
+
+def test_a_screen_that_comes_later_gets_the_age_of_the_curve(monkeypatch):
+    now = iter([100.0, 160.0])
+    monkeypatch.setattr(time, "monotonic", lambda: next(now))
+    curves = Curves()
+    curves.draw("001", CURVE, 12.5, 0.25)
+    assert parse_frame(curves.whole()[1])[0]["late_s"] == 60.25
 
 
 def test_of_many_curves_the_latest_are_told():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import queue
+import threading
 from dataclasses import replace
 
 import pytest
@@ -9,14 +11,16 @@ import pytest
 from helpers_any_quantity import written
 from helpers_cli import call
 from helpers_workflow import quick_procedure, run
-from rigrunner.api.events import StepEnded
+from rigrunner.api.events import RunStarted, StepEnded
 from rigrunner.api.figures import Axis, Figure, Series
 from rigrunner.registry import load_registry
 from rigrunner.run.locate import find_procedure, find_station, run_names
 from rigrunner.runfile import read
 from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_panel.history import History
+from rigrunner_panel.live import analyst
 from rigrunner_panel.live.interim import interim_result
+from rigrunner_panel.process.messages import Analyse, Analysed, Drawn, Follow
 from rigrunner_panel.view.of_result import live_view
 from rigrunner_panel.view.sections import LiveView
 
@@ -118,3 +122,28 @@ def test_named_results_are_there_with_their_limits_while_the_run_goes_on(tmp_pat
     assert LiveView.model_validate_json(view.model_dump_json()) == view
     (item,) = History(runs).items()
     assert (item.headline, item.result) == (None, "regulation: 44.0 ± 3.1 mV")
+
+
+def test_live_views_do_not_wait_for_the_analysis_of_finished_recordings(monkeypatch, tmp_path):
+    goes_on, told, runs = threading.Event(), queue.Queue(), tmp_path / "runs"
+    here = analyst.Analyst(told.put)
+
+    def slow(*_):
+        if threading.current_thread() is not threading.main_thread():
+            goes_on.wait()
+
+    def listen(event):
+        if isinstance(event, RunStarted):
+            here.take(Follow(runs / event.run_id, find_station("simulated")))
+        here.take(event)
+        if isinstance(event, StepEnded) and event.recording.startswith("001"):
+            here.take(Analyse(None))
+
+    monkeypatch.setattr(analyst, "interim_result", slow)
+    run(quick_procedure(tmp_path, "no_load_inertia_sweep"), runs, listeners=[listen])
+    drawn = {each.recording for each in told.queue if isinstance(each, Drawn)}
+    assert len(drawn) == 5
+    assert not [each for each in told.queue if isinstance(each, Analysed)]
+    goes_on.set()
+    answers = iter(lambda: told.get(timeout=60), None)
+    assert next(each for each in answers if isinstance(each, Analysed))

@@ -56,7 +56,7 @@ const WINDOW = 1200;
 
 export function takeFrame(frame) {
   if (frame.kind === "curve") {
-    store.lastCurve = frame;
+    store.lastCurve = { ...frame, since: performance.now() - 1000 * frame.late_s }; // when it ended
     tell(new Set(["curve"]));
   } else if (frame.kind === "trend") {
     store.trend = joined(frame.reset || frame.channel !== store.trend.channel ? newTrend() : store.trend, frame);

@@ -98,6 +98,10 @@ export function manualPage() {
     if (changed.has("curve")) showCurve();
     if (changed.size > 1 || !(changed.has("curve") || changed.has("trend"))) update(changed);
   });
+  const aging = setInterval(() => {
+    if (store.state) numbers.update();
+    if (store.lastCurve) showCurve();
+  }, 500);
   queueMicrotask(() => {
     update(new Set(["live", "manual"]));
     showCurve();
@@ -107,6 +111,7 @@ export function manualPage() {
     element,
     leave() {
       forget();
+      clearInterval(aging);
       for (const each of [curve, figures, channels]) each.leave();
     },
   };

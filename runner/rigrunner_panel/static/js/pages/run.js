@@ -135,6 +135,7 @@ export function runPage() {
   });
   const aging = setInterval(() => {
     if (store.state) numbers.update();
+    if (store.lastCurve) showCurve();
   }, 500);
   queueMicrotask(() => {
     chosen.take();

@@ -1,7 +1,7 @@
 // The latest curve that an analysis shows of a recording, such as one cycle over its phase.
 
 import { h, setText } from "../dom.js";
-import { fixed } from "../format.js";
+import { fixed, plain } from "../format.js";
 import { colour } from "../theme.js";
 import { said, t } from "../texts.js";
 import { axis, chart, legend } from "./chart.js";
@@ -11,6 +11,8 @@ const UNKEPT = "-"; // the name of a recording of which statistics alone are kep
 const EMPTY = [[0, 1], [null, null], [null, null]];
 const PAINTS = ["raw", "compensated"];
 const STEPS_DEG = [30, 45, 90];
+const LEAST_OLD_S = 1;
+const MISSED = 3; // cycles without a curve
 
 function curveChart({ title, x, y }) {
   const of = h("span", { class: "plot-of" });
@@ -26,8 +28,9 @@ function curveChart({ title, x, y }) {
   let shown = "";
   return {
     ...made,
-    // `recording` is what is being recorded now; a curve of another one is a past one, and looks so.
-    show({ curves, recording: own, frequency_hz: hertz }, recording) {
+    // `recording` is what is being recorded now; a curve of another one is a past one, and looks so. One that
+    // should have been followed by another one looks old, and says how old it is.
+    show({ curves, recording: own, frequency_hz: hertz, since }, recording) {
       const { [X]: at, ...series } = curves;
       const names = Object.keys(series);
       if (names.join() !== shown) {
@@ -37,9 +40,11 @@ function curveChart({ title, x, y }) {
       const values = names.map((name) => series[name]);
       made.set([at, values[0], values[1] ?? new Array(at.length).fill(null)]);
       const isPast = own !== recording;
-      made.element.classList.toggle("past", isPast);
+      const ageS = (performance.now() - since) / 1000;
+      const isLate = !isPast && ageS > Math.max(LEAST_OLD_S, hertz > 0 ? MISSED / hertz : 0);
+      made.element.classList.toggle("past", isPast || isLate);
       const name = [own === UNKEPT ? t("plot.unkept") : own, Number.isFinite(hertz) ? `${fixed(hertz, 2)} Hz` : ""].filter(Boolean).join(", ");
-      setText(of, isPast ? t("plot.past", { name }) : name);
+      setText(of, isPast ? t("plot.past", { name }) : isLate ? t("plot.late", { name, seconds: plain(Math.round(ageS)) }) : name);
     },
   };
 }
