@@ -6,6 +6,7 @@ import struct
 import warnings
 import zlib
 from contextlib import contextmanager
+from math import prod
 from typing import TYPE_CHECKING, Any, Protocol
 
 import h5py
@@ -39,6 +40,8 @@ _TYPES = {*range(1, 8), 9, *range(12, 19)}
 _BEGINS, _ORDER = 128, slice(126, 128)
 _MOST_BYTES = 2**30
 """Of a packed variable, that are looked at."""
+_LISTS = {"struct": np.dtype([("field", object)]), "cell": np.dtype(object)}
+"""By class of a variable, the type of an array of such."""
 _COMPLEX = "complex"
 _INTEGERS = (f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
 _NUMERIC = {"double", "single", "logical", *_INTEGERS}
@@ -129,16 +132,23 @@ class _File5:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        names = [name for name, _, _ in whosmat(path)]
+        found = whosmat(path)
+        names = [name for name, _, _ in found]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
             raise DataError(f"the variable '{twice}' is given twice", location=Location(str(path)))
         self._names = names
+        self._lists = {
+            name: _LISTS[kind] for name, shape, kind in found if kind in _LISTS and prod(shape) > 1
+        }
 
     def names(self) -> Sequence[str]:
         return self._names
 
     def member(self, name: str) -> Node:
+        if name in self._lists:
+            # None of its elements can be a column, and a damaged shape could make it endless.
+            return _Value5(np.empty(0, self._lists[name]))
         return _Value5(loadmat(self._path, variable_names=[name], struct_as_record=True)[name])
 
     def array(self) -> NDArray[np.generic]:

@@ -116,3 +116,17 @@ def test_a_cut_file_is_refused(tmp_path):
         path.write_bytes(content[:length])
         with pytest.raises((DataError, NotInFileError)):
             read(path, "x")
+
+
+@pytest.mark.parametrize("count", [3, 2**27 + 1])
+def test_a_list_of_structures_is_refused_without_reading_its_elements(tmp_path, count):
+    """A damaged size made reading endless: it is the second number of the dimensions."""
+    path = tmp_path / "list.mat"
+    structures = np.zeros((1, 3), [("x", object)])
+    savemat(path, {"s": structures})
+    content = path.read_bytes()
+    at = content.index((1).to_bytes(4, "little") + (3).to_bytes(4, "little"))
+    path.write_bytes(content[: at + 4] + count.to_bytes(4, "little") + content[at + 8 :])
+
+    with pytest.raises(DataError, match="list of structures"):
+        MatlabImporter().read(path, {"torque": "s"}, "")
