@@ -122,7 +122,7 @@ class Following:
         self._zeros: dict[str, float] = {}
         self._recording: str | None = None
         self._notes: list[str] = []
-        self._due_s = 0.0
+        self._due_s = self._took_s = 0.0
 
     def __call__(self, event: Event) -> None:
         """Take an event of the run."""
@@ -134,12 +134,13 @@ class Following:
                 self._zeros |= event.values
             case Samples() if self._started is not None:
                 self._take(event, self._started)
-                began_s = monotonic()
-                if began_s >= self._due_s:
+                if monotonic() >= self._due_s:
                     self._tell(is_whole=False)
-                    self._due_s = began_s + max(EVERY_S, (monotonic() - began_s) / MOST_BUSY)
             case StepEnded() if event.recording and event.recording == self._recording:
-                self._tell(is_whole=True)
+                # Who draws curves analyses finished recordings beside: findings that take long
+                # would hold up the curves of the next one, and are left to that analysis.
+                if self._draw is None or self._took_s <= EVERY_S or monotonic() >= self._due_s:
+                    self._tell(is_whole=True)
 
     @cached_property
     def _run(self) -> RunData:
@@ -183,6 +184,7 @@ class Following:
             yield name, self._run.readings(name, np.asarray(values, float), zero)
 
     def _tell(self, *, is_whole: bool) -> None:
+        began_s = monotonic()
         found: list[Findings] = []
         for name, fold in list(self._folds):
             try:
@@ -197,6 +199,8 @@ class Following:
             notes=(*(one for each in found for one in each.notes), *self._notes),
         )
         self._show(together, is_whole=is_whole)
+        self._took_s = monotonic() - began_s
+        self._due_s = began_s + max(EVERY_S, self._took_s / MOST_BUSY)
 
     def _leave_out(self, name: str, fold: LiveAnalysis, error: Exception) -> None:
         self._folds = [each for each in self._folds if each[1] is not fold]

@@ -13,6 +13,7 @@ from rigrunner.api.events import Samples, StepEnded, StepStarted
 from rigrunner.api.figures import Axis, Curve
 from rigrunner.api.findings import Findings
 from rigrunner.registry import load_registry
+from rigrunner.run import following
 from rigrunner.run.following import Following
 
 STAMP = {"seq": 0, "monotonic_s": 0.0, "utc": "2026-01-05T10:00:00+00:00"}
@@ -162,3 +163,28 @@ def test_what_is_not_kept_is_drawn_and_enters_no_result():
     assert {each.place for found, _ in screen.shown for each in found.results} == {
         "load.current = 1 A"
     }
+
+
+@pytest.mark.parametrize(
+    ("took_s", "draws", "whole"), [(1.0, True, 0), (0.01, True, 2), (1.0, False, 2)]
+)
+def test_findings_that_take_long_hold_up_no_curves_at_the_end_of_a_recording(
+    monkeypatch, took_s, draws, whole
+):
+    """Two recordings of less than the time that one look at them takes."""
+    now_s = 100.0
+
+    class Slow(Ramp):
+        def findings(self):
+            nonlocal now_s
+            now_s += took_s
+            return Findings()
+
+    monkeypatch.setattr(following, "monotonic", lambda: now_s)
+    screen = Screen()
+    draw = (lambda *_: None) if draws else None
+    follow = Following([("r", Slow())], run_of, screen, draw)
+    for event in (*recorded("1", 1.0, VALUES), *recorded("2", 2.0, VALUES)):
+        follow(event)
+    assert sum(is_whole for _, is_whole in screen.shown) == whole
+    assert len(screen.shown) == 1 + whole
