@@ -325,7 +325,7 @@ def test_unattended_run_without_answer_names_the_step(question):
     device = FakeTester()
     summary = run(device, plan_of(setup=[question]))
     assert isinstance(summary.error, UsageError)
-    assert "setup[0]: nobody is there to answer" in summary.reason
+    assert "setup[0]: there is nobody to answer" in summary.reason
     assert_safe_and_torn_down(device)
 
 
