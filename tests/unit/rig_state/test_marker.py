@@ -1,6 +1,7 @@
 """The marker of an energised rig: there before a drive is set, gone once all were read as safe."""
 
 import os
+import shutil
 import stat
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from rigrunner.rig_state import (
     hold,
     marks,
     read_marker,
+    read_marker_of_held,
     read_markers,
     record_made_safe,
 )
@@ -39,6 +41,22 @@ POSIX = pytest.mark.skipif(sys.platform == "win32", reason="links and modes are 
 def folder(tmp_path, monkeypatch):
     monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
     return tmp_path / "rigs"
+
+
+def test_of_a_held_rig_whose_files_were_removed_nothing_is_known(folder):
+    lock = folder / "press.lock"
+    folder.mkdir()
+    lock.touch()
+    assert read_marker_of_held("press", lock) is None
+    rig = rig_with(marks_of(), FakeTester())
+    rig.connect()
+    rig.set("tester", "load", 500.0)
+    assert read_marker_of_held("press", lock).drives[0].set_point == 500.0
+    shutil.rmtree(folder)
+    assert read_marker("press") is None
+    found = read_marker_of_held("press", lock)
+    assert found.owner is None
+    assert found.set_points == "set-points not known"
 
 
 def rig_with(marks, *devices):

@@ -21,6 +21,7 @@ from rigrunner.rig_state import (
     Holder,
     hold,
     read_marker,
+    read_marker_of_held,
     record_made_safe,
     take_over,
 )
@@ -49,7 +50,7 @@ def act(task: dict[str, Any], reason: str) -> None:
     """Make the rig safe if it is energised and nobody else has taken it, and report the result."""
     try:
         with _held(task):
-            marker = read_marker(task["station"])
+            marker = read_marker_of_held(task["station"], Path(task["locks"][0]))
             if marker is None or marker.safe_by:
                 say(f"{reason}; the rig was not energised")
                 return
@@ -143,7 +144,9 @@ def _one_attempt(task: dict[str, Any]) -> tuple[tuple[SafetyReport, ...], str]:
 
 
 def _has_drive_of(marker: Marker, role: str) -> bool:
-    return any(each.member.role == role for each in marker.drives)
+    """Return whether a drive of a device may be energised; of an unreadable marker each may be."""
+    known = marker.owner is not None
+    return not known or any(each.member.role == role for each in marker.drives)
 
 
 def _lines(reports: tuple[SafetyReport, ...], left: str) -> list[str]:

@@ -12,10 +12,14 @@ import pytest
 
 from e2e.helpers_supply import GUARDED, SupplyLab
 from helpers_cli import call
-from rigrunner.run.guardian import main
+from rigrunner.api.member import Member
+from rigrunner.rig_state import DriveMark, Marker, Owner
+from rigrunner.run.guardian import acting, main
 from rigrunner.run.guardian.guarding import debugger_at
 
 TASK = {"what": "a run", "station": "s", "limit_s": 30.0, "hangs": True, "process": 7}
+
+OWNER = Owner("s", "/lab/s.yaml", "STEPS", 7, "bench", "2026-03-01T12:00:00.000Z")
 
 
 class FakeOwner:
@@ -119,6 +123,22 @@ def test_a_rig_that_was_given_back_is_left_alone_and_a_death_is_told(owner, told
         news.put(each)
     owner.is_dead = "end" not in told or "dead" in told
     assert main._guard(TASK, owner, news) == reason
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_a_rig_whose_lock_was_removed_may_be_energised(tmp_path, monkeypatch, there):
+    monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path))
+    lock = tmp_path / "s.lock"
+    if there:
+        lock.touch()
+    assert main._is_energised({"station": "s", "locks": [str(lock)]}) is not there
+
+
+@pytest.mark.parametrize(("role", "left"), [("psu", True), ("oven", False)])
+def test_each_drive_of_an_unreadable_marker_may_be_energised(role, left):
+    drives = (DriveMark(Member("psu", "voltage"), "V", 0.0, 40.0),)
+    assert acting._has_drive_of(Marker("s", OWNER, drives), role) is left
+    assert acting._has_drive_of(Marker("s", None), role)
 
 
 def in_a_thread(work):
