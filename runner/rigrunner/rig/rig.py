@@ -208,9 +208,12 @@ class Rig:
                 yield member, f"{found} (tolerance ±{deviation:g} {unit})"
 
     def leads_away(self, role: str, drive: str, value: float) -> bool:
-        """Return whether a set-point is farther from the safe value than the present position."""
+        """Return whether a set-point is farther from the safe value than the present position.
+
+        The safe value itself never is, also where the present position cannot be read.
+        """
         safe = self._drive(role, drive).safe_value
-        return abs(value - safe) > abs(self.standing(role, drive) - safe)
+        return value != safe and abs(value - safe) > abs(self.standing(role, drive) - safe)
 
     def continue_after(self, streams: Mapping[str, Sequence[Mapping[str, float]]]) -> None:
         """Tell each device that asks for it which earlier streams of its role the run has."""

@@ -363,6 +363,13 @@ def test_where_a_drive_stands_must_be_known_to_say_what_leads_away_from_safe(giv
         rig_of(device).leads_away("tester", "load", 3000.0)
 
 
+def test_the_safe_value_leads_not_away_also_if_the_drive_cannot_be_read_back():
+    device = FakeTester(before=raising(DeviceLostError("no answer"), at="read_back load"))
+    assert not rig_of(device).leads_away("tester", "load", 0.0)
+    with pytest.raises(DeviceLostError, match="no answer"):
+        rig_of(device).leads_away("tester", "load", 1.0)
+
+
 @pytest.mark.parametrize(
     ("kelvin", "away"), [(300.0, False), (270.0, True), (285.0, False), (320.0, True)]
 )
