@@ -62,6 +62,24 @@ def test_a_drive_that_fell_away_between_two_steps_is_found_before_anything_is_re
     assert "read torque" not in bench.calls
 
 
+def test_the_rig_is_made_safe_before_the_teardown_once_a_drive_fell_away():
+    bench = Bench("read torque")
+    teardown = [SetDrive("tester", "frequency", 0.0, "Hz")]
+    run(bench, plan_of((), [LOADED, MEASURE], teardown))
+    assert bench.calls.index("make_safe") < bench.calls.index("set frequency 0")
+
+
+def test_a_drive_that_reads_back_no_number_has_fallen_away():
+    class Mute(FakeTester):
+        def read_back(self, drive):
+            late = self.calls.count("read_back load") > 0
+            return float("nan") if late else super().read_back(drive)
+
+    summary = run(Mute(), plan_of((), [LOADED, MEASURE], ()))
+    assert summary.outcome is Outcome.ABORTED
+    assert "reads back nan N" in summary.reason
+
+
 def test_one_read_back_that_is_off_alone_ends_nothing():
     class Noisy(FakeTester):
         def read_back(self, drive):

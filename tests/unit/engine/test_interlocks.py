@@ -234,6 +234,29 @@ def test_a_pause_by_an_interlock_aborts_where_nobody_is_there():
     assert [one.action for one in listener.of(Intervention)] == ["pause", "abort"]
 
 
+@pytest.mark.parametrize(
+    ("others", "safe_first"), [(("pause", "abort"), False), (("pause", "abort", "make_safe"), True)]
+)
+def test_of_several_interlocks_the_gravest_decides(others, safe_first):
+    clock = SimulatedClock()
+    interlocks = tuple(replace(HOT, name=each, does=each) for each in others)
+    device = Rising(clock, steps_over_at(1.0))
+    plan = plan_of((), [Settle(3.0)], (SetDrive("tester", "load", 0.0, "N"),))
+    summary = run(device, replace(plan, interlocks=interlocks), clock=clock)
+    assert "nobody to resume" not in summary.reason
+    assert (device.calls.index("make_safe") < device.calls.index("set load 0")) is safe_first
+
+
+def test_an_override_ends_once_the_interlock_has_cleared():
+    watch = Watch(HOT, 0.0)
+    take(watch, 9e3, 1.0)
+    watch.overridden = True
+    take(watch, 0.0, 2.0)
+    take(watch, 9e3, 3.0)
+    assert watch.tripped
+    assert not watch.overridden
+
+
 def test_a_teardown_is_done_though_an_interlock_is_tripped():
     plan = plan_of((), [Settle(2.0)], (Settle(1.0), SetDrive("tester", "load", 0.0, "N")))
     summary, listener, device = run_with(HOT, steps_over_at(1.0), plan)

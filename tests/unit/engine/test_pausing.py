@@ -284,6 +284,13 @@ def test_a_run_that_an_interlock_paused_goes_on_only_when_it_has_cleared():
     assert listener.of(Intervention)[0].by == "interlock cold"
 
 
+def test_all_tripped_interlocks_must_allow_it_to_be_overridden():
+    strict = replace(COLD, name="strict")
+    plan = replace(sweep(), interlocks=(replace(COLD, overridable=True), strict))
+    _, _, person, _ = pausing_run("nowhere", decided(Choice.ABORT), plan=plan, device=Cooling())
+    assert Choice.OVERRIDE not in person.seen[0].choices
+
+
 def test_there_is_nothing_to_override_in_a_pause_that_a_person_asked_for():
     plan = replace(sweep(), interlocks=(replace(COLD, overridable=True),))
     _, _, person, _ = pausing_run(f"{SECOND}.settle", decided(Choice.ABORT), plan=plan)

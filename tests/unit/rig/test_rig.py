@@ -142,6 +142,13 @@ def test_read_back_beyond_one_percent_of_the_range_is_refused():
         rig_of(device).set("tester", "load", 1000.0)
 
 
+def test_a_read_back_that_is_no_number_is_refused():
+    rig = rig_of(FakeTester(read_back_offset=float("nan")))
+    rig.connect()
+    with pytest.raises(DeviceRejectedError, match="was set to 100 N but reads back nan N"):
+        rig.set("tester", "load", 100.0)
+
+
 def test_declared_tolerance_counts():
     device = FakeTester(read_back_offset=0.6)
     device.drives = (DriveInfo("load", "N", "load", 0.0, 3000.0, tolerance=0.5),)
