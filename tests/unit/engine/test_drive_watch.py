@@ -12,6 +12,8 @@ from rigrunner.api.member import Member
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
+from rigrunner.engine.drive_watch import DriveWatch
+from rigrunner.engine.interlocks import InterlockError
 from rigrunner.rig import Rig
 from rigrunner.steps.measure import Measure
 from rigrunner.steps.scan import Scan
@@ -163,3 +165,18 @@ def test_a_scan_that_takes_its_time_ends_at_the_point_at_which_the_drive_fell_aw
     bench = Bench("read torque", before=lambda call: clock.sleep(0.2 * (call == "read torque")))
     assert run(bench, plan_of((), [LOADED, SCAN], ()), clock=clock).outcome is Outcome.ABORTED
     assert bench.calls.count("read torque") == 1
+
+
+def test_a_drive_that_fell_away_was_last_seen_in_its_place_at_the_check_before():
+    clock, device, found = SimulatedClock(), FakeTester(), []
+    rig = Rig({"tester": device}, clock)
+    rig.connect()
+    watch = DriveWatch(rig, lambda _kind, **fields: found.append(fields))
+    rig.set("tester", "load", 500.0)
+    clock.sleep(5.0)
+    watch.check()
+    clock.sleep(0.25)
+    device.drives_at["load"] = 0.0
+    with pytest.raises(InterlockError):
+        watch.look()
+    assert found[0]["latency_s"] == pytest.approx(0.25)
