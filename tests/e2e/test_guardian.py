@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -282,6 +283,16 @@ def test_a_guardian_ends_with_its_run_and_survives_what_a_terminal_sends(rigs):
     assert read_marker("ends") is None
     assert not (run.folder() / "guardian.txt").exists()
     assert not [e for e in read(run.folder()).events if isinstance(e, Intervention)]
+
+
+def test_a_rig_whose_lock_folder_was_deleted_is_made_safe_as_if_energised(rigs):
+    run = rigs("cleaned", "--unattended").until_energised()
+    shutil.rmtree(run.locks)
+    run.process.kill()
+    said = run.told()
+    assert "set-points not known. Making the rig safe." in said
+    assert "the rig is safe: every drive was read back at its safe value" in said
+    assert run.lab.stands() == (0.0, 0.0)
 
 
 def test_a_station_may_do_without_and_says_so(rigs):

@@ -255,7 +255,7 @@ def test_the_panel_raises_an_alarm_when_the_process_of_a_run_dies(lab):
         assert any("left energised by STEPS" in text for text in told)
         (found,) = [text for text in told if text.startswith("found energised")]
         assert "psu.speed reads back 20 Hz, safe is 0 Hz" in found
-        assert found.endswith("made safe, read back now: voltage 0, speed 0")
+        assert found.endswith("made safe, read back now: voltage 0 V, speed 0 Hz")
         assert screen.state["preflight"]["may_start"]
         assert lab.stands() == (0.0, 0.0)
         screen.close()

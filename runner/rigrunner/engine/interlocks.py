@@ -49,7 +49,11 @@ class Guard:
 
     def pausing(self) -> str:
         """Return what prevents a paused run from continuing, as text."""
-        acting = [each for each in self.tripped if each.interlock.does == "pause"]
+        acting = [
+            each
+            for each in self.tripped
+            if each.interlock.does == "pause" or self._forbids_to_resume(each.interlock)
+        ]
         return "; ".join(each.text for each in acting)
 
     def may_be_overridden(self) -> bool:
@@ -101,6 +105,9 @@ class Guard:
             if self._rig.leads_away(role, drive, value):
                 text = f"{member} may not be set to {value:g}: {each.text}"
                 raise _error(each.interlock, text)
+
+    def _forbids_to_resume(self, interlock: Interlock) -> bool:
+        return any(self._rig.resume_leads_away(each.role, each.name) for each in interlock.forbids)
 
     def _read(self, watch: Watch) -> None:
         member = watch.interlock.member

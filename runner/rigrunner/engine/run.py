@@ -257,7 +257,7 @@ class Run:
         before = [brought_back(self._plan.steps[index]) for index in resume_at.before]
         self._tell_start(run_id, (*before, *self._plan.steps[resume_at.start :]))
         self._session.intervene(RESUME_RUN, resume_at.by, subject=resume_at.subject)
-        # A pause here would leave the rig between two states, so a request for one aborts.
+        # A pause would leave the rig between two states: it has to wait, and aborts a question.
         unpaused = replace(self._session, pauses=None)
         for index, step in zip(resume_at.before, before, strict=True):
             unpaused.check(read_all=True)

@@ -257,7 +257,10 @@ class Session:
         rate_per_s = self.rig.led_rate_per_s(role, drive)
         if rate_per_s is None:
             return self.set(role, drive, value)
-        start = self.rig.standing(role, drive)
+        allowed, standing = self.rig.allowed(role, drive), self.rig.standing(role, drive)
+        start = min(max(standing, allowed.minimum), allowed.maximum)
+        if abs(standing - start) > allowed.allowed_deviation:
+            start = standing  # it is refused: from there the drive would jump to its range
         return self.ramp(role, drive, start, value, abs(value - start) / rate_per_s)
 
     def leader(self, role: str, drive: str) -> Callable[[float], float]:

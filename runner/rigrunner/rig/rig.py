@@ -18,7 +18,7 @@ from rigrunner.api.devices import (
     Pausable,
     Streaming,
 )
-from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.api.errors import DeviceError, DeviceRejectedError
 from rigrunner.api.member import Member
 from rigrunner.rig.connected_drive import ConnectedDrive, Shared
 from rigrunner.rig.cycles import CycleCount
@@ -208,9 +208,28 @@ class Rig:
                 yield member, f"{found} (tolerance ±{deviation:g} {unit})"
 
     def leads_away(self, role: str, drive: str, value: float) -> bool:
-        """Return whether a set-point is farther from the safe value than the present position."""
+        """Return whether a set-point is farther from the safe value than the present position.
+
+        The safe value itself never is, also where the present position cannot be read.
+        """
         safe = self._drive(role, drive).safe_value
-        return abs(value - safe) > abs(self.standing(role, drive) - safe)
+        return value != safe and abs(value - safe) > abs(self.standing(role, drive) - safe)
+
+    def resume_leads_away(self, role: str, drive: str) -> bool:
+        """Return whether `resume` would move a drive of a paused device away from its safe value.
+
+        True also if its position is not known.
+        """
+        value = self._set_points.get(Member(role, drive))
+        if role not in self._paused or value is None:
+            return False
+        held = self._connected_drive(role, drive)
+        safe = held.info.safe_value
+        try:
+            actual = held.read_back()
+        except DeviceError:
+            actual = math.nan
+        return not held.stands_at(actual, value) and not abs(value - safe) <= abs(actual - safe)
 
     def continue_after(self, streams: Mapping[str, Sequence[Mapping[str, float]]]) -> None:
         """Tell each device that asks for it which earlier streams of its role the run has."""

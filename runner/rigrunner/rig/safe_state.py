@@ -115,26 +115,35 @@ def make_safe(
 def _made_safe(
     role: str, drive: str, device: Device, caller: Caller, answer_s: float, *, connected: bool
 ) -> SafetyReport:
-    infos: list[DriveInfo] = []
-    units: dict[str, str] = {}
+    infos, problems = _listed(device, drive)
+    units = {info.name: info.unit for info in infos}
     work = partial(_set_safe, device, drive) if drive else device.make_safe
     try:
-        infos += [info for info in device.drives if drive in ("", info.name)]
-        units |= {info.name: info.unit for info in infos}
         timeout_s = answer_s + sum(info.longest_s for info in infos)
         given = caller.call_urgently("make safe", work, timeout_s)
         read_back = {name: as_number(value) for name, value in given.items()}
-        return SafetyReport(role, read_back, tuple(_unsafe(infos, read_back)), drive, units=units)
+        problems += _unsafe(infos, read_back)
+        return SafetyReport(role, read_back, tuple(problems), drive, units=units)
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # noqa: BLE001  (reported; the next device has its turn)
         there = not isinstance(error, NoRigError)
-        problems = [f"make safe failed: {error_text(error)}"]
+        problems.append(f"make safe failed: {error_text(error)}")
         read_back = {}
         if there and connected and not drive and isinstance(device, Settable):
             read_back, more = _drive_by_drive(infos, device, caller, answer_s)
             problems += more
         return SafetyReport(role, read_back, tuple(problems), drive, there, units)
+
+
+def _listed(device: Device, drive: str) -> tuple[list[DriveInfo], list[str]]:
+    """Return the drives to make safe, or the problem: a device is made safe without its list."""
+    try:
+        return [info for info in device.drives if drive in ("", info.name)], []
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # noqa: BLE001  (reported; the device must be made safe)
+        return [], [f"its drives cannot be listed: {error_text(error)}"]
 
 
 def _drive_by_drive(

@@ -9,6 +9,7 @@ from rigrunner.rig_state.marker import (
     Owner,
     clear,
     read_marker,
+    read_marker_of_held,
     read_markers,
     record_made_safe,
 )
@@ -26,6 +27,7 @@ __all__ = [
     "hold",
     "is_held",
     "read_marker",
+    "read_marker_of_held",
     "read_markers",
     "record_made_safe",
     "shared_folder",

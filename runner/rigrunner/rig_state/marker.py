@@ -133,6 +133,15 @@ def read_marker(station: str) -> Marker | None:
     return None if folder is None else _read(folder / f"{station}{SUFFIX}")
 
 
+def read_marker_of_held(station: str, lock: Path) -> Marker | None:
+    """Return the marker of a rig that is held by that lock file; None if it is not energised.
+
+    Without the lock file somebody, or a cleaner of old files, has removed the marker too: then
+    nothing is known of the drives.
+    """
+    return read_marker(station) if lock.exists() else Marker(station, None)
+
+
 def read_markers() -> list[Marker]:
     """Return the markers of all rigs of this machine, by station."""
     folder = existing_folder()

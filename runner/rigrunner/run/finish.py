@@ -16,7 +16,7 @@ from rigrunner.run.partners import later_partners
 from rigrunner.run.report import write_report
 from rigrunner.run.stored import analyse_stored, with_partners
 from rigrunner.runfile import read
-from rigrunner.runfile.durable import writing
+from rigrunner.runfile.durable import write_whole
 from rigrunner.runfile.folder import RunFolder
 
 if TYPE_CHECKING:
@@ -173,8 +173,7 @@ def stoppable(progress: Progress, stop: StopToken) -> Progress:
 
 def _write_result(folder: Path, content: Mapping[str, object]) -> None:
     text = json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)
-    with writing(folder / RESULT_FILE):
-        (folder / RESULT_FILE).write_text(text + "\n", encoding="utf-8")
+    write_whole(folder / RESULT_FILE, f"{text}\n".encode())
 
 
 @contextmanager

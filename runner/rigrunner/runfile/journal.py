@@ -88,7 +88,11 @@ class JournalWriter:
         self._end += _HEAD.size + length
 
     def sync(self) -> None:
-        """Wait until everything is on the disk."""
+        """Wait until everything is on the disk; raise FileNotFoundError if the file has no name.
+
+        What is written to a file that was deleted, or moved with its folder, would be lost.
+        """
+        self.path.stat()
         os.fsync(self._file.fileno())
         self.sync_due_s = monotonic() + _SYNC_EVERY_S
 

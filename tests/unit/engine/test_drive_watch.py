@@ -12,6 +12,8 @@ from rigrunner.api.member import Member
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
+from rigrunner.engine.drive_watch import DriveWatch
+from rigrunner.engine.interlocks import InterlockError
 from rigrunner.rig import Rig
 from rigrunner.steps.measure import Measure
 from rigrunner.steps.scan import Scan
@@ -60,6 +62,24 @@ def test_a_drive_that_fell_away_between_two_steps_is_found_before_anything_is_re
     summary = run(bench, plan_of((), wanted, ()))
     assert summary.outcome is Outcome.ABORTED
     assert "read torque" not in bench.calls
+
+
+def test_the_rig_is_made_safe_before_the_teardown_once_a_drive_fell_away():
+    bench = Bench("read torque")
+    teardown = [SetDrive("tester", "frequency", 0.0, "Hz")]
+    run(bench, plan_of((), [LOADED, MEASURE], teardown))
+    assert bench.calls.index("make_safe") < bench.calls.index("set frequency 0")
+
+
+def test_a_drive_that_reads_back_no_number_has_fallen_away():
+    class Mute(FakeTester):
+        def read_back(self, drive):
+            late = self.calls.count("read_back load") > 0
+            return float("nan") if late else super().read_back(drive)
+
+    summary = run(Mute(), plan_of((), [LOADED, MEASURE], ()))
+    assert summary.outcome is Outcome.ABORTED
+    assert "reads back nan N" in summary.reason
 
 
 def test_one_read_back_that_is_off_alone_ends_nothing():
@@ -145,3 +165,18 @@ def test_a_scan_that_takes_its_time_ends_at_the_point_at_which_the_drive_fell_aw
     bench = Bench("read torque", before=lambda call: clock.sleep(0.2 * (call == "read torque")))
     assert run(bench, plan_of((), [LOADED, SCAN], ()), clock=clock).outcome is Outcome.ABORTED
     assert bench.calls.count("read torque") == 1
+
+
+def test_a_drive_that_fell_away_was_last_seen_in_its_place_at_the_check_before():
+    clock, device, found = SimulatedClock(), FakeTester(), []
+    rig = Rig({"tester": device}, clock)
+    rig.connect()
+    watch = DriveWatch(rig, lambda _kind, **fields: found.append(fields))
+    rig.set("tester", "load", 500.0)
+    clock.sleep(5.0)
+    watch.check()
+    clock.sleep(0.25)
+    device.drives_at["load"] = 0.0
+    with pytest.raises(InterlockError):
+        watch.look()
+    assert found[0]["latency_s"] == pytest.approx(0.25)

@@ -230,8 +230,31 @@ def test_a_channel_that_cannot_be_read_trips():
 def test_a_pause_by_an_interlock_aborts_where_nobody_is_there():
     summary, listener, _ = run_with(replace(HOT, does="pause"), steps_over_at(1.0))
     assert summary.outcome is Outcome.ABORTED
-    assert "nobody is there to resume it" in summary.reason
+    assert "there is nobody to resume it" in summary.reason
     assert [one.action for one in listener.of(Intervention)] == ["pause", "abort"]
+
+
+@pytest.mark.parametrize(
+    ("others", "safe_first"), [(("pause", "abort"), False), (("pause", "abort", "make_safe"), True)]
+)
+def test_of_several_interlocks_the_gravest_decides(others, safe_first):
+    clock = SimulatedClock()
+    interlocks = tuple(replace(HOT, name=each, does=each) for each in others)
+    device = Rising(clock, steps_over_at(1.0))
+    plan = plan_of((), [Settle(3.0)], (SetDrive("tester", "load", 0.0, "N"),))
+    summary = run(device, replace(plan, interlocks=interlocks), clock=clock)
+    assert "nobody to resume" not in summary.reason
+    assert (device.calls.index("make_safe") < device.calls.index("set load 0")) is safe_first
+
+
+def test_an_override_ends_once_the_interlock_has_cleared():
+    watch = Watch(HOT, 0.0)
+    take(watch, 9e3, 1.0)
+    watch.overridden = True
+    take(watch, 0.0, 2.0)
+    take(watch, 9e3, 3.0)
+    assert watch.tripped
+    assert not watch.overridden
 
 
 def test_a_teardown_is_done_though_an_interlock_is_tripped():
@@ -266,6 +289,29 @@ def test_a_drive_that_the_station_wants_slower_is_led_and_watched_on_its_way():
     steps = [float(call.split()[-1]) for call in device.calls if call.startswith("set load")]
     assert max(np.diff(steps)) <= 10.0 + 1e-6
     assert steps[-1] == 500.0
+
+
+@pytest.mark.parametrize(
+    ("stands_at", "outcome", "sets"),
+    [
+        (-0.5, Outcome.COMPLETED, ["set load 0", "set load 10", "set load 20"]),
+        (-31.0, Outcome.ERROR, []),  # beyond the tolerance: from there it would jump to its range
+        (3000.5, Outcome.COMPLETED, None),
+    ],
+)
+def test_a_drive_that_reads_back_just_out_of_its_range_is_led_from_its_edge(
+    stands_at, outcome, sets
+):
+    clock, device = SimulatedClock(), FakeTester()
+    rules = DriveRules({Member("tester", "load"): DriveLimits(rate="100 N/s")})
+    rig = Rig({"tester": device}, clock, rules=rules)
+    rig.connect()
+    device.drives_at["load"] = stands_at
+    plan = plan_of((), [SetDrive("tester", "load", 20.0, "N")], ())
+    summary = run_plan(plan, rig, Bus(), clock, UnattendedAnswers(), threading.Event(), "led")
+    assert summary.outcome is outcome
+    if sets is not None:
+        assert [call for call in device.calls if call.startswith("set load")] == sets
 
 
 def take(watch, value, now_s):

@@ -284,6 +284,53 @@ def test_a_run_that_an_interlock_paused_goes_on_only_when_it_has_cleared():
     assert listener.of(Intervention)[0].by == "interlock cold"
 
 
+class ColdAtRest(Patient):
+    """Reads 0 N for so many readings once it has been paused."""
+
+    cold = 3
+    at_rest = False
+
+    def pause(self):
+        super().pause()
+        self.at_rest = True
+
+    def resume(self):
+        super().resume()
+        self.at_rest = False
+
+    def read(self, channels):
+        self.cold -= self.at_rest
+        return dict.fromkeys(channels, 0.0 if self.at_rest and self.cold > 0 else 9.0)
+
+
+def test_a_run_is_not_resumed_while_an_interlock_forbids_the_drive_that_would_move():
+    forbids = replace(COLD, does="forbid", forbids=(Member("tester", "frequency"),))
+    plan, device = replace(sweep(), interlocks=(forbids,)), ColdAtRest()
+    summary, _, person, _ = pausing_run(
+        f"{SECOND}.settle", *[decided(Choice.RESUME)] * 9, plan=plan, device=device
+    )
+    assert summary.outcome is Outcome.COMPLETED
+    assert person.seen[1].reason == "tester.load is 0 N, below 5 N; not cleared yet"
+    assert device.cold <= 0  # it moved again only once that had cleared
+
+
+def test_an_interlock_that_forbids_a_drive_that_stands_still_anyway_lets_a_run_be_resumed():
+    forbids = replace(COLD, does="forbid", forbids=(Member("tester", "load"),))
+    plan, device = replace(sweep(), interlocks=(forbids,)), ColdAtRest()
+    summary, _, person, _ = pausing_run(
+        f"{SECOND}.settle", decided(Choice.RESUME), plan=plan, device=device
+    )
+    assert summary.outcome is Outcome.COMPLETED
+    assert len(person.seen) == 1
+
+
+def test_all_tripped_interlocks_must_allow_it_to_be_overridden():
+    strict = replace(COLD, name="strict")
+    plan = replace(sweep(), interlocks=(replace(COLD, overridable=True), strict))
+    _, _, person, _ = pausing_run("nowhere", decided(Choice.ABORT), plan=plan, device=Cooling())
+    assert Choice.OVERRIDE not in person.seen[0].choices
+
+
 def test_there_is_nothing_to_override_in_a_pause_that_a_person_asked_for():
     plan = replace(sweep(), interlocks=(replace(COLD, overridable=True),))
     _, _, person, _ = pausing_run(f"{SECOND}.settle", decided(Choice.ABORT), plan=plan)

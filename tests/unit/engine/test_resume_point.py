@@ -78,6 +78,23 @@ def test_a_zero_within_the_run_is_taken_again_where_the_drives_stood():
     assert [plan.steps[index].action for index in resume_at.before] == [MAIN[0], zero, MAIN[4]]
 
 
+def test_a_zero_is_taken_again_where_the_drives_stood_then_and_not_where_they_stood_last():
+    zero = Zero("tester", "torque", "N·m", within=0.05, duration_s=0.2)
+    unloaded = SetDrive("tester", "load", 10.0, "N")
+    plan = plan_of((), (unloaded, zero, MAIN[0], record("a"), record("b")))
+    resume_at = resume_point_at(plan, "main[4]")
+    assert [plan.steps[index].action for index in resume_at.before] == [unloaded, zero, MAIN[0]]
+
+
+def test_a_pause_waits_until_a_resumed_run_has_brought_back_its_state():
+    plan = plan_of()
+    summary, _, person, _ = pausing_run(
+        "setup[3]", decided(Choice.RESUME), plan=plan, resume_at=resume_point_at(plan, "main[5]")
+    )
+    assert summary.outcome is Outcome.COMPLETED
+    assert [each.step for each in person.seen] == ["main[5]"]
+
+
 def unrepeatable(plan, path):
     steps = [
         replace(step, terms=Terms(repeatable=False)) if step.path == path else step

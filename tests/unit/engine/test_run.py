@@ -20,6 +20,7 @@ from rigrunner.api.events import (
     StepStarted,
 )
 from rigrunner.engine import StopNow, UnattendedAnswers
+from rigrunner.plan.actions import Phase, Plan, PlannedStep
 from rigrunner.procedure.answers import Expected
 from rigrunner.rig.safe_state import NoRigError
 from rigrunner.steps.ask import Ask
@@ -325,7 +326,7 @@ def test_unattended_run_without_answer_names_the_step(question):
     device = FakeTester()
     summary = run(device, plan_of(setup=[question]))
     assert isinstance(summary.error, UsageError)
-    assert "setup[0]: nobody is there to answer" in summary.reason
+    assert "setup[0]: there is nobody to answer" in summary.reason
     assert_safe_and_torn_down(device)
 
 
@@ -437,3 +438,43 @@ def test_a_replay_that_is_out_of_step_is_an_error_and_leaves_no_rig_unsafe():
     summary = run(FakeTester(before=lose), plan_of((), (), ()))
     assert (summary.outcome, summary.safe) == (Outcome.ERROR, True)
     assert summary.reason == "tester: make safe failed: the tape has no answer"
+
+
+class BrokenOff(threading.Event):
+    """A stop token that a second Ctrl-C meets as the rig is about to be made safe."""
+
+    def stop_interrupting(self):
+        raise KeyboardInterrupt
+
+
+def test_an_interrupt_as_the_rig_is_about_to_be_made_safe_does_not_prevent_it():
+    device = FakeTester()
+    summary = run(device, stop=BrokenOff())
+    assert device.calls[-1] == "make_safe"
+    assert device.drives_at == {"load": 0.0, "frequency": 0.0}
+    assert summary.outcome is Outcome.ABORTED
+    assert summary.safe
+
+
+def test_each_step_of_a_called_teardown_is_tried_once_whatever_fails():
+    def fail(call):
+        if call == "set frequency 0":
+            raise DeviceLostError("cable")
+
+    device, within = FakeTester(before=fail), ("main[0].call",)
+    actions = (
+        (Phase.MAIN, SetDrive("tester", "load", 100.0, "N"), within),
+        (Phase.TEARDOWN, SetDrive("tester", "load", 50.0, "N"), within),
+        (Phase.TEARDOWN, SetDrive("tester", "frequency", 0.0, "Hz"), within),
+        (Phase.TEARDOWN, SetDrive("tester", "load", 20.0, "N"), within),
+        (Phase.MAIN, SetDrive("tester", "load", 500.0, "N"), ()),
+        (Phase.TEARDOWN, SetDrive("tester", "load", 10.0, "N"), ()),
+    )
+    steps = (
+        PlannedStep(f"step[{at}]", phase, action, "", 1.0, calls=calls)
+        for at, (phase, action, calls) in enumerate(actions)
+    )
+    summary = run(device, Plan(tuple(steps)))
+    assert summary.outcome is Outcome.ERROR
+    sets = [call.removeprefix("set ") for call in device.calls if call.startswith("set ")]
+    assert sets == ["load 100", "load 50", "frequency 0", "load 20", "load 10"]

@@ -47,6 +47,14 @@ def test_entries_are_run_in_the_order_that_a_person_gave_them(queue):
     assert queue.next().specimen == "SN-1"
 
 
+def test_an_entry_whose_run_was_interrupted_is_not_started_again(queue):
+    with queue.started(1, "Ann"):
+        pass  # it ends without a run, as after a kill
+    with pytest.raises(UsageError, match="expected waiting"), queue.started(1, "Bob"):
+        raise AssertionError
+    assert specimens(queue, "interrupted") == ["SN-1"]
+
+
 def test_what_is_held_skipped_or_proposed_does_not_start(queue):
     queue.hold(1, "Ann", "wrong ring")
     queue.skip(2, "Ann", "lost")

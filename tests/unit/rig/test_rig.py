@@ -142,6 +142,13 @@ def test_read_back_beyond_one_percent_of_the_range_is_refused():
         rig_of(device).set("tester", "load", 1000.0)
 
 
+def test_a_read_back_that_is_no_number_is_refused():
+    rig = rig_of(FakeTester(read_back_offset=float("nan")))
+    rig.connect()
+    with pytest.raises(DeviceRejectedError, match="was set to 100 N but reads back nan N"):
+        rig.set("tester", "load", 100.0)
+
+
 def test_declared_tolerance_counts():
     device = FakeTester(read_back_offset=0.6)
     device.drives = (DriveInfo("load", "N", "load", 0.0, 3000.0, tolerance=0.5),)
@@ -361,6 +368,13 @@ def test_where_a_drive_stands_must_be_known_to_say_what_leads_away_from_safe(giv
     device.read_back = lambda _: given
     with pytest.raises(DeviceRejectedError, match="may be anywhere"):
         rig_of(device).leads_away("tester", "load", 3000.0)
+
+
+def test_the_safe_value_leads_not_away_also_if_the_drive_cannot_be_read_back():
+    device = FakeTester(before=raising(DeviceLostError("no answer"), at="read_back load"))
+    assert not rig_of(device).leads_away("tester", "load", 0.0)
+    with pytest.raises(DeviceLostError, match="no answer"):
+        rig_of(device).leads_away("tester", "load", 1.0)
 
 
 @pytest.mark.parametrize(

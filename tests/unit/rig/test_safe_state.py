@@ -139,6 +139,42 @@ def test_drives_of_a_device_that_never_answered_are_left_to_its_own_make_safe():
     assert told == ["tester make_safe"]
 
 
+def test_a_device_that_was_not_connected_is_not_set_drive_by_drive():
+    tester = StopsHalfWay(DeviceLostError("not connected"))
+    (report,) = Rig({"tester": tester}, SimulatedClock()).make_safe()
+    assert not report.safe
+    assert tester.calls == []
+
+
+def test_a_drive_of_the_order_is_set_to_its_own_safe_value():
+    told, reports = made_safe((Member("oven", "heater"),))
+    assert told[0] == "oven set heater 20"
+    assert reports[0].read_back == {"heater": 20.0}
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_making_safe_has_the_time_that_the_drives_need(fails):
+    class Slow(FakeTester):
+        def make_safe(self):
+            if fails:
+                raise DeviceLostError("half way")
+            time.sleep(0.3)
+            return super().make_safe()
+
+        def set(self, drive, value):
+            time.sleep(0.3 if drive == "load" and fails else 0.0)
+            super().set(drive, value)
+
+    drives = (replace(DRIVES[0], rate_per_s=None, settle_s=5.0), DRIVES[1])
+    slow = Slow(non_blocking=False, drives=drives)
+    rig = Rig({"tester": slow}, SimulatedClock(), Patience(answer_s=0.05))
+    rig.connect()
+    (report,) = rig.make_safe()
+    assert report.read_back == {"load": 0.0, "frequency": 0.0}
+    assert report.problems == (("make safe failed: half way",) if fails else ())
+    rig.close()
+
+
 class Late(FakeTester):
     """A tester whose 'set load 1000' comes to the drive only once it is let go."""
 
@@ -336,6 +372,11 @@ def test_a_device_that_cannot_list_its_drives_is_reported_and_the_others_are_mad
     assert told[-1] == "oven make_safe"
     assert reports["oven"].safe
     assert not reports["mute"].safe
+    if not isinstance(error, KeyboardInterrupt):
+        assert mute.calls[-1] == "make_safe"
+        assert mute.drives_at == {"load": 0.0, "frequency": 0.0}
+        (problem,) = reports["mute"].problems
+        assert problem.startswith("its drives cannot be listed: ")
 
 
 def test_every_device_is_closed_whatever_one_of_them_raises():

@@ -1,6 +1,7 @@
 """The marker of an energised rig: there before a drive is set, gone once all were read as safe."""
 
 import os
+import shutil
 import stat
 import subprocess
 import sys
@@ -10,6 +11,7 @@ import pytest
 
 from helpers_devices import FakeTester
 from rigrunner.api.errors import DeviceError
+from rigrunner.api.member import Member
 from rigrunner.clock import SimulatedClock
 from rigrunner.rig import Rig
 from rigrunner.rig_state import (
@@ -19,6 +21,7 @@ from rigrunner.rig_state import (
     hold,
     marks,
     read_marker,
+    read_marker_of_held,
     read_markers,
     record_made_safe,
 )
@@ -39,6 +42,22 @@ POSIX = pytest.mark.skipif(sys.platform == "win32", reason="links and modes are 
 def folder(tmp_path, monkeypatch):
     monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
     return tmp_path / "rigs"
+
+
+def test_of_a_held_rig_whose_files_were_removed_nothing_is_known(folder):
+    lock = folder / "press.lock"
+    folder.mkdir()
+    lock.touch()
+    assert read_marker_of_held("press", lock) is None
+    rig = rig_with(marks_of(), FakeTester())
+    rig.connect()
+    rig.set("tester", "load", 500.0)
+    assert read_marker_of_held("press", lock).drives[0].set_point == 500.0
+    shutil.rmtree(folder)
+    assert read_marker("press") is None
+    found = read_marker_of_held("press", lock)
+    assert found.owner is None
+    assert found.set_points == "set-points not known"
 
 
 def rig_with(marks, *devices):
@@ -142,6 +161,72 @@ def test_a_drive_is_not_set_where_the_marker_cannot_be_written(folder):
     assert "set load 40" not in device.calls
     rig.set("tester", "load", 0.0)
     assert "set load 0" in device.calls
+
+
+def test_a_marker_that_is_written_in_part_keeps_the_drive_from_being_set(monkeypatch):
+    device = FakeTester()
+    rig = rig_with(marks_of(), device)
+    rig.connect()
+    write = os.write
+    monkeypatch.setattr(os, "write", lambda file, content: write(file, content[:100]))
+    with pytest.raises(DeviceError, match="the disk is full"):
+        rig.set("tester", "load", 40.0)
+    assert "set load 40" not in device.calls
+    assert read_marker("press") is not None  # a next start looks at the drives
+
+
+def test_a_set_point_that_cannot_be_noted_is_not_sent_unless_it_is_the_safe_one(monkeypatch):
+    device = FakeTester()
+    rig = rig_with(marks_of(), device)
+    rig.connect()
+    rig.set("tester", "load", 40.0)
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "write", full)
+    with pytest.raises(DeviceError, match="cannot be written: No space left on device"):
+        rig.set("tester", "load", 50.0)
+    assert "set load 50" not in device.calls
+    rig.set("tester", "load", 0.0)
+    assert device.drives_at["load"] == 0.0
+
+
+@POSIX
+def test_a_marker_that_must_not_be_opened_means_an_energised_rig(folder, tmp_path):
+    folder.mkdir()
+    (folder / "press.energised").symlink_to(tmp_path / "elsewhere")
+    assert read_marker("press") is not None
+
+
+def test_after_a_marker_that_cannot_be_read_each_device_must_be_read_back(folder):
+    folder.mkdir()
+    (folder / "press.energised").write_bytes(b"{torn")
+    assert marks_of("tester", "oven").unconfirmed == {"tester", "oven"}
+
+
+def test_a_rig_that_its_guardian_made_safe_is_confirmed_and_told():
+    rig = rig_with(marks_of(), FakeTester())
+    rig.connect()
+    rig.set("tester", "load", 40.0)
+    record_made_safe("press", "The guardian made it safe")
+    later = marks_of()
+    assert later.unconfirmed == set()
+    assert later.left.safe_by.startswith("The guardian made it safe at 20")
+
+
+def test_a_safe_drive_confirms_no_device_whose_other_drive_is_not_safe():
+    class Stuck(FakeTester):
+        def make_safe(self):
+            return super().make_safe() | {"frequency": 5.0}
+
+    marks = marks_of()
+    order = (Member("tester", "load"),)
+    rig = Rig({"tester": Stuck()}, SimulatedClock(), None, order, marks=marks)
+    rig.connect()
+    rig.set("tester", "load", 40.0)
+    assert [each.safe for each in rig.make_safe()] == [True, False]
+    assert read_marker("press") is not None
 
 
 def test_a_marker_that_was_cut_off_means_an_energised_rig(folder):

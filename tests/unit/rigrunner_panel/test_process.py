@@ -202,6 +202,20 @@ def test_a_stop_before_the_job_interrupts_nothing_until_the_job_begins(installed
 
 
 @pytest.mark.skipif(os.name == "nt", reason="a thread cannot be interrupted so there")
+def test_a_second_stop_does_not_interrupt_what_follows_the_first_one(installed):
+    def stopped():
+        installed.stop(BY, WHY)
+        time.sleep(60)
+
+    with installed.interruptible():
+        with pytest.raises(StopNow):
+            stopped()
+        installed.stop("Bob", "again")
+        time.sleep(0.05)
+    assert installed.reason().by == BY
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a thread cannot be interrupted so there")
 def test_a_stop_after_the_job_interrupts_nothing(installed):
     with installed.interruptible():
         pass

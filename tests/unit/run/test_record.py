@@ -1,18 +1,27 @@
+import errno
 import json
 import threading
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from helpers_workflow import quick_procedure, run, station_file
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.document import document
-from rigrunner.api.errors import AbortedError, DeviceLostError, DeviceNotFoundError, ExitCode
+from rigrunner.api.errors import (
+    AbortedError,
+    DataError,
+    DeviceLostError,
+    DeviceNotFoundError,
+    ExitCode,
+)
 from rigrunner.api.events import Outcome, StepStarted
 from rigrunner.cli.finishing import tell_finished
 from rigrunner.procedure import parse_procedure
 from rigrunner.registry import load_registry
 from rigrunner.rig import Rig
+from rigrunner.run.finish import _write_result
 from rigrunner.run.report import report_input, write_report
 from rigrunner.run.stored import analyse_run, open_run
 from rigrunner.runfile import read
@@ -26,6 +35,22 @@ def test_a_run_leaves_a_sealed_folder_with_result_report_and_log(finished):
     names = {path.name for path in loaded.folder.iterdir()}
     assert names == {"run.h5", "result.json", "report.html", "run.log"}
     assert (loaded.folder / "run.h5").stat().st_mode & 0o222 == 0
+
+
+def test_a_result_that_cannot_be_written_whole_leaves_the_file_before_it(tmp_path, monkeypatch):
+    (tmp_path / "result.json").write_text("{}", encoding="utf-8")
+    write = Path.write_bytes
+
+    def half(path, content):
+        write(path, content[:10])
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", half)
+    monkeypatch.setattr(Path, "write_text", lambda path, text, **_: half(path, text.encode()))
+    with pytest.raises(DataError, match="No space left on device"):
+        _write_result(tmp_path, {"rigrunner": "result/1", "verdict": "PASS"})
+    assert [each.name for each in tmp_path.iterdir()] == ["result.json"]
+    assert (tmp_path / "result.json").read_bytes() == b"{}"
 
 
 def test_the_result_is_near_the_truth_that_the_simulator_kept(finished):

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import os
+import shutil
 import struct
 import tracemalloc
 import zlib
@@ -26,6 +28,22 @@ from unit.runfile.helpers_runfile import (
 )
 
 RECORDS = ((Kind.HEADER, b"{}"), (Kind.EVENT, b"x" * 70), (Kind.BLOCK, b""), (Kind.BLOCK, b"yz"))
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows keeps a file that is open")
+@pytest.mark.parametrize("moved", [False, True])
+def test_a_journal_that_lost_its_name_is_not_written_further(tmp_path, moved):
+    folder = tmp_path / "run"
+    folder.mkdir()
+    writer = JournalWriter(folder / "a.journal")
+    writer.sync()
+    if moved:
+        folder.rename(tmp_path / "elsewhere")
+    else:
+        shutil.rmtree(folder)
+    with pytest.raises(FileNotFoundError):
+        writer.sync()
+    writer.close()
 
 
 @pytest.fixture

@@ -179,9 +179,8 @@ def test_folder_that_is_gone_is_told(tmp_path):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
         (tmp_path / "run" / "journal").rename(tmp_path / "elsewhere")
-        start_recording(emit, TWO[0])
         with pytest.raises(DataError, match=r"cannot write .*run"):
-            send_samples(emit, TWO[0], 100)
+            start_recording(emit, TWO[0])
 
 
 @pytest.mark.parametrize("measured", [True, False], ids=["measurement", "other step"])

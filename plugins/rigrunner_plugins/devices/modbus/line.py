@@ -213,7 +213,11 @@ class Line:
         self._late, self._heard = False, b""
         try:
             return request.send(self._client)
-        except ConnectionException as error:
+        except (
+            ConnectionException,
+            OSError,
+        ) as error:
+            # OSError: the other end has reset the connection
             self.close("the connection was lost")
             raise DeviceLostError(
                 f"{request.asked}: {self._where(request)} closed the connection or was unplugged",

@@ -7,7 +7,7 @@ import time
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
-from threading import Thread
+from threading import TIMEOUT_MAX, Thread
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.events import Alarm, MadeSafe
@@ -21,6 +21,7 @@ from rigrunner.rig_state import (
     Holder,
     hold,
     read_marker,
+    read_marker_of_held,
     record_made_safe,
     take_over,
 )
@@ -31,7 +32,7 @@ from rigrunner.run.prepare import make_devices, patience_of
 from rigrunner.station import parse_station
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from rigrunner.rig import SafetyReport
     from rigrunner.rig_state import Marker
@@ -40,7 +41,7 @@ ATTEMPTS = 4
 """Number of attempts: a port may become free only seconds after its process has died."""
 PAUSE_S = 2.0
 ATTEMPT_S = 900.0
-"""Time limit of an attempt: a drive may need minutes to its safe value."""
+"""Time limit of an attempt, beyond the time that its drives need."""
 NOTE_FILE = "guardian.txt"
 """In the folder of the run: what the guardian found and did."""
 
@@ -49,7 +50,7 @@ def act(task: dict[str, Any], reason: str) -> None:
     """Make the rig safe if it is energised and nobody else has taken it, and report the result."""
     try:
         with _held(task):
-            marker = read_marker(task["station"])
+            marker = read_marker_of_held(task["station"], Path(task["locks"][0]))
             if marker is None or marker.safe_by:
                 say(f"{reason}; the rig was not energised")
                 return
@@ -104,31 +105,41 @@ def _within(task: dict[str, Any]) -> tuple[tuple[SafetyReport, ...], str]:
     """Return the result of an attempt; a driver that is called inline may never return."""
     given: list[tuple[tuple[SafetyReport, ...], str]] = []
     errors: list[BaseException] = []
+    needed_s: list[float] = []
 
     def attempt() -> None:
         try:
-            given.append(_one_attempt(task))
+            given.append(_one_attempt(task, needed_s.append))
         except BaseException as error:  # noqa: BLE001  (told: nobody else is there to say it)
             errors.append(error)
 
     work = Thread(target=attempt, daemon=True)
     work.start()
     work.join(ATTEMPT_S)
+    limit_s = min(ATTEMPT_S + sum(needed_s), TIMEOUT_MAX)
+    work.join(limit_s - ATTEMPT_S)
     if given:
         return given[0]
     if errors:
         return (), f"{type(errors[0]).__name__}: {errors[0]}"
-    return (), f"a device did not return within {ATTEMPT_S:g} s"
+    return (), f"a device did not return within {limit_s:g} s"
 
 
-def _one_attempt(task: dict[str, Any]) -> tuple[tuple[SafetyReport, ...], str]:
-    """Make and connect each device, make it safe; return what is not safe, as text."""
+def _one_attempt(
+    task: dict[str, Any], need: Callable[[float], None]
+) -> tuple[tuple[SafetyReport, ...], str]:
+    """Make and connect each device, make it safe; return what is not safe, as text.
+
+    Calls `need` with the time in s that the drives may take to their safe values.
+    """
     file = Path(task["station_file"])
     station = parse_station(task["station_text"], str(file))
     registry = with_lab_plugins(load_registry(), station, file.parent)
     clock = WallClock()
     made = make_devices(station, registry, clock, file.parent)
     devices = {role: device for role, device in made.items() if role in task["roles"]}
+    with suppress(Exception):  # a device that cannot list its drives is made safe too
+        need(sum(info.longest_s for each in devices.values() for info in each.drives))
     order = [each for each in station.model.safety.order if role_of(each) in devices]
     rig = Rig(devices, clock, patience_of(station), order)
     failed = rig.connect_each()
@@ -143,7 +154,9 @@ def _one_attempt(task: dict[str, Any]) -> tuple[tuple[SafetyReport, ...], str]:
 
 
 def _has_drive_of(marker: Marker, role: str) -> bool:
-    return any(each.member.role == role for each in marker.drives)
+    """Return whether a drive of a device may be energised; of an unreadable marker each may be."""
+    known = marker.owner is not None
+    return not known or any(each.member.role == role for each in marker.drives)
 
 
 def _lines(reports: tuple[SafetyReport, ...], left: str) -> list[str]:

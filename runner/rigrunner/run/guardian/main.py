@@ -175,7 +175,7 @@ class _Patience:
 
     def end(self) -> None:
         """End an owner that hangs with its rig energised: it is asked first, then killed."""
-        if self._owner.is_traced or not _is_energised(self._task["station"]):
+        if self._owner.is_traced or not _is_energised(self._task):
             self.beat(float(self._task["limit_s"]))
         elif not self.is_asked:
             text = f"the process of {self._task['what']} ({self._owner.pid}) has shown no progress"
@@ -205,10 +205,10 @@ def _dies_within(owner: Owner, seconds: float) -> bool:
     return True
 
 
-def _is_energised(station: str) -> bool:
-    from rigrunner.rig_state import read_marker  # noqa: PLC0415  (late: see above)
+def _is_energised(task: dict[str, Any]) -> bool:
+    from rigrunner.rig_state import read_marker_of_held  # noqa: PLC0415  (late: see above)
 
-    marker = read_marker(station)
+    marker = read_marker_of_held(task["station"], Path(task["locks"][0]))
     return marker is not None and not marker.safe_by
 
 

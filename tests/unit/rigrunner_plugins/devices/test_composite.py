@@ -314,6 +314,14 @@ def test_what_a_part_reads_back_away_from_safe_is_told():
     assert bench.press.calls[-1] == "make_safe"
 
 
+def test_a_drive_of_a_part_that_is_not_read_back_is_not_safe():
+    bench = Bench()
+    bench.inverter.make_safe = dict
+    device = bench.connected()
+    with pytest.raises(DeviceRejectedError, match="inverter: frequency reads back nan, safe is 0"):
+        device.make_safe()
+
+
 def test_a_part_that_hangs_keeps_no_other_from_being_made_safe(monkeypatch):
     monkeypatch.setattr(ThreadCaller, "grace_s", 0.05)
     release = threading.Event()

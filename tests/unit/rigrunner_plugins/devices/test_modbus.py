@@ -84,6 +84,19 @@ def test_an_inverter_is_driven_read_and_stopped(server, plant):
     assert plant.frequency_hz == 0.0
 
 
+def test_a_drive_is_stopped_at_its_safe_value_also_if_that_is_not_zero(server, monkeypatch):
+    idle = {**FREQUENCY, "safe": "5 Hz"}
+    unit, written = device(settings(server, drives={"frequency": idle})), []
+    monkeypatch.setattr(
+        unit, "_write", lambda place, words, **_: written.append((place.address, words[0]))
+    )
+    unit.put("frequency", 5.0)
+    assert written == [(0, 0), (1, 500)]  # the stop comes first
+    written.clear()
+    unit.put("frequency", 0.0)
+    assert written == [(1, 0), (0, 1)]
+
+
 def test_a_press_is_another_unit_of_the_same_server(server, plant):
     only = {"channels": {"load": {"input": 0, **FLOAT}}, "drives": {"load": LOAD}, "unit_id": 2}
     with connected(server, **only) as press:

@@ -18,6 +18,8 @@ from rigrunner.api.events import MadeSafe, Outcome, StepStarted
 from rigrunner.clock import WallClock
 from rigrunner.rig import Patience, Rig
 from rigrunner.steps.set_drives import SetDrive
+from rigrunner_plugins.devices.modbus.device import Heartbeat
+from rigrunner_plugins.devices.modbus.line import Line
 from rigrunner_plugins.devices.modbus.served.inverter import (
     HEARTBEAT,
     TIMEOUT,
@@ -25,6 +27,7 @@ from rigrunner_plugins.devices.modbus.served.inverter import (
     Inverter,
 )
 from rigrunner_plugins.devices.modbus.served.server import ModbusServer
+from rigrunner_plugins.devices.modbus.settings import ModbusSettings
 from rigrunner_plugins.devices.plant import Plant
 from unit.rigrunner_plugins.devices.helpers_modbus import (
     FREQUENCY,
@@ -108,6 +111,29 @@ def test_a_pulled_cable_leaves_the_motor_to_its_own_watchdog_and_the_run_says_so
     time.sleep(1.0)
     assert plant.frequency_hz == 0.0
     assert real_inverter.inputs()[3] == TIMEOUT
+
+
+class Reset:
+    """A client whose connection the other end resets while it is written to."""
+
+    def write_register(self, *_, **__):
+        raise ConnectionResetError(104, "Connection reset by peer")
+
+    def close(self):
+        pass
+
+
+def test_a_watchdog_whose_connection_was_reset_is_told_with_its_reason():
+    kept = {"holding": HEARTBEAT, "every": "50 ms", "write": [1]}
+    given = {"tcp": {"host": "127.0.0.1", "port": 502}, "drives": {"frequency": FREQUENCY}}
+    settings = ModbusSettings(**given, timeout="400 ms", watchdog=kept)
+    line = Line(settings)
+    line._client = Reset()
+    beating = Heartbeat(settings.watchdog, line)
+    beating.start()
+    beating._thread.join(10)
+    with pytest.raises(DeviceLostError, match=r"the watchdog failed: write 1 .*closed the connect"):
+        line.write(settings.watchdog, [1], multiple=False)
 
 
 def test_a_server_that_is_gone_leaves_a_rig_that_is_said_not_to_be_safe(server):

@@ -12,10 +12,15 @@ import pytest
 
 from e2e.helpers_supply import GUARDED, SupplyLab
 from helpers_cli import call
-from rigrunner.run.guardian import main
+from rigrunner.api.member import Member
+from rigrunner.rig_state import DriveMark, Marker, Owner, record_made_safe
+from rigrunner.rig_state.marker import encode
+from rigrunner.run.guardian import acting, main
 from rigrunner.run.guardian.guarding import debugger_at
 
 TASK = {"what": "a run", "station": "s", "limit_s": 30.0, "hangs": True, "process": 7}
+
+OWNER = Owner("s", "/lab/s.yaml", "STEPS", 7, "bench", "2026-03-01T12:00:00.000Z")
 
 
 class FakeOwner:
@@ -36,7 +41,7 @@ def clock(monkeypatch):
     """Time that passes only where a test says so."""
     now = [0.0]
     monkeypatch.setattr(main.time, "monotonic", lambda: now[0])
-    monkeypatch.setattr(main, "_is_energised", lambda _station: True)
+    monkeypatch.setattr(main, "_is_energised", lambda _task: True)
     return now
 
 
@@ -97,7 +102,7 @@ def test_what_a_debugger_holds_and_what_is_not_energised_is_left_alone(
     patience, clock, owner, why, monkeypatch
 ):
     owner.is_traced = why == "traced"
-    monkeypatch.setattr(main, "_is_energised", lambda _station: why == "traced")
+    monkeypatch.setattr(main, "_is_energised", lambda _task: why == "traced")
     ticks(patience, clock, 31)
     patience.end()
     assert owner.sent == []
@@ -119,6 +124,63 @@ def test_a_rig_that_was_given_back_is_left_alone_and_a_death_is_told(owner, told
         news.put(each)
     owner.is_dead = "end" not in told or "dead" in told
     assert main._guard(TASK, owner, news) == reason
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_a_rig_whose_lock_was_removed_may_be_energised(tmp_path, monkeypatch, there):
+    monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path))
+    lock = tmp_path / "s.lock"
+    if there:
+        lock.touch()
+    assert main._is_energised({"station": "s", "locks": [str(lock)]}) is not there
+
+
+@pytest.mark.parametrize(("role", "left"), [("psu", True), ("oven", False)])
+def test_each_drive_of_an_unreadable_marker_may_be_energised(role, left):
+    drives = (DriveMark(Member("psu", "voltage"), "V", 0.0, 40.0),)
+    assert acting._has_drive_of(Marker("s", OWNER, drives), role) is left
+    assert acting._has_drive_of(Marker("s", None), role)
+
+
+def test_a_drive_that_was_made_safe_after_the_run_is_not_energised(tmp_path, monkeypatch):
+    monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path))
+    task = {"station": "s", "locks": [str(tmp_path / "s.lock")]}
+    (tmp_path / "s.lock").touch()
+    drives = (DriveMark(Member("psu", "voltage"), "V", 0.0, 40.0),)
+    (tmp_path / "s.energised").write_bytes(encode(OWNER, drives))
+    assert main._is_energised(task)
+    record_made_safe("s", "somebody made it safe")
+    assert not main._is_energised(task)
+
+
+def test_a_guardian_whose_pipe_was_closed_waits_for_the_death_of_its_owner(owner, monkeypatch):
+    monkeypatch.setattr(main, "TICK_S", 0.01)
+    monkeypatch.setattr(main, "_is_energised", lambda _task: True)
+    news = SimpleQueue()
+    news.put("closed")
+    found = []
+    waits = in_a_thread(lambda: found.append(main._guard({**TASK, "limit_s": 0.0}, owner, news)))
+    waits.join(0.3)
+    assert found == []
+    assert owner.sent == []  # without beats it looks at no silence
+    owner.is_dead = True
+    waits.join(10)
+    assert found == ["the process of a run (7) died"]
+
+
+@pytest.mark.parametrize(("needed_s", "returns"), [(10.0, True), (0.0, False)])
+def test_an_attempt_has_the_time_that_its_drives_need(monkeypatch, needed_s, returns):
+    done = threading.Event()
+
+    def attempt(_task, need):
+        need(needed_s)
+        done.wait(0.2 if returns else 10)
+        return (), ""
+
+    monkeypatch.setattr(acting, "ATTEMPT_S", 0.02)
+    monkeypatch.setattr(acting, "_one_attempt", attempt)
+    assert acting._within({}) == ((), "" if returns else "a device did not return within 0.02 s")
+    done.set()
 
 
 def in_a_thread(work):
