@@ -86,7 +86,7 @@ class Limits:
 
     def __str__(self) -> str:
         """Return the limits as text: '≤ 0.95 N·m', '0.2 N·m to 0.95 N·m'."""
-        return self._text("≥ {}", "≤ {}", "{} to {}", digits=6)
+        return self._text("≥ {}", "≤ {}", "{} to {}")
 
     @property
     def in_words(self) -> str:
@@ -137,8 +137,8 @@ class Limits:
         """Return whether a value can be inside both limits by that much."""
         return self.upper - self.lower >= 2 * guard
 
-    def _text(self, at_least: str, at_most: str, both: str, *, digits: int = 12) -> str:
-        low, high = self.shown(self.lower, digits), self.shown(self.upper, digits)
+    def _text(self, at_least: str, at_most: str, both: str) -> str:
+        low, high = self.shown(self.lower), self.shown(self.upper)
         if isinf(self.lower):
             return at_most.format(high)
         return at_least.format(low) if isinf(self.upper) else both.format(low, high)

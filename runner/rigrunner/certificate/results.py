@@ -19,7 +19,8 @@ from rigrunner.api.certificate import (
 )
 from rigrunner.api.coordinates import written_text
 from rigrunner.api.errors import DataError
-from rigrunner.signal.numerals import finite, percent, printed, stated
+from rigrunner.signal.numerals import finite, percent, stated
+from rigrunner.signal.rounding import printed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

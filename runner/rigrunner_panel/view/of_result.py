@@ -11,7 +11,7 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.verdict import Verdict, worst
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.result_figures import over_coordinate
-from rigrunner.signal.rounding import places
+from rigrunner.signal.rounding import places, printed
 from rigrunner_panel.view.sections import (
     CheckView,
     Finished,
@@ -170,8 +170,9 @@ def _named(result: Result) -> str:
 
 def with_uncertainty(value: float, width: float) -> str:
     """Return a value with its expanded uncertainty, '?' where that is not known."""
-    decimals = max(places(width), 0) if isfinite(width) else 6
-    return f"{value:.{decimals}f} ± {f'{width:.{decimals}f}' if isfinite(width) else '?'}"
+    decimals = places(width) if isfinite(width) else 6
+    shown = printed(width, decimals) if isfinite(width) else "?"
+    return f"{printed(value, decimals)} ± {shown}"
 
 
 def _value(estimate: Estimate | None) -> Value | None:
