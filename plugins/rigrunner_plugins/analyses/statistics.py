@@ -31,6 +31,11 @@ class Series:
     step_s: float = 0.0
     """Time between two samples of a recording in s."""
 
+    @property
+    def from_first(self) -> Array:
+        """The values less the first, shape (n,): equal ones scatter by no rounding error."""
+        return np.asarray(self.values - self.values[0])
+
 
 Scatter = tuple[float, float]
 """A standard uncertainty of type A and its degrees of freedom."""
@@ -54,13 +59,12 @@ def mean_scatter(series: Series) -> Scatter | None:
     if n < 2:  # noqa: PLR2004  (of one value there is no scatter)
         return None
     if series.in_a_row:
-        return mean_error(series.values)
-    from_first = series.values - series.values[0]  # equal values have exactly none
-    return float(from_first.std(ddof=1)) / sqrt(n), n - 1.0
+        return mean_error(series.from_first)
+    return float(series.from_first.std(ddof=1)) / sqrt(n), n - 1.0
 
 
 def _independent(series: Series) -> float:
-    return effective_number(series.values) if series.in_a_row else float(len(series.values))
+    return effective_number(series.from_first) if series.in_a_row else float(len(series.values))
 
 
 def _rms(series: Series) -> float:
@@ -77,7 +81,7 @@ def _rms_scatter(series: Series) -> Scatter | None:
 def _deviation(series: Series) -> float:
     if len(series.values) < 2:  # noqa: PLR2004  (see above)
         raise DataError("the standard deviation of one value is not known")
-    return float(series.values.std(ddof=1))
+    return float(series.from_first.std(ddof=1))
 
 
 def _deviation_scatter(series: Series) -> Scatter | None:
@@ -126,7 +130,7 @@ def settling_time(within: float) -> Statistic:
 
 
 def _slope(series: Series) -> float:
-    return float(_weights(series) @ series.values)
+    return float(_weights(series) @ series.from_first)
 
 
 def _weights(series: Series) -> Array:
@@ -144,9 +148,9 @@ def _slope_scatter(series: Series) -> Scatter | None:
     if n < LEAST_FOR_SLOPE:
         return None
     weights = _weights(series)
-    slope = float(weights @ series.values)
-    line = series.values.mean() + slope * (series.times_s - series.times_s.mean())
-    residuals = series.values - line
+    slope = float(weights @ series.from_first)
+    line = series.from_first.mean() + slope * (series.times_s - series.times_s.mean())
+    residuals = series.from_first - line
     used = effective_number(residuals) if series.in_a_row else float(n)
     dof = max(used - 2, 1.0)
     spread = sqrt(float(residuals @ residuals) / n * used / dof)

@@ -96,6 +96,38 @@ def test_equal_readings_have_no_scatter_at_all() -> None:
     assert found.components[0].u == 0.0
 
 
+@pytest.mark.parametrize("value", [0.1, 3.3, 1e9 + 0.1])
+@pytest.mark.parametrize("statistic", ["mean", "standard_deviation", "range", "slope"])
+def test_equal_samples_have_no_scatter_at_all(value: float, statistic: str) -> None:
+    run = run_of(recordings=[recorded(np.full(1000, value))], instruments=[meter(accuracy="0 V")])
+    unit = "V/s" if statistic == "slope" else "V"
+    (found,) = analysed(run, statistic=statistic, result={"name": "result", "unit": unit}).results
+    assert found.estimate.u == 0
+    if statistic != "mean":
+        assert found.estimate.value == 0
+
+
+@pytest.mark.parametrize("statistic", ["standard_deviation", "range", "slope"])
+def test_a_gain_acts_on_a_small_change_of_a_large_value_as_on_any(statistic: str) -> None:
+    """1 mV on 1 GV: the gain's part of U is 1 % of the statistic, of exact sums."""
+    steps = np.array([0, 3, 1, 5, 2, 8, 4, 9, 7, 6])
+    values = 1e9 + steps / 1024  # exact in binary
+    run = run_of(
+        recordings=[recorded(values)], instruments=[meter(accuracy={"gain": {"limit": "1 %"}})]
+    )
+    unit = "V/s" if statistic == "slope" else "V"
+    (found,) = analysed(run, statistic=statistic, result={"name": "result", "unit": unit}).results
+    times = np.arange(10)
+    exact = {
+        "standard_deviation": sqrt(sum((steps - 4.5) ** 2) / 9) / 1024,
+        "range": 9 / 1024,
+        "slope": sum((times - 4.5) * steps) / sum((times - 4.5) ** 2) / 1024 * 100.0,
+    }[statistic]
+    gain = found.components[-1]
+    assert found.estimate.value == pytest.approx(exact, rel=1e-9)
+    assert gain.u == pytest.approx(0.01 / sqrt(3) * abs(exact), rel=1e-9)
+
+
 def test_a_single_reading_has_the_instrument_alone_and_says_so() -> None:
     findings = analysed(run_of(ROWS[0], instruments=[meter()]))
     assert findings.results[0].estimate.u == pytest.approx(0.03 / sqrt(3))
@@ -126,7 +158,7 @@ def test_where_takes_one_place_in_any_unit() -> None:
 def test_a_place_that_was_not_measured_is_refused() -> None:
     with pytest.raises(DataError, match=r"not measured at load\.current = 3 A"):
         only(run_of(*ROWS), where={"load.current": "3 A"})
-    with pytest.raises(DataError, match="'phase' tells no values apart"):
+    with pytest.raises(DataError, match="'phase' does not distinguish values"):
         only(run_of(*ROWS), per=["phase"])
 
 
