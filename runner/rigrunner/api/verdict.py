@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
-from math import inf, isfinite, isinf, nan
+from math import inf, isfinite, isinf, nan, ulp
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.api.units import unit
@@ -29,6 +29,8 @@ CERTAIN = 0.9999
 """A greater probability is not printed as a number, which would suggest certainty."""
 
 
+_ROUNDINGS = 4
+"""Each of two conversions of units rounds twice at most: by factor and by offset."""
 _DIGITS = (4, 6, 9, 12, 17)
 """A value is shown with the fewest digits with which it differs from the limit that it missed."""
 
@@ -108,13 +110,18 @@ class Limits:
 
     def shown_apart(self, value: float) -> str:
         """Return the same, with the fewest digits with which it differs from a limit beside it."""
-        limits = {self.shown(limit) for limit in self.edges(0.0) if limit != value}
+        limits = {self.shown(limit) for limit in self.edges(0.0) if not _is_on(limit, value)}
         texts = (self.shown(value, digits) for digits in _DIGITS)
         return next((text for text in texts if text not in limits), self.shown(value, 17))
 
     def allow(self, value: float) -> bool:
-        """Return whether a value is within the limits, limits included; NaN is not."""
-        return self.lower <= value <= self.upper
+        """Return whether a value is within the limits, limits included; NaN is not.
+
+        A value that only the rounding of units takes beyond a limit is on it: 0.9 mV, read in mV,
+        is 0.0009000000000000001 V.
+        """
+        inside = self.lower <= value <= self.upper
+        return inside or any(_is_on(limit, value) for limit in self.edges(0.0))
 
     def not_kept(self, value: float, by: float = 0.0) -> Limits:
         """Return the limits from which the value is not inside by that margin."""
@@ -142,6 +149,10 @@ class Limits:
         if isinf(self.lower):
             return at_most.format(high)
         return at_least.format(low) if isinf(self.upper) else both.format(low, high)
+
+
+def _is_on(limit: float, value: float) -> bool:
+    return abs(value - limit) <= _ROUNDINGS * ulp(limit)
 
 
 @dataclass(frozen=True)
