@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import floor, isfinite, isnan, log10
 from typing import TYPE_CHECKING
 
+from rigrunner.api.units import with_symbol
 from rigrunner.signal.coverage import expanded, factor
 from rigrunner.signal.rounding import places
 
@@ -38,7 +39,7 @@ class Stated:
 
     def __str__(self) -> str:
         """Return value, expanded uncertainty and unit."""
-        return f"{self.interval} {self.unit}"
+        return with_symbol(self.interval, self.unit)
 
 
 def stated(estimate: Estimate) -> Stated:

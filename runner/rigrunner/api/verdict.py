@@ -13,7 +13,7 @@ from functools import cached_property
 from math import inf, isfinite, isinf, nan, ulp
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rigrunner.api.units import unit
+from rigrunner.api.units import unit, with_symbol
 from rigrunner.moved import moved
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ class Limits:
         if symbol != self.unit:
             known = unit(symbol)
             number = (value - known.offset) / known.factor
-        return f"{number:.{digits}g} {symbol}"
+        return with_symbol(f"{number:.{digits}g}", symbol)
 
     def shown_apart(self, value: float) -> str:
         """Return the same, with the fewest digits with which it differs from a limit beside it."""

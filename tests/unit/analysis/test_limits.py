@@ -22,6 +22,11 @@ def test_a_limit_is_shown_with_all_its_digits():
     assert str(Limits.between(1013.254, None, "hPa")) == "≥ 1013.254 hPa"
 
 
+def test_a_bare_number_has_no_unit_one():
+    assert str(Limits.between(None, 0.5, "1")) == "≤ 0.5"
+    assert Limits.between(0.25, 0.5, "1").in_words == "0.25 to 0.5"
+
+
 def test_edges_move_inward_and_outward():
     assert UPPER.edges(0.25) == (0.7,)
     assert Limits.between(0.5, 1.0).edges(-0.25) == (0.25, 1.25)

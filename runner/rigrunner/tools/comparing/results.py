@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.document import primary_points
 from rigrunner.analysis.verdict.document import verdict_in
-from rigrunner.api.units import from_si
+from rigrunner.api.units import from_si, with_symbol
 from rigrunner.api.units import unit as kind_of
 from rigrunner.run.set_points import (
     coordinates_in,
@@ -123,10 +123,13 @@ def _apart(what: str, before: Json | None, after: Json | None) -> Iterator[Chang
             return
         before = _in_unit(before, unit)
     difference = after["value"] - before["value"]
-    digits = 4 if unit == TORQUE else _decimals(before, after)
+    digits = _decimals(before, after)
+    if unit == TORQUE:
+        digits = max(4, digits - 1)
     shown = round(difference, digits) + 0.0  # no negative zero
-    pair = f"{before['value']:.{digits}f} and {after['value']:.{digits}f} {unit}"
-    values = f"{pair}: {shown:+.{digits}f} {unit}"
+    first, second = (f"{each['value']:.{digits}f}" for each in (before, after))
+    apart = with_symbol(f"{shown:+.{digits}f}", unit)
+    values = f"{first} and {with_symbol(second, unit)}: {apart}"
     if difference == 0:
         return
     expanded = [each["expanded_uncertainty_95"] for each in (before, after)]
@@ -138,7 +141,8 @@ def _apart(what: str, before: Json | None, after: Json | None) -> Iterator[Chang
     ratio = round(abs(difference) / combined, 2) if combined else inf
     agrees = ratio <= 1
     words = f"{'within' if agrees else 'beyond'} their combined U{before.get('note', '')}"
-    text = f"{what}: {values}, {words} of {combined:.{digits}f} {unit}"
+    width = with_symbol(f"{combined:.{digits}f}", unit)
+    text = f"{what}: {values}, {words} of {width}"
     yield Change(SECTION, f"{text} (E_n = {ratio:.2f})", matters=not agrees)
 
 
