@@ -46,6 +46,8 @@ def stated(estimate: Estimate) -> Stated:
     """Return the estimate as printed (rounding: GUM 7.2.6)."""
     width = expanded(estimate)
     digits = places(width)
+    if not width > 0 or not isfinite(width):  # at least four significant digits of the value
+        digits = max(digits, places(abs(estimate.value), 4))
     shown = fixed(width, digits) if isfinite(width) else UNKNOWN
     k = fixed(factor(estimate), 2)
     return Stated(fixed(estimate.value, digits), shown, k, estimate.unit)
