@@ -268,6 +268,42 @@ def test_scatter_of_samples_counts_their_correlation(phi: float) -> None:
     assert np.sqrt(np.mean(np.square(stated))) == pytest.approx(1 / ((1 - phi) * sqrt(n)), rel=0.15)
 
 
+def mean_of_recordings(levels, *, noise: float = 1.0, seed: int = 1):
+    """Return the mean of recordings of 300 samples about each level, with its lines."""
+    rng = np.random.default_rng(seed)
+    made = [
+        recorded(level + noise * rng.normal(size=300), second=10 * at)
+        for at, level in enumerate(levels)
+    ]
+    return only(run_of(recordings=made, instruments=[meter(accuracy="0 V")]))
+
+
+def test_recordings_that_differ_scatter_as_their_means_do() -> None:
+    """Two at 1 V and 3 V: half the difference, with one degree of freedom (GUM 4.2.3, n = 2).
+
+    As one series of 600 samples they had 250 degrees of freedom and a third of u.
+    """
+    found = mean_of_recordings([1.0, 3.0], noise=0.001)
+    assert found.estimate.u == pytest.approx(1.0, rel=1e-3)
+    assert found.estimate.dof == 1.0
+
+
+def test_recordings_that_agree_are_one_series() -> None:
+    found = mean_of_recordings([2.0, 2.0, 2.0])
+    assert found.estimate.u == pytest.approx(1 / sqrt(900), rel=0.1)
+    assert found.estimate.dof > 400
+
+
+def test_the_interval_of_a_mean_holds_where_each_recording_has_its_own_level() -> None:
+    """Of 100 runs of four recordings nearly 95 % hold the level that all scatter about."""
+    rng = np.random.default_rng(7)
+    held = 0
+    for seed in range(100):
+        found = mean_of_recordings(rng.normal(size=4), seed=seed).estimate
+        held += abs(found.value) <= expanded(found)
+    assert held >= 90  # as one series 60
+
+
 def test_very_many_samples_are_taken_by_means_of_neighbours() -> None:
     rng, phi, n = np.random.default_rng(8), 0.99, 1 << 20
     found = only(run_of(recordings=[recorded(autoregressive(n, phi, rng), rate_hz=1e4)]))
