@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import floor, isfinite, isnan, log10
 from typing import TYPE_CHECKING
 
+from rigrunner.api.units import with_symbol
 from rigrunner.signal.coverage import expanded, factor
 from rigrunner.signal.rounding import places
 
@@ -38,13 +39,15 @@ class Stated:
 
     def __str__(self) -> str:
         """Return value, expanded uncertainty and unit."""
-        return f"{self.interval} {self.unit}"
+        return with_symbol(self.interval, self.unit)
 
 
 def stated(estimate: Estimate) -> Stated:
     """Return the estimate as printed (rounding: GUM 7.2.6)."""
     width = expanded(estimate)
     digits = places(width)
+    if not width > 0 or not isfinite(width):  # at least four significant digits of the value
+        digits = max(digits, places(abs(estimate.value), 4))
     shown = fixed(width, digits) if isfinite(width) else UNKNOWN
     k = fixed(factor(estimate), 2)
     return Stated(fixed(estimate.value, digits), shown, k, estimate.unit)

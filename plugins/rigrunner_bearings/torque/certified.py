@@ -14,7 +14,8 @@ from rigrunner.api.certificate import (
     ValidityCondition,
 )
 from rigrunner.api.instruments import torque_instruments
-from rigrunner.signal.numerals import finite, printed, stated
+from rigrunner.signal.numerals import finite, stated
+from rigrunner.signal.rounding import printed
 from rigrunner_bearings.api.measurand import Validity
 from rigrunner_bearings.api.points import StartPoint, SwingPoint
 from rigrunner_bearings.api.rig import rig_of

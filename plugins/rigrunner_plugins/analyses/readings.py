@@ -248,6 +248,8 @@ class Readings:
             return 0.0
         if error.acts == "offset" and channel.endswith(_SPREAD):
             return 0.0
+        if error.acts == "gain" and len(group.values) == 1:
+            return value(group.series(at_rest))  # in proportion, whatever the statistic
         size = group.values[channel] if error.acts == "gain" else np.ones(len(at_rest))
         step = SMALL if error.acts == "gain" else SMALL * (float(np.abs(at_rest).max()) or 1.0)
         moved = self._combined(group, channel, step * size)

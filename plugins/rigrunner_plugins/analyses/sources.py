@@ -33,10 +33,12 @@ class Group:
     step_s: float
     set_points: Sequence[str] = ()
     """The names of values that were set, not read."""
+    starts: tuple[int, ...] = ()
+    """The index at which each recording but the first begins."""
 
     def series(self, values: Array) -> Series:
         """Return the values of the group as a series."""
-        return Series(values, self.times_s, self.in_a_row, self.step_s)
+        return Series(values, self.times_s, self.in_a_row, self.step_s, self.starts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,6 +163,7 @@ def _group(
         in_a_row=any(part.step_s for part in parts),
         step_s=max(part.step_s for part in parts),
         set_points=set_points,
+        starts=tuple(np.cumsum([count[id(part)] for part in parts])[:-1].tolist()),
     )
 
 

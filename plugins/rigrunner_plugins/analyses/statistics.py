@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy import special
 
 from rigrunner.api import DataError
 from rigrunner.signal.effective_samples import effective_number, mean_error
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from rigrunner.api import Array
 
 LEAST_FOR_SLOPE = 3
+_BY_CHANCE = 0.05
+"""That recordings of one value are taken to differ."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +33,13 @@ class Series:
     """Whether they are samples of recordings, which may be autocorrelated."""
     step_s: float = 0.0
     """Time between two samples of a recording in s."""
+    starts: tuple[int, ...] = ()
+    """The index at which each recording but the first begins."""
+
+    @property
+    def from_first(self) -> Array:
+        """The values less the first, shape (n,): equal ones scatter by no rounding error."""
+        return np.asarray(self.values - self.values[0])
 
 
 Scatter = tuple[float, float]
@@ -49,18 +59,43 @@ class Statistic:
 
 
 def mean_scatter(series: Series) -> Scatter | None:
-    """Return s/sqrt(n) with n - 1 (GUM 4.2.3); for samples, with the effective number."""
+    """Return s/sqrt(n) with n - 1 (GUM 4.2.3); for samples, with the effective number.
+
+    For recordings that differ by more than their samples explain: that of their means.
+    """
     n = len(series.values)
     if n < 2:  # noqa: PLR2004  (of one value there is no scatter)
         return None
     if series.in_a_row:
-        return mean_error(series.values)
-    from_first = series.values - series.values[0]  # equal values have exactly none
-    return float(from_first.std(ddof=1)) / sqrt(n), n - 1.0
+        return _between_recordings(series) or mean_error(series.from_first)
+    return float(series.from_first.std(ddof=1)) / sqrt(n), n - 1.0
+
+
+def _between_recordings(series: Series) -> Scatter | None:
+    """Return the scatter of the mean from those of the recordings; None where these agree.
+
+    They agree if their scatter about the common mean is no more than that within each of them
+    explains, by the F-test of the analysis of variance at 5 % (GUM H.5.2.2).
+    """
+    parts = np.split(series.from_first, series.starts)
+    if len(parts) < 2 or min(map(len, parts)) < 2:  # noqa: PLR2004  (see above)
+        return None
+    shares = np.array([len(each) for each in parts]) / len(series.values)
+    means = np.array([each.mean() for each in parts])
+    u_within, dof_within = np.array([mean_error(each) for each in parts]).T
+    count = len(parts)
+    between = float(np.sum((shares * (means - shares @ means)) ** 2)) * count / (count - 1)
+    variances = (shares * u_within) ** 2
+    within = float(variances.sum())
+    if within == 0:
+        return (sqrt(between), count - 1.0) if between else None
+    dof = within**2 / float(np.sum(variances**2 / dof_within))
+    apart = special.fdtrc(count - 1, dof, between / within) < _BY_CHANCE
+    return (sqrt(between), count - 1.0) if apart else None
 
 
 def _independent(series: Series) -> float:
-    return effective_number(series.values) if series.in_a_row else float(len(series.values))
+    return effective_number(series.from_first) if series.in_a_row else float(len(series.values))
 
 
 def _rms(series: Series) -> float:
@@ -69,7 +104,7 @@ def _rms(series: Series) -> float:
 
 def _rms_scatter(series: Series) -> Scatter | None:
     """Return the scatter of the mean square, propagated: d rms = d(mean square)/(2 rms)."""
-    squares = Series(series.values**2, series.times_s, series.in_a_row, series.step_s)
+    squares = replace(series, values=series.values**2)
     found, rms = mean_scatter(squares), _rms(series)
     return None if found is None or rms == 0 else (found[0] / (2 * rms), found[1])
 
@@ -77,7 +112,7 @@ def _rms_scatter(series: Series) -> Scatter | None:
 def _deviation(series: Series) -> float:
     if len(series.values) < 2:  # noqa: PLR2004  (see above)
         raise DataError("the standard deviation of one value is not known")
-    return float(series.values.std(ddof=1))
+    return float(series.from_first.std(ddof=1))
 
 
 def _deviation_scatter(series: Series) -> Scatter | None:
@@ -126,7 +161,7 @@ def settling_time(within: float) -> Statistic:
 
 
 def _slope(series: Series) -> float:
-    return float(_weights(series) @ series.values)
+    return float(_weights(series) @ series.from_first)
 
 
 def _weights(series: Series) -> Array:
@@ -144,9 +179,9 @@ def _slope_scatter(series: Series) -> Scatter | None:
     if n < LEAST_FOR_SLOPE:
         return None
     weights = _weights(series)
-    slope = float(weights @ series.values)
-    line = series.values.mean() + slope * (series.times_s - series.times_s.mean())
-    residuals = series.values - line
+    slope = float(weights @ series.from_first)
+    line = series.from_first.mean() + slope * (series.times_s - series.times_s.mean())
+    residuals = series.from_first - line
     used = effective_number(residuals) if series.in_a_row else float(n)
     dof = max(used - 2, 1.0)
     spread = sqrt(float(residuals @ residuals) / n * used / dof)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.findings import Formula
+from rigrunner.api.units import with_symbol
 from rigrunner_reports.mathematics import equation
 from rigrunner_reports.numbers import MANY_DOF, MINUS, fixed, plain, significant
 from rigrunner_reports.view.decision import SYMBOLS
@@ -101,7 +102,7 @@ class Wording:
     def interval(self, result: StatedResult) -> str:
         """Return value, expanded uncertainty and unit."""
         value, u = self.number(result.printed), self.number(result.printed_uncertainty)
-        return f"({value} ± {u}) {result.unit}"
+        return with_symbol(f"({value} ± {u})", result.unit)
 
     def dof(self, result: StatedResult) -> str:
         """Return effective degrees of freedom, rounded downwards as in GUM G.4.1."""

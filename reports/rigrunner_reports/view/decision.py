@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api import Verdict
 from rigrunner.api.events import CONCLUDED
+from rigrunner.api.units import with_symbol
 from rigrunner.api.verdict import probability_text, worst
 from rigrunner_reports.numbers import fixed, significant, stated
 
@@ -80,7 +81,7 @@ class LimitView:
         if isnan(band):
             return ""
         unit = self.found.limits.unit
-        return f"{fixed(band, 4) if unit == TORQUE else significant(band, 3)} {unit}"
+        return with_symbol(fixed(band, 4) if unit == TORQUE else significant(band, 3), unit)
 
     @property
     def measurand(self) -> str:

@@ -106,7 +106,8 @@ def difference(quantity: Quantity) -> float:
     if quantity.unit.offset:
         si = si_symbol(quantity.dimension)
         message = f"'{quantity}' is a temperature, not a difference of two"
-        raise QuantityError(message, hint=f"write it as '{quantity.number:g} {si}'")
+        number = quantity.number * quantity.unit.factor
+        raise QuantityError(message, hint=f"write it as '{number:.6g} {si}'")
     return quantity.si
 
 

@@ -58,7 +58,7 @@ class ValueLimit:
 
     def is_marginal(self, value: float) -> bool:
         """Return whether a value is within the limits, but by less than `marginal`."""
-        return self.limits.allow(value) and self.limits.margin(value) < self.marginal
+        return self.limits.allow(value) and max(self.limits.margin(value), 0.0) < self.marginal
 
     def decision(self, value: float) -> LimitDecision:
         """Return the decision on a value as read, without its uncertainty.

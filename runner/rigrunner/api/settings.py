@@ -124,7 +124,7 @@ def _with_units(value: float, dimension: str) -> str:
 
 def _difference(quantity: Quantity) -> Quantity:
     if quantity.unit.offset:
-        hint = f"write it in K: '{quantity.number:g} K'"
+        hint = f"write it in K: '{quantity.number * quantity.unit.factor:.6g} K'"
         raise QuantityError(f"'{quantity}' is a temperature, not a difference of two", hint=hint)
     if quantity.si <= 0:
         raise QuantityError(f"got '{quantity}', expected more than 0")

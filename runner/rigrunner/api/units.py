@@ -165,6 +165,11 @@ def from_si(value: float, symbol: str) -> float:
     return (value - known.offset) / known.factor
 
 
+def with_symbol(number: str, symbol: str) -> str:
+    """Return a number as text with its unit; the unit one is not written (SI brochure, 5.4.7)."""
+    return number if symbol in {"", "1"} else f"{number} {symbol}"
+
+
 def is_coherent(known: Unit) -> bool:
     """Return whether numbers in a unit are SI values."""
     return (known.factor, known.offset) == (1, 0)

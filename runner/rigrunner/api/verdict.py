@@ -10,10 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
-from math import inf, isfinite, isinf, nan
+from math import inf, isfinite, isinf, nan, ulp
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rigrunner.api.units import unit
+from rigrunner.api.units import unit, with_symbol
 from rigrunner.moved import moved
 
 if TYPE_CHECKING:
@@ -29,6 +29,8 @@ CERTAIN = 0.9999
 """A greater probability is not printed as a number, which would suggest certainty."""
 
 
+_ROUNDINGS = 4
+"""Each of two conversions of units rounds twice at most: by factor and by offset."""
 _DIGITS = (4, 6, 9, 12, 17)
 """A value is shown with the fewest digits with which it differs from the limit that it missed."""
 
@@ -86,7 +88,7 @@ class Limits:
 
     def __str__(self) -> str:
         """Return the limits as text: '≤ 0.95 N·m', '0.2 N·m to 0.95 N·m'."""
-        return self._text("≥ {}", "≤ {}", "{} to {}", digits=6)
+        return self._text("≥ {}", "≤ {}", "{} to {}")
 
     @property
     def in_words(self) -> str:
@@ -104,17 +106,22 @@ class Limits:
         if symbol != self.unit:
             known = unit(symbol)
             number = (value - known.offset) / known.factor
-        return f"{number:.{digits}g} {symbol}"
+        return with_symbol(f"{number:.{digits}g}", symbol)
 
     def shown_apart(self, value: float) -> str:
         """Return the same, with the fewest digits with which it differs from a limit beside it."""
-        limits = {self.shown(limit) for limit in self.edges(0.0) if limit != value}
+        limits = {self.shown(limit) for limit in self.edges(0.0) if not _is_on(limit, value)}
         texts = (self.shown(value, digits) for digits in _DIGITS)
         return next((text for text in texts if text not in limits), self.shown(value, 17))
 
     def allow(self, value: float) -> bool:
-        """Return whether a value is within the limits, limits included; NaN is not."""
-        return self.lower <= value <= self.upper
+        """Return whether a value is within the limits, limits included; NaN is not.
+
+        A value that only the rounding of units takes beyond a limit is on it: 0.9 mV, read in mV,
+        is 0.0009000000000000001 V.
+        """
+        inside = self.lower <= value <= self.upper
+        return inside or any(_is_on(limit, value) for limit in self.edges(0.0))
 
     def not_kept(self, value: float, by: float = 0.0) -> Limits:
         """Return the limits from which the value is not inside by that margin."""
@@ -137,11 +144,15 @@ class Limits:
         """Return whether a value can be inside both limits by that much."""
         return self.upper - self.lower >= 2 * guard
 
-    def _text(self, at_least: str, at_most: str, both: str, *, digits: int = 12) -> str:
-        low, high = self.shown(self.lower, digits), self.shown(self.upper, digits)
+    def _text(self, at_least: str, at_most: str, both: str) -> str:
+        low, high = self.shown(self.lower), self.shown(self.upper)
         if isinf(self.lower):
             return at_most.format(high)
         return at_least.format(low) if isinf(self.upper) else both.format(low, high)
+
+
+def _is_on(limit: float, value: float) -> bool:
+    return abs(value - limit) <= _ROUNDINGS * ulp(limit)
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,9 @@ from rigrunner.api.certificate import (
 )
 from rigrunner.api.coordinates import written_text
 from rigrunner.api.errors import DataError
-from rigrunner.signal.numerals import finite, percent, printed, stated
+from rigrunner.api.units import with_symbol
+from rigrunner.signal.numerals import finite, percent, stated
+from rigrunner.signal.rounding import printed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -188,7 +190,7 @@ def _statement(found: LimitDecision) -> LimitStatement:
         coordinates=_coordinates(found.coordinates),
         printed_result=""
         if result is None
-        else f"{result.printed} ± {result.printed_uncertainty} {result.unit}",
+        else with_symbol(f"{result.printed} ± {result.printed_uncertainty}", result.unit),
         unit=found.limits.unit,
         verdict=str(found.verdict),
         reason=found.reason,
@@ -199,7 +201,9 @@ def _statement(found: LimitDecision) -> LimitStatement:
         measurand=str(measurand.get("text", "")),
         load_n=load if isinstance(load, float) else None,
         guard_band=band,
-        printed_guard_band="" if band is None else f"{printed(band, decimals)} {found.limits.unit}",
+        printed_guard_band=""
+        if band is None
+        else with_symbol(printed(band, decimals), found.limits.unit),
         stated_risk=finite(found.false_accept_risk),
         probability_of_conformity=probability,
         printed_probability="" if probability is None else percent(probability),

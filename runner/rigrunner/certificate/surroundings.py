@@ -8,7 +8,7 @@ from rigrunner.api.certificate import Condition, InstrumentEntry
 from rigrunner.api.instruments import TORQUE
 from rigrunner.api.member import Member, channel_of
 from rigrunner.api.units import si_symbol
-from rigrunner.signal.numerals import printed
+from rigrunner.signal.rounding import printed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

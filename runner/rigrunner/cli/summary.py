@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.events import Outcome
 from rigrunner.api.summaries import SummaryParts, pairs, table
+from rigrunner.api.units import with_symbol
 from rigrunner.api.verdict import probability_text
 from rigrunner.cli.brought import entries
 from rigrunner.cli.output import message
@@ -135,7 +136,8 @@ def _of(part: Document, *, mixed: bool) -> str:
 
 def _part(part: Document) -> str:
     unit = part["upper_limit"]["unit"]
-    return f"{part['verdict']}: {estimate_text(part['result'])} {unit} against {part['limit']}"
+    shown = with_symbol(estimate_text(part["result"]), unit)
+    return f"{part['verdict']}: {shown} against {part['limit']}"
 
 
 def stated_risk(decision: Document) -> str:

@@ -137,8 +137,14 @@ def _same_text(recorded: str, derived: str) -> bool:
     return all(_near(one, other) for one, other in pairs)
 
 
+_OLDER_DIGITS = 6
+"""Older programs wrote a limit with so many; the rest of it stands beside the text."""
+
+
 def _near(one: str, other: str) -> bool:
     decimals = len(one.partition(".")[2])
+    if decimals and len(one.replace(".", "").lstrip("0")) == _OLDER_DIGITS:
+        other = f"{float(other):.{decimals}f}"
     if not decimals or decimals != len(other.partition(".")[2]):
         return one == other  # whole numbers count or name something
     return abs(int(one.replace(".", "")) - int(other.replace(".", ""))) <= 1

@@ -12,19 +12,13 @@ from rigrunner.api.certificate import StatedResult
 from rigrunner.api.errors import DataError
 from rigrunner.api.verdict import CERTAIN
 from rigrunner.signal import coverage
-from rigrunner.signal.rounding import places
+from rigrunner.signal.rounding import places, printed
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Estimate
 
 FACTOR_DECIMALS = 2
 _PERCENT_DECIMALS = 2
-
-
-def printed(value: float, decimals: int) -> str:
-    """Return a number with that many decimals (negative: rounded to tens, hundreds, ...)."""
-    text = f"{round(value, decimals):.{max(decimals, 0)}f}"
-    return text.removeprefix("-") if float(text) == 0 else text
 
 
 def finite(value: float | None) -> float | None:

@@ -31,8 +31,14 @@ def with_uncertainty(value: float, expanded: float) -> str:
     """
     if not (isfinite(expanded) and expanded > 0):
         return f"{value:.4g} ± {expanded:.2g}"
-    decimals = max(0, places(expanded))
-    return f"{value:.{decimals}f} ± {expanded:.{decimals}f}"
+    decimals = places(expanded)
+    return f"{printed(value, decimals)} ± {printed(expanded, decimals)}"
+
+
+def printed(value: float, decimals: int) -> str:
+    """Return a number with that many decimals (negative: rounded to tens, hundreds, ...)."""
+    text = f"{round(value, decimals):.{max(decimals, 0)}f}"
+    return text.removeprefix("-") if float(text) == 0 else text
 
 
 def estimate_text(estimate: Mapping[str, Any] | None) -> str:

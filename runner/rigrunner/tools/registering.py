@@ -23,6 +23,7 @@ from rigrunner.documents.verifying.run import verify_run
 from rigrunner.run.stored import analyse_run
 from rigrunner.runfile import sealed_file_of
 from rigrunner.signal.coverage import excess_kurtosis, factor
+from rigrunner.signal.rounding import places
 from rigrunner.signal.uncertainty import combine
 from rigrunner.yamlfile.composer import read_plain
 
@@ -162,9 +163,12 @@ def _points(result: Result, deviations: Sequence[MeasurementResult]) -> Iterator
         k = factor(Estimate(off, u, dof, each.of.unit, kurtosis))
         scale = unit(each.of.unit).factor / unit(symbol).factor
         difference = unit(each.of.unit).symbol
+        indicated = applied + off * scale
+        if u > 0:
+            indicated = round(indicated, places(k * u * scale, 4))
         yield {
-            "applied": f"{applied:.9g} {symbol}",
-            "indicated": f"{applied + off * scale:.7g} {symbol}",
+            "applied": f"{applied:.12g} {symbol}",
+            "indicated": f"{indicated:.12g} {symbol}",
             "U": f"{k * u:.3g} {difference}",
             "k": float(f"{k:.4g}"),
         }

@@ -138,7 +138,7 @@ def _stated(each: TrendSeries) -> str:
 def _limits(of: CapabilityStudy | CapabilitySeries, unit: str) -> list[str]:
     """Return the limits as text."""
     limits = ("lower limit", of.lower), ("upper limit", of.upper)
-    return [f"{name} {value:g} {unit}" for name, value in limits if value is not None]
+    return [f"{name} {value:.12g} {unit}" for name, value in limits if value is not None]
 
 
 def _capable(each: CapabilitySeries, unit: str) -> Iterator[str]:

@@ -75,8 +75,8 @@ def _limits(group: Group, lower: float | None, upper: float | None) -> Bounds:
 
 
 def _words(lower: float | None, upper: float | None) -> str:
-    given = [] if lower is None else [f"{lower:g} or more"]
-    given += [] if upper is None else [f"{upper:g} or less"]
+    given = [] if lower is None else [f"{lower:.12g} or more"]
+    given += [] if upper is None else [f"{upper:.12g} or less"]
     return " and ".join(given) or "none"
 
 

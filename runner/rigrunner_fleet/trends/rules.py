@@ -47,11 +47,13 @@ def signals(values: Sequence[float], centre: float, sigma: float, rules: str) ->
 
 
 def _window(met: npt.NDArray[np.bool_], least: int, of: int) -> npt.NDArray[np.bool_]:
-    """Return where at least this many of the last `of` meet the condition, including the last."""
+    """Return where at least this many of the last `of` meet the condition, including the last.
+
+    Of the first values, where at least this many do: what comes next cannot undo that.
+    """
     counts = np.cumsum(met, dtype=np.int64)
     before = np.concatenate([np.zeros(of, dtype=np.int64), counts])[: met.size]
-    full = np.arange(met.size) >= of - 1
-    found: npt.NDArray[np.bool_] = full & met & (counts - before >= least)
+    found: npt.NDArray[np.bool_] = met & (counts - before >= least)
     return found
 
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from rigrunner.api.checks import effect_words
 from rigrunner.api.errors import DataError
 from rigrunner.api.verdict import Verdict, worst
+from rigrunner.signal import rounding
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.result_figures import over_coordinate
-from rigrunner.signal.rounding import places
 from rigrunner_panel.view.sections import (
     CheckView,
     Finished,
@@ -170,8 +170,7 @@ def _named(result: Result) -> str:
 
 def with_uncertainty(value: float, width: float) -> str:
     """Return a value with its expanded uncertainty, '?' where that is not known."""
-    decimals = max(places(width), 0) if isfinite(width) else 6
-    return f"{value:.{decimals}f} ± {f'{width:.{decimals}f}' if isfinite(width) else '?'}"
+    return rounding.with_uncertainty(value, width) if isfinite(width) else f"{value:.6g} ± ?"
 
 
 def _value(estimate: Estimate | None) -> Value | None:

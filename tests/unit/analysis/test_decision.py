@@ -273,3 +273,14 @@ def test_a_gain_cancels_in_the_mean_of_values_of_both_signs():
     assert mean_of([result(-3.0), result(5.0)]).u == pytest.approx(hypot(0.01, 0.001))
     apart = mean_of([result(-5.0, shared=False), result(5.0, shared=False)])
     assert apart.u == pytest.approx(hypot(0.05, 0.001))
+
+
+def test_a_mean_has_no_uncertainty_where_one_of_its_results_has_no_budget():
+    """U of the mean of two was half that of the one whose budget is known."""
+    of = ResultDefinition(name="gain", unit="V")
+    line = Component("reading", 0.1, inf, "normal", common=True)
+    known = MeasurementResult(of=of, estimate=Estimate(1.0, 0.1, unit="V"), components=(line,))
+    untold = MeasurementResult(of=of, estimate=Estimate(1.0, 0.4, unit="V"), components=())
+    exact = MeasurementResult(of=of, estimate=Estimate(1.0, 0.0, unit="V"), components=())
+    assert isnan(mean_of([known, untold]).u)
+    assert mean_of([known, exact]).u == pytest.approx(0.05)

@@ -15,6 +15,18 @@ def test_limit_texts():
     assert str(Limits.between(0.2, 0.95)) == "0.2 N·m to 0.95 N·m"
 
 
+def test_a_limit_is_shown_with_all_its_digits():
+    """Rounded to six, a band of 1 Hz about 10 MHz read '10 MHz to 10 MHz' on a certificate."""
+    assert str(Limits(9.999999, 10.000001, "MHz")) == "9.999999 MHz to 10.000001 MHz"
+    assert str(Limits.between(None, 1000000.5, "Hz")) == "≤ 1000000.5 Hz"
+    assert str(Limits.between(1013.254, None, "hPa")) == "≥ 1013.254 hPa"
+
+
+def test_a_bare_number_has_no_unit_one():
+    assert str(Limits.between(None, 0.5, "1")) == "≤ 0.5"
+    assert Limits.between(0.25, 0.5, "1").in_words == "0.25 to 0.5"
+
+
 def test_edges_move_inward_and_outward():
     assert UPPER.edges(0.25) == (0.7,)
     assert Limits.between(0.5, 1.0).edges(-0.25) == (0.25, 1.25)

@@ -227,6 +227,25 @@ def test_the_reason_has_two_digits_of_the_uncertainty(value, u, words):
 
 
 @pytest.mark.parametrize(
+    ("value", "u", "words"),
+    [
+        (0.9, 0.01, "Margin to the limit ≤ 0.95 N·m: 0.0500 N·m (U = 0.0196 N·m)."),
+        (0.9499, 1e-5, "Margin to the limit ≤ 0.95 N·m: 0.00010 N·m (U = 0.00002 N·m)."),
+        (0.949999, 2e-7, "Margin to the limit ≤ 0.95 N·m: 0.0000010 N·m (U = 0.0000004 N·m)."),
+    ],
+)
+def test_a_small_torque_is_not_shown_as_nothing(value, u, words):
+    _, reason = rule("guard_band_u").verdict(UPPER, Estimate(value, u))
+    assert reason == words
+
+
+def test_a_bare_number_is_told_without_the_unit_one():
+    limits = Limits.between(None, 0.5, "1")
+    _, reason = rule("guard_band_u").verdict(limits, Estimate(0.45, 0.01, unit="1"))
+    assert reason == "Margin to the limit ≤ 0.5: 0.050 (U = 0.020)."
+
+
+@pytest.mark.parametrize(
     ("value", "name", "marginal"),
     [
         (0.9399, "simple", False),

@@ -94,6 +94,7 @@ def test_an_impossible_torque_transducer_is_refused(changes, words):
         ({"measures": "torqe"}, "'torqe' is not a quantity"),
         ({"measures": "temperature"}, "got '5 kN', a force, expected a temperature"),
         ({"accuracy": "0.2 °C"}, "is a temperature, not a difference of two"),
+        ({"accuracy": "1.8 °F"}, "write it as '1 K'"),
         ({"accuracy": "exact"}, "is not a number with a unit"),
         ({"full_scale": "5 N·m"}, "got '5 N·m', a torque, expected a force"),
     ],

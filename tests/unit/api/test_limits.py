@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf, nan, nextafter
+from math import inf, nan
 
 import pytest
 from hypothesis import given
@@ -25,8 +25,8 @@ def limit(low=None, high=None, marginal=0.0):
     [
         ("1 N·m", "3 N·m", 1.0, True),
         ("1 N·m", "3 N·m", 3.0, True),
-        ("1 N·m", "3 N·m", nextafter(3.0, inf), False),
-        ("1 N·m", "3 N·m", nextafter(1.0, -inf), False),
+        ("1 N·m", "3 N·m", 3.0 * (1 + 1e-14), False),
+        ("1 N·m", "3 N·m", 1.0 - 1e-14, False),
         (None, "3 N·m", -inf, True),
         ("1 N·m", None, 1e9, True),
         ("20 mN·m", None, 0.019, False),
@@ -70,9 +70,29 @@ def test_a_missed_limit_reads_in_the_unit_of_the_procedure(low, high, value, tex
 
 
 def test_a_value_just_beyond_its_limit_is_not_shown_as_the_limit():
-    decided = limit(None, "0.5 N·m").decision(nextafter(0.5, inf))
+    decided = limit(None, "0.5 N·m").decision(0.5 * (1 + 1e-14))
     assert not decided.passes
-    assert decided.reason == f"{NAME} is 0.50000000000000011 N·m (limit: 0.5 N·m or less)"
+    assert decided.reason == f"{NAME} is 0.500000000000005 N·m (limit: 0.5 N·m or less)"
+
+
+@pytest.mark.parametrize(
+    ("read", "allowed"),
+    [
+        ("0.9 mV", "0.0009 V"),
+        ("16.1 kN", "16100 N"),
+        ("0.3 mbar", "0.0003 bar"),
+        ("1.1 bar", "110000 Pa"),
+        ("77.09 °F", "25.05 °C"),
+    ],
+)
+def test_a_value_on_its_limit_passes_in_whatever_unit_either_is_written(read, allowed):
+    """Exactly equal as written; as binary numbers in SI they differ in the last digits."""
+    value, end = parse_quantity(read), parse_quantity(allowed)
+    for one in (ValueLimit.between(NAME, None, end), ValueLimit.between(NAME, end, None)):
+        assert one.decision(value.si).passes
+    number, shown = parse_quantity(allowed).number, end.unit.symbol
+    reason = ValueLimit.between(NAME, None, end).decision(value.si).reason
+    assert reason == f"{NAME} is {number:.4g} {shown} (limit: {number:g} {shown} or less)"
 
 
 @pytest.mark.parametrize(

@@ -50,6 +50,7 @@ def accept(*limits, **changes):
         ({"limits": [limit(where={"frequency": []})]}, "got an empty list"),
         ({"limits": [limit()], "marginal": "0 N·m"}, "more than 0"),
         ({"limits": [limit()], "marginal": "0.1 °C"}, "not a difference of two"),
+        ({"limits": [limit()], "marginal": "1.8 °F"}, "write it in K: '1 K'"),
     ],
 )
 def test_what_does_not_fit_together_is_refused(given, words):

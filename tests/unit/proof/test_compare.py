@@ -127,3 +127,11 @@ def test_results_of_a_name_that_was_not_recorded_are_those_of_a_newer_program():
     assert differences(recorded, [named("torque", 2.0), named("range", 1.0)]) == []
     assert differences(recorded, [named("torque", 2.0)]) != []
     assert differences(recorded, [named("range", 1.0), named("range", 2.0)]) != []
+
+
+def test_a_limit_of_an_older_run_is_the_same_with_more_digits():
+    """A limit of 1 lbf·in, 0.112984829 N·m, was written with six digits."""
+    older = {"limit": "≤ 0.112985 N·m"}
+    assert not list(mismatches(older, {"limit": "≤ 0.11298482902 N·m"}))
+    assert list(mismatches(older, {"limit": "≤ 0.11298682902 N·m"}))
+    assert list(mismatches({"limit": "≤ 0.1129 N·m"}, {"limit": "≤ 0.11298482902 N·m"}))

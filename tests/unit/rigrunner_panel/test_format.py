@@ -92,3 +92,24 @@ def _of(folder, program):
         cwd=folder, capture_output=True, text=True, check=True, timeout=60,
     )  # fmt: skip
     return json.loads(done.stdout)
+
+
+@WITH_NODE
+@pytest.mark.parametrize(
+    ("value", "uncertainty", "text"),
+    [
+        (0.7268, 0.0087, "0.7268 ± 0.0087 A"),
+        (3.21e-9, 2.5e-10, "0.00000000321 ± 0.00000000025 A"),  # was 0.000000 ± 0.000000
+        (98765.4, 1234, "98800 ± 1200 A"),
+        (0.12345, 0.0996, "0.12 ± 0.10 A"),
+        (-0.001, 0.1, "0.00 ± 0.10 A"),
+        (5.25e-6, None, "0.00000525 A"),  # was 0.000
+    ],
+)
+def test_a_value_and_its_uncertainty_have_two_digits_of_it(tmp_path, value, uncertainty, text):
+    given = "NaN" if uncertainty is None else repr(uncertainty)
+    program = f"""
+      import {{ withUncertainty }} from './format.mjs';
+      console.log(JSON.stringify(withUncertainty({value!r}, {given}, 'A')));
+    """
+    assert _of(tmp_path, program) == text

@@ -13,7 +13,7 @@ from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import Outcome
 from rigrunner.api.findings import Findings, MeasurementResult, ResultDefinition
 from rigrunner.run.finish import FinishedRun
-from rigrunner_panel.view.of_result import finished_view, with_live
+from rigrunner_panel.view.of_result import finished_view, with_live, with_uncertainty
 from rigrunner_panel.view.sections import ResultView
 
 
@@ -60,3 +60,15 @@ def test_a_count_says_what_it_counts():
     )
     found = with_live(None, Findings(results=(result,)))
     assert [each.place for each in found.results] == ["cycles 505, wear"]
+
+
+@pytest.mark.parametrize(
+    ("value", "width", "text"),
+    [
+        (5.25e-6, nan, "5.25e-06 ± ?"),  # was 0.000005
+        (98765.4, 1234.0, "98800 ± 1200"),
+        (-0.001, 0.1, "0.00 ± 0.10"),
+    ],
+)
+def test_a_value_has_the_digits_that_its_uncertainty_bears(value, width, text):
+    assert with_uncertainty(value, width) == text

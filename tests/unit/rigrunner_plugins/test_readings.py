@@ -96,6 +96,38 @@ def test_equal_readings_have_no_scatter_at_all() -> None:
     assert found.components[0].u == 0.0
 
 
+@pytest.mark.parametrize("value", [0.1, 3.3, 1e9 + 0.1])
+@pytest.mark.parametrize("statistic", ["mean", "standard_deviation", "range", "slope"])
+def test_equal_samples_have_no_scatter_at_all(value: float, statistic: str) -> None:
+    run = run_of(recordings=[recorded(np.full(1000, value))], instruments=[meter(accuracy="0 V")])
+    unit = "V/s" if statistic == "slope" else "V"
+    (found,) = analysed(run, statistic=statistic, result={"name": "result", "unit": unit}).results
+    assert found.estimate.u == 0
+    if statistic != "mean":
+        assert found.estimate.value == 0
+
+
+@pytest.mark.parametrize("statistic", ["standard_deviation", "range", "slope"])
+def test_a_gain_acts_on_a_small_change_of_a_large_value_as_on_any(statistic: str) -> None:
+    """1 mV on 1 GV: the gain's part of U is 1 % of the statistic, of exact sums."""
+    steps = np.array([0, 3, 1, 5, 2, 8, 4, 9, 7, 6])
+    values = 1e9 + steps / 1024  # exact in binary
+    run = run_of(
+        recordings=[recorded(values)], instruments=[meter(accuracy={"gain": {"limit": "1 %"}})]
+    )
+    unit = "V/s" if statistic == "slope" else "V"
+    (found,) = analysed(run, statistic=statistic, result={"name": "result", "unit": unit}).results
+    times = np.arange(10)
+    exact = {
+        "standard_deviation": sqrt(sum((steps - 4.5) ** 2) / 9) / 1024,
+        "range": 9 / 1024,
+        "slope": sum((times - 4.5) * steps) / sum((times - 4.5) ** 2) / 1024 * 100.0,
+    }[statistic]
+    gain = found.components[-1]
+    assert found.estimate.value == pytest.approx(exact, rel=1e-9)
+    assert gain.u == pytest.approx(0.01 / sqrt(3) * abs(exact), rel=1e-9)
+
+
 def test_a_single_reading_has_the_instrument_alone_and_says_so() -> None:
     findings = analysed(run_of(ROWS[0], instruments=[meter()]))
     assert findings.results[0].estimate.u == pytest.approx(0.03 / sqrt(3))
@@ -126,7 +158,7 @@ def test_where_takes_one_place_in_any_unit() -> None:
 def test_a_place_that_was_not_measured_is_refused() -> None:
     with pytest.raises(DataError, match=r"not measured at load\.current = 3 A"):
         only(run_of(*ROWS), where={"load.current": "3 A"})
-    with pytest.raises(DataError, match="'phase' tells no values apart"):
+    with pytest.raises(DataError, match="'phase' does not distinguish values"):
         only(run_of(*ROWS), per=["phase"])
 
 
@@ -234,6 +266,42 @@ def test_scatter_of_samples_counts_their_correlation(phi: float) -> None:
         found = only(run_of(recordings=[recorded(autoregressive(n, phi, rng))]))
         stated.append(found.components[0].u)
     assert np.sqrt(np.mean(np.square(stated))) == pytest.approx(1 / ((1 - phi) * sqrt(n)), rel=0.15)
+
+
+def mean_of_recordings(levels, *, noise: float = 1.0, seed: int = 1):
+    """Return the mean of recordings of 300 samples about each level, with its lines."""
+    rng = np.random.default_rng(seed)
+    made = [
+        recorded(level + noise * rng.normal(size=300), second=10 * at)
+        for at, level in enumerate(levels)
+    ]
+    return only(run_of(recordings=made, instruments=[meter(accuracy="0 V")]))
+
+
+def test_recordings_that_differ_scatter_as_their_means_do() -> None:
+    """Two at 1 V and 3 V: half the difference, with one degree of freedom (GUM 4.2.3, n = 2).
+
+    As one series of 600 samples they had 250 degrees of freedom and a third of u.
+    """
+    found = mean_of_recordings([1.0, 3.0], noise=0.001)
+    assert found.estimate.u == pytest.approx(1.0, rel=1e-3)
+    assert found.estimate.dof == 1.0
+
+
+def test_recordings_that_agree_are_one_series() -> None:
+    found = mean_of_recordings([2.0, 2.0, 2.0])
+    assert found.estimate.u == pytest.approx(1 / sqrt(900), rel=0.1)
+    assert found.estimate.dof > 400
+
+
+def test_the_interval_of_a_mean_holds_where_each_recording_has_its_own_level() -> None:
+    """Of 100 runs of four recordings nearly 95 % hold the level that all scatter about."""
+    rng = np.random.default_rng(7)
+    held = 0
+    for seed in range(100):
+        found = mean_of_recordings(rng.normal(size=4), seed=seed).estimate
+        held += abs(found.value) <= expanded(found)
+    assert held >= 90  # as one series 60
 
 
 def test_very_many_samples_are_taken_by_means_of_neighbours() -> None:

@@ -49,6 +49,8 @@ def test_without_a_usable_uncertainty_four_decimals_are_shown(u):
 
 def test_an_unknown_uncertainty_is_said_to_be_unknown():
     assert stated(Estimate(0.7, nan, nan)).interval == "0.7000 ± unknown"
+    assert stated(Estimate(5.25e-6, nan, nan)).interval == "0.000005250 ± unknown"  # not 0.0000
+    assert stated(Estimate(12.34567, nan, nan)).value == "12.3457"
 
 
 def test_large_uncertainties_round_to_tens():

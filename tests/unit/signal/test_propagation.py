@@ -132,7 +132,7 @@ def test_welch_satterthwaite(parts):
 
 
 def test_an_input_that_comes_twice_is_refused():
-    with pytest.raises(ValueError, match="comes twice among a, a"):
+    with pytest.raises(ValueError, match="is repeated in a, a"):
         linear((1, Input("a", 0, 1)), (1, Input("a", 0, 1)))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from types import SimpleNamespace
 
 import pytest
@@ -62,6 +63,21 @@ def test_a_reproducibility_that_cannot_enter_is_refused(others, missing, message
     gaps = [MissingResult(of=ResultDefinition(name=n, unit="N·m"), why="-") for n in missing]
     with pytest.raises(DataError, match=message):
         point(*others, missing=gaps)
+
+
+def test_what_is_indicated_has_the_digits_that_its_uncertainty_bears():
+    """1.2 µV off at 10 V, U = 0.5 µV: seven digits, 10.00000 V, would lose the deviation."""
+    line = Component("reading", 0.25, math.inf, "normal", common=True)
+    found = MeasurementResult(
+        of=ResultDefinition(name="deviation", unit="µV", per=("source.voltage",)),
+        estimate=Estimate(1.234567, 0.25, math.inf, "µV"),
+        components=(line,),
+        coordinates={"source.voltage": CoordinateValue(10.0, "V")},
+    )
+    (entry,) = _points(SimpleNamespace(results=(found,), missing=()), [found])
+    assert entry["applied"] == "10 V"
+    assert entry["indicated"] == "10.0000012346 V"
+    assert entry["U"] == "0.49 µV"
 
 
 @pytest.mark.parametrize("serial", ["null", "True", "no", "SN 1", "a: b", "- x", "Größe"])

@@ -113,7 +113,8 @@ def mean_of(results: Sequence[MeasurementResult]) -> Estimate:
     lines: list[Component] = []
     for each in results:
         lines += each.components
-    if not lines or any(isnan(each.u) for each in lines):
+    untold = any(each.estimate.u != 0 and not each.components for each in results)
+    if not lines or untold or any(isnan(each.u) for each in lines):
         return Estimate(value, nan, nan, results[0].of.unit)
     common: dict[str, list[Component]] = {}
     combined: list[Component] = []

@@ -10,10 +10,10 @@ from functools import partial
 from math import nan
 from typing import TYPE_CHECKING
 
-from rigrunner.api.units import unit
+from rigrunner.api.units import unit, with_symbol
 from rigrunner.api.verdict import Verdict
 from rigrunner.signal.coverage import expanded, probability_within
-from rigrunner.signal.rounding import places
+from rigrunner.signal.rounding import places, printed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -123,10 +123,13 @@ def _place(limits: Limits, away: str, *, inside: bool) -> str:
 
 
 def _shown(value: float, unit: str, decimals: int) -> str:
-    """Return a value with its unit: a torque to 0.1 mN·m, anything else to two digits of U."""
+    """Return a value with its unit, to two digits of U.
+
+    A torque to 0.1 mN·m, or to one digit of an U that is smaller.
+    """
     if unit == TORQUE:
-        return f"{value:.4f} {unit}"
-    return f"{round(value, decimals):.{max(decimals, 0)}f} {unit}"
+        decimals = max(4, decimals - 1)
+    return with_symbol(printed(value, decimals), unit)
 
 
 def _reached(zones: Sequence[Zone], margin: float) -> int:

@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.document import primary_points
 from rigrunner.analysis.verdict.document import verdict_in
-from rigrunner.run.set_points import named_by_frequency, named_place, other_results
+from rigrunner.api.units import from_si, with_symbol
+from rigrunner.api.units import unit as kind_of
+from rigrunner.run.set_points import (
+    coordinates_in,
+    named_by_frequency,
+    named_place,
+    other_results,
+)
 from rigrunner.signal.rounding import places
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner.tools.comparing.tree import Change, changes
@@ -39,10 +46,19 @@ def result_changes(before: Json | None, after: Json | None) -> Iterator[Change]:
     yield from changes(SECTION, _method(before), _method(after), ("method",))
     name = before["measurand"]["name"]
     yield from _apart(name, before["headline"]["compensated"], after["headline"]["compensated"])
-    first, second = _torques(before) | _named(before), _torques(after) | _named(after)
-    for place in first:
-        if place in second:
-            yield from _apart(place, first[place], second[place])
+    torques, other_torques = _torques(before), _torques(after)
+    for place in torques:
+        if place in other_torques:
+            yield from _apart(place, torques[place], other_torques[place])
+    first, second = _named(before), _named(after)
+    for key, (what, estimate) in first.items():
+        if key in second:
+            yield from _apart(what, estimate, second[key][1])
+        else:
+            yield Change(SECTION, f"{what} is a result of the first run alone")
+    for key, (what, _) in second.items():
+        if key not in first:
+            yield Change(SECTION, f"{what} is a result of the second run alone")
 
 
 def _presence(document: Json | None) -> str:
@@ -74,9 +90,15 @@ def _torques(document: Json) -> dict[str, Json | None]:
     return dict(named_by_frequency(zip(frequencies, values, strict=False)))
 
 
-def _named(document: Json) -> dict[str, Json | None]:
-    """Return the results that analyses name, by name and place."""
-    return {named_place(each): each["estimate"] for each in other_results(document)}
+def _named(document: Json) -> dict[object, tuple[str, Json | None]]:
+    """Return the results that analyses name, with their words, by name and place in any unit."""
+    return {
+        (each["name"], frozenset((n, at.usual) for n, at in coordinates_in(each).items())): (
+            named_place(each),
+            each["estimate"],
+        )
+        for each in other_results(document)
+    }
 
 
 def _raw_peak(peak: Json) -> Json:
@@ -93,12 +115,21 @@ def _raw_peak(peak: Json) -> Json:
 def _apart(what: str, before: Json | None, after: Json | None) -> Iterator[Change]:
     if not before or not after or before["value"] is None or after["value"] is None:
         return
-    difference = after["value"] - before["value"]
     unit = after["unit"]
-    digits = 4 if unit == TORQUE else _decimals(before, after)
+    if before["unit"] != unit:
+        kinds = [kind_of(each["unit"]).dimension for each in (before, after)]
+        if kinds[0] != kinds[1]:
+            yield Change(SECTION, f"{what} is in {before['unit']} and in {unit}")
+            return
+        before = _in_unit(before, unit)
+    difference = after["value"] - before["value"]
+    digits = _decimals(before, after)
+    if unit == TORQUE:
+        digits = max(4, digits - 1)
     shown = round(difference, digits) + 0.0  # no negative zero
-    pair = f"{before['value']:.{digits}f} and {after['value']:.{digits}f} {unit}"
-    values = f"{pair}: {shown:+.{digits}f} {unit}"
+    first, second = (f"{each['value']:.{digits}f}" for each in (before, after))
+    apart = with_symbol(f"{shown:+.{digits}f}", unit)
+    values = f"{first} and {with_symbol(second, unit)}: {apart}"
     if difference == 0:
         return
     expanded = [each["expanded_uncertainty_95"] for each in (before, after)]
@@ -110,8 +141,19 @@ def _apart(what: str, before: Json | None, after: Json | None) -> Iterator[Chang
     ratio = round(abs(difference) / combined, 2) if combined else inf
     agrees = ratio <= 1
     words = f"{'within' if agrees else 'beyond'} their combined U{before.get('note', '')}"
-    text = f"{what}: {values}, {words} of {combined:.{digits}f} {unit}"
+    width = with_symbol(f"{combined:.{digits}f}", unit)
+    text = f"{what}: {values}, {words} of {width}"
     yield Change(SECTION, f"{text} (E_n = {ratio:.2f})", matters=not agrees)
+
+
+def _in_unit(estimate: Json, symbol: str) -> Json:
+    """Return an estimate of a document in another unit of its kind."""
+    own, other = kind_of(estimate["unit"]), kind_of(symbol)
+    value = from_si(estimate["value"] * own.factor + own.offset, symbol)
+    expanded = estimate["expanded_uncertainty_95"]
+    scaled = None if expanded is None else expanded * own.factor / other.factor
+    found = {"value": float(f"{value:.12g}"), "unit": symbol, "expanded_uncertainty_95": scaled}
+    return {**estimate, **found}
 
 
 def _decimals(before: Json, after: Json) -> int:

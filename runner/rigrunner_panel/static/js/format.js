@@ -48,18 +48,23 @@ export function plain(value) {
   return shownNumber(String(Number(value.toPrecision(6))).replace("-", "\u2212"));
 }
 
-// The decimals that show an uncertainty with two significant digits (GUM 7.2.6).
+const MOST_DECIMALS = 20;
+
+// The decimals that show an uncertainty with two significant digits (GUM 7.2.6); negative for tens
+// and more.
 export function decimalsFor(uncertainty, otherwise = 3) {
   if (!Number.isFinite(uncertainty) || uncertainty <= 0) return otherwise;
   const exponent = Math.floor(Math.log10(Number(uncertainty.toPrecision(2))));
-  return Math.min(Math.max(1 - exponent, 0), 6);
+  return Math.min(1 - exponent, MOST_DECIMALS);
 }
 
 export function withUncertainty(value, uncertainty, unit) {
   if (!Number.isFinite(value)) return UNKNOWN;
-  if (!Number.isFinite(uncertainty)) return `${fixed(value, 3)} ${unit}`;
+  if (!Number.isFinite(uncertainty)) return `${plain(value)} ${unit}`;
   const decimals = decimalsFor(uncertainty);
-  return `${fixed(value, decimals)} ± ${fixed(uncertainty, decimals)} ${unit}`;
+  const step = 10 ** -decimals;
+  const shown = (number) => (decimals < 0 ? fixed(Math.round(number / step) * step, 0) : fixed(number, decimals));
+  return `${shown(value)} ± ${shown(uncertainty)} ${unit}`;
 }
 
 export function duration(seconds) {

@@ -22,7 +22,10 @@ UP_AND_DOWN = [0.5 * (-1) ** i for i in range(14)]
         ([0.5, -0.4, -0.3] * 5, "nelson", "Nelson 7", 14),
         ([1.5, -1.5, -1.2, 1.1, 1.4, -1.3, 1.2, -1.1], "nelson", "Nelson 8", 7),
         ([-3.1], "western-electric", "Western Electric 1", 0),
-        ([-2.1, -2.2], "western-electric", "", -1),
+        ([-2.1], "western-electric", "", -1),
+        # two of the first three, whatever the third is
+        ([-2.1, -2.2, 0.5], "western-electric", "Western Electric 2", 1),
+        ([1.1, 1.2, 1.3, 1.4, -0.5], "nelson", "Nelson 6", 3),
         ([0.0, -2.1, -2.2], "western-electric", "Western Electric 2", 2),
         ([0.0, -1.1, -1.2, -1.1, -1.2], "western-electric", "Western Electric 3", 4),
         ([0.4] * 8, "western-electric", "Western Electric 4", 7),

@@ -204,6 +204,44 @@ def test_a_missing_uncertainty_does_not_pass_for_agreement():
     assert "not known" in headline.text
 
 
+def named(value, expanded, unit, at=None, name="gain"):
+    known = {"value": value, "unit": unit, "expanded_uncertainty_95": expanded}
+    places = (
+        {} if at is None else {"coordinates": {"source.current": {"value": at[0], "unit": at[1]}}}
+    )
+    return document(0.7) | {"results": [{"name": name, "estimate": known, **places}]}
+
+
+def test_results_in_two_units_of_one_quantity_are_compared_in_one():
+    # 5.000 V and 5.001 V, U = 0.010 V each: E_n = 0.001 / (0.010 sqrt 2) = 0.0707
+    (found,) = result_changes(named(5.0, 0.01, "V"), named(5001.0, 10.0, "mV"))
+    assert found.text == (
+        "gain: 5000 and 5001 mV: +1 mV, within their combined U of 14 mV (E_n = 0.07)"
+    )
+    assert not found.matters
+    assert list(result_changes(named(20.0, 0.1, "°C"), named(293.15, 0.1, "K"))) == []
+    (found,) = result_changes(named(5.0, 0.01, "V"), named(5.0, 0.01, "A"))
+    assert found.text == "gain is in V and in A"
+
+
+def test_results_at_one_place_written_in_two_units_are_compared():
+    first, second = named(1.0, 0.1, "V", (2.0, "A")), named(1.5, 0.1, "V", (2000.0, "mA"))
+    (found,) = result_changes(first, second)
+    assert found.text.startswith("gain at source.current = 2 A: 1.00 and 1.50 V")
+    assert "E_n = 3.54" in found.text  # 0.5 / (0.1 sqrt 2)
+    assert found.matters
+
+
+def test_a_result_of_one_run_alone_matters():
+    first, second = named(1.0, 0.1, "V", (2.0, "A")), named(1.0, 0.1, "V", (2.000001, "A"))
+    changes = list(result_changes(first, second))
+    assert [each.text for each in changes] == [
+        "gain at source.current = 2 A is a result of the first run alone",
+        "gain at source.current = 2 A is a result of the second run alone",
+    ]
+    assert all(each.matters for each in changes)
+
+
 def test_another_verdict_matters():
     (found,) = result_changes(document(0.7), document(0.7, verdict="fail"))
     assert found.text == "verdict was changed from 'pass' to 'fail'"
