@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.analysis.scrutiny import Scrutiny
-from rigrunner.analysis.verdict.rule import AppliedRule
+from rigrunner.analysis.verdict.rule import ROUNDING, AppliedRule
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import PluginError
 from rigrunner.api.hooks import DecisionRuleRecord
@@ -125,7 +125,7 @@ def passes_nothing_outside_the_limits(subject: Subject) -> None:
     for limits in (*LIMITS, NARROW):
         for value in _values(limits):
             found, _ = _rule(subject).verdict(limits, Estimate(value, U))
-            outside = limits.margin(value) < 0
+            outside = limits.margin(value) < -ROUNDING * U
             demand(not (outside and found is Verdict.PASS), f"{value:g} passes {limits}")
 
 

@@ -103,6 +103,7 @@ def _of_messages(state: Json) -> Json:
             "frequency_hz": {"type": ["number", "null"]},
             "t_s": value,
             "monotonic_s": value,
+            "late_s": value,
         },
         "trend": {"first": number, "step_s": value, "reset": flag, "channel": text, "unit": text},
     }

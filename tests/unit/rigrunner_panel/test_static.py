@@ -131,7 +131,7 @@ def evaluated(scripts, module, expression):
         ("m.withUncertainty(0.72613, 0.00996, 'N·m')", "0.726 ± 0.010 N·m"),
         ("m.withUncertainty(12.3456, 3.21, 'N·m')", "12.3 ± 3.2 N·m"),
         ("m.withUncertainty(123.4, 12.6, 'N·m')", "123 ± 13 N·m"),
-        ("m.withUncertainty(0.5, null, 'N·m')", "0.500 N·m"),
+        ("m.withUncertainty(0.5, null, 'N·m')", "0.5 N·m"),
         ("m.withUncertainty(null, 0.1, 'N·m')", "\u2013"),
         ("m.fixed(-1.25, 1)", "\u22121.3"),
         ("m.fixed(-0.0001, 2)", "0.00"),
