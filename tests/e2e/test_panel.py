@@ -259,7 +259,7 @@ def test_by_hand_a_point_is_set_watched_recorded_and_kept_apart_from_procedures(
     screen.post("manual/set", 422, drive="tester.frequency", value="10")
     screen.post("manual/set", 404, drive="tester.speed", value="10 Hz")
     screen.post("manual/record", cycles=8)
-    screen.until(lambda state: "stands still" in state["manual"]["refused"])
+    screen.until(lambda state: "is at rest" in state["manual"]["refused"])
     screen.post("manual/set", drive="tester.load", value="1 kN")
     screen.post("manual/set", drive="tester.frequency", value="20 Hz")
     watched = screen.until(lambda state: state["live"] and state["live"]["results"])["live"]

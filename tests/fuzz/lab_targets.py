@@ -55,8 +55,8 @@ LISTS = (
 )
 LISTENERS = """listeners:
   - plugin: mail
-    settings: {host: smtp.example.org, user: rig-1, password: {env: PATH}, timeout: 2 s, attempts: 3,
-      sender: rig-1@example.org, to: [lab@example.org], on: [run_ended, alarm]}
+    settings: {host: smtp.example.org, user: rig-1, password: {env: PATH}, timeout: 2 s,
+      attempts: 3, sender: rig-1@example.org, to: [lab@example.org], on: [run_ended, alarm]}
   - plugin: webhook
     settings: {url: "https://lab.example.org:8443/rigs?x=1", secret: {env: PATH}, wait: 20 s}
   - plugin: mqtt

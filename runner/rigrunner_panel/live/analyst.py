@@ -7,6 +7,7 @@ import signal
 import sys
 import threading
 import time
+import traceback
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
@@ -90,7 +91,10 @@ class Analyst:
                 self._send(Analysed(_problem(str(error), time.monotonic())))
                 folds = []
             self._following = Following(folds, self._run, self._show, self._draw)
-        self._following(event)
+        try:
+            self._following(event)
+        except (RigrunnerError, OSError):  # the run was sealed meanwhile: its journal is gone
+            self._folder = None
 
     def _show(self, found: Findings, *, is_whole: bool) -> None:  # noqa: ARG002  (a screen is told both)
         self._send(Found(found))
@@ -187,11 +191,17 @@ def main() -> None:
     os.dup2(2, 1)
     channel = Channel(sys.stdin.buffer, outgoing)
     analyst = Analyst(channel.send)
+    status = 0
     try:
         while True:
             analyst.take(channel.receive())
     except ChannelClosedError:
-        return
+        pass
+    except BaseException:  # noqa: BLE001  (shown, as at the end of any program)
+        traceback.print_exc()
+        status = 1
+    # A thread that analyses may be in HDF5: the interpreter's end would wait for its lock for ever.
+    os._exit(status)
 
 
 if __name__ == "__main__":

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import pickle
 import queue
+import subprocess
+import sys
 import threading
+import time
 from dataclasses import replace
 
 import pytest
@@ -147,3 +151,38 @@ def test_live_views_do_not_wait_for_the_analysis_of_finished_recordings(monkeypa
     goes_on.set()
     answers = iter(lambda: told.get(timeout=60), None)
     assert next(each for each in answers if isinstance(each, Analysed))
+
+
+IN_HDF5 = """
+import sys, time
+from pathlib import Path
+import h5py._objects
+from rigrunner_panel.live import analyst
+
+def busy(*_):
+    with h5py._objects.phil:
+        Path(sys.argv[1]).touch()
+        time.sleep(600)
+
+analyst.interim_result = busy
+analyst.main()
+"""
+
+
+def test_the_process_ends_with_the_run_though_a_thread_is_in_hdf5(watched, tmp_path):
+    """The interpreter's end waits for the lock of HDF5, which such a thread never releases."""
+    _, finished = watched
+    begun = tmp_path / "begun"
+    command = [sys.executable, "-c", IN_HDF5, str(begun)]
+    messages = (Follow(finished.folder, find_station("simulated")), Analyse())
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+        for each in messages:
+            process.stdin.write(pickle.dumps(each))
+        process.stdin.flush()
+        while not begun.exists():
+            time.sleep(0.05)
+        process.stdin.close()
+        try:
+            assert process.wait(timeout=60) == 0
+        finally:
+            process.kill()
