@@ -197,8 +197,10 @@ class RunWriter:
         if self._samples is None:
             return None
         journal, self._samples, self._shape = self._samples, None, None
-        journal.sync()
-        journal.close()
+        try:
+            journal.sync()
+        finally:
+            journal.close()
         sync_folder(journal.path.parent)
         return journal.path
 
