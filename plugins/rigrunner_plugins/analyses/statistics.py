@@ -7,7 +7,7 @@ from math import inf, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import special
+import scipy
 
 from rigrunner.api import DataError
 from rigrunner.signal.effective_samples import effective_number, mean_error
@@ -78,7 +78,7 @@ def _between_recordings(series: Series) -> Scatter | None:
     explains, by the F-test of the analysis of variance at 5 % (GUM H.5.2.2).
     """
     parts = np.split(series.from_first, series.starts)
-    if len(parts) < 2 or min(map(len, parts)) < 2:  # noqa: PLR2004  (see above)
+    if len(parts) < 2 or min(map(len, parts)) < 2:  # noqa: PLR2004  (of one there is no scatter)
         return None
     shares = np.array([len(each) for each in parts]) / len(series.values)
     means = np.array([each.mean() for each in parts])
@@ -90,7 +90,7 @@ def _between_recordings(series: Series) -> Scatter | None:
     if within == 0:
         return (sqrt(between), count - 1.0) if between else None
     dof = within**2 / float(np.sum(variances**2 / dof_within))
-    apart = special.fdtrc(count - 1, dof, between / within) < _BY_CHANCE
+    apart = scipy.special.fdtrc(count - 1, dof, between / within) < _BY_CHANCE
     return (sqrt(between), count - 1.0) if apart else None
 
 
@@ -110,7 +110,7 @@ def _rms_scatter(series: Series) -> Scatter | None:
 
 
 def _deviation(series: Series) -> float:
-    if len(series.values) < 2:  # noqa: PLR2004  (see above)
+    if len(series.values) < 2:  # noqa: PLR2004  (of one there is no scatter)
         raise DataError("the standard deviation of one value is not known")
     return float(series.from_first.std(ddof=1))
 
@@ -132,7 +132,7 @@ def percentile(share: float) -> Statistic:
         """
         n = _independent(series)
         spread = sqrt(share * (1 - share) / n)
-        if n < 2:  # noqa: PLR2004  (see above)
+        if n < 2:  # noqa: PLR2004  (of one there is no scatter)
             return None
         ends = np.clip([share - spread, share + spread], 0, 1)
         low, high = np.quantile(series.values, ends)
