@@ -21,6 +21,8 @@ from hypothesis import HealthCheck, settings
 # The matrices are small: several threads of BLAS only spin, here and in what the tests start.
 # numpy reads it once it is imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# A container may set this. Workers and programs of tests would then compile everything again.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 # The guard compares numbers to 1e-9. Kernels of other processors move some by 3e-4 of U.
 if platform.machine() == "x86_64":
     os.environ.setdefault("OPENBLAS_CORETYPE", "Haswell")
