@@ -227,13 +227,18 @@ class Queue:
         'interrupted' later, and never runs again unless a person says so. Raises UsageError for an
         entry that is not waiting.
         """
+        entry = self.get(number)  # while its lock is held it is 'running', whatever it was
+        if (status := self._shown(entry).status) == "interrupted":
+            raise _unanswered(entry)
+        if status != "waiting":
+            raise _refused(number, status, "waiting")
         lock = self._entry_lock(number)
         try:
             lock.acquire(timeout=0)
         except Timeout as error:
             raise UsageError(f"entry {number} is running already") from error
         try:
-            self._set(number, "started", by, self.get(number).reason, "waiting")
+            self._set(number, "started", by, entry.reason, "waiting")
             yield self.get(number)
         finally:
             with suppress(OSError):  # on Windows a file that is open cannot be removed
@@ -296,8 +301,7 @@ class Queue:
         entry = _found(stored.entries, number)
         status = self._shown(entry).status
         if status not in allowed:
-            expected = " or ".join(allowed)
-            raise UsageError(f"entry {number} is {status}, expected {expected}")
+            raise _refused(number, status, " or ".join(allowed))
         return entry
 
     def _files(self) -> list[Path]:
@@ -395,10 +399,20 @@ def _duplicate(same: Shown, draft: Draft) -> Problem:
     return Problem(f"{entry.specimen} is in the queue already: {number}", hint=hint)
 
 
+def _refused(number: int, status: Status, expected: str) -> UsageError:
+    return UsageError(f"entry {number} is {status}, expected {expected}")
+
+
 def _unanswered(entry: Entry) -> UsageError:
+    number = entry.id
+    ways = [f"continue it: 'rigrunner resume {entry.run}'"] if entry.run else []
+    ways += [
+        f"test it again: 'rigrunner queue repeat {number} --reason TEXT'",
+        f"or close the entry: 'rigrunner queue skip {number} --reason TEXT'",
+    ]
     return UsageError(
-        f"the run of entry {entry.id} ({entry.specimen or entry.procedure}) was interrupted",
-        hint="repeat that entry or close it first, with a reason",
+        f"the run of entry {number} ({entry.specimen or entry.procedure}) was interrupted",
+        hint="; ".join(ways),
     )
 
 
