@@ -177,7 +177,21 @@ class RigMarks:
                 self._write()
             except DeviceError:
                 self._keep(before)
+                self._restore()
                 raise
+
+    def _restore(self) -> None:
+        """Remove what of a marker is on a full disk: the drive that it is for was not set.
+
+        If that fails too, or if an earlier process may have left the rig energised, the next start
+        takes it for energised.
+        """
+        with suppress(DeviceError, OSError):
+            if self._drives:
+                self._write()
+            elif not self.unconfirmed:
+                self._close()
+                clear(self.owner.station)
 
     def _keep(self, drives: list[DriveMark]) -> None:
         self._drives = drives
