@@ -28,6 +28,7 @@ from rigrunner.rig.pulse import NotedClock
 from rigrunner.rig.reading import (
     HeldChannels,
     found_of_stream,
+    plain_identity,
     read_beside,
     refuse_unnamed,
     sample_rate_hz,
@@ -386,6 +387,7 @@ class Rig:
         identity = self._call(role, "connect", lambda: connect(limit_s), longest_s)
         self._connected.add(role)
         refuse_unnamed(role, identity)
+        identity = plain_identity(identity)
         self._roles[role].look_anew()
         self._drives.clear()
         self._channels.clear()

@@ -13,6 +13,7 @@ from rigrunner.api.errors import (
     DeviceRejectedError,
     DeviceTimeoutError,
 )
+from rigrunner.api.texts import visible
 from rigrunner.rig.pulse import NotedCaller
 
 if TYPE_CHECKING:
@@ -110,14 +111,15 @@ class Role:
         `sys.exit`, or whose asyncio task was cancelled, cannot end a run silently.
         """
         if isinstance(error, DeviceError):
-            error.message = f"{self.name}: {error.message}"
+            error.message = visible(f"{self.name}: {error.message}")
+            error.hint = visible(error.hint)
         elif isinstance(error, TimeoutError):
             raise DeviceTimeoutError(
-                f"{self.name}: {_told(what, error, 'no answer in time')}"
+                visible(f"{self.name}: {_told(what, error, 'no answer in time')}")
             ) from error
         elif isinstance(error, ConnectionError):
             raise DeviceLostError(
-                f"{self.name}: {_told(what, error, 'the connection broke')}"
+                visible(f"{self.name}: {_told(what, error, 'the connection broke')}")
             ) from error
         elif isinstance(error, Exception):
             error.add_note(f"in the device of the role '{self.name}': {what}")
