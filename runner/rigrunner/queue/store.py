@@ -227,11 +227,9 @@ class Queue:
         'interrupted' later, and never runs again unless a person says so. Raises UsageError for an
         entry that is not waiting.
         """
-        entry = self.get(number)  # while its lock is held it is 'running', whatever it was
-        if (status := self._shown(entry).status) == "interrupted":
+        entry = self.get(number)
+        if self._shown(entry).status == "interrupted":  # held below, it would be 'running'
             raise _unanswered(entry)
-        if status != "waiting":
-            raise _refused(number, status, "waiting")
         lock = self._entry_lock(number)
         try:
             lock.acquire(timeout=0)
@@ -301,7 +299,8 @@ class Queue:
         entry = _found(stored.entries, number)
         status = self._shown(entry).status
         if status not in allowed:
-            raise _refused(number, status, " or ".join(allowed))
+            expected = " or ".join(allowed)
+            raise UsageError(f"entry {number} is {status}, expected {expected}")
         return entry
 
     def _files(self) -> list[Path]:
@@ -397,10 +396,6 @@ def _duplicate(same: Shown, draft: Draft) -> Problem:
     if queue != draft.station:
         return Problem(f"{entry.specimen} is in the queue of {queue} already: {number}", hint=hint)
     return Problem(f"{entry.specimen} is in the queue already: {number}", hint=hint)
-
-
-def _refused(number: int, status: Status, expected: str) -> UsageError:
-    return UsageError(f"entry {number} is {status}, expected {expected}")
 
 
 def _unanswered(entry: Entry) -> UsageError:

@@ -360,6 +360,26 @@ def test_a_device_of_the_order_that_hangs_is_set_drive_by_drive_only_beside_the_
     rig.close()
 
 
+def test_a_device_of_the_order_that_fails_is_set_drive_by_drive_in_its_second_turn_alone():
+    class Fails(Bench):
+        def make_safe(self):
+            self._told("make_safe")
+            raise IndexError("bug")
+
+    told: list[str] = []
+    rig = Rig({"tester": Fails(told), "oven": Oven(told)}, SimulatedClock(), None, ("tester",))
+    rig.connect()
+    told.clear()
+    rig.make_safe()
+    assert [call for call in told if "read_back" not in call] == [
+        "tester make_safe",
+        "tester make_safe",
+        "tester set load 0",
+        "tester set frequency 0",
+        "oven make_safe",
+    ]
+
+
 def test_an_impatient_person_leaves_what_never_answers(monkeypatch):
     """With patience without end nothing else would end the wait."""
     release, interrupts = threading.Event(), iter(range(3))
