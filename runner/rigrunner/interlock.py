@@ -38,7 +38,9 @@ class Interlock(Settings):
     rate: AnyQuantity | None = None
     """A faster change, up or down, trips it, such as 2 K/s."""
     stale: PositiveDuration | None = None
-    """No new value for so long trips it. The others are tripped at once if nothing can be read."""
+    """It trips when it could not be read for so long; the other conditions trip at once then. A
+    value that does not change is no error here: `stale` of a device, such as opcua and
+    serial_ascii, says how old one may be, and an older one cannot be read."""
     debounce: Annotated[Duration, Field(ge=0)] = 0.0
     """How long the condition must last without a break."""
     hysteresis: Difference | None = None

@@ -227,13 +227,16 @@ class Queue:
         'interrupted' later, and never runs again unless a person says so. Raises UsageError for an
         entry that is not waiting.
         """
+        entry = self.get(number)
+        if self._shown(entry).status == "interrupted":  # held below, it would be 'running'
+            raise _unanswered(entry)
         lock = self._entry_lock(number)
         try:
             lock.acquire(timeout=0)
         except Timeout as error:
             raise UsageError(f"entry {number} is running already") from error
         try:
-            self._set(number, "started", by, self.get(number).reason, "waiting")
+            self._set(number, "started", by, entry.reason, "waiting")
             yield self.get(number)
         finally:
             with suppress(OSError):  # on Windows a file that is open cannot be removed
@@ -396,9 +399,15 @@ def _duplicate(same: Shown, draft: Draft) -> Problem:
 
 
 def _unanswered(entry: Entry) -> UsageError:
+    number = entry.id
+    ways = [f"continue it: 'rigrunner resume {entry.run}'"] if entry.run else []
+    ways += [
+        f"test it again: 'rigrunner queue repeat {number} --reason TEXT'",
+        f"or close the entry: 'rigrunner queue skip {number} --reason TEXT'",
+    ]
     return UsageError(
-        f"the run of entry {entry.id} ({entry.specimen or entry.procedure}) was interrupted",
-        hint="repeat that entry or close it first, with a reason",
+        f"the run of entry {number} ({entry.specimen or entry.procedure}) was interrupted",
+        hint="; ".join(ways),
     )
 
 

@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from datetime import UTC, datetime
+from types import SimpleNamespace
 
 import pytest
 
@@ -50,7 +51,7 @@ def test_entries_are_run_in_the_order_that_a_person_gave_them(queue):
 def test_an_entry_whose_run_was_interrupted_is_not_started_again(queue):
     with queue.started(1, "Ann"):
         pass  # it ends without a run, as after a kill
-    with pytest.raises(UsageError, match="expected waiting"), queue.started(1, "Bob"):
+    with pytest.raises(UsageError, match="was interrupted"), queue.started(1, "Bob"):
         raise AssertionError
     assert specimens(queue, "interrupted") == ["SN-1"]
 
@@ -96,6 +97,15 @@ with Queue(Path({str(queue.path(STATION).parent)!r})).started(1, "Ann"):
     assert specimens(queue, "interrupted") == ["SN-1"]
     with pytest.raises(UsageError, match="was interrupted"):
         queue.next()
+    with pytest.raises(UsageError) as refused, queue.started(1, "Ann"):
+        raise AssertionError
+    assert refused.value.message == "the run of entry 1 (SN-1) was interrupted"
+    assert "'rigrunner queue repeat 1 --reason TEXT'" in refused.value.hint
+    assert "resume" not in refused.value.hint  # there is no run yet
+    queue._replace(1, run="20261123_X")
+    with pytest.raises(UsageError) as refused:
+        queue.next()
+    assert "'rigrunner resume 20261123_X'" in refused.value.hint
     again = queue.repeat(1, "Ann", "the machine lost its power", NOW)
     assert queue.next() == again
     assert (again.specimen, again.repeats) == ("SN-1", 1)
@@ -104,6 +114,15 @@ with Queue(Path({str(queue.path(STATION).parent)!r})).started(1, "Ann"):
     assert specimens(queue, "closed") == ["SN-1"]
     with pytest.raises(UsageError, match="repeated already: entry 4"):
         queue.repeat(1, "Ann", "once more", NOW)
+
+
+def test_an_entry_whose_run_is_over_is_refused_as_done(queue, monkeypatch):
+    with queue.started(1, "Ann"):
+        queue._replace(1, run="20261123_X")
+    ended = SimpleNamespace(is_in_progress=False, info=SimpleNamespace(reason="", outcome="failed"))
+    monkeypatch.setattr("rigrunner.queue.store.listed_run", lambda *_: ended)
+    with pytest.raises(UsageError, match="entry 1 is done"), queue.started(1, "Ann"):
+        raise AssertionError
 
 
 def test_a_run_that_could_not_begin_gives_its_entry_back(queue):
