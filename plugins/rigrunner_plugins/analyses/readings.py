@@ -87,8 +87,15 @@ class Readings:
                 " read; its uncertainty is the instrument's alone."
             )
         at_places = [self._at(run, each, partner) for each in found]
+        results = tuple(each for each in at_places if isinstance(each, MeasurementResult))
+        if any(isnan(line.u) for each in results for line in each.components):
+            notes.append(
+                f"{self.settings.result.name}: there are too few readings, or recordings that"
+                " agree, to know the uncertainty of a"
+                f" {self.settings.statistic.replace('_', ' ')}."
+            )
         return Findings(
-            results=tuple(each for each in at_places if isinstance(each, MeasurementResult)),
+            results=results,
             missing=tuple(each for each in at_places if isinstance(each, MissingResult)),
             notes=tuple(notes),
         )
