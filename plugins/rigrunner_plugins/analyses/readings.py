@@ -176,7 +176,8 @@ class Readings:
         value = group.units[self.settings.of]
         if self.settings.divided_by is not None:
             value = quotient(value, group.units[self.settings.divided_by])
-        return si_unit(self.settings.statistic, value)
+        is_difference = self.settings.is_difference
+        return si_unit(self.settings.statistic, value, is_difference=is_difference)
 
     def _combined(self, group: Group, changed: str = "", by: Array | float = 0.0) -> Array:
         """Return the values for the statistic, with those of one channel replaced."""

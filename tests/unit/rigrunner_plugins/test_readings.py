@@ -260,6 +260,25 @@ def test_temperatures_are_stated_in_celsius_and_their_range_in_kelvin() -> None:
     assert spread.estimate.value == pytest.approx(3.0)
 
 
+@pytest.mark.parametrize("statistic", ["range", "standard_deviation"])
+def test_a_difference_of_power_levels_is_in_decibel(statistic: str) -> None:
+    """13 dBm less 10 dBm, 20 mW over 10 mW, is 3 dB; 3 dBm would be 2 mW (IEC 60027-3)."""
+    rows = [
+        Measurement("t", START, {}, {"meter.level": each}, {"meter.level": "dBm"})
+        for each in (10.0, 13.0)
+    ]
+    known = [meter("meter.level", "power level", "0 dBm")]
+    told = {"of": "meter.level", "statistic": statistic}
+    spread = only(run_of(*rows, instruments=known), "dB", **told)
+    assert spread.estimate.value == pytest.approx(3.0 if statistic == "range" else 3 / sqrt(2))
+    registry, units = load_registry(), {"meter.level": "dBm"}
+    for symbol, is_right in (("dB", True), ("dBm", False)):
+        settings = told | {"result": {"name": "found", "unit": symbol}}
+        assert (not registry.objections("readings", settings, units)) is is_right
+    mean = {"of": "meter.level", "result": {"name": "found", "unit": "dBm"}}
+    assert not registry.objections("readings", mean, units)
+
+
 def autoregressive(n: int, phi: float, rng: np.random.Generator):
     return signal.lfilter([1.0], [1.0, -phi], rng.normal(0, 1, n + 500))[500:]
 
