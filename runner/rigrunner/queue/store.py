@@ -133,7 +133,10 @@ class Queue:
             known = [entry for each in everywhere for entry in each.entries]
             problems = []
             for draft in drafts:
-                if (same := self._same_test([*known, *made], draft)) is not None:
+                if self._same_test(made, draft) is not None:
+                    problems.append(Problem(f"{draft.specimen} is in the list twice"))
+                    continue
+                if (same := self._same_test(known, draft)) is not None:
                     problems.append(_duplicate(same, draft))
                     continue
                 entry = Entry(
