@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime
 
 import pytest
@@ -104,6 +105,22 @@ with Queue(Path({str(queue.path(STATION).parent)!r})).started(1, "Ann"):
     assert specimens(queue, "closed") == ["SN-1"]
     with pytest.raises(UsageError, match="repeated already: entry 4"):
         queue.repeat(1, "Ann", "once more", NOW)
+
+
+def test_an_interrupted_entry_is_none_that_runs_while_several_look_at_it(queue, tmp_path):
+    with queue.started(1, "Ann"):
+        pass
+    (tmp_path / "runs" / ".queue-1.lock").touch()  # as a kill leaves it
+    runs = tmp_path / "runs"
+
+    def look(_):
+        return Queue(runs).shown()[0].status
+
+    with ThreadPoolExecutor(4) as several:
+        assert set(several.map(look, range(400))) == {"interrupted"}
+    with queue.started(2, "Ann"), ThreadPoolExecutor(4) as several:
+        found = several.map(lambda _: Queue(runs).shown()[1].status, range(40))
+        assert set(found) == {"running"}
 
 
 def test_a_run_that_could_not_begin_gives_its_entry_back(queue):
