@@ -16,7 +16,7 @@ export function takeScans(take) {
 
 // Whether a person can type a text there.
 export function isField(element) {
-  return element.matches?.("input:not([type=checkbox], [type=radio], [type=file]), textarea, [contenteditable=true]") ?? false;
+  return Boolean(element.matches?.("input:not([type=checkbox], [type=radio], [type=file]), textarea") || element.isContentEditable || element.editContext);
 }
 
 // Keeps scans out of an element, and of its fields too where they are those of a question.
@@ -26,16 +26,17 @@ export function keepScansOut(element, { fields = false } = {}) {
   let last = -Infinity;
 
   element.addEventListener("keydown", (event) => {
-    const inField = isField(event.target);
+    const [target] = event.composedPath(); // within the editor too, which hides what is in it
+    const inField = isField(target);
     if (inField && !fields) return;
     const isNext = event.timeStamp - last <= LONGEST_MS;
     last = event.timeStamp;
     if (event.key === "Enter" && isNext && text.length >= (inField ? FEWEST : 1)) {
       event.preventDefault();
       event.stopPropagation();
-      if ("value" in event.target && event.target.value !== before) {
-        event.target.value = before;
-        if (!inField) event.target.dispatchEvent(new Event("change")); // of a list, in which letters choose
+      if ("value" in target && target.value !== before) {
+        target.value = before;
+        if (!inField) target.dispatchEvent(new Event("change")); // of a list, in which letters choose
       }
       if (sink) sink(text);
       else tell(t("scan.refused", { text }), { hint: t("scan.refused.hint") });
@@ -43,7 +44,7 @@ export function keepScansOut(element, { fields = false } = {}) {
     } else if (event.key.length === 1 && !event.repeat && !event.ctrlKey && !event.metaKey) {
       if (!isNext) {
         text = "";
-        before = event.target.value ?? "";
+        before = target.value ?? "";
       } else if (event.key === " " && !inField) event.preventDefault(); // it would press a button
       text += event.key;
     } else if (event.key !== "Shift" && event.key !== "AltGraph") text = "";
