@@ -73,7 +73,7 @@ def test_the_end_of_the_run_is_sent_again_too(tmp_path):
     assert flaky.got == ["The run ended: completed. Verdict: pass."]
 
 
-def test_a_receiver_that_is_gone_is_not_waited_for_after_its_time(monkeypatch, tmp_path):
+def test_a_receiver_that_is_gone_is_not_waited_for_after_its_time(monkeypatch):
     monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.3)
     gone = Flaky(99, DeliveryError("the receiver answered 503"))
     sink = made(gone)
