@@ -64,6 +64,7 @@ def test_channels_are_live_while_nothing_is_recorded_and_old_afterwards(
     page.get_by_role("button", name="STOP").click()
     screen.wait_for_result()
     page.goto(f"{panel.url}?rig=station.yaml#/run")
+    page.reload()  # as who opens it now
     page.wait_for_selector("header .chip:not(.disconnected)")
     assert set(page.evaluate(OLD)) == {True}, "from the first moment"
     page.get_by_role("button", name="Channels" if locale == "en-GB" else "Kanäle").click()
