@@ -133,7 +133,10 @@ class Queue:
             known = [entry for each in everywhere for entry in each.entries]
             problems = []
             for draft in drafts:
-                if (same := self._same_test([*known, *made], draft)) is not None:
+                if self._same_test(made, draft) is not None:
+                    problems.append(Problem(f"{draft.specimen} is in the list twice"))
+                    continue
+                if (same := self._same_test(known, draft)) is not None:
                     problems.append(_duplicate(same, draft))
                     continue
                 entry = Entry(
@@ -232,7 +235,8 @@ class Queue:
             raise _unanswered(entry)
         lock = self._entry_lock(number)
         try:
-            lock.acquire(timeout=0)
+            with self._looking():
+                lock.acquire(timeout=0)
         except Timeout as error:
             raise UsageError(f"entry {number} is running already") from error
         try:
@@ -361,11 +365,15 @@ class Queue:
     def _entry_lock(self, number: int) -> FileLock:
         return FileLock(self._lock_file(number), thread_local=False)
 
+    def _looking(self) -> FileLock:
+        """Return the lock of who looks at the lock of an entry: two who look are no run."""
+        return FileLock(self._runs / ".queue.look.lock", timeout=PATIENCE_S)
+
     def _is_held(self, number: int) -> bool:
         if not self._lock_file(number).exists():
             return False
         try:
-            with self._entry_lock(number).acquire(timeout=0):
+            with self._looking(), self._entry_lock(number).acquire(timeout=0):
                 return False
         except Timeout:
             return True
