@@ -132,6 +132,7 @@ class EventStamp:
     def __call__(self, kind: type[_E], **fields: Any) -> _E:
         """Return an event of that kind, stamped."""
         monotonic_s, now = self._clock.monotonic_s(), self._clock.utc()
+        # Both bounds: the clock of the machine may be set back.
         if not self._from <= now < self._until:
             latest = self._from
             self._from = now.replace(microsecond=now.microsecond // 1000 * 1000)

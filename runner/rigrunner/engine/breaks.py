@@ -62,8 +62,10 @@ class _Break:
         """Ask until the run can continue as chosen, or is to end."""
         guard, why = self.session.guard, reason
         while True:
+            # New each time: an interlock can trip or clear while the person decides.
             choices = tuple(self._choices())
             paused = Paused(self.path, self.point, why, moving, choices)
+            # The guardian must not take a person who thinks for a hang.
             with self.session.rig.person():
                 decision = pauses.decide(paused, self.session.watch)
             match decision.choice:
@@ -96,6 +98,7 @@ class _Break:
         yield Choice.RESUME
         if self.session.guard.may_be_overridden():
             yield Choice.OVERRIDE
+        # The paused step itself does not count: it has not begun, or may be repeated.
         if not unrepeatable(self.steps, range(point_at(self.steps, self.index).start, self.index)):
             yield Choice.REPEAT
         if self.steps[self.index].phase is Phase.MAIN and self._may_be_skipped():

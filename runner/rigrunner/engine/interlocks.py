@@ -93,6 +93,7 @@ class Guard:
         """Look, then raise InterlockError or PauseWantedError for what is tripped."""
         self.look(read_all=read_all)
         acting = [each for each in self.tripped if each.interlock.does != "forbid"]
+        # Only the first is raised: none that pauses may hide one that makes safe.
         for each in sorted(acting, key=lambda one: _GRAVEST.index(one.interlock.does)):
             if each.interlock.does == "pause":
                 raise PauseWantedError(each.text, by=f"interlock {each.interlock.name}")
@@ -103,6 +104,7 @@ class Guard:
         member = Member(role, drive)
         against = [each for each in self.tripped if member in each.interlock.forbids]
         for each in against:
+            # Towards the safe value is always allowed: a hot bearing may be unloaded.
             if self._rig.leads_away(role, drive, value):
                 text = f"{member} may not be set to {value:g}: {each.text}"
                 raise _error(each.interlock, text)

@@ -66,6 +66,7 @@ class Notes:
 
     def note(self, source: str, error: BaseException) -> None:
         """Record an error, once."""
+        # Each level that it passes on its way out of the run may note it.
         if any(error is noted for noted in self._noted):
             return
         self.keep(error)

@@ -95,6 +95,7 @@ def checked_stream(
             session.guard.feed(role, block)
             yield _with_role(role, block)
             session.check()
+    # First: a stream that a stop request ended is too short, but no device was lost.
     session.check()
     times.check_gaps()
     if received < promised - _POSSIBLE_ROUNDING:
@@ -122,6 +123,7 @@ def _checked(
         raise DeviceLostError(
             f"{role}: the stream {what}: sample {block.first_sample} came, {received} was due"
         )
+    # A driver may stream more channels than were requested; they are left out here.
     values = {name: _samples(role, name, block, received) for name in channels}
     return Block(rate_hz, received, block.monotonic_s, values)
 
@@ -156,6 +158,7 @@ class _Times:
     def take(self, block: Block) -> None:
         """Add a block; raise DeviceLostError for a decreasing time."""
         last_s = self._times_s[-1] if self._times_s else block.monotonic_s
+        # Not written as "<": NaN fails this comparison, and so is refused.
         if not block.monotonic_s >= last_s:
             raise DeviceLostError(
                 f"{self._role}: time goes back by {last_s - block.monotonic_s:.3g} s"

@@ -103,8 +103,10 @@ def plan(measure: MeasureStep, planning: Planning) -> None:
     told = {member: info for member, info in infos.items() if info is not None}
     numbers = tuple(each for each in measure.channels if each not in told)
     units = planning.units(numbers)
-    if len(infos) < len(measure.channels) or (numbers and not units):
-        if len(infos) < len(measure.channels) and len(set(numbers)) == len(numbers):
+    twice = len(infos) < len(measure.channels)
+    if twice or (numbers and not units):
+        # Numbers that are listed twice are a problem of `planning.units` already.
+        if twice and len(set(numbers)) == len(numbers):
             planning.complain(("channels",), "a channel is listed twice", "name it once")
         return
     seconds = measure.duration or 0.0

@@ -82,6 +82,7 @@ def plan(ramp: RampStep, planning: Planning) -> None:
     if drive is None or (ramp.from_ and not _resolved(ramp, "from", ramp.from_, planning)):
         return
     start = ramp.from_.si if ramp.from_ else drives.standing(ramp.drive, drive)
+    # With `from` elsewhere than it stands, the drive is first set to there.
     before_s = drives.move(ramp.drive, drive, start)
     duration_s = _ramp_s(ramp, abs(ramp.to.si - start), drive, planning)
     drives.move(ramp.drive, drive, ramp.to.si, ramp.to.unit.symbol)
