@@ -73,7 +73,10 @@ class RecordingFacts:
         """Return the digest, to which samples are then added."""
         units = {channel: self.units.get(channel, "") for channel in self.channels}
         units |= {name: self.units[name] for name in self.coordinates if name in self.units}
-        return RecordingDigest(self.name, self.rate_hz, self.setpoints, units, self.coordinates)
+        digest = RecordingDigest(self.name, self.rate_hz, self.setpoints, units, self.coordinates)
+        # A channel of which no sample came is in the digest too: no block adds it.
+        digest.update({channel: np.empty(0) for channel in self.channels})
+        return digest
 
 
 @dataclass(frozen=True)
