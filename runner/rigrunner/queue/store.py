@@ -53,7 +53,7 @@ class Queue:
     def __init__(self, runs: Path) -> None:
         self._runs = runs
         self._outcomes: dict[str, str] = {}
-        """Outcomes of runs that are over, which do not change."""
+        """Outcomes of sealed runs, which do not change."""
 
     def path(self, station: str) -> Path:
         """Return the file of the queue of a station."""
@@ -273,7 +273,8 @@ class Queue:
             if run.is_in_progress:
                 return Shown(entry, "running")
             if run.info is not None and run.info.reason != NEVER_ENDED:
-                self._outcomes[entry.run] = run.info.outcome
+                if run.info.sealed:  # any other run can still be resumed
+                    self._outcomes[entry.run] = run.info.outcome
                 return Shown(entry, "done", run.info.outcome)
         return Shown(entry, "interrupted")
 
