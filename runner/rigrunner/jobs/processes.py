@@ -97,6 +97,7 @@ class _Crew:
     def _died(self, worker: Worker) -> Iterator[tuple[int, Answer[Any]]]:
         death = worker.death()
         if worker.attempt < ATTEMPTS:
+            # At the end: an item that kills its process does not hold up the others.
             self.waiting.append((worker.place, worker.attempt + 1))
         else:
             yield worker.place, Answer(None, f"{death}, {ATTEMPTS} times")

@@ -151,6 +151,7 @@ class Rig:
             each.join(limit_s)
             if each.is_alive():  # a device that is called inline has no time limit
                 failed[role] = f"'connect' did not return within {limit_s:.3g} s"
+        # A copy: a thread that was given up may still add its error.
         return dict(failed)
 
     def person(self) -> AbstractContextManager[None]:
@@ -337,6 +338,7 @@ class Rig:
         self._paused.clear()
         self._set_points.clear()
         self.cycles.stop()
+        # Before it: a call that returns while the rig is made safe may undo that too.
         given_up = {role.name: late for role in self._roles.values() if (late := role.late)}
         reports: dict[tuple[str, str], SafetyReport] = {}
 
@@ -383,9 +385,11 @@ class Rig:
 
     def _connect(self, role: str) -> Identity:
         limit_s, connect = self._patience.connect_s, self.devices[role].connect
+        # The driver keeps the limit itself; twice that ends one that does not.
         longest_s = math.inf if math.isinf(self._patience.answer_s) else 2 * limit_s
         identity = self._call(role, "connect", lambda: connect(limit_s), longest_s)
         self._connected.add(role)
+        # After it counts as connected: also a device that is refused is left safe.
         refuse_unnamed(role, identity)
         identity = plain_identity(identity)
         self._roles[role].look_anew()

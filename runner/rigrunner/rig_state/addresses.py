@@ -86,6 +86,7 @@ def _numbers(host: str) -> frozenset[str]:
         except (OSError, UnicodeError):
             return
 
+    # In a thread, as a look-up has no time limit of its own.
     asking = threading.Thread(target=ask, name=f"resolve {host}", daemon=True)
     asking.start()
     asking.join(_RESOLVE_S)
@@ -93,6 +94,7 @@ def _numbers(host: str) -> frozenset[str]:
 
 
 def _number_of(text: str) -> str:
+    # Without the zone of a link-local IPv6 address: "fe80::1%eth0".
     number = ipaddress.ip_address(text.partition("%")[0])
     if isinstance(number, ipaddress.IPv6Address) and number.ipv4_mapped is not None:
         number = number.ipv4_mapped

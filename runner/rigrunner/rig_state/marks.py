@@ -96,6 +96,7 @@ class RigMarks:
                     self._add(DriveMark(member, info.unit, safe_value, value))
             elif values[place] != value:
                 try:
+                    # Eight bytes, not synced: the page cache survives the process (decision 22).
                     with self._writing:
                         os.lseek(self._opened, HEADER + place * VALUE.size, os.SEEK_SET)
                         os.write(self._opened, pack(value))
@@ -195,6 +196,7 @@ class RigMarks:
 
     def _keep(self, drives: list[DriveMark]) -> None:
         self._drives = drives
+        # In place: the functions of `before_set` hold both collections.
         self._values[:] = [each.set_point for each in drives]
         self._places.clear()
         self._places.update((each.member, place) for place, each in enumerate(drives))
@@ -211,6 +213,7 @@ class RigMarks:
             if self._opened < 0:
                 path = shared_folder() / f"{self.owner.station}{SUFFIX}"
                 self._opened = open_plain(path, os.O_RDWR | os.O_CREAT)
+                # A new file is found after a power failure only if its name is on the disk too.
                 sync_names(path.parent)
             overwrite(self._opened, encode(self.owner, tuple(self._now())))
         except OSError as error:

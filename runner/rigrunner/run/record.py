@@ -198,8 +198,10 @@ def into_folder(
                     )
                     summary = work(rig, bus, writer.folder, before)
                 if marks is not None:
+                    # The run has recorded now how it found the rig: the old marker is not needed.
                     marks.put_on_record()
             except BaseException as error:
+                # A person refused to make it safe: something may be in the way of its drives.
                 if not isinstance(error, LeftAsItStandsError):
                     note_unsafe(error, rig.make_safe())
                 with noted_on(error, "closing the rig"):
@@ -208,8 +210,10 @@ def into_folder(
             rig.make_safe()
             with kept(errors):
                 rig.close()
+        # First: an error while closing the rig came after it.
         if summary.error is not None:
             errors.insert(0, summary.error)
+        # From here on the rig is free for others; the folder stays locked until it is sealed.
         end = (summary.outcome, summary.reason, summary.passed_over)
         finished = finish(
             planned,

@@ -61,6 +61,7 @@ def _rename(source: Path, target: Path) -> None:
 
 def sync_file(path: Path) -> None:
     """Wait until the content of a file is on the disk."""
+    # Not read-only: Windows syncs only what may be written.
     descriptor = os.open(path, os.O_RDWR)
     try:
         os.fsync(descriptor)

@@ -88,6 +88,7 @@ def open_file(path: Path) -> Iterator[h5py.File]:
             yield file
     except FileNotFoundError as error:
         raise there_is_none(path) from error
+    # These two are OSErrors, as damage is: they have to come before it.
     except BlockingIOError as error:
         raise DataError(
             f"{path} is locked: another program has it open", hint="close it there"

@@ -111,6 +111,7 @@ class JournalWriter:
             self._file.truncate()
 
     def _write(self, data: bytes | memoryview) -> None:
+        # Unbuffered: the system may take a part, and then says so.
         written = self._file.write(data) or 0
         while written < len(data):
             written += self._file.write(memoryview(data)[written:]) or 0
@@ -146,6 +147,7 @@ def _next(file: BinaryIO, start: int, size: int) -> Record | None:
         return None
     length, kind, checksum = _HEAD.unpack(head)
     end = start + _HEAD.size + length
+    # A damaged length must not ask for memory.
     if end > size:
         return None
     payload = file.read(length)

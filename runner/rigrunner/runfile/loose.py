@@ -104,6 +104,7 @@ class SampleJournal:
         """Return all but the samples, from the events of its step."""
         mine = [one for one in events if getattr(one, "recording", "") == self.name]
         started = [one for one in mine if isinstance(one, StepStarted)]
+        # With a damaged end it is incomplete, whatever its events say.
         ended = [one for one in mine if isinstance(one, StepEnded) and not self.is_damaged]
         return facts_of(
             self.number, self.shape, started[-1] if started else _unknown_start(self.name),

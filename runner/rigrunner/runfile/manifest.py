@@ -168,6 +168,7 @@ def stored_items(entry: h5py.Group) -> dict[str, object]:
 
 def _is_column(path: str, item: h5py.Group | h5py.Dataset) -> bool:
     """Return whether it holds samples: recordings/name/column, also of a partner run."""
+    # Padded, so that a short path has three parts too.
     *_, kind, _name, _column = ("", "", *path.split("/"))
     return isinstance(item, h5py.Dataset) and kind in _SAMPLES
 

@@ -77,6 +77,7 @@ class StoredSamples:
 
     def _unpacked(self, which: slice) -> Array:
         with open_file(self.path) as file:
+            # Once it is open: what replaces the file from now on is not what is read.
             self._refuse_changed()
             return np.asarray(file[self.place][which], np.float64)
 

@@ -178,10 +178,11 @@ class RunWriter:
         self._is_torn = False
 
     def _end_recording(self, event: StepEnded) -> None:
+        # Synced before its end is stored: a recording that has ended is whole on the disk.
         started, shape, samples = self._started, self._shape, self._close_samples()
         self._started = None
         if self._is_torn and event.ok:
-            return  # it is not done
+            return  # without its end it counts as interrupted
         if event.truth:
             self._events.append(Kind.TRUTH, truth_bytes(event.recording, event.truth))
         self._append(event)
@@ -223,6 +224,7 @@ def _begun(files: RunFolder, header: RunHeader) -> JournalWriter:
 def _reopened(files: RunFolder) -> tuple[JournalWriter, int]:
     """Return the journal of an interrupted run, and the number of its last recording."""
     journal = read_journal(files)
+    # Both: a recording may have no samples yet, or have lost its start with a torn end.
     begun = sum(isinstance(one, StepStarted) and bool(one.recording) for one in journal.events)
     numbers = [int(path.stem) for path in (*files.sample_journals(), *files.finished_parts())]
     events = JournalWriter(files.events, journal.records_end)

@@ -128,9 +128,8 @@ def _decode_array(stored: Mapping[str, Any]) -> np.ndarray[Any, Any]:
     if not 0 <= size <= _LARGEST:
         raise ValueError(f"an array of the shape {shape} is too large")
     packed = base64.b64decode(stored["data"], validate=True)
-    unpacked = zlib.decompressobj().decompress(
-        packed, size + 1
-    )  # no more than it says, from anyone
+    # No more than it says, and one byte to notice that: a small text can unpack to very much.
+    unpacked = zlib.decompressobj().decompress(packed, size + 1)
     columns = np.frombuffer(unpacked, np.uint8)
     whole = columns.reshape(dtype.itemsize, -1).T.tobytes()
     array = np.frombuffer(whole, dtype).reshape(shape)

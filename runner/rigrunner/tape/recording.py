@@ -76,6 +76,7 @@ class RecordingWire:
             if self._descriptor is not None:
                 os.close(self._descriptor)
             self._descriptor = None
+            # One of its own: that it is closed is no trouble of the tape.
             self._trouble = Trouble()
             self._trouble.note("closed")
 

@@ -116,6 +116,7 @@ class Guardian:
         with suppress(OSError):
             os.write(child.stdin.fileno(), json.dumps(task).encode() + b"\n")
         if os.name != "nt":
+            # A guardian that was stopped does not read: a beat must not block the run.
             os.set_blocking(child.stdin.fileno(), False)
         self._child = child
 

@@ -131,6 +131,7 @@ def _guard(task: dict[str, Any], owner: Owner, news: SimpleQueue[str]) -> str:
             return f"the process of {task['what']} ({owner.pid}) {how}"
         if told and told != _CLOSED:
             patience.beat(float(told))
+        # What is not read yet may be the beat that is overdue.
         if patience.is_over and not is_deaf and news.empty():
             patience.end()
 
