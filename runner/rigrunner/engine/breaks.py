@@ -26,6 +26,7 @@ def take_break(
 
     Interlocks are monitored meanwhile. Without a person to decide, the run is aborted.
     """
+    # Also where nobody can resume: the record says why the run was aborted.
     session.intervene("pause", wanted.by, wanted.message)
     if session.pauses is None:
         raise AbortedError(f"{wanted.message}; there is nobody to resume it", by=wanted.by)
@@ -37,6 +38,7 @@ def take_break(
     if decision.choice is Choice.ABORT:
         reason = f": {decision.reason}" if decision.reason else ""
         raise AbortedError(f"{here.path}: aborted while paused{reason}", by=decision.by)
+    # Recorded before anything moves again.
     session.intervene(str(decision.choice), decision.by, here.reason(decision))
     session.rig.resume()
     return decision
@@ -79,6 +81,7 @@ class _Break:
                     return decision
                 case choice if choice in choices and not guard.pausing():
                     return decision
+                # Not offered, or an interlock that is still tripped: the person is asked again.
                 case _:
                     why = f"{guard.pausing()}; not cleared yet" if guard.pausing() else reason
 

@@ -42,6 +42,7 @@ class DriveWatch:
 
         Skips the drives of a device that streams, unless it can be read meanwhile.
         """
+        # The drive may have left its set-point right after the last look: see `latency_s`.
         before_s = self._looked_s
         # The first deviation ends the run: any others are not looked for.
         for member, found in self._rig.drives_astray(self._streaming):

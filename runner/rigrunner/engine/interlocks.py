@@ -53,6 +53,7 @@ class Guard:
         acting = [
             each
             for each in self.tripped
+            # One that forbids a drive matters only if resuming would move that drive.
             if each.interlock.does == "pause" or self._forbids_to_resume(each.interlock)
         ]
         return "; ".join(each.text for each in acting)
@@ -76,6 +77,7 @@ class Guard:
         if not watched or not block.samples:
             return
         end_s = self._rig.clock.monotonic_s()
+        # The last sample counts as read now: a Watch goes by the clock of the rig.
         times_s = end_s - np.arange(block.samples - 1, -1, -1) / block.rate_hz
         for each in watched:
             each.take(times_s, np.asarray(block.channels[each.interlock.member.name]), end_s)

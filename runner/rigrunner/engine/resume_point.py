@@ -120,6 +120,7 @@ def streams_before(
             continue
         if action.led:
             standing.setdefault(action.led.role, {})[action.led.name] = action.passes[-1]
+        # Simulators number their streams by set-point: the rest has the noise it would have had.
         if index not in resume_at.before and (role := action.streamed):
             found.setdefault(role, []).append(dict(standing.get(role, {})))
     return found

@@ -209,6 +209,7 @@ class Run:
         """Make the rig safe; cannot be interrupted, and exceptions are recorded."""
         rig, stop = self._session.rig, self._session.stop
         try:
+            # Inside the `try`: an interrupt may still come in here.
             if isinstance(stop, Interrupting):
                 stop.stop_interrupting()
             return rig.make_safe()
@@ -290,6 +291,7 @@ class Run:
     def _execute(self, index: int, at: int) -> Done:
         """Execute a forward step; `at` is the progress of the run. Return as `do_step`."""
         self._session.check(read_all=True)
+        # After the check: a step that an interlock keeps from beginning has not begun.
         self._begun = at
         return do_step(index, self._plan.steps[index], self._session, self.notes, self._attempts)
 

@@ -262,6 +262,7 @@ class Session:
         if rate_per_s is None:
             return self.set(role, drive, value)
         allowed, standing = self.rig.allowed(role, drive), self.rig.standing(role, drive)
+        # A read-back just out of range at rest, such as -2 mV, starts from the edge of the range.
         start = min(max(standing, allowed.minimum), allowed.maximum)
         if abs(standing - start) > allowed.allowed_deviation:
             start = standing  # it is refused: from there the drive would jump to its range

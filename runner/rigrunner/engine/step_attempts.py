@@ -42,7 +42,7 @@ def do_step(
         done = _try(Attempt(index, step, number, total, session.rig.cycles), session, notes)
         if done is not None:
             return done
-    return Done()
+    return Done()  # not reached: the last attempt is never tried again
 
 
 def _try(attempt: Attempt, session: Session, notes: Notes) -> Done | None:

@@ -86,6 +86,7 @@ def checked_stream(
             block = _checked(role, given, channels, rate_hz, received)
             times.take(block)
             empty = 0 if block.samples else empty + 1
+            # `received` is without this block: the last one may reach beyond the end.
             if empty > MOST_EMPTY or (block.samples and received > promised + _POSSIBLE_ROUNDING):
                 raise DeviceRejectedError(
                     f"{role}: the stream does not end: {received} samples and another block, asked"

@@ -258,6 +258,7 @@ class Queue:
 
     def give_back(self, number: int, reason: str) -> None:
         """Hold an entry whose run could not begin, with the reason; nothing has moved."""
+        # Once it has a run, that says how it ended.
         if not self.get(number).run:
             self._replace(number, state="held", reason=reason)
 
@@ -320,10 +321,12 @@ class Queue:
         if not common.exists():
             return
         with self._locked():
+            # Empty if another process has parted it meanwhile.
             before = _read(common)
             for station in dict.fromkeys(each.station for each in before.entries):
                 path = self.path(station)
                 known = _read(path)
+                # What a parting wrote before it was interrupted is not written twice, nor undone.
                 numbers = {each.id for each in known.entries}
                 more = [
                     each
@@ -371,6 +374,7 @@ class Queue:
         return FileLock(self._runs / ".queue.look.lock", timeout=PATIENCE_S)
 
     def _is_held(self, number: int) -> bool:
+        # FileLock would create it.
         if not self._lock_file(number).exists():
             return False
         try:

@@ -98,6 +98,7 @@ class ConnectedDrive:
         self, value: float, timeout_s: float | None, meanwhile: Callable[[], None]
     ) -> None:
         limit_s = self._limit_s if timeout_s is None else timeout_s
+        # `set` of such a device may wait until the drive has arrived: nothing can be polled.
         if self._approaching is None:
             set_it = partial(self._device.set, self.name, value)
             self._role.call(self._set, self._role.moving(self._set, set_it, limit_s), limit_s)

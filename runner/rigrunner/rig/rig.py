@@ -141,6 +141,7 @@ class Rig:
             except BaseException as error:  # noqa: BLE001  (told; the others have their turn)
                 failed[role] = error_text(error)
 
+        # Longer than `_connect` takes at most: only a device that is called inline needs it.
         limit_s = 3 * self._patience.connect_s
         connecting = {
             role: Thread(target=connect, args=(role,), daemon=True) for role in self.devices
@@ -255,6 +256,7 @@ class Rig:
         staying = []
         for role, drive in safe_places(self._safe_order, self.devices):
             device = self.devices[role]
+            # A device pauses as a whole.
             if drive:
                 continue
             if isinstance(device, Pausable):
@@ -272,6 +274,7 @@ class Rig:
             device = self._roles[role].need(Pausable)  # type: ignore[type-abstract]  # a Protocol
             self._move(role, "resume", device.resume)
             self.cycles.resume(role)
+            # Last: a device that did not resume is still paused.
             self._paused.pop()
 
     def stream(

@@ -242,6 +242,7 @@ def _read(path: Path) -> Marker | None:
         content = read_plain(path)
     except FileNotFoundError:
         return None
+    # Unreadable is not safe: somebody else owns it, or a link is in its place.
     except OSError:
         return Marker(station, None)
     if not content:

@@ -102,6 +102,7 @@ def finish(
     """
     outcome, reason, passed_over = end
     folder = writer.folder
+    # Before the data are read: it waits until each finished recording has its file.
     with kept(errors):
         writer.close()
     result = report = None

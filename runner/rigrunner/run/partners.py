@@ -314,6 +314,7 @@ def _is_there(wanted: Mapping[str, Value], of: Recording | Measurement, within: 
 def _is(wanted: Value, found: float | str, within: float) -> bool:
     if isinstance(wanted, str) or isinstance(found, str):
         return wanted == found
+    # `abs_tol`, as no relative tolerance lets anything agree with 0.
     return isclose(wanted, found, rel_tol=within, abs_tol=1e-12)
 
 

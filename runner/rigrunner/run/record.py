@@ -152,6 +152,7 @@ def carry_out(
         inputs=inputs,
         partners=partners,
         listeners=listeners,
+        # The plain token: the analysis is not on the tape.
         progress=stoppable(progress, stop),
         person=person,
     )
@@ -175,12 +176,14 @@ def into_folder(
     """
     errors: list[BaseException] = []
     with ExitStack() as held:
+        # Outermost: the listeners hear how the run ended, after the rig is free.
         of_station = held.enter_context(listeners_of(planned))
         with rig_lock(planned) as marks, guarded(planned, marks) as guardian:
             rig = rig_of(planned, marks, guardian.pulse if guardian else None)
             identified = rig.connect()
             try:
                 file, reads = planned.station.document.name, planned.tape is None
+                # A person may be asked whether the rig may be made safe, and may take any time.
                 with rig.person():
                     before = check_left(rig, marks, person, file, reads=reads)
                 if marks is not None:

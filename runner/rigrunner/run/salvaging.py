@@ -82,6 +82,7 @@ def salvage(path: Path, clock: Clock, by: str, reason: str = "") -> Path:
     try:
         write_salvaged(damaged, header, events, RunFolder(target).sealed_file)
     except BaseException:
+        # The file appears whole or not at all, so the folder is empty.
         with suppress(OSError):
             target.rmdir()
         raise

@@ -201,6 +201,7 @@ def _member(group: h5py.Group, name: str) -> h5py.Group | h5py.Dataset:
 
 
 def _address(group: h5py.Group) -> int:
+    # Its place in the file, which is the same by whatever name it is reached.
     return int(h5py.h5o.get_info(group.id).addr)
 
 
@@ -227,6 +228,7 @@ def free_name(parent: h5py.Group, name: str) -> str:
 
 def write_text(group: h5py.Group, name: str, text: str) -> None:
     """Write a text as an attribute, or as a uint8 dataset where it is too long for one."""
+    # A NUL would end the text of an attribute.
     if len(text.encode(errors="surrogateescape")) > _LONGEST_ATTRIBUTE or "\0" in text:
         write_verbatim(group, name, text)
     else:

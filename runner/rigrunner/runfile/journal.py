@@ -64,6 +64,7 @@ class JournalWriter:
         self.path = path
         self.sync_due_s = monotonic() + _SYNC_EVERY_S
         """When the latest records are to be synced."""
+        # "x": a journal is never written over.
         self._file = path.open("xb" if records_end is None else "r+b", buffering=0)
         self._end = len(MAGIC) if records_end is None else records_end
         if records_end is None:

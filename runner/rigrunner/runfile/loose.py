@@ -156,6 +156,7 @@ def unfolded(files: RunFolder) -> list[SampleJournal]:
     found = (
         open_samples(path)
         for path in files.sample_journals()
+        # After a kill before a folded journal was removed there are both, and the file counts.
         if not files.part(_number(path)).exists()
     )
     return [journal for journal in found if journal is not None]

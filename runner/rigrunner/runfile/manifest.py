@@ -105,6 +105,7 @@ def object_digest(item: h5py.Group | h5py.Dataset, path: str = "") -> str:
             "data": _data_digest(item, path),
         }
     else:
+        # A manifest cannot have a digest of itself.
         hidden = {MANIFEST} if path == ENTRY_ITEM else set()
         known["members"] = sorted(set(members(item)) - hidden)
     return hashlib.sha256(_canonical(known).encode()).hexdigest()

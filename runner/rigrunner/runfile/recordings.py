@@ -193,6 +193,7 @@ def read_recording(group: h5py.Group, scratch: Scratch | None = None) -> Recordi
             digest.update({name: values})
         else:
             parts = _digested(column, name, digest)
+            # This walks through the parts, and so adds them to the digest.
             limits = limits_of(parts) if len(column) else None
             channels[name] = StoredSamples.of(column, Path(group.file.filename), limits, scratch)
     if digest.hexdigest() != group.attrs["sha256"]:
@@ -274,6 +275,7 @@ def _columns(group: h5py.Group) -> dict[str, h5py.Dataset]:
 
 
 def _storage(facts: RecordingFacts) -> dict[str, object]:
+    # HDF5 refuses a chunk that is larger than its dataset, and one of no samples.
     return {"chunks": (min(facts.samples, _CHUNK),), **_FILTERS} if facts.samples else {}
 
 

@@ -68,6 +68,7 @@ class StoredSamples:
 
     def _pieces(self, first: int, last: int) -> Array:
         found = self.scratch.read(self.piece + first, last - first)
+        # What is cached is of the file as it was.
         if found is not None:
             self._refuse_changed()
             return found

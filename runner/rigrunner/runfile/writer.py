@@ -116,6 +116,7 @@ class RunWriter:
                 case _:
                     self._append(event)
         except OSError as error:  # of a journal, which takes back what it could not write whole
+            # Raised by the other sink: this one has to store what follows.
             self._failure = cannot_write(self.folder, error)
             self._failure.__cause__ = error
 
@@ -216,6 +217,7 @@ def _begun(files: RunFolder, header: RunHeader) -> JournalWriter:
     events = JournalWriter(files.events)
     events.append(Kind.HEADER, header_bytes(header))
     events.sync()
+    # The folder of the run is new as well: its name has to be on the disk too.
     for path in (files.journal, files.path, files.path.parent):
         sync_folder(path)
     return events

@@ -114,6 +114,7 @@ def plan(measure: MeasureStep, planning: Planning) -> None:
         message = f"{', '.join(told)}: what is not a number has no mean"
         planning.complain(("channels",), message, "a measure step of its own, without a duration")
     rate_hz = _averaging_rate_hz(numbers, planning) if seconds and numbers else None
+    # Without a stream the channels are read one by one, so their devices must be readable.
     if rate_hz is None:
         planning.must_be_read(units)
     array_units = {member: info.unit for member, info in told.items() if info.unit}

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from rigrunner.engine.session import Session
     from rigrunner.plan.planning import Planning
 
+# A ramp at just the fastest rate of the drive must not fail by rounding.
 _ROUNDING = 1 + 1e-9
 
 

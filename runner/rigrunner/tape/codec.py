@@ -27,6 +27,7 @@ def encode(answer: object) -> Any:
     and mappings by name of these. Every JSON object states its type.
     """
     match answer:
+        # First: numbers of NumPy are no ints, and its float64 is a float.
         case np.generic():
             return encode(answer.item())
         case None | bool() | int() | str():
@@ -55,6 +56,7 @@ def decode(stored: Any) -> Any:
 
 def encode_error(error: BaseException) -> dict[str, Any]:
     """Return an exception as JSON: the nearest class that a replay knows, and its text."""
+    # "is": a class of a plugin may have the name of one of ours.
     known = next(
         (kind for kind in type(error).__mro__ if _error_class(kind.__name__) is kind), RuntimeError
     )

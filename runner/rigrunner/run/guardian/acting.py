@@ -139,6 +139,7 @@ def _one_attempt(
     Calls `need` with the time in s that the drives may take to their safe values.
     """
     file = Path(task["station_file"])
+    # The text with which the run began: the file may have been edited since.
     station = parse_station(task["station_text"], str(file))
     registry = with_lab_plugins(load_registry(), station, file.parent)
     clock = WallClock()

@@ -47,7 +47,7 @@ def main() -> int:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, IGNORED)
     news: SimpleQueue[str] = SimpleQueue()
     task = json.loads(sys.stdin.readline() or "{}")
-    if not task:
+    if not task:  # its owner died before it had said what to guard
         return 0
     threading.Thread(target=_hear, args=(news,), daemon=True).start()
     owner = Owner(task["process"])
@@ -84,6 +84,7 @@ class Owner:
         except OSError:
             return False
         found = [line.split()[1] for line in text.splitlines() if line.startswith("TracerPid:")]
+        # "0": nobody traces it.
         return found not in ([], ["0"])
 
     def send(self, name: str) -> None:
