@@ -103,6 +103,7 @@ class Emitter:
 
     def __call__(self, kind: type[Event], /, **fields: Any) -> None:
         """Emit one event; an Alarm follows for each guarded sink that failed on it."""
+        # It ends: a sink that failed is dropped, and does not get the alarm about it.
         for text in self._bus.emit(self._stamp(kind, **fields)):
             self(Alarm, source="event sink", text=text)
 

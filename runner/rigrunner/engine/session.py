@@ -161,6 +161,7 @@ class Session:
         pool = ThreadPoolExecutor(1)
         try:
             computed = pool.submit(self.results, name)
+            # In wall time: a simulated clock would not wait at all.
             while not wait([computed], _NAP_S).done:
                 self.clock.sleep(0.0)  # progress, for who watches over the run
                 self.check()

@@ -80,8 +80,8 @@ def checked_stream(
     promised = rate_hz * duration_s
     times = _Times(role, rate_hz)
     stream = rig.stream(role, channels, duration_s, session.stop)
-    alone = nullcontext() if session.drives is None else session.drives.streaming(role)
-    with alone, closed_after(stream, "ending the stream") as blocks:
+    unwatched = nullcontext() if session.drives is None else session.drives.streaming(role)
+    with unwatched, closed_after(stream, "ending the stream") as blocks:
         for given in blocks:
             block = _checked(role, given, channels, rate_hz, received)
             times.take(block)

@@ -70,6 +70,7 @@ class _Crew:
 
     def answers(self) -> Iterator[tuple[int, Answer[Any]]]:
         """Yield the outcomes that are ready, and give their processes new items."""
+        # A pipe is ready too when its process has died.
         ready = wait([each.pipe for each in self.busy], PATIENCE_S)
         for worker in [each for each in self.busy if each.pipe in ready]:
             self.busy.remove(worker)

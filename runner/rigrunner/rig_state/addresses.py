@@ -61,6 +61,7 @@ def _visa(resource: str) -> frozenset[str]:
         case "TCPIP", [host, port, kind] if kind.upper() == "SOCKET":
             return _tcp(f"{host}:{port}")
         case "TCPIP", [host, *rest]:
+            # The device name is optional; VPP-4.3 takes inst0 then.
             name = rest[0].lower() if rest and rest[0].upper() != "INSTR" else "inst0"
             return frozenset(f"visa:TCPIP::{each}::{name}" for each in _numbers(host))
         case _, rest:

@@ -171,6 +171,7 @@ def _found(wanted: Wanted, runs: Path, named: str | None) -> Path:
     name = named or (None if wanted.needed.run == LATEST else wanted.needed.run)
     if name is not None:
         return _named(wanted, find_run(name, runs), _named_age)
+    # Names begin with the time: the latest one comes first.
     return _first_fit(wanted, reversed(run_names(runs)), runs, _earlier_age)
 
 

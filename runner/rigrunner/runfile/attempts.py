@@ -59,6 +59,7 @@ def measured(events: Sequence[Event]) -> Measured:
         match event:
             case StepStarted():
                 started = event
+                # Its rows come one by one, before it is known whether it will be completed.
                 if event.action == "scan":
                     attempts.append(_Attempt((event.step, event.index)))
                     _count(attempts[-1], counting)

@@ -129,7 +129,8 @@ def read_journal(files: RunFolder) -> Journal:
         elif record.kind == Kind.ROW and rows is not None:
             events.append(rows.event_from(record.payload))
         elif record.kind == Kind.TRUTH:
-            truth.update([truth_from(record.payload)])
+            recording, values = truth_from(record.payload)
+            truth[recording] = values
     if not headers:
         raise DataError(
             f"{files.path} is not a run: its journal ends before the run's header",
