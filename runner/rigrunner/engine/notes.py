@@ -70,6 +70,7 @@ class Notes:
         if any(error is noted for noted in self._noted):
             return
         self.keep(error)
+        # No alarm: a person or an interlock wanted the end.
         if isinstance(error, (AbortedError, KeyboardInterrupt)):
             self.tell(Intervention, action="abort", by=self._who(error), reason=words(error))
         else:

@@ -362,6 +362,7 @@ class Rig:
         places = [
             (role, drive)
             for role, drive in safe_places(self._safe_order, self.devices)
+            # Drives of a device that never answered are left to its own `make_safe`.
             if not drive or role in self._connected
         ]
         for role, drive in places:

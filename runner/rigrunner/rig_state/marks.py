@@ -102,6 +102,7 @@ class RigMarks:
                         os.lseek(self._opened, HEADER + place * VALUE.size, os.SEEK_SET)
                         os.write(self._opened, pack(value))
                 except OSError as error:
+                    # The way to the safe value has to stay open.
                     if value != safe_value:
                         raise _unwritten(error) from error
                 values[place] = value
@@ -124,6 +125,7 @@ class RigMarks:
             if not self.unconfirmed:
                 self.settle(f"'{self.owner.procedure}' made it safe")
         left = [each for each in self._now() if each.member.role not in roles]
+        # Nothing of this process: a marker on the disk may be of another one.
         if len(left) == len(self._drives):
             return
         with self._writing, suppress(DeviceError, OSError):

@@ -255,6 +255,7 @@ def _too_old(age: timedelta, limit: timedelta, at: str) -> Iterator[str]:
 
 def _named_age(age: timedelta, limit: timedelta, at: str) -> Iterator[str]:
     yield from _too_old(age, limit, at)
+    # A named run may be a later one too, within the same limit.
     if age < -limit:
         yield f"it was made {_long(-age)} after this run, by their clocks: is one of them wrong?"
 

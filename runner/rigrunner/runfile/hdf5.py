@@ -74,6 +74,7 @@ def is_checksummed(path: Path) -> bool | None:
         with path.open("rb") as file:
             begin = file.read(len(_SIGNATURE) + 1)
         if not begin.startswith(_SIGNATURE):
+            # Such as one that begins with a user block, which we do not write.
             return False if h5py.is_hdf5(path) else None
     except OSError:
         return None

@@ -57,6 +57,7 @@ class StoredSamples:
     def __getitem__(self, which: slice, /) -> Array:
         """Return the samples of a slice, in memory."""
         begin, end, step = which.indices(self.samples)
+        # Only whole pieces in a row are cached.
         if step != 1 or end <= begin:
             return self._unpacked(which)
         first, last = begin // PIECE, -(-end // PIECE)

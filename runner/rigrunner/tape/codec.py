@@ -162,6 +162,7 @@ def _error_class(name: str) -> type[BaseException] | None:
     """Return one of our errors, or one of Python's, by name."""
     for module in (errors, builtins):
         kind = getattr(module, name, None)
+        # Not SystemExit: no tape may end the program.
         if isinstance(kind, type) and issubclass(kind, (Exception, KeyboardInterrupt)):
             return kind
     return None
