@@ -106,7 +106,7 @@ class Guard:
         member = Member(role, drive)
         against = [each for each in self.tripped if member in each.interlock.forbids]
         for each in against:
-            # Towards the safe value is always allowed: a hot bearing may be unloaded.
+            # Towards the safe value is always allowed: what is too hot may be unloaded.
             if self._rig.leads_away(role, drive, value):
                 text = f"{member} may not be set to {value:g}: {each.text}"
                 raise _error(each.interlock, text)
