@@ -128,6 +128,7 @@ def standing_of(rig: Rig, roles: Collection[str]) -> Iterator[Standing]:
                 found = rig.read_back(role, info.name)
             except Exception as error:  # noqa: BLE001  (the next drive has its turn)
                 found, problem = math.nan, error_text(error)
+            # NaN agrees with nothing: what cannot be read back is not safe.
             is_safe = agrees(info, found, info.safe_value)
             known = (Member(role, info.name), info.unit, found, info.safe_value)
             yield Standing(*known, is_safe=is_safe, problem=problem)
