@@ -123,7 +123,8 @@ with Queue(Path({str(queue.path(STATION).parent)!r})).started(1, "Ann"):
 def test_an_entry_whose_run_is_over_is_refused_as_done(queue, monkeypatch):
     with queue.started(1, "Ann"):
         queue._replace(1, run="20261123_X")
-    ended = SimpleNamespace(is_in_progress=False, info=SimpleNamespace(reason="", outcome="failed"))
+    info = SimpleNamespace(reason="", outcome="failed", sealed=True)
+    ended = SimpleNamespace(is_in_progress=False, info=info)
     monkeypatch.setattr("rigrunner.queue.store.listed_run", lambda *_: ended)
     with pytest.raises(UsageError, match="entry 1 is done"), queue.started(1, "Ann"):
         raise AssertionError
