@@ -103,6 +103,7 @@ class Emitter:
 
     def __call__(self, kind: type[Event], /, **fields: Any) -> None:
         """Emit one event; an Alarm follows for each guarded sink that failed on it."""
+        # It ends: a sink that failed is dropped, and does not get the alarm about it.
         for text in self._bus.emit(self._stamp(kind, **fields)):
             self(Alarm, source="event sink", text=text)
 
@@ -132,6 +133,7 @@ class EventStamp:
     def __call__(self, kind: type[_E], **fields: Any) -> _E:
         """Return an event of that kind, stamped."""
         monotonic_s, now = self._clock.monotonic_s(), self._clock.utc()
+        # Both bounds: the clock of the machine may be set back.
         if not self._from <= now < self._until:
             latest = self._from
             self._from = now.replace(microsecond=now.microsecond // 1000 * 1000)

@@ -67,6 +67,7 @@ class Attempt:
             ok=ok,
             recording=self.recording,
             measurement=self._table,
+            # A row of a table is stored with them; a recording has those of its start.
             setpoints=self._setpoints if self._table else NONE,
             values=found.values,
             statistics=found.statistics,

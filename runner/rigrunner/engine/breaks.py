@@ -26,6 +26,7 @@ def take_break(
 
     Interlocks are monitored meanwhile. Without a person to decide, the run is aborted.
     """
+    # Also where nobody can resume: the record says why the run was aborted.
     session.intervene("pause", wanted.by, wanted.message)
     if session.pauses is None:
         raise AbortedError(f"{wanted.message}; there is nobody to resume it", by=wanted.by)
@@ -37,6 +38,7 @@ def take_break(
     if decision.choice is Choice.ABORT:
         reason = f": {decision.reason}" if decision.reason else ""
         raise AbortedError(f"{here.path}: aborted while paused{reason}", by=decision.by)
+    # Recorded before anything moves again.
     session.intervene(str(decision.choice), decision.by, here.reason(decision))
     session.rig.resume()
     return decision
@@ -62,8 +64,10 @@ class _Break:
         """Ask until the run can continue as chosen, or is to end."""
         guard, why = self.session.guard, reason
         while True:
+            # New each time: an interlock can trip or clear while the person decides.
             choices = tuple(self._choices())
             paused = Paused(self.path, self.point, why, moving, choices)
+            # The guardian must not take a person who thinks for a hang.
             with self.session.rig.person():
                 decision = pauses.decide(paused, self.session.watch)
             match decision.choice:
@@ -77,6 +81,7 @@ class _Break:
                     return decision
                 case choice if choice in choices and not guard.pausing():
                     return decision
+                # Not offered, or an interlock that is still tripped: the person is asked again.
                 case _:
                     why = f"{guard.pausing()}; not cleared yet" if guard.pausing() else reason
 
@@ -96,6 +101,7 @@ class _Break:
         yield Choice.RESUME
         if self.session.guard.may_be_overridden():
             yield Choice.OVERRIDE
+        # The paused step itself does not count: it has not begun, or may be repeated.
         if not unrepeatable(self.steps, range(point_at(self.steps, self.index).start, self.index)):
             yield Choice.REPEAT
         if self.steps[self.index].phase is Phase.MAIN and self._may_be_skipped():

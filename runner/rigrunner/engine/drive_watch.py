@@ -42,7 +42,9 @@ class DriveWatch:
 
         Skips the drives of a device that streams, unless it can be read meanwhile.
         """
+        # The drive may have left its set-point right after the last look: see `latency_s`.
         before_s = self._looked_s
+        # The first deviation ends the run: any others are not looked for.
         for member, found in self._rig.drives_astray(self._streaming):
             name, latency_s = f"drive {member}", self._now_s() - before_s
             self._emit(
@@ -59,6 +61,7 @@ class DriveWatch:
     @contextmanager
     def streaming(self, role: str) -> Iterator[None]:
         """Skip a device while it streams, unless it can be read meanwhile."""
+        # An instrument that is read while it acquires may lose samples: its driver has to allow it.
         busy = not getattr(self._rig.devices[role], "reads_back_while_streaming", False)
         if busy:
             self._streaming.append(role)

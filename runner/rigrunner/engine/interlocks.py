@@ -53,6 +53,7 @@ class Guard:
         acting = [
             each
             for each in self.tripped
+            # One that forbids a drive matters only if resuming would move that drive.
             if each.interlock.does == "pause" or self._forbids_to_resume(each.interlock)
         ]
         return "; ".join(each.text for each in acting)
@@ -76,6 +77,7 @@ class Guard:
         if not watched or not block.samples:
             return
         end_s = self._rig.clock.monotonic_s()
+        # The last sample counts as read now: a Watch goes by the clock of the rig.
         times_s = end_s - np.arange(block.samples - 1, -1, -1) / block.rate_hz
         for each in watched:
             each.take(times_s, np.asarray(block.channels[each.interlock.member.name]), end_s)
@@ -93,6 +95,7 @@ class Guard:
         """Look, then raise InterlockError or PauseWantedError for what is tripped."""
         self.look(read_all=read_all)
         acting = [each for each in self.tripped if each.interlock.does != "forbid"]
+        # Only the first is raised: none that pauses may hide one that makes safe.
         for each in sorted(acting, key=lambda one: _GRAVEST.index(one.interlock.does)):
             if each.interlock.does == "pause":
                 raise PauseWantedError(each.text, by=f"interlock {each.interlock.name}")
@@ -103,6 +106,7 @@ class Guard:
         member = Member(role, drive)
         against = [each for each in self.tripped if member in each.interlock.forbids]
         for each in against:
+            # Towards the safe value is always allowed: what is too hot may be unloaded.
             if self._rig.leads_away(role, drive, value):
                 text = f"{member} may not be set to {value:g}: {each.text}"
                 raise _error(each.interlock, text)

@@ -27,6 +27,7 @@ def remarks_on(
     """
     for limit in limits:
         value = values[limit.of]
+        # Most values are far within: without the words of a decision, which take longer.
         if limit.limits.margin(value) >= limit.marginal:
             continue
         found = limit.decision(value)

@@ -66,9 +66,11 @@ class Notes:
 
     def note(self, source: str, error: BaseException) -> None:
         """Record an error, once."""
+        # Each level that it passes on its way out of the run may note it.
         if any(error is noted for noted in self._noted):
             return
         self.keep(error)
+        # No alarm: a person or an interlock wanted the end.
         if isinstance(error, (AbortedError, KeyboardInterrupt)):
             self.tell(Intervention, action="abort", by=self._who(error), reason=words(error))
         else:

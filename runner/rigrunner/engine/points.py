@@ -67,19 +67,19 @@ def may_be_skipped(
     False if a skipped step would have set a drive elsewhere, and it is not set again before
     something is read.
     """
-    point, left = point_at(steps, index), dict[Member, float]()
+    point, planned = point_at(steps, index), dict[Member, float]()
     for step in steps[index : point.stop]:
         if drive := step.action.led:
-            left.pop(drive, None)
+            planned.pop(drive, None)
             if step.phase is not Phase.TEARDOWN:  # the teardown of a call is done all the same
-                left[drive] = step.action.passes[-1]
-    return _led_before_read(steps, point.stop, left, standing)
+                planned[drive] = step.action.passes[-1]
+    return _led_before_read(steps, point.stop, planned, standing)
 
 
 def _led_before_read(
     steps: Sequence[PlannedStep],
     start: int,
-    left: dict[Member, float],
+    planned: dict[Member, float],
     standing: Callable[[str, str], float],
 ) -> bool:
     """Return whether each drive is at its planned set-point, or is set before something is read.
@@ -87,15 +87,16 @@ def _led_before_read(
     Both branches of a condition count.
     """
     for index in range(start, len(steps)):
-        if not left:
+        if not planned:
             return True
         step = steps[index]
+        # Before `reads`: a scan sets its drive and reads in the same step.
         if drive := step.action.led:
-            left.pop(drive, None)
+            planned.pop(drive, None)
         if step.action.reads:
-            return all(isclose(standing(d.role, d.name), value) for d, value in left.items())
+            return all(isclose(standing(d.role, d.name), value) for d, value in planned.items())
         beyond = index + 1 + step.leaves
-        if step.leaves and not _led_before_read(steps, beyond, dict(left), standing):
+        if step.leaves and not _led_before_read(steps, beyond, dict(planned), standing):
             return False
     return True
 

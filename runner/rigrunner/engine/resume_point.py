@@ -59,10 +59,12 @@ def find_resume_point(
     over = start == len(steps) or _is_final(steps[start])
     left_out = frozenset(_left_out(events))
     before = () if over else tuple(_again(steps, start, done, left_out))
+    # What was interrupted may have had its effect or not: it cannot be told from the events.
     for index in (*before, *range(start, reached + 1)):
         begun = index < len(steps) and attempts[index]
         if begun and not _may_come_again(steps[index], done=index in done):
             raise _refused(f"{steps[index].path} was interrupted, and must not be done twice")
+    # A kept step is not executed again, so nothing brings its drive back.
     for index in () if over else _led_before(steps, start, before, left_out):
         if index not in before:
             raise _refused(
@@ -102,9 +104,8 @@ def brought_back(step: PlannedStep) -> PlannedStep:
         return step
     value, unit = action.passes[-1], action.known[1][action.led]
     text = f"Set {action.led} to {value:g} {unit}, where the {action.kind} left it"
-    return replace(
-        step, action=action.brings_back, text=text, estimated_s=0.0
-    )  # its way is not known
+    # Where the drive stands now, and so how long it moves, is not known.
+    return replace(step, action=action.brings_back, text=text, estimated_s=0.0)
 
 
 def streams_before(
@@ -119,6 +120,7 @@ def streams_before(
             continue
         if action.led:
             standing.setdefault(action.led.role, {})[action.led.name] = action.passes[-1]
+        # Simulators number their streams by set-point: the rest has the noise it would have had.
         if index not in resume_at.before and (role := action.streamed):
             found.setdefault(role, []).append(dict(standing.get(role, {})))
     return found
@@ -131,6 +133,7 @@ def _reached(steps: Sequence[PlannedStep], events: Iterable[Event]) -> int:
         match event:
             case StepStarted(index=index) if _is_forward(steps, index, reached):
                 reached = index
+            # `index` may differ: steps that settle again after a pause end here too.
             case StepEnded(index=index, ok=True, leaves=leaves) if index == reached:
                 reached = index + 1 + leaves
             case Intervention(action=Choice.SKIP) if reached < len(steps):
@@ -142,6 +145,7 @@ def _reached(steps: Sequence[PlannedStep], events: Iterable[Event]) -> int:
 
 def _left_out(events: Iterable[Event]) -> Iterator[int]:
     """Yield the steps that the last evaluation of each condition skipped."""
+    # A later look at the same condition replaces the earlier one: a set-point can be repeated.
     looks = {one.index: one.leaves for one in events if isinstance(one, StepEnded) and one.ok}
     for index, leaves in looks.items():
         yield from range(index + 1, index + 1 + leaves)
@@ -150,6 +154,7 @@ def _left_out(events: Iterable[Event]) -> Iterator[int]:
 def _cycles(events: Iterable[Event]) -> Mapping[str, float]:
     counted: Mapping[str, float] = {}
     for event in events:
+        # Cycles count from the start of main: the events of setup have other ones.
         if isinstance(event, StepStarted | StepEnded) and event.step.startswith(Phase.MAIN):
             counted = event.cycles or counted
     return counted
@@ -171,6 +176,7 @@ def _start(steps: Sequence[PlannedStep], reached: int, done: set[int]) -> int:
     if reached >= len(steps):
         return len(steps)
     first = point_at(steps, reached).start
+    # Going back to the start of the set-point would execute these twice.
     fixed = [at for at in range(first, reached) if at in done and not steps[at].terms.repeatable]
     return reached if fixed else first
 
@@ -184,10 +190,13 @@ def _again(
 ) -> list[int]:
     """Return setup, the last zero of each channel, and the last settings of the drives."""
     own = [at for at in range(start) if steps[at].phase is Phase.SETUP]
+    # Setup is the beginning of a plan, so the rest starts behind it.
     then = [at for at in range(len(own), start) if at not in left_out]
     zeros = {zeroed: at for at in then if (zeroed := steps[at].action.zeroed)}
+    # A drive that the set-point sets itself would otherwise be moved twice.
     led = _led_at(steps, start)
     ends = zeros.values()
+    # A zero depends on where the drives stood: each is taken again at the same place.
     sets = {at for end in ends for at in _last_sets(steps, len(own), end, left_out).values()}
     last = _last_sets(steps, len(own), start, left_out)
     sets |= {at for drive, at in last.items() if drive not in led}

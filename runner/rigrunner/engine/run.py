@@ -138,6 +138,7 @@ class Run:
         self._session = session
         self.notes = notes
         self._attempts = Counter[int](resume_at.attempts if resume_at else {})
+        # The latest step in the order of the plan; its calls are those whose teardown is due.
         self._begun = -1
 
     def forward(self, run_id: str) -> None:
@@ -164,6 +165,7 @@ class Run:
                     self._resume_at.cycles if self._resume_at else {}
                 )
             try:
+                # With the progress of `index`: a failure while it settles tears down its calls.
                 for one in before:
                     self._execute(one, at=index)
                 before = []
@@ -182,6 +184,7 @@ class Run:
         """Execute the remaining teardowns: of the calls that the run is in, and its own."""
         everything = range(len(self._plan.steps))
         for index, step in teardowns_within(self._plan.steps, self._begun, everything):
+            # The last error, not the first: a person may also request it during the teardown.
             if isinstance(self.notes.last, StopNow):
                 return
             self._tear_down(index, step)
@@ -196,6 +199,7 @@ class Run:
         except InterlockError as error:
             self.notes.note("run", error)
             if error.makes_safe:
+                # Now, and again at the end: the teardown that follows sets drives.
                 self._tell_safe(self._session.rig.make_safe())
         except BaseException as error:  # noqa: BLE001  (kept; what follows must make the rig safe)
             self.notes.note("run", error)
@@ -205,6 +209,7 @@ class Run:
         """Make the rig safe; cannot be interrupted, and exceptions are recorded."""
         rig, stop = self._session.rig, self._session.stop
         try:
+            # Inside the `try`: an interrupt may still come in here.
             if isinstance(stop, Interrupting):
                 stop.stop_interrupting()
             return rig.make_safe()
@@ -215,11 +220,13 @@ class Run:
 
     def end(self, reports: tuple[SafetyReport, ...]) -> RunSummary:
         """Record how the rig was left and how the run ended."""
+        # The end must be recorded whole even if a sink fails on one of its events.
         replace(self._session, emit=self.notes.tell).put_messages()
         self._tell_safe(reports)
         unsafe = unsafe_text(reports)
         if unsafe:
             self.notes.left_unsafe(DeviceError(f"the rig is not safe: {unsafe}"))
+        # Only in a replay: there is no rig to go to, but the difference from the tape is an error.
         elif out_of_step := problems_text(reports):
             self.notes.keep(DeviceError(out_of_step))
         read_back: dict[str, float] = {}
@@ -228,6 +235,7 @@ class Run:
             read_back |= each.by_member(each.read_back)
             units |= each.by_member(each.units)
         outcome, reason = self.notes.outcome()
+        # A manual session has no plan to resume.
         resumable = bool(self._plan.steps) and self.notes.may_be_resumed()
         # The sink that records this event may fail too, so the outcome is determined again below.
         self.notes.tell(
@@ -283,6 +291,7 @@ class Run:
     def _execute(self, index: int, at: int) -> Done:
         """Execute a forward step; `at` is the progress of the run. Return as `do_step`."""
         self._session.check(read_all=True)
+        # After the check: a step that an interlock keeps from beginning has not begun.
         self._begun = at
         return do_step(index, self._plan.steps[index], self._session, self.notes, self._attempts)
 

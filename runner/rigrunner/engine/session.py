@@ -120,6 +120,7 @@ class Session:
             self._tell(self._telling)
         if self.stop.is_set():
             raise stopped(self.stop)
+        # It is paused already, or has no step left to pause.
         with suppress(PauseWantedError):
             self.guard.check(read_all=read_all)
         self.show()
@@ -156,14 +157,17 @@ class Session:
         """Return a result from the data so far; raise DataError for none."""
         if self.results is None:
             raise DataError(f"'{name}': no results are computed here")
+        # A calculation can take long: interlocks and stop requests are served meanwhile.
         pool = ThreadPoolExecutor(1)
         try:
             computed = pool.submit(self.results, name)
+            # In wall time: a simulated clock would not wait at all.
             while not wait([computed], _NAP_S).done:
                 self.clock.sleep(0.0)  # progress, for who watches over the run
                 self.check()
             return computed.result()
         finally:
+            # What ended the run must not wait for the calculation.
             pool.shutdown(wait=False)
 
     def note(self, step: str, text: str) -> None:
@@ -221,6 +225,7 @@ class Session:
     def reader(self, channels: Sequence[Member]) -> Callable[[], dict[str, float]]:
         """Return a function that reads channels repeatedly, as `read` does."""
         roles = dict.fromkeys([each.role for each in channels])
+        # One call for each device, however its channels are mixed with those of others.
         readers = [
             self.rig.reader(role, [each.name for each in channels if each.role == role])
             for role in roles
@@ -258,6 +263,7 @@ class Session:
         if rate_per_s is None:
             return self.set(role, drive, value)
         allowed, standing = self.rig.allowed(role, drive), self.rig.standing(role, drive)
+        # A read-back just out of range at rest, such as -2 mV, starts from the edge of the range.
         start = min(max(standing, allowed.minimum), allowed.maximum)
         if abs(standing - start) > allowed.allowed_deviation:
             start = standing  # it is refused: from there the drive would jump to its range
@@ -284,6 +290,7 @@ class Session:
             share = step / steps
             actual = self.set(role, drive, start + share * (end - start))
             self.check()
+            # From the start of the ramp, so that slow set-points do not add up.
             self.wait(began_s + share * duration_s - clock.monotonic_s())
         return actual
 
@@ -295,6 +302,7 @@ class Session:
 
     def setter(self, role: str, drive: str) -> Callable[[float], float]:
         """Return a function that sets a drive repeatedly within this step, as `set` does."""
+        # Interlocks can trip between two set-points: each one is checked.
         if self.guard.watching:
             return partial(self.set, role, drive)
         return self.rig.setter(role, drive, self.timeout_s, self.check)

@@ -42,7 +42,7 @@ def do_step(
         done = _try(Attempt(index, step, number, total, session.rig.cycles), session, notes)
         if done is not None:
             return done
-    return Done()
+    return Done()  # not reached: the last attempt is never tried again
 
 
 def _try(attempt: Attempt, session: Session, notes: Notes) -> Done | None:
@@ -58,15 +58,19 @@ def _try(attempt: Attempt, session: Session, notes: Notes) -> Done | None:
     if attempt.action.drives_stay:
         trial = trial.reading
     try:
+        # Before and after: a drive may fall away between steps, or during one that is too short
+        # for the interval.
         trial.check_drives()
         found = attempt.action.do(step.path, trial)
         trial.check_drives()
         if trial.timeout_s is not None:
             trial.check_time()
     except PauseWantedError as wanted:
+        # With `tell`: the error of a sink must not take the place of the pause.
         attempt.end(notes.tell, found, ok=False)
         raise _unless_repeatable(step, wanted) from wanted
     except BaseException as error:
+        # What the driver logged often explains the error, and is recorded before it.
         session.put_messages()
         again, passed_over = _failed(attempt, error, notes)
         attempt.end(notes.tell, found, ok=False)
@@ -74,6 +78,7 @@ def _try(attempt: Attempt, session: Session, notes: Notes) -> Done | None:
             return None if again else Done()
         raise
     attempt.end(session.emit, found, ok=True)
+    # A step that judges its values itself, or is a condition, has no limits in its terms.
     if not (terms.limits or terms.expected):
         return Done(found.missed, step.leaves if found.leaves else 0)
     missed = session.judge(
@@ -97,6 +102,7 @@ def _unless_repeatable(step: PlannedStep, wanted: PauseWantedError) -> Exception
 def _failed(attempt: Attempt, error: BaseException, notes: Notes) -> tuple[bool, bool]:
     """Record a failure; return whether to repeat the step, and whether to continue without it."""
     path = attempt.step.path
+    # To try again is of no use: the next attempt could not be recorded either.
     if notes.is_unkept(error):
         notes.note(path, error)
         return False, False

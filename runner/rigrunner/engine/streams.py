@@ -80,12 +80,13 @@ def checked_stream(
     promised = rate_hz * duration_s
     times = _Times(role, rate_hz)
     stream = rig.stream(role, channels, duration_s, session.stop)
-    alone = nullcontext() if session.drives is None else session.drives.streaming(role)
-    with alone, closed_after(stream, "ending the stream") as blocks:
+    unwatched = nullcontext() if session.drives is None else session.drives.streaming(role)
+    with unwatched, closed_after(stream, "ending the stream") as blocks:
         for given in blocks:
             block = _checked(role, given, channels, rate_hz, received)
             times.take(block)
             empty = 0 if block.samples else empty + 1
+            # `received` is without this block: the last one may reach beyond the end.
             if empty > MOST_EMPTY or (block.samples and received > promised + _POSSIBLE_ROUNDING):
                 raise DeviceRejectedError(
                     f"{role}: the stream does not end: {received} samples and another block, asked"
@@ -95,6 +96,7 @@ def checked_stream(
             session.guard.feed(role, block)
             yield _with_role(role, block)
             session.check()
+    # First: a stream that a stop request ended is too short, but no device was lost.
     session.check()
     times.check_gaps()
     if received < promised - _POSSIBLE_ROUNDING:
@@ -122,6 +124,7 @@ def _checked(
         raise DeviceLostError(
             f"{role}: the stream {what}: sample {block.first_sample} came, {received} was due"
         )
+    # A driver may stream more channels than were requested; they are left out here.
     values = {name: _samples(role, name, block, received) for name in channels}
     return Block(rate_hz, received, block.monotonic_s, values)
 
@@ -156,6 +159,7 @@ class _Times:
     def take(self, block: Block) -> None:
         """Add a block; raise DeviceLostError for a decreasing time."""
         last_s = self._times_s[-1] if self._times_s else block.monotonic_s
+        # Not written as "<": NaN fails this comparison, and so is refused.
         if not block.monotonic_s >= last_s:
             raise DeviceLostError(
                 f"{self._role}: time goes back by {last_s - block.monotonic_s:.3g} s"

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array, Mask
     from rigrunner.plan.actions import Interlock
 
+# Sums of intervals such as 0.1 s are not exact: what lasts as long as the limit counts.
 _ROUNDING_S = 1e-9
 
 
@@ -42,6 +43,7 @@ class Watch:
         worst = float(values[int(np.argmax(bad))])
         if self._lasts(times_s, bad):
             self._trip(f"{self._shown(worst)}, {self.interlock.condition}", now_s)
+        # After tripping, whose latency counts from the last good value before.
         if not bad.all():
             self.good_s = float(times_s[np.flatnonzero(~bad)[-1]])
         if not bad.any() and self._is_clear(values):
@@ -51,16 +53,17 @@ class Watch:
     def miss(self, now_s: float, why: str) -> None:
         """Note that no value was available."""
         self.looked_s = now_s
-        since_s = self._bad_since_s = (
-            self.good_s if self._bad_since_s is None else self._bad_since_s
-        )
+        if self._bad_since_s is None:
+            # It may have been bad ever since it was last seen in range.
+            self._bad_since_s = self.good_s
         stale_s = self.interlock.stale_s
         patience_s = self.interlock.debounce_s if stale_s is None else stale_s
-        if now_s - since_s >= patience_s:
+        if now_s - self._bad_since_s >= patience_s:
             self._trip(f"{self.interlock.member} cannot be read: {why}", now_s)
 
     def _bad(self, times_s: Array, values: Array) -> Mask:
         lock = self.interlock
+        # Not written as "below or above": NaN is in no range, and so is bad.
         bad = ~((values >= lock.minimum) & (values <= lock.maximum))
         if lock.rate_per_s is not None and self._last is not None:
             before_s, before = self._last
@@ -83,6 +86,7 @@ class Watch:
         edges = np.diff(np.concatenate(([False], bad, [False])).astype(np.int8))
         starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
         began_s = times_s[starts]
+        # A condition that lasts since an earlier block counts from its start there.
         if len(starts) and starts[0] == 0 and self._bad_since_s is not None:
             began_s[0] = self._bad_since_s
         self._bad_since_s = float(began_s[-1]) if bad[-1] else None

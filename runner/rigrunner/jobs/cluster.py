@@ -92,6 +92,7 @@ class _UnderWay:
             yield place, answer or Answer(None, "each worker of the cluster that began it died")
 
     def _submit(self, place: int) -> None:
+        # Not pure, or equal items would be one key, and one answer for all of them.
         future = self._client.submit(attempt, self._task, self._items[place], pure=False)
         self._places[future.key] = place
         future.add_done_callback(self._ready.put)

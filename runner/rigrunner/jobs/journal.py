@@ -83,6 +83,7 @@ def _read(path: Path, file: BinaryIO, of: dict[str, str]) -> dict[str, Any]:
     """Return the finished items; an incomplete last line is cut off."""
     file.seek(0)
     text = file.read()
+    # What a kill cut off is the last line alone: each line is one call.
     whole = text[: text.rfind(b"\n") + 1]
     if len(whole) < len(text):
         with _writing(path):

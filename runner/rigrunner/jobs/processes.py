@@ -70,6 +70,7 @@ class _Crew:
 
     def answers(self) -> Iterator[tuple[int, Answer[Any]]]:
         """Yield the outcomes that are ready, and give their processes new items."""
+        # A pipe is ready too when its process has died.
         ready = wait([each.pipe for each in self.busy], PATIENCE_S)
         for worker in [each for each in self.busy if each.pipe in ready]:
             self.busy.remove(worker)
@@ -97,6 +98,7 @@ class _Crew:
     def _died(self, worker: Worker) -> Iterator[tuple[int, Answer[Any]]]:
         death = worker.death()
         if worker.attempt < ATTEMPTS:
+            # At the end: an item that kills its process does not hold up the others.
             self.waiting.append((worker.place, worker.attempt + 1))
         else:
             yield worker.place, Answer(None, f"{death}, {ATTEMPTS} times")

@@ -36,6 +36,7 @@ class Worker:
         self.pipe, its = context.Pipe()
         self.place = self.attempt = -1
         self._process = context.Process(target=serve, args=(its,), daemon=True)
+        # A process gets the environment of this one: `Process` takes no other.
         with _environment():
             self._process.start()
         its.close()  # or the death of the process would not end the pipe

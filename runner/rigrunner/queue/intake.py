@@ -98,6 +98,7 @@ def accepted_inputs(given: Mapping[str, str], asked: Mapping[str, Input]) -> dic
 
 
 def _lines(text: str) -> list[str]:
+    # Spreadsheets begin a CSV with a byte order mark.
     ends = text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
     first, *rest = ends.split("\n")
     return ["" if _SEPARATOR.fullmatch(first.strip()) else first, *rest]

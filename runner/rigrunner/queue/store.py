@@ -53,7 +53,7 @@ class Queue:
     def __init__(self, runs: Path) -> None:
         self._runs = runs
         self._outcomes: dict[str, str] = {}
-        """Outcomes of runs that are over, which do not change."""
+        """Outcomes of sealed runs, which do not change."""
 
     def path(self, station: str) -> Path:
         """Return the file of the queue of a station."""
@@ -258,6 +258,7 @@ class Queue:
 
     def give_back(self, number: int, reason: str) -> None:
         """Hold an entry whose run could not begin, with the reason; nothing has moved."""
+        # Once it has a run, that says how it ended.
         if not self.get(number).run:
             self._replace(number, state="held", reason=reason)
 
@@ -273,7 +274,8 @@ class Queue:
             if run.is_in_progress:
                 return Shown(entry, "running")
             if run.info is not None and run.info.reason != NEVER_ENDED:
-                self._outcomes[entry.run] = run.info.outcome
+                if run.info.sealed:  # any other run can still be resumed
+                    self._outcomes[entry.run] = run.info.outcome
                 return Shown(entry, "done", run.info.outcome)
         return Shown(entry, "interrupted")
 
@@ -319,10 +321,12 @@ class Queue:
         if not common.exists():
             return
         with self._locked():
+            # Empty if another process has parted it meanwhile.
             before = _read(common)
             for station in dict.fromkeys(each.station for each in before.entries):
                 path = self.path(station)
                 known = _read(path)
+                # What a parting wrote before it was interrupted is not written twice, nor undone.
                 numbers = {each.id for each in known.entries}
                 more = [
                     each
@@ -370,6 +374,7 @@ class Queue:
         return FileLock(self._runs / ".queue.look.lock", timeout=PATIENCE_S)
 
     def _is_held(self, number: int) -> bool:
+        # FileLock would create it.
         if not self._lock_file(number).exists():
             return False
         try:

@@ -74,6 +74,7 @@ class ConnectedDrive:
         if self._rules.combinations or not self._least <= value <= self._greatest:
             self._rules.check(self.member, self._allowed, value, self._standing)
         self._set_points.pop(self.member, None)  # not known until it is read back
+        # Before the command: a process that dies in between must not leave the rig unmarked.
         if self._mark is not None:
             self._mark(value)
         if self._cycles is not None:
@@ -82,6 +83,7 @@ class ConnectedDrive:
         if self._cycles is not None:
             self._cycles.stand(self._role.name, value)
         actual = self.read_back()
+        # Not written as ">": a read-back of NaN is no agreement.
         if not abs(actual - value) <= self._deviation:
             unit = self.info.unit
             raise DeviceRejectedError(
@@ -96,6 +98,7 @@ class ConnectedDrive:
         self, value: float, timeout_s: float | None, meanwhile: Callable[[], None]
     ) -> None:
         limit_s = self._limit_s if timeout_s is None else timeout_s
+        # `set` of such a device may wait until the drive has arrived: nothing can be polled.
         if self._approaching is None:
             set_it = partial(self._device.set, self.name, value)
             self._role.call(self._set, self._role.moving(self._set, set_it, limit_s), limit_s)

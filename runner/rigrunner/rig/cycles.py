@@ -64,6 +64,7 @@ class CycleCount:
         for role, count in self._counts.items():
             self._bring_up(count)
             count.done = done.get(role, 0.0)
+        # A resumed run may not have set the drives of all roles again yet.
         for role in done.keys() - self._counts.keys():
             self._counts[role] = _Count(done[role])
 

@@ -29,6 +29,7 @@ class Call(Protocol):
 
 def as_number(value: object) -> float:
     """Return a number of a driver, such as a NumPy scalar, as float; raise DeviceRejectedError."""
+    # Not isinstance: numpy.float64 is a float as well, and becomes a plain one below.
     if type(value) is float:
         return value
     if isinstance(value, SupportsFloat) and not _is_complex(value):

@@ -75,6 +75,7 @@ class HeldChannels:
                 value = as_number(values.get(name, math.nan))
                 if math.isfinite(value):
                     found[member] = value
+        # AttributeError: the driver gave no mapping.
         except (DeviceRejectedError, AttributeError) as error:
             raise DeviceRejectedError(
                 f"{self._role.name}: the driver gave {values!r}",

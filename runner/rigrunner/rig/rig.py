@@ -141,6 +141,7 @@ class Rig:
             except BaseException as error:  # noqa: BLE001  (told; the others have their turn)
                 failed[role] = error_text(error)
 
+        # Longer than `_connect` takes at most: only a device that is called inline needs it.
         limit_s = 3 * self._patience.connect_s
         connecting = {
             role: Thread(target=connect, args=(role,), daemon=True) for role in self.devices
@@ -151,6 +152,7 @@ class Rig:
             each.join(limit_s)
             if each.is_alive():  # a device that is called inline has no time limit
                 failed[role] = f"'connect' did not return within {limit_s:.3g} s"
+        # A copy: a thread that was given up may still add its error.
         return dict(failed)
 
     def person(self) -> AbstractContextManager[None]:
@@ -254,6 +256,7 @@ class Rig:
         staying = []
         for role, drive in safe_places(self._safe_order, self.devices):
             device = self.devices[role]
+            # A device pauses as a whole.
             if drive:
                 continue
             if isinstance(device, Pausable):
@@ -271,6 +274,7 @@ class Rig:
             device = self._roles[role].need(Pausable)  # type: ignore[type-abstract]  # a Protocol
             self._move(role, "resume", device.resume)
             self.cycles.resume(role)
+            # Last: a device that did not resume is still paused.
             self._paused.pop()
 
     def stream(
@@ -337,6 +341,7 @@ class Rig:
         self._paused.clear()
         self._set_points.clear()
         self.cycles.stop()
+        # Before it: a call that returns while the rig is made safe may undo that too.
         given_up = {role.name: late for role in self._roles.values() if (late := role.late)}
         reports: dict[tuple[str, str], SafetyReport] = {}
 
@@ -357,6 +362,7 @@ class Rig:
         places = [
             (role, drive)
             for role, drive in safe_places(self._safe_order, self.devices)
+            # Drives of a device that never answered are left to its own `make_safe`.
             if not drive or role in self._connected
         ]
         for role, drive in places:
@@ -383,9 +389,11 @@ class Rig:
 
     def _connect(self, role: str) -> Identity:
         limit_s, connect = self._patience.connect_s, self.devices[role].connect
+        # The driver keeps the limit itself; twice that ends one that does not.
         longest_s = math.inf if math.isinf(self._patience.answer_s) else 2 * limit_s
         identity = self._call(role, "connect", lambda: connect(limit_s), longest_s)
         self._connected.add(role)
+        # After it counts as connected: also a device that is refused is left safe.
         refuse_unnamed(role, identity)
         identity = plain_identity(identity)
         self._roles[role].look_anew()

@@ -206,6 +206,7 @@ def after_late_call(
     A late call can undo making safe: after it the device is made safe `again`. Until it returns,
     the read-back may change.
     """
+    # A Ctrl-C ends the wait, not the report.
     with suppress(KeyboardInterrupt):
         late.wait(ThreadCaller.grace_s)
     if late.has_returned:

@@ -61,6 +61,7 @@ def _visa(resource: str) -> frozenset[str]:
         case "TCPIP", [host, port, kind] if kind.upper() == "SOCKET":
             return _tcp(f"{host}:{port}")
         case "TCPIP", [host, *rest]:
+            # The device name is optional; VPP-4.3 takes inst0 then.
             name = rest[0].lower() if rest and rest[0].upper() != "INSTR" else "inst0"
             return frozenset(f"visa:TCPIP::{each}::{name}" for each in _numbers(host))
         case _, rest:
@@ -86,6 +87,7 @@ def _numbers(host: str) -> frozenset[str]:
         except (OSError, UnicodeError):
             return
 
+    # In a thread, as a look-up has no time limit of its own.
     asking = threading.Thread(target=ask, name=f"resolve {host}", daemon=True)
     asking.start()
     asking.join(_RESOLVE_S)
@@ -93,6 +95,7 @@ def _numbers(host: str) -> frozenset[str]:
 
 
 def _number_of(text: str) -> str:
+    # Without the zone of a link-local IPv6 address: "fe80::1%eth0".
     number = ipaddress.ip_address(text.partition("%")[0])
     if isinstance(number, ipaddress.IPv6Address) and number.ipv4_mapped is not None:
         number = number.ipv4_mapped

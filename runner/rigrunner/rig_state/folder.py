@@ -60,6 +60,7 @@ def open_plain(path: Path, flags: int) -> int:
         if not create:
             raise
         opened = os.open(path, flags | os.O_CREAT | os.O_EXCL, FOR_ALL)
+        # The umask took away what others need.
         with suppress(AttributeError, OSError):  # Windows has it not
             os.fchmod(opened, FOR_ALL)
     known = os.fstat(opened)

@@ -109,6 +109,7 @@ def _named(path: Path, holder: Holder) -> Iterator[None]:
 
 def is_held(lock: Path) -> bool:
     """Return whether a process holds a lock; False if unknown."""
+    # FileLock would create it.
     if not lock.is_file():
         return False
     try:

@@ -197,7 +197,9 @@ def encode(owner: Owner, drives: tuple[DriveMark, ...], safe_by: str = "") -> by
         "safe_by": safe_by,
     }
     header = json.dumps(known, ensure_ascii=False).encode()
-    if len(header) >= HEADER:  # of so many drives that it is the least that is to be known
+    # With very many drives: their set-points all stand behind the header, their names as far as
+    # there is room.
+    if len(header) >= HEADER:
         known["owner"] = asdict(replace(owner, addresses={}, plugins={}))
         known["drives"] = known["drives"][:100]
         header = json.dumps(known, ensure_ascii=False).encode()
@@ -240,6 +242,7 @@ def _read(path: Path) -> Marker | None:
         content = read_plain(path)
     except FileNotFoundError:
         return None
+    # Unreadable is not safe: somebody else owns it, or a link is in its place.
     except OSError:
         return Marker(station, None)
     if not content:

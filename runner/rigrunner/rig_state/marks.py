@@ -50,6 +50,7 @@ class RigMarks:
         """The lock files of the rig, with descriptors that a process can inherit."""
         self.roles = frozenset(roles)
         left = read_marker(owner.station)
+        # This process has the lock now, so whoever left the marker has not.
         self.left = None if left is None else replace(left, is_in_use=False)
         """The marker that an earlier process left; None if it left the rig safe."""
         self.unconfirmed = self._left_roles()
@@ -96,10 +97,12 @@ class RigMarks:
                     self._add(DriveMark(member, info.unit, safe_value, value))
             elif values[place] != value:
                 try:
+                    # Eight bytes, not synced: the page cache survives the process (decision 22).
                     with self._writing:
                         os.lseek(self._opened, HEADER + place * VALUE.size, os.SEEK_SET)
                         os.write(self._opened, pack(value))
                 except OSError as error:
+                    # The way to the safe value has to stay open.
                     if value != safe_value:
                         raise _unwritten(error) from error
                 values[place] = value
@@ -122,6 +125,7 @@ class RigMarks:
             if not self.unconfirmed:
                 self.settle(f"'{self.owner.procedure}' made it safe")
         left = [each for each in self._now() if each.member.role not in roles]
+        # Nothing of this process: a marker on the disk may be of another one.
         if len(left) == len(self._drives):
             return
         with self._writing, suppress(DeviceError, OSError):
@@ -195,6 +199,7 @@ class RigMarks:
 
     def _keep(self, drives: list[DriveMark]) -> None:
         self._drives = drives
+        # In place: the functions of `before_set` hold both collections.
         self._values[:] = [each.set_point for each in drives]
         self._places.clear()
         self._places.update((each.member, place) for place, each in enumerate(drives))
@@ -211,6 +216,7 @@ class RigMarks:
             if self._opened < 0:
                 path = shared_folder() / f"{self.owner.station}{SUFFIX}"
                 self._opened = open_plain(path, os.O_RDWR | os.O_CREAT)
+                # A new file is found after a power failure only if its name is on the disk too.
                 sync_names(path.parent)
             overwrite(self._opened, encode(self.owner, tuple(self._now())))
         except OSError as error:

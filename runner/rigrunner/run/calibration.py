@@ -113,6 +113,7 @@ class _Register:
     def _out_of_range(self, each: Instrument) -> Iterator[Finding]:
         bounds = each.calibrated_range
         simulated = self._is_simulated(each.channel) or each.calibration == "trial"
+        # Nothing has to be entered for a simulated device, but what is entered is held to.
         if simulated and not (each.range_ or each.points):
             return
         if bounds is None:

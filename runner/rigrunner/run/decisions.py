@@ -235,6 +235,7 @@ def _write(folder: Path, content: Mapping[str, Any]) -> Path:
     number = max((number for number, _ in _files(folder)), default=FIRST - 1) + 1
     path = folder / _name(number)
     with writing(path):
+        # "x": a decision that another process has just written is not overwritten.
         with path.open("x", encoding="utf-8") as file:
             file.write(f"{text}\n")
         sync_file(path)
@@ -255,11 +256,13 @@ def _read(path: Path, digest: str) -> DecisionFile:
     try:
         content = path.read_bytes()
         document = json.loads(content)
+        # The decision may have been written in an earlier language of procedures.
         held = upgraded_acceptance(document["acceptance"])
         acceptance = Acceptance.model_validate(held, context={STORED: True})
         file = DecisionFile(path, document, acceptance, hashlib.sha256(content).hexdigest())
         recordings, kind = document["run"]["digest_sha256"], document["format"]
         words = vars(file.summary).values()
+        # Raises ValueError for a verdict that there is not.
         Verdict(file.summary.verdict)
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise _unreadable(path) from error

@@ -102,6 +102,7 @@ def finish(
     """
     outcome, reason, passed_over = end
     folder = writer.folder
+    # Before the data are read: it waits until each finished recording has its file.
     with kept(errors):
         writer.close()
     result = report = None
@@ -116,6 +117,7 @@ def finish(
         with kept(errors):
             plots = (each.plot() for each in result.details) if result else ()
             writer.seal(content, next(filter(None, plots), None), partners)
+    # Looked up: a Ctrl-C is raised only after the file has its name.
     sealed = RunFolder(folder).sealed_file.exists()
     if content is not None and sealed:
         with kept(errors):

@@ -128,6 +128,7 @@ class Following:
         """Take an event of the run."""
         match event:
             case StepStarted():
+                # A recording whose samples are not kept has no name, but curves all the same.
                 is_recorded = event.recording or event.action == "record"
                 self._started, self._recording = event if is_recorded else None, None
             case StepEnded(action="zero", ok=True):
@@ -162,6 +163,7 @@ class Following:
         for name, fold in list(self._folds):
             try:
                 if begins:
+                    # A copy: a later zero belongs to later recordings.
                     fold.begin(recording, replace(self._run, zeros=dict(self._zeros)))
                 curves = fold.take(block)
             except Exception as error:  # noqa: BLE001  (a stranger's may raise anything)

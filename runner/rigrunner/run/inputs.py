@@ -29,6 +29,7 @@ def answer_inputs(
     Raises UsageError for a given value that is no input or not an accepted answer.
     """
     asked = procedure.inputs
+    # First: nobody is asked anything before all that was given is accepted.
     taken = {name: _accepted(procedure, name, given[name]) for name in given}
     return {name: taken.get(name) or _asked(name, asked[name], answers) for name in asked}
 

@@ -95,6 +95,7 @@ def check_left(
     roles = marks.roles if reads else ()
     unsafe = [each for each in standing_of(rig, roles) if not each.is_safe]
     left = marks.left
+    # Nothing to make safe: at most it has to be recorded who made it safe before.
     if not unsafe and not marks.unconfirmed:
         return () if left is None else (_on_record(left, (), person, ""),)
     if left is None:
@@ -107,6 +108,7 @@ def check_left(
             hint=f"nothing was started; 'rigrunner devices {station_file}' makes it safe",
         )
     reports = rig.make_safe()
+    # Roles of the marker that were not read back now, so nobody knows of them.
     missing = ", ".join(sorted(marks.unconfirmed))
     problem = unsafe_text(reports) or (missing and f"not read back as safe: {missing}")
     if problem:
@@ -126,6 +128,7 @@ def standing_of(rig: Rig, roles: Collection[str]) -> Iterator[Standing]:
                 found = rig.read_back(role, info.name)
             except Exception as error:  # noqa: BLE001  (the next drive has its turn)
                 found, problem = math.nan, error_text(error)
+            # NaN agrees with nothing: what cannot be read back is not safe.
             is_safe = agrees(info, found, info.safe_value)
             known = (Member(role, info.name), info.unit, found, info.safe_value)
             yield Standing(*known, is_safe=is_safe, problem=problem)

@@ -42,6 +42,7 @@ class Detached:
         self._failure: Exception | None = None
         self._given_up = self._ends = False
         self._patience_s = PATIENCE_S
+        # A daemon: a listener that hangs must not keep the program from ending.
         self._thread = threading.Thread(target=self._work, name=f"listener {name}", daemon=True)
         self._thread.start()
 
@@ -96,6 +97,7 @@ class Detached:
 class _Weighed(Queue["Event | None"]):
     """A queue that is full by the weight of its items, not by their number."""
 
+    # These four are what `queue.Queue` has for other kinds of queues.
     def _init(self, maxsize: int) -> None:
         super()._init(maxsize)
         self._weight = 0

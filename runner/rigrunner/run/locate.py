@@ -45,6 +45,7 @@ def find_run(name_or_path: str, runs: Path) -> Path:
 
     A `run.h5` stands for its folder; a unique prefix of a name is enough.
     """
+    # A path wins over the name of a run.
     for candidate in (Path(name_or_path), runs / name_or_path):
         if candidate.is_dir() or candidate.is_file():
             if candidate.is_file() and candidate.suffix.lower() in _OTHER_FILES:

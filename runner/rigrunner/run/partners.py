@@ -171,6 +171,7 @@ def _found(wanted: Wanted, runs: Path, named: str | None) -> Path:
     name = named or (None if wanted.needed.run == LATEST else wanted.needed.run)
     if name is not None:
         return _named(wanted, find_run(name, runs), _named_age)
+    # Names begin with the time: the latest one comes first.
     return _first_fit(wanted, reversed(run_names(runs)), runs, _earlier_age)
 
 
@@ -254,6 +255,7 @@ def _too_old(age: timedelta, limit: timedelta, at: str) -> Iterator[str]:
 
 def _named_age(age: timedelta, limit: timedelta, at: str) -> Iterator[str]:
     yield from _too_old(age, limit, at)
+    # A named run may be a later one too, within the same limit.
     if age < -limit:
         yield f"it was made {_long(-age)} after this run, by their clocks: is one of them wrong?"
 
@@ -314,6 +316,7 @@ def _is_there(wanted: Mapping[str, Value], of: Recording | Measurement, within: 
 def _is(wanted: Value, found: float | str, within: float) -> bool:
     if isinstance(wanted, str) or isinstance(found, str):
         return wanted == found
+    # `abs_tol`, as no relative tolerance lets anything agree with 0.
     return isclose(wanted, found, rel_tol=within, abs_tol=1e-12)
 
 

@@ -113,6 +113,7 @@ def plan_run_in(
     loaded_procedure = problems.without(lambda: load_procedure(procedure, kinds, text=text))
     problems += of_station
     if loaded_procedure is None or loaded_station is None:
+        # Another name: mypy does not narrow a variable inside a lambda.
         if (alone := loaded_station) is not None:
             problems.without(lambda: check_station_plugins(alone, registry))
         raise InvalidFileError(problems)
@@ -130,7 +131,8 @@ def plan_run_in(
         lambda: make_plan(loaded_procedure, loaded_station, devices), but_of=missing
     )
     problems.without(lambda: check_result_limits(loaded_procedure, registry))
-    if plan is not None and not missing:  # whose steps the plan lacks
+    # A plan lacks the steps of devices that could not be made: what analyses miss follows from it.
+    if plan is not None and not missing:
         to_come = run_to_come(loaded_procedure.model, loaded_station, plan, devices)
         problems.without(lambda: check_plan(loaded_procedure, loaded_station, to_come, registry))
         problems.without(lambda: check_analyses(loaded_procedure, loaded_station, plan, registry))

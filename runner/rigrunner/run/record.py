@@ -152,6 +152,7 @@ def carry_out(
         inputs=inputs,
         partners=partners,
         listeners=listeners,
+        # The plain token: the analysis is not on the tape.
         progress=stoppable(progress, stop),
         person=person,
     )
@@ -175,12 +176,14 @@ def into_folder(
     """
     errors: list[BaseException] = []
     with ExitStack() as held:
+        # Outermost: the listeners hear how the run ended, after the rig is free.
         of_station = held.enter_context(listeners_of(planned))
         with rig_lock(planned) as marks, guarded(planned, marks) as guardian:
             rig = rig_of(planned, marks, guardian.pulse if guardian else None)
             identified = rig.connect()
             try:
                 file, reads = planned.station.document.name, planned.tape is None
+                # A person may be asked whether the rig may be made safe, and may take any time.
                 with rig.person():
                     before = check_left(rig, marks, person, file, reads=reads)
                 if marks is not None:
@@ -198,8 +201,10 @@ def into_folder(
                     )
                     summary = work(rig, bus, writer.folder, before)
                 if marks is not None:
+                    # The run has recorded now how it found the rig: the old marker is not needed.
                     marks.put_on_record()
             except BaseException as error:
+                # A person refused to make it safe: something may be in the way of its drives.
                 if not isinstance(error, LeftAsItStandsError):
                     note_unsafe(error, rig.make_safe())
                 with noted_on(error, "closing the rig"):
@@ -208,8 +213,10 @@ def into_folder(
             rig.make_safe()
             with kept(errors):
                 rig.close()
+        # First: an error while closing the rig came after it.
         if summary.error is not None:
             errors.insert(0, summary.error)
+        # From here on the rig is free for others; the folder stays locked until it is sealed.
         end = (summary.outcome, summary.reason, summary.passed_over)
         finished = finish(
             planned,

@@ -79,10 +79,12 @@ def station_lock(
         taken: set[str] = set()
         for place in places:
             named = f"the instrument of '{place.role}' at {place.written}"
+            # Several roles may have one address; a second lock on it would wait for the first.
             for address in sorted(place.addresses - taken):
                 lock = folder / f"{_file_name(address)}.lock"
                 locks[lock] = _take(held, lock, holder, named)
             taken |= place.addresses
+        # With the locks held: no other run can energise these instruments any more.
         _refuse_left_by_others(station_id, places)
         owner = Owner(
             station=station_id,

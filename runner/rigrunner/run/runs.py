@@ -68,4 +68,5 @@ def listed_run(runs: Path, name: str) -> ListedRun:
 def _waits(info: RunInfo) -> bool:
     if info.sealed or info.outcome != Outcome.COMPLETED:
         return False
+    # A partner run that does not exist yet has no path.
     return not all(info.header.files.values())

@@ -11,7 +11,7 @@ from rigrunner.api.events import Intervention, Outcome, RunEnded
 from rigrunner.bus import EventStamp
 from rigrunner.clock import utc_text
 from rigrunner.runfile import read_damaged, sealed_file_of, write_salvaged
-from rigrunner.runfile.durable import writing
+from rigrunner.runfile.durable import temporary, writing
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.manifest import place
 
@@ -79,10 +79,13 @@ def salvage(path: Path, clock: Clock, by: str, reason: str = "") -> Path:
     )
     with writing(target):
         target.mkdir()
+    sealed = RunFolder(target).sealed_file
     try:
-        write_salvaged(damaged, header, events, RunFolder(target).sealed_file)
+        write_salvaged(damaged, header, events, sealed)
     except BaseException:
+        # Not the folder with all that is in it: a Ctrl-C may come once the file has its name.
         with suppress(OSError):
+            temporary(sealed).unlink(missing_ok=True)
             target.rmdir()
         raise
     return target

@@ -59,6 +59,7 @@ def measured(events: Sequence[Event]) -> Measured:
         match event:
             case StepStarted():
                 started = event
+                # Its rows come one by one, before it is known whether it will be completed.
                 if event.action == "scan":
                     attempts.append(_Attempt((event.step, event.index)))
                     _count(attempts[-1], counting)
@@ -70,10 +71,10 @@ def measured(events: Sequence[Event]) -> Measured:
             case StepEnded(ok=True) if row := _row_of_step(event, started, began):
                 attempts.append(_Attempt((event.step, event.index), [row], completed=True))
                 _count(attempts[-1], counting)
-    last = set(map(id, counting.values()))
+    last = set(counting.values())
     return Measured(
         tuple(row for each in counting.values() for row in each.rows),
-        tuple(row for each in attempts if id(each) not in last for row in each.rows),
+        tuple(row for each in attempts if each not in last for row in each.rows),
     )
 
 
@@ -90,6 +91,7 @@ def _count(attempt: _Attempt, counting: dict[_Step, _Attempt]) -> None:
     """Let an attempt count, in its order, unless only an earlier one was completed."""
     before = counting.get(attempt.step)
     if attempt.completed or before is None or not before.completed:
+        # To the end: the rows stand in the order in which they were measured.
         counting.pop(attempt.step, None)
         counting[attempt.step] = attempt
 

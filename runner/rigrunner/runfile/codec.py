@@ -110,6 +110,7 @@ def event_text(event: events.Event) -> str:
     """Return an event as JSON in ASCII, without the truth of a simulator."""
     document = msgspec.to_builtins(event, enc_hook=_plain)
     document.pop("truth", None)
+    # In ASCII, as the columns of events in the run file are.
     return json.dumps(document)
 
 

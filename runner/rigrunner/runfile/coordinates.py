@@ -50,6 +50,7 @@ def write_written(parent: h5py.Group, written_in: Mapping[str, str]) -> None:
     """Write the number and unit of each set-point and coordinate as in the procedure."""
     for member in _kept(parent):
         if symbol := written_in.get(str(member.attrs["name"])):
+            # A coordinate is a group with attributes, a set-point a scalar dataset.
             value = member.attrs["value"] if "value" in member.attrs else member[()]
             number = from_si(float(value), symbol)
             member.attrs.update({"written": number, "written_in": symbol})

@@ -35,6 +35,7 @@ class RecordingDigest:
         self._known: dict[str, object] = {
             "name": name,
             "rate_hz": float(rate_hz),
+            # As floats: 1 and 1.0 are one set-point, but not one text.
             "setpoints": {key: float(value) for key, value in setpoints.items()},
             "units": dict(units),
         }

@@ -41,6 +41,7 @@ def temporary(path: Path) -> Path:
 def publish(path: Path, *, read_only: bool) -> None:
     """Sync the temporary file of `path` and rename it, durably."""
     sync_file(temporary(path))
+    # Before it has its name: nobody finds it writable.
     if read_only:
         temporary(path).chmod(READ_ONLY)
     _rename(temporary(path), path)
@@ -61,6 +62,7 @@ def _rename(source: Path, target: Path) -> None:
 
 def sync_file(path: Path) -> None:
     """Wait until the content of a file is on the disk."""
+    # Not read-only: Windows syncs only what may be written.
     descriptor = os.open(path, os.O_RDWR)
     try:
         os.fsync(descriptor)

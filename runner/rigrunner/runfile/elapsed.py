@@ -40,6 +40,7 @@ def cycles_of(started: StepStarted | None, names: Iterable[str]) -> int | None:
     """Return the number of cycles before a step: of the role of these channels, or the only one."""
     counts = started.cycles if started is not None else {}
     roles = {name.partition(".")[0] for name in names} & counts.keys()
+    # The channels of a row may be of a role that does not move, or of several.
     if len(roles) != 1:
         roles = set(counts)
     return round(counts[roles.pop()]) if len(roles) == 1 else None

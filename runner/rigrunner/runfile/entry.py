@@ -150,6 +150,7 @@ def add_recordings(
                 group[place].attrs["cycles"] = cycles[name]
     recordings = _in_order(finished)
     entry.attrs["sha256"] = _digest(recordings, rows, format_of(entry))
+    # What a NeXus viewer opens by itself.
     for first in recordings[:1]:
         finished.attrs["default"], entry.attrs["default"] = _name(first), "recordings"
 

@@ -44,6 +44,7 @@ def safe_name(text: str) -> str:
 def _first_free(runs: Path, name: str) -> Path:
     for number in count(1):
         folder = runs / (name if number == 1 else f"{name}-{number}")
+        # `mkdir` decides, not a look before: two runs may begin in the same second.
         try:
             folder.mkdir()
         except FileExistsError:

@@ -74,6 +74,7 @@ def is_checksummed(path: Path) -> bool | None:
         with path.open("rb") as file:
             begin = file.read(len(_SIGNATURE) + 1)
         if not begin.startswith(_SIGNATURE):
+            # Such as one that begins with a user block, which we do not write.
             return False if h5py.is_hdf5(path) else None
     except OSError:
         return None
@@ -88,6 +89,7 @@ def open_file(path: Path) -> Iterator[h5py.File]:
             yield file
     except FileNotFoundError as error:
         raise there_is_none(path) from error
+    # These two are OSErrors, as damage is: they have to come before it.
     except BlockingIOError as error:
         raise DataError(
             f"{path} is locked: another program has it open", hint="close it there"
@@ -200,6 +202,7 @@ def _member(group: h5py.Group, name: str) -> h5py.Group | h5py.Dataset:
 
 
 def _address(group: h5py.Group) -> int:
+    # Its place in the file, which is the same by whatever name it is reached.
     return int(h5py.h5o.get_info(group.id).addr)
 
 
@@ -226,6 +229,7 @@ def free_name(parent: h5py.Group, name: str) -> str:
 
 def write_text(group: h5py.Group, name: str, text: str) -> None:
     """Write a text as an attribute, or as a uint8 dataset where it is too long for one."""
+    # A NUL would end the text of an attribute.
     if len(text.encode(errors="surrogateescape")) > _LONGEST_ATTRIBUTE or "\0" in text:
         write_verbatim(group, name, text)
     else:

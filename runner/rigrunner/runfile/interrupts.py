@@ -28,6 +28,7 @@ def uninterrupted() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, former)
+        # SIG_IGN and SIG_DFL are not.
         if callable(former):
             for frame in came:
                 former(signal.SIGINT, frame)

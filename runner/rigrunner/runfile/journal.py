@@ -64,6 +64,7 @@ class JournalWriter:
         self.path = path
         self.sync_due_s = monotonic() + _SYNC_EVERY_S
         """When the latest records are to be synced."""
+        # "x": a journal is never written over.
         self._file = path.open("xb" if records_end is None else "r+b", buffering=0)
         self._end = len(MAGIC) if records_end is None else records_end
         if records_end is None:
@@ -111,6 +112,7 @@ class JournalWriter:
             self._file.truncate()
 
     def _write(self, data: bytes | memoryview) -> None:
+        # Unbuffered: the system may take a part, and then says so.
         written = self._file.write(data) or 0
         while written < len(data):
             written += self._file.write(memoryview(data)[written:]) or 0
@@ -146,6 +148,7 @@ def _next(file: BinaryIO, start: int, size: int) -> Record | None:
         return None
     length, kind, checksum = _HEAD.unpack(head)
     end = start + _HEAD.size + length
+    # A damaged length must not ask for memory.
     if end > size:
         return None
     payload = file.read(length)

@@ -35,6 +35,7 @@ def run_lock(folder: Path) -> Iterator[None]:
     try:
         yield
     finally:
+        # A sealed run is never written again.
         if files.sealed_file.exists():
             with suppress(OSError):  # on Windows a file that is open cannot be removed
                 files.lock.unlink()

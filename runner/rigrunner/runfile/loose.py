@@ -104,6 +104,7 @@ class SampleJournal:
         """Return all but the samples, from the events of its step."""
         mine = [one for one in events if getattr(one, "recording", "") == self.name]
         started = [one for one in mine if isinstance(one, StepStarted)]
+        # With a damaged end it is incomplete, whatever its events say.
         ended = [one for one in mine if isinstance(one, StepEnded) and not self.is_damaged]
         return facts_of(
             self.number, self.shape, started[-1] if started else _unknown_start(self.name),
@@ -128,7 +129,8 @@ def read_journal(files: RunFolder) -> Journal:
         elif record.kind == Kind.ROW and rows is not None:
             events.append(rows.event_from(record.payload))
         elif record.kind == Kind.TRUTH:
-            truth.update([truth_from(record.payload)])
+            recording, values = truth_from(record.payload)
+            truth[recording] = values
     if not headers:
         raise DataError(
             f"{files.path} is not a run: its journal ends before the run's header",
@@ -155,6 +157,7 @@ def unfolded(files: RunFolder) -> list[SampleJournal]:
     found = (
         open_samples(path)
         for path in files.sample_journals()
+        # After a kill before a folded journal was removed there are both, and the file counts.
         if not files.part(_number(path)).exists()
     )
     return [journal for journal in found if journal is not None]

@@ -105,6 +105,7 @@ def object_digest(item: h5py.Group | h5py.Dataset, path: str = "") -> str:
             "data": _data_digest(item, path),
         }
     else:
+        # A manifest cannot have a digest of itself.
         hidden = {MANIFEST} if path == ENTRY_ITEM else set()
         known["members"] = sorted(set(members(item)) - hidden)
     return hashlib.sha256(_canonical(known).encode()).hexdigest()
@@ -168,6 +169,7 @@ def stored_items(entry: h5py.Group) -> dict[str, object]:
 
 def _is_column(path: str, item: h5py.Group | h5py.Dataset) -> bool:
     """Return whether it holds samples: recordings/name/column, also of a partner run."""
+    # Padded, so that a short path has three parts too.
     *_, kind, _name, _column = ("", "", *path.split("/"))
     return isinstance(item, h5py.Dataset) and kind in _SAMPLES
 

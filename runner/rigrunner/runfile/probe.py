@@ -27,14 +27,9 @@ def refuse_crashing(path: Path) -> None:
     """Raise DataError for a file on which the HDF5 library crashes or hangs."""
     limit_s = _LEAST_S + path.stat().st_size / _BYTES_PER_S
     try:
+        # -P: no module of the present folder is imported.
         done = subprocess.run(  # noqa: S603  (this interpreter, on a text of ours)
-            [
-                sys.executable,
-                "-P",
-                "-c",
-                _CHILD,
-                str(path),
-            ],  # -P: no module of the folder we are in
+            [sys.executable, "-P", "-c", _CHILD, str(path)],
             stdin=subprocess.DEVNULL,
             capture_output=True,
             timeout=limit_s,

@@ -103,6 +103,7 @@ def _sealed_file_of(path: Path) -> Path | None:
     if not path.exists():
         raise DataError(f"there is no run {path}")
     files = RunFolder(path)
+    # First: a kill may have left a journal beside it.
     if files.sealed_file.exists():
         return files.sealed_file
     if not files.events.exists():

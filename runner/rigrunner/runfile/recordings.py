@@ -73,7 +73,10 @@ class RecordingFacts:
         """Return the digest, to which samples are then added."""
         units = {channel: self.units.get(channel, "") for channel in self.channels}
         units |= {name: self.units[name] for name in self.coordinates if name in self.units}
-        return RecordingDigest(self.name, self.rate_hz, self.setpoints, units, self.coordinates)
+        digest = RecordingDigest(self.name, self.rate_hz, self.setpoints, units, self.coordinates)
+        # A channel of which no sample came is in the digest too: no block adds it.
+        digest.update({channel: np.empty(0) for channel in self.channels})
+        return digest
 
 
 @dataclass(frozen=True)
@@ -190,6 +193,7 @@ def read_recording(group: h5py.Group, scratch: Scratch | None = None) -> Recordi
             digest.update({name: values})
         else:
             parts = _digested(column, name, digest)
+            # This walks through the parts, and so adds them to the digest.
             limits = limits_of(parts) if len(column) else None
             channels[name] = StoredSamples.of(column, Path(group.file.filename), limits, scratch)
     if digest.hexdigest() != group.attrs["sha256"]:
@@ -271,6 +275,7 @@ def _columns(group: h5py.Group) -> dict[str, h5py.Dataset]:
 
 
 def _storage(facts: RecordingFacts) -> dict[str, object]:
+    # HDF5 refuses a chunk that is larger than its dataset, and one of no samples.
     return {"chunks": (min(facts.samples, _CHUNK),), **_FILTERS} if facts.samples else {}
 
 

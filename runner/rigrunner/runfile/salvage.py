@@ -76,7 +76,7 @@ class DamagedRun:
     header: RunHeader
     """The header, with empty texts for those that are lost."""
     events: tuple[Event, ...]
-    """The events; None if they are lost."""
+    """The events; empty if they are lost."""
     truth: Mapping[str, Mapping[str, float]]
     sound: Mapping[str, str]
     """The name of each intact recording by its path, such as 'recordings/_001_1Hz'."""
@@ -181,6 +181,7 @@ class _Reading:
         for kind in KINDS:
             for member in self._members(kind, wanted):
                 place = f"{kind}/{member}"
+                # Without a manifest a recording has only its own digest to be checked by.
                 if (not wanted or place in wanted) and not self._is_lost(place):
                     try:
                         name = self._read(place)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from contextlib import suppress
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -57,6 +58,7 @@ def seal(
     if files.sealed_file.exists():
         raise DataError(f"{files.sealed_file} is sealed, and is never written again")
     journal = read_journal(files)
+    # Those that a kill interrupted, and those whose fold failed.
     for samples in unfolded(files):
         fold(files, samples, journal.events)
     with new_file(files.sealed_file, read_only=True) as file:
@@ -68,6 +70,7 @@ def seal(
         for name, other in partners.items():
             _embed(entry, name, other)
         write_manifest(entry)
+    # Last: a kill at any instant leaves either these or the sealed file.
     _remove_loose(files)
     return files.sealed_file
 
@@ -94,9 +97,10 @@ def _embed(entry: h5py.Group, name: str, partner: Path) -> None:
     sealed = sealed_file_of(partner)
     if sealed is None:
         loose = RunFolder(partner)
-        journal = read_journal(loose)
+        journal = replace(read_journal(loose), truth={})
         group.attrs[FORMAT_ATTRIBUTE] = journal.format
         _write_loose(group, loose, journal)
+        del group["verification"]  # empty, as no truth was given
         return
     with open_file(sealed) as file:
         source = file[ENTRY]

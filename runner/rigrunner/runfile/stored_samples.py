@@ -57,6 +57,7 @@ class StoredSamples:
     def __getitem__(self, which: slice, /) -> Array:
         """Return the samples of a slice, in memory."""
         begin, end, step = which.indices(self.samples)
+        # Only whole pieces in a row are cached.
         if step != 1 or end <= begin:
             return self._unpacked(which)
         first, last = begin // PIECE, -(-end // PIECE)
@@ -68,6 +69,7 @@ class StoredSamples:
 
     def _pieces(self, first: int, last: int) -> Array:
         found = self.scratch.read(self.piece + first, last - first)
+        # What is cached is of the file as it was.
         if found is not None:
             self._refuse_changed()
             return found
@@ -77,6 +79,7 @@ class StoredSamples:
 
     def _unpacked(self, which: slice) -> Array:
         with open_file(self.path) as file:
+            # Once it is open: what replaces the file from now on is not what is read.
             self._refuse_changed()
             return np.asarray(file[self.place][which], np.float64)
 

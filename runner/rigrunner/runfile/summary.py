@@ -77,6 +77,7 @@ def read_summary(path: Path) -> RunSummary:
 
 
 def _of_entry(entry: h5py.Group) -> RunSummary:
+    # Each member is checked where it is read: `objects` would walk through the whole file.
     if MANIFEST in entry:
         _checked_text(entry, MANIFEST)
     run_id, provenance = read_text(entry, "run_id"), _texts(entry, "provenance")

@@ -116,6 +116,7 @@ class RunWriter:
                 case _:
                     self._append(event)
         except OSError as error:  # of a journal, which takes back what it could not write whole
+            # Raised by the other sink: this one has to store what follows.
             self._failure = cannot_write(self.folder, error)
             self._failure.__cause__ = error
 
@@ -178,10 +179,11 @@ class RunWriter:
         self._is_torn = False
 
     def _end_recording(self, event: StepEnded) -> None:
+        # Synced before its end is stored: a recording that has ended is whole on the disk.
         started, shape, samples = self._started, self._shape, self._close_samples()
         self._started = None
         if self._is_torn and event.ok:
-            return  # it is not done
+            return  # without its end it counts as interrupted
         if event.truth:
             self._events.append(Kind.TRUTH, truth_bytes(event.recording, event.truth))
         self._append(event)
@@ -215,6 +217,7 @@ def _begun(files: RunFolder, header: RunHeader) -> JournalWriter:
     events = JournalWriter(files.events)
     events.append(Kind.HEADER, header_bytes(header))
     events.sync()
+    # The folder of the run is new as well: its name has to be on the disk too.
     for path in (files.journal, files.path, files.path.parent):
         sync_folder(path)
     return events
@@ -223,6 +226,7 @@ def _begun(files: RunFolder, header: RunHeader) -> JournalWriter:
 def _reopened(files: RunFolder) -> tuple[JournalWriter, int]:
     """Return the journal of an interrupted run, and the number of its last recording."""
     journal = read_journal(files)
+    # Both: a recording may have no samples yet, or have lost its start with a torn end.
     begun = sum(isinstance(one, StepStarted) and bool(one.recording) for one in journal.events)
     numbers = [int(path.stem) for path in (*files.sample_journals(), *files.finished_parts())]
     events = JournalWriter(files.events, journal.records_end)

@@ -72,6 +72,7 @@ class Confirm(Action):
         with doing.rig.person():
             agreed = doing.answers.confirm(step, self)
         answer = YES if agreed else NO
+        # Before a "no" ends the run: the answer is on record.
         doing.emit(Answer, step=step, text=answer, by=doing.answers.by, into=self.into)
         if self.into:
             doing.inputs[self.into] = answer

@@ -103,8 +103,10 @@ def plan(measure: MeasureStep, planning: Planning) -> None:
     told = {member: info for member, info in infos.items() if info is not None}
     numbers = tuple(each for each in measure.channels if each not in told)
     units = planning.units(numbers)
-    if len(infos) < len(measure.channels) or (numbers and not units):
-        if len(infos) < len(measure.channels) and len(set(numbers)) == len(numbers):
+    twice = len(infos) < len(measure.channels)
+    if twice or (numbers and not units):
+        # Numbers that are listed twice are a problem of `planning.units` already.
+        if twice and len(set(numbers)) == len(numbers):
             planning.complain(("channels",), "a channel is listed twice", "name it once")
         return
     seconds = measure.duration or 0.0
@@ -112,6 +114,7 @@ def plan(measure: MeasureStep, planning: Planning) -> None:
         message = f"{', '.join(told)}: what is not a number has no mean"
         planning.complain(("channels",), message, "a measure step of its own, without a duration")
     rate_hz = _averaging_rate_hz(numbers, planning) if seconds and numbers else None
+    # Without a stream the channels are read one by one, so their devices must be readable.
     if rate_hz is None:
         planning.must_be_read(units)
     array_units = {member: info.unit for member, info in told.items() if info.unit}

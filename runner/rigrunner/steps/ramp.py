@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from rigrunner.engine.session import Session
     from rigrunner.plan.planning import Planning
 
+# A ramp at just the fastest rate of the drive must not fail by rounding.
 _ROUNDING = 1 + 1e-9
 
 
@@ -82,6 +83,7 @@ def plan(ramp: RampStep, planning: Planning) -> None:
     if drive is None or (ramp.from_ and not _resolved(ramp, "from", ramp.from_, planning)):
         return
     start = ramp.from_.si if ramp.from_ else drives.standing(ramp.drive, drive)
+    # With `from` elsewhere than it stands, the drive is first set to there.
     before_s = drives.move(ramp.drive, drive, start)
     duration_s = _ramp_s(ramp, abs(ramp.to.si - start), drive, planning)
     drives.move(ramp.drive, drive, ramp.to.si, ramp.to.unit.symbol)

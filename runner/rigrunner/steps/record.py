@@ -145,6 +145,7 @@ def plan(record: RecordStep, planning: Planning) -> None:
     names = tuple(member.name for member in record.channels)
     beside = scene.bench.conditions(role, names)
     limits = planning.recorded_limits(record.limits, record.channels, beside)
+    # Channels that are read beside the stream have values, and no statistics.
     limited = [each.of for each in limits if each.of not in beside]
     setpoints = planning.setpoints()
     every = record.keep_every
@@ -180,6 +181,7 @@ def _name(number: str, frequency_hz: float | None, planning: Planning) -> str:
     for name, value in place.coordinates.items():
         unit, written = place.coordinate_units.get(name, ""), place.written_in.get(name, "")
         text = written_text(value, unit, written)
+        # A text says what it is, such as "wear"; a number needs its name: "block3".
         parts.append(re.sub(r"[^\w.+-]+", "", text if isinstance(value, str) else name + text))
     return "_".join(parts)[:_LONGEST_NAME]
 

@@ -69,6 +69,7 @@ def plan(repeat: RepeatStep, planning: Planning) -> None:
         for key, until in each_until(repeat.until, written):
             look = plan_until(until, key, (index + 1, times), planning)
             looks += [] if look is None else [look]
+    # How many steps each look can leave out is known only now.
     end_until(looks, planning.scene)
 
 

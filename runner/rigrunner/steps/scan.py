@@ -133,6 +133,7 @@ class Scan(Action):
         values: Mapping[str, float] = NONE
         for point, value in enumerate(self.values):
             try:
+                # Before the first point the engine has just checked, as before each step.
                 if point:
                     doing.check(read_all=True)
                 move(value)
@@ -142,6 +143,7 @@ class Scan(Action):
             except (DeviceError, DataError) as error:
                 error.message = f"at {self.where(point)}: {error.message}"
                 raise
+            # Before it is judged: a row out of limits is kept like any other.
             emit(
                 Scanned,
                 step=step,
@@ -159,6 +161,7 @@ class Scan(Action):
 
 def plan(scan: ScanStep, planning: Planning) -> None:
     """Plan the set-points and the channels."""
+    # Before `_through`, which moves the drives of the plan.
     before = planning.setpoints()
     units, moved_s = planning.units(scan.channels), _through(scan, planning)
     for index, each in enumerate(scan.over):

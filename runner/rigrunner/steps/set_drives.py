@@ -53,6 +53,7 @@ class SetStep(StepSettings):
     ) -> JsonSchemaValue:
         """Return the schema as written, with drives beside the options."""
         schema: dict[str, Any] = handler(core_schema)
+        # In the file the drives are keys of the step itself, and `drives` is none.
         found = handler.resolve_ref_schema(schema)
         drives = found["properties"].pop("drives")
         found["patternProperties"] = drives["patternProperties"]

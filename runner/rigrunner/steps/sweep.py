@@ -45,6 +45,7 @@ def plan(sweep: SweepStep, planning: Planning) -> None:
             action = SetDrive(sweep.set.role, sweep.set.name, quantity.si, moved[0])
             text = f"Set {sweep.set} to {quantity}"
             planning.emit(action, text, moved[1], at=at.inside("set"))
+        # Also at an invalid set-point: all problems are reported at once.
         planning.walker.steps(sweep.steps, at.inside("steps"))
 
 

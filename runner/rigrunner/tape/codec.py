@@ -27,6 +27,7 @@ def encode(answer: object) -> Any:
     and mappings by name of these. Every JSON object states its type.
     """
     match answer:
+        # First: numbers of NumPy are no ints, and its float64 is a float.
         case np.generic():
             return encode(answer.item())
         case None | bool() | int() | str():
@@ -55,6 +56,7 @@ def decode(stored: Any) -> Any:
 
 def encode_error(error: BaseException) -> dict[str, Any]:
     """Return an exception as JSON: the nearest class that a replay knows, and its text."""
+    # "is": a class of a plugin may have the name of one of ours.
     known = next(
         (kind for kind in type(error).__mro__ if _error_class(kind.__name__) is kind), RuntimeError
     )
@@ -128,9 +130,8 @@ def _decode_array(stored: Mapping[str, Any]) -> np.ndarray[Any, Any]:
     if not 0 <= size <= _LARGEST:
         raise ValueError(f"an array of the shape {shape} is too large")
     packed = base64.b64decode(stored["data"], validate=True)
-    unpacked = zlib.decompressobj().decompress(
-        packed, size + 1
-    )  # no more than it says, from anyone
+    # No more than it says, and one byte to notice that: a small text can unpack to very much.
+    unpacked = zlib.decompressobj().decompress(packed, size + 1)
     columns = np.frombuffer(unpacked, np.uint8)
     whole = columns.reshape(dtype.itemsize, -1).T.tobytes()
     array = np.frombuffer(whole, dtype).reshape(shape)
@@ -161,6 +162,7 @@ def _error_class(name: str) -> type[BaseException] | None:
     """Return one of our errors, or one of Python's, by name."""
     for module in (errors, builtins):
         kind = getattr(module, name, None)
+        # Not SystemExit: no tape may end the program.
         if isinstance(kind, type) and issubclass(kind, (Exception, KeyboardInterrupt)):
             return kind
     return None

@@ -36,6 +36,7 @@ def taped(
     connecting are not recorded.
     """
     able = [part for ability, part in _PARTS.items() if isinstance(inner, ability)]
+    # A class for these abilities alone: `isinstance` of a Protocol looks at the attributes.
     kind = type("TapedDevice", (*able, TapedDevice), {})
     return cast("Device", kind(inner, wire, stop_for))
 
@@ -105,6 +106,7 @@ class _Observing(TapedDevice):
             f"observe {_listing(readings)}",
             lambda: {name: _plain(value) for name, value in self._inner.observe(readings).items()},
         )
+        # JSON has no tuples: an array comes back as a list.
         return {n: tuple(each) if isinstance(each, list) else each for n, each in found.items()}
 
 
@@ -140,6 +142,7 @@ class _Streaming(TapedDevice):
         self, channels: Sequence[str], duration_s: float, stop: StopToken
     ) -> Iterator[Block]:
         """Yield the blocks of the device."""
+        # Stays empty in a replay, which performs nothing: the blocks are on the tape.
         source: list[Iterator[Block]] = []
         looked_at = self._stop_for(stop)
         self._wire.exchange(

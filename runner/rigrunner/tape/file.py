@@ -111,6 +111,7 @@ class TapeFile:
     def _index(self, number: int, offset: int, line: bytes) -> None:
         if not line.endswith(b"\n"):
             return  # torn by a crash
+        # Only the number: answers can be large, and are decoded when they are asked for.
         found = _SEQ.match(line)
         if found is None:
             hint = "a tape is written by --record, and not to be edited"

@@ -57,6 +57,7 @@ class RecordingWire:
             self._thread.performs = False
 
     def _exchange(self, request: str, perform: Callable[[], _T]) -> _T:
+        # Numbered when they are asked: a replay has the same order of requests, not of answers.
         with self._lock:
             seq, self._next = self._next, self._next + 1
             self._asked[seq] = (request, time.monotonic())
@@ -76,6 +77,7 @@ class RecordingWire:
             if self._descriptor is not None:
                 os.close(self._descriptor)
             self._descriptor = None
+            # One of its own: that it is closed is no trouble of the tape.
             self._trouble = Trouble()
             self._trouble.note("closed")
 

@@ -62,6 +62,7 @@ class ReplayedStop(_OnTape):
 
     def reason(self) -> AbortedError:
         """Return the reason for stopping."""
+        # On tape there is a reason only where the run was stopped, not the replay.
         told = self._wire.reading(_REASON) if self._was_set else None
         return _error(told if isinstance(told, dict) else _told(self.plain))
 

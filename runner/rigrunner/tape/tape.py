@@ -190,4 +190,5 @@ class Tape(ABC):
 
 def _place(context: DeviceContext) -> tuple[str, float]:
     """Return the name of the tape of a device, and the time limit of its calls."""
+    # A part of a device, "role/part", is a file as well, not a folder.
     return f"{DEVICES}/{context.role.replace('/', '.')}", context.patience.answer_s

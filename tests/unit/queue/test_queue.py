@@ -12,9 +12,12 @@ from types import SimpleNamespace
 import pytest
 
 from rigrunner.api.errors import DataError, InvalidFileError, UsageError
-from rigrunner.api.events import RunStarted
+from rigrunner.api.events import Outcome, RunEnded, RunStarted
+from rigrunner.bus import EventStamp
+from rigrunner.clock import SimulatedClock
 from rigrunner.procedure.questions import Input
 from rigrunner.queue import Draft, Queue, accepted_inputs, list_text, read_list
+from rigrunner.runfile import RunHeader, RunWriter
 
 NOW = datetime(2026, 11, 23, 12, tzinfo=UTC)
 STATION = "s.yaml"
@@ -120,7 +123,8 @@ with Queue(Path({str(queue.path(STATION).parent)!r})).started(1, "Ann"):
 def test_an_entry_whose_run_is_over_is_refused_as_done(queue, monkeypatch):
     with queue.started(1, "Ann"):
         queue._replace(1, run="20261123_X")
-    ended = SimpleNamespace(is_in_progress=False, info=SimpleNamespace(reason="", outcome="failed"))
+    info = SimpleNamespace(reason="", outcome="failed", sealed=True)
+    ended = SimpleNamespace(is_in_progress=False, info=info)
     monkeypatch.setattr("rigrunner.queue.store.listed_run", lambda *_: ended)
     with pytest.raises(UsageError, match="entry 1 is done"), queue.started(1, "Ann"):
         raise AssertionError
@@ -140,6 +144,25 @@ def test_an_interrupted_entry_is_none_that_runs_while_several_look_at_it(queue, 
     with queue.started(2, "Ann"), ThreadPoolExecutor(4) as several:
         found = several.map(lambda _: Queue(runs).shown()[1].status, range(40))
         assert set(found) == {"running"}
+
+
+def test_a_run_that_is_resumed_has_the_outcome_of_its_last_end(queue):
+    """As after a lost device; the panel keeps one queue for as long as it runs."""
+    folder = queue.path(STATION).parent / "20261123_X"
+    known = dict.fromkeys(("procedure_id", "procedure_revision", "procedure_title"), "p")
+    texts = dict.fromkeys(("station_id", "procedure_text", "station_text"), "s")
+    header = RunHeader(run_id=folder.name, started_utc="2026-11-23T12:00:00.000Z", **known, **texts)
+    stamp = EventStamp(SimulatedClock(NOW))
+    began = stamp(RunStarted, run_id=folder.name, steps=1, estimated_s=1.0)
+    outcomes = []
+    with queue.started(1, "Ann"):
+        queue.began(1)(began)
+    for outcome in (Outcome.ERROR, Outcome.COMPLETED):
+        with RunWriter(folder, None if outcomes else header) as writer:
+            writer(began)
+            writer(stamp(RunEnded, outcome=outcome, resumable=outcome is Outcome.ERROR))
+        outcomes.append(queue.shown()[0].outcome)
+    assert outcomes == ["error", "completed"]
 
 
 def test_a_run_that_could_not_begin_gives_its_entry_back(queue):

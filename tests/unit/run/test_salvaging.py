@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import random
 import shutil
 
@@ -114,6 +115,19 @@ def test_a_sound_run_is_not_salvaged_and_nothing_is_overwritten(copied):
     salvage(copied, SimulatedClock(START), "A. Jones")
     with pytest.raises(UsageError, match="is never overwritten"):
         salvage(copied, SimulatedClock(START), "A. Jones")
+
+
+def test_a_salvage_that_fails_leaves_nothing_and_can_be_done_again(copied, monkeypatch):
+    def full(_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    hit(copied)
+    with monkeypatch.context() as patched:
+        patched.setattr("rigrunner.runfile.salvage.write_manifest", full)
+        with pytest.raises(DataError, match="cannot write"):
+            salvage(copied, SimulatedClock(START), "A. Jones")
+    assert [each.name for each in copied.parent.iterdir()] == [copied.name]
+    assert salvage(copied, SimulatedClock(START), "A. Jones").is_dir()
 
 
 def test_what_the_manifest_alone_protects_is_not_taken_for_sound(copied):

@@ -12,7 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from helpers_devices import NthCall
+from rigrunner.api.data import Block
 from rigrunner.api.errors import DataError
+from rigrunner.api.events import Samples
 from rigrunner.runfile import RunWriter, read, seal
 from rigrunner.runfile.journal import MAGIC, JournalWriter, Kind, read_records, unread_bytes
 from unit.runfile.helpers_runfile import (
@@ -242,6 +244,26 @@ def test_samples_up_to_the_last_whole_block_are_saved(tmp_path):
             torque = one.channels["tester.torque"]
             assert (torque == wanted.channels["tester.torque"][:whole]).all()
         path.write_bytes(content)
+
+
+@pytest.mark.parametrize("in_memory", [1 << 26, -1])
+def test_a_recording_interrupted_after_an_empty_block_is_read_once_it_is_sealed(
+    tmp_path, monkeypatch, in_memory
+):
+    """A device that is polled may have nothing yet when the run is stopped."""
+    wanted = recording(samples=1000)
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(writer)
+        start_recording(emit, wanted)
+        nothing = {name: values[:0] for name, values in wanted.channels.items()}
+        emit(Samples, recording=wanted.name, block=Block(wanted.rate_hz, 0, 0.0, nothing))
+        end_recording(emit, wanted, ok=False)
+    (loose,) = read(tmp_path / "run").incomplete
+    seal(tmp_path / "run")
+    monkeypatch.setattr("rigrunner.runfile.entry.IN_MEMORY", in_memory)
+    (sealed,) = read(tmp_path / "run").incomplete
+    assert list(sealed.channels) == list(loose.channels) == list(wanted.channels)
+    assert sealed.samples == loose.samples == 0
 
 
 def test_recording_that_ended_but_was_not_folded_is_finished(tmp_path, monkeypatch):

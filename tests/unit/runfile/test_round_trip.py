@@ -217,6 +217,8 @@ def test_no_load_run_that_is_not_sealed_is_embedded_too(tmp_path):
     write_run(tmp_path / "no_load", TWO)
     path = write_run(tmp_path / "run", TWO[:1]).seal({}, partners={"no_load": tmp_path / "no_load"})
     assert read(path).partners["no_load"].digest == read(tmp_path / "no_load").digest
+    with h5py.File(path, "r") as file:
+        assert "verification" not in file["entry/no_load"]
 
 
 def test_all_kinds_of_events_come_back(tmp_path):

@@ -94,15 +94,16 @@ def _make_safe(task: dict[str, Any], marker: Marker, reason: str) -> None:
         told = f"{names}: its plugin says that no second process can open it"
         left = "; ".join(each for each in (left, told) if each)
     if not left:
+        # First of all: the next start asks the marker, whatever becomes of the notes.
         record_made_safe(task["station"], "The guardian made it safe")
     lines = [f"{reason}; last set-points: {marker.set_points}", *_lines(reports, left)]
     for line in lines[1:]:
         say(line)
     _note(task, lines)
-    if marker.owner is not None and Path(marker.owner.run or "-").is_dir():
-        folder = Path(marker.owner.run)
+    run = marker.owner.run if marker.owner is not None else ""
+    if run and Path(run).is_dir():
         with suppress(Exception):  # the rest says it as well
-            _note_in_journal(folder, lines[0], reports, left)
+            _note_in_journal(Path(run), lines[0], reports, left)
 
 
 def _within(task: dict[str, Any]) -> tuple[tuple[SafetyReport, ...], str]:
@@ -119,6 +120,7 @@ def _within(task: dict[str, Any]) -> tuple[tuple[SafetyReport, ...], str]:
 
     work = Thread(target=attempt, daemon=True)
     work.start()
+    # In two parts: what the drives need is known only once the devices are made.
     work.join(ATTEMPT_S)
     limit_s = min(ATTEMPT_S + sum(needed_s), TIMEOUT_MAX)
     work.join(limit_s - ATTEMPT_S)
@@ -137,6 +139,7 @@ def _one_attempt(
     Calls `need` with the time in s that the drives may take to their safe values.
     """
     file = Path(task["station_file"])
+    # The text with which the run began: the file may have been edited since.
     station = parse_station(task["station_text"], str(file))
     registry = with_lab_plugins(load_registry(), station, file.parent)
     clock = WallClock()

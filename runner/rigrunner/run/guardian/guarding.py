@@ -77,6 +77,7 @@ class Guardian:
 
     def end(self) -> None:
         """End it: the rig was released."""
+        # First of all: the thread would replace a guardian that ends.
         self._ended.set()
         self._thread.join(END_S)
         child = self._child
@@ -116,6 +117,7 @@ class Guardian:
         with suppress(OSError):
             os.write(child.stdin.fileno(), json.dumps(task).encode() + b"\n")
         if os.name != "nt":
+            # A guardian that was stopped does not read: a beat must not block the run.
             os.set_blocking(child.stdin.fileno(), False)
         self._child = child
 
@@ -123,6 +125,7 @@ class Guardian:
         looked_s = time.monotonic()
         while not self._ended.wait(TICK_S):
             now_s = time.monotonic()
+            # As in the guardian: a suspended computer has not been silent.
             self.pulse.tick(min(now_s - looked_s, 2 * TICK_S))
             looked_s = now_s
             left_s = self.pulse.left_s()

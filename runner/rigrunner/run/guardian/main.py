@@ -47,7 +47,7 @@ def main() -> int:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, IGNORED)
     news: SimpleQueue[str] = SimpleQueue()
     task = json.loads(sys.stdin.readline() or "{}")
-    if not task:
+    if not task:  # its owner died before it had said what to guard
         return 0
     threading.Thread(target=_hear, args=(news,), daemon=True).start()
     owner = Owner(task["process"])
@@ -84,6 +84,7 @@ class Owner:
         except OSError:
             return False
         found = [line.split()[1] for line in text.splitlines() if line.startswith("TracerPid:")]
+        # "0": nobody traces it.
         return found not in ([], ["0"])
 
     def send(self, name: str) -> None:
@@ -131,6 +132,7 @@ def _guard(task: dict[str, Any], owner: Owner, news: SimpleQueue[str]) -> str:
             return f"the process of {task['what']} ({owner.pid}) {how}"
         if told and told != _CLOSED:
             patience.beat(float(told))
+        # What is not read yet may be the beat that is overdue.
         if patience.is_over and not is_deaf and news.empty():
             patience.end()
 
