@@ -32,13 +32,14 @@ def excess_kurtosis(parts: Iterable[tuple[float, str]], u: float) -> float:
     Fourth cumulants add as variances do. What t-distributed parts add to the tails is left to the
     degrees of freedom.
     """
-    if not u > 0:
+    if not u > 0:  # also where u is not known (nan)
         return 0.0
     return sum((part / u) ** 4 * KURTOSIS.get(name, 0.0) for part, name in parts if part > 0)
 
 
 def factor(estimate: Estimate, p: float = P) -> float:
     """Return the coverage factor k of the two-sided interval value +/- k u."""
+    # Student's t widens whatever shape the sum has; of a normal one the product is t itself.
     return _tails(estimate.dof, p) * _body(estimate.kurtosis, p)
 
 

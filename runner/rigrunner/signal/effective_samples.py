@@ -37,6 +37,7 @@ def mean_error(values: Array) -> tuple[float, float]:
     """
     number = effective_number(values)
     n = len(values)
+    # Correlated values scatter less than sigma: their s^2 is sigma^2 (n - n/number)/(n - 1).
     variance = float(values.var(ddof=1)) * (n - 1) / (n - n / number) if number > 1 else 0.0
     return sqrt(variance / number), number - 1
 
@@ -59,6 +60,7 @@ def _inflation(values: Array) -> float:
     if n < LEAST:
         return 1.0
     deviation = values - values.mean()
+    # Padded with zeros, as else the end of the series would be correlated with its beginning.
     padded = 1 << (2 * n - 1).bit_length()
     spectrum = np.fft.rfft(deviation, padded)
     correlation = np.fft.irfft(spectrum * spectrum.conj(), padded)[: n // 4 + 1]

@@ -8,7 +8,7 @@ counting by them narrows each rank to a few values, or to some that are all the 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import floor
+from math import ceil, floor
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -52,7 +52,7 @@ class Bracket:
         """Return one about the value below which that share of `count` lies, by the first ones."""
         half = min(KEPT / count / 2, WIDE)
         places = [np.clip(share + way * half, 0, 1) * (len(first) - 1) for way in (-1, 1)]
-        ends = [floor(places[0]), -floor(-places[1])]
+        ends = [floor(places[0]), ceil(places[1])]
         low, high = np.partition(first, ends)[ends]
         return cls(float(low), float(high))
 

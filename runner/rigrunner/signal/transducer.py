@@ -37,6 +37,7 @@ def transducer_effects(
     acting = (
         ("repeatability", errors.repeatability, each_on_its_own, 1.0),
         ("hysteresis", errors.hysteresis, each_on_its_own, 1.0),
+        # A reading is off by half a step of the display at most (GUM F.2.2.1).
         ("resolution", errors.resolution, each_on_its_own, 0.5),
         ("creep", errors.creep, slowly, 1.0),
         ("temperature effect", errors.temperature, each_on_its_own, 1.0),

@@ -110,16 +110,19 @@ def parse(text: str, names: Collection[str]) -> Expression:
         )
     _refuse_words(text)
     blank = re.sub(r"\s", " ", text)
+    formula = blank.lstrip()
+    begin = len(blank) - len(formula)
     try:
-        tree = ast.parse(blank.lstrip() or "?", mode="eval")
+        # "?" stands for an empty text, so that it has a SyntaxError too.
+        tree = ast.parse(formula or "?", mode="eval")
     except (RecursionError, MemoryError):
         raise ExpressionError("the formula is nested too deeply", hint=_DEPTH_HINT) from None
     except SyntaxError as error:
         if "nested" in error.msg:
             raise ExpressionError("the formula is nested too deeply", hint=_DEPTH_HINT) from None
-        column = len(blank) - len(blank.lstrip()) + (error.offset or len(text) + 1)
+        column = begin + (error.offset or len(text) + 1)
         _refuse(text, min(column, len(text) + 1), "is not understood here")
-    reading = _Reading(text, len(blank) - len(blank.lstrip()) + 1, frozenset(names))
+    reading = _Reading(text, begin + 1, frozenset(names))
     return Expression(text, reading.node(tree.body, 0))
 
 

@@ -170,6 +170,7 @@ def _factor_of(covariance: Array) -> Array:
     By eigenvalues, as full correlation leaves no Cholesky factor.
     """
     values, vectors = np.linalg.eigh(covariance)
+    # Of full correlation the eigenvalues that should be 0 come out a little below it.
     if values.min() < -1e-9 * max(values.max(), 0.0):
         raise DataError(
             "the correlations between the inputs contradict each other",
