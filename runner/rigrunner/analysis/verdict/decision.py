@@ -96,6 +96,7 @@ def _limits(limit: Limit, chosen: Chosen) -> tuple[Limits, str]:
     try:
         return limit.limits_at(chosen.coordinates, chosen.unit), ""
     except DataError as error:
+        # Where there is no result, that is the reason, and not what its limits lack.
         why = "" if chosen.estimate is None else _sentence(error.message)
         return Limits.between(None, None, chosen.unit), why
 
