@@ -207,6 +207,7 @@ class MovingCall:
     def wait(self, grace_s: float) -> None:
         """Wait for the rest of its time limit, and a grace period."""
         left_s = max(self._until_s - time.monotonic(), 0.0) + grace_s
+        # A time limit may be infinite; a longer wait than this is an OverflowError.
         self._returned.wait(min(left_s, threading.TIMEOUT_MAX))
 
 

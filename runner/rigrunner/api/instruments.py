@@ -344,6 +344,7 @@ class Instrument(Settings):
         if self.quantity in ZEROED:
             less_zero = values - zero
             return np.asarray(less_zero - np.interp(less_zero, at, off))
+        # Exactly 0 means that no zero was read: the deviation at 0 is not taken off then.
         true_zero = zero - np.interp(zero, at, off) if zero else 0.0
         return np.asarray(values - np.interp(values, at, off) - true_zero)
 

@@ -50,6 +50,7 @@ def quantity_pattern(dimension: str | None = None) -> str:
     spellings = [
         re.sub(r"([$^.*+?()\[\]{}|/\\])", r"\\\1", spelling) for spelling in spellings_of(dimension)
     ]
+    # After a number, a digit can only begin the unit 1 or 1/..., and only after a space.
     number = _NUMBER.replace("[+-]", f"[+{_MINUS}-]")
     return rf"^\s*{number}(?:(?![0-9.])\s*|\s+(?=1))(?:{'|'.join(spellings)}|{COMPOSED})\s*$"
 
@@ -102,6 +103,7 @@ def readable(si: float, dimension: str) -> Quantity:
     written = [
         Quantity(float(f"{(si - known.offset) / known.factor:.12g}"), known) for known in units
     ]
+    # Of a unit without offset, 12 digits are always within this: there is one at least.
     exact = [each for each in written if math.isclose(each.si, si, rel_tol=1e-11)]
     return min(exact, key=lambda quantity: len(str(quantity)))
 

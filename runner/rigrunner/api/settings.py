@@ -99,7 +99,7 @@ class WrapperSettings(MadeOfOthers):
 
 def _read(dimension: str | None, value: object) -> Quantity:
     if isinstance(value, Quantity):
-        value = str(value)
+        value = str(value)  # so that its kind and size are checked too
     if isinstance(value, str):
         return parse_quantity(value, dimension)
     such_as = f"10 {units_of(dimension)[0]}" if dimension else "10 Hz"

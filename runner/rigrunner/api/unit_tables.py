@@ -142,7 +142,7 @@ PRODUCTS: Mapping[frozenset[tuple[str, int]], str] = {
     frozenset({("frequency", 1), ("time", -1)}): "frequency rate",
     frozenset({("luminous flux", 1), ("area", -1)}): "illuminance",
     frozenset({("luminous flux", 1), ("length", -2)}): "illuminance",
-    frozenset({("voltage", 0)}): "voltage ratio",
+    frozenset({("voltage", 0)}): "voltage ratio",  # V/V: the powers add up to 0
 }
 """Kind of a product by the kinds of its factors, each with its power."""
 

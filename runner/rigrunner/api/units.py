@@ -316,7 +316,9 @@ def _composed(text: str) -> Unit | None:
         parts.append((known, power))
     exact = Fraction(1)
     for known, power in parts:
+        # In decimals: products of powers of ten are exact, and equal units have equal factors.
         exact *= Fraction(repr(known.factor)) ** power
+    # A fraction beyond the range of floats would be an OverflowError.
     factor = float(exact) if abs(exact) < _LARGEST_FACTOR else math.inf
     if not 1 / _LARGEST_FACTOR <= factor <= _LARGEST_FACTOR:
         raise QuantityError(f"'{text}' is too large or too small a unit")
@@ -383,11 +385,12 @@ def _shortest(dimension: Exponents) -> str:
         raise QuantityError("the power of a unit is too high")
     candidates: list[tuple[tuple[int, int], str]] = []
     for symbol, sign in [("", 0), *((each, sign) for each in named for sign in (1, -1))]:
-        exponents = _exponents(symbol) if symbol else dimension
+        exponents = _exponents(symbol)
+        # Hz, Bq, Gy, ... share their dimension with another kind, which a product is of.
         if symbol and _KIND_OF.get(exponents) != _KIND_BY_SYMBOL[symbol]:
             continue
         rest = tuple(a - sign * b for a, b in zip(dimension, exponents, strict=True))
-        factors = [(symbol, sign)] * bool(symbol)
+        factors = [(symbol, sign)] if symbol else []
         factors += [(base, each) for base, each in zip(_BASES, rest, strict=True) if each]
         if max(map(abs, rest)) > _HIGHEST_POWER:
             continue
