@@ -241,6 +241,7 @@ class _Use:
         there = [each for each in chosen if needed.name in each.coordinate_units]
         for value in needed.values if there else ():
             if not any(each.may_be_at({needed.name: value}) for each in there):
+                # Each has a place: one whose value is not known may be at any.
                 known = sorted({str(each.place[needed.name]) for each in there})
                 message = f"nothing is measured at {needed.name} = {value}"
                 hint = did_you_mean(str(value), known, f"there are: {', '.join(known)}")
@@ -437,7 +438,7 @@ def _measured(plan: Plan) -> Iterator[Measured]:
         action, of = step.action, step.coordinate_units
         setpoints, symbols = action.known
         here = {name: of.get(name, "") for name in step.coordinates}
-        if step.phase is not Phase.SETUP:
+        if step.phase is not Phase.SETUP:  # both count from the begin of main
             cyclic = "Hz" in map(symbols.get, setpoints)
             here |= {"elapsed": "s", "cycles": ""} if cyclic else {"elapsed": "s"}
         here |= {name: symbols.get(name, "") for name in setpoints}
@@ -484,7 +485,7 @@ def _refuse_circles(uses: Iterable[_Use]) -> None:
 
 
 def _from_to(low: float, high: float, symbol: str) -> str:
-    """Return 'from 1 A to 2 A' of values in an SI unit, temperatures in °C."""
+    """Return '1 A to 2 A' of values in an SI unit, temperatures in °C."""
     ends = [str(CoordinateValue.of_si(each, symbol)) for each in (low, high)]
     return f"{ends[0]} to {ends[1]}" if low < high else ends[0]
 

@@ -90,6 +90,7 @@ class _Walker:
 
     def call(self, place: Place) -> None:
         """Write down another procedure's steps; in a teardown, all of them are teardown."""
+        # By the place of the step; the place here ends with the key of its kind.
         called = self.procedure.called[place.path[:-1]]
         ending = place.phase is Phase.TEARDOWN
         calls = place.calls if ending else (*place.calls, place.label)

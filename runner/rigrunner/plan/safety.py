@@ -95,6 +95,7 @@ class _Drives:
             for member, quantity in corner.items():
                 place = (*path, index, member)
                 drive = self.drive(member, place, key=True)
+                # `fits` is last, so that every wrong corner is reported.
                 fits = (
                     drive is not None
                     and self._has(unit(drive.unit).dimension, quantity, member, place)

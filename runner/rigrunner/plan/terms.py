@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rigrunner.yamlfile.document import Path
 
 _YES_NO = {"yes": True, "no": False, "True": True, "False": False}
+"""By the texts of what YAML gives: 'yes' is a text there, and true a bool."""
 
 
 def terms_of(
