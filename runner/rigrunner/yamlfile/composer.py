@@ -188,7 +188,7 @@ class _Composer:
 
     def _scalar(self, event: yaml.Event, path: Path) -> Any:
         if not isinstance(event, yaml.ScalarEvent):
-            return None
+            return None  # an alias, which was reported
         if not event.implicit[0]:
             self._refuse_escaped(event, path, _TURNING.search(event.value))
             return event.value

@@ -56,6 +56,7 @@ def upgraded(text: str, name: str) -> str:
     try:
         new = edited_station(text, data) if of_station else _edited(text, data)
         wanted = station_today(data) if of_station else _wanted(data)
+        # The text is edited by its layout, the content apart from that: they check each other.
         right = parse(new, name).data == wanted
     except (ValueError, InvalidFileError):
         right = False
@@ -208,7 +209,7 @@ def _with_limits(text: str, acceptance: dict[str, Any], older: list[dict[str, An
         if limit in older
         for edit in _limit_edits(text, node, named)
     ]
-    for start, end, new in sorted(edits, reverse=True):
+    for start, end, new in sorted(edits, reverse=True):  # from the end: earlier places stay
         text = layout.put(text, start, end, new)
     return _listed(text) if single else text
 
