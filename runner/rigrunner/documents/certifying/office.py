@@ -76,6 +76,7 @@ class Office:
                 files[suffix] = make(CertificateInput(certificate, self.letterhead))
                 self.progress(MAKING, done, 2 * len(makers))
             paths = _write(out, number, _sealed(files))
+        # After any other error the number has no outcome, and the next document reports that.
         except (RigrunnerError, OSError) as error:
             numbers.void(number, str(error))
             raise

@@ -101,7 +101,7 @@ def _write(contents: Contents, folder: Path, target: Path) -> None:
 def _entry(name: str, size: int = 0) -> ZipInfo:
     entry = ZipInfo(name, _NO_DATE)
     entry.file_size = size  # so that one beyond 4 GB gets the form for it
-    entry.create_system = 3
+    entry.create_system = 3  # Unix, also on Windows: the mode below holds, and the same bytes
     mode = 0o444 if name.endswith(f"/{RUN_FILE}") else 0o644
     entry.external_attr = (S_IFREG | mode) << 16
     return entry

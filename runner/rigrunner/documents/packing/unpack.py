@@ -45,7 +45,7 @@ def unpack(packed: Path, runs: Path) -> Path:
             with writing(target):
                 # not before: Windows removes no file that is read-only
                 (place / RUN_FILE).chmod(READ_ONLY)
-                place.chmod(0o755)
+                place.chmod(0o755)  # a temporary folder is its owner's alone
                 place.rename(target)
                 sync_folder(runs)
         finally:

@@ -61,7 +61,7 @@ def check_run(found: Verification, path: Path, registry: Registry) -> CheckedRun
     try:
         stored = read(path)
     except DataError as error:
-        if found.matches:
+        if found.matches:  # else the manifest told already what is wrong
             found.take("run file", [error])
         found.information.append("its result was not derived again: the file must be sound first")
         return None
