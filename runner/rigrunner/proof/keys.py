@@ -120,6 +120,7 @@ def fingerprint(key: Ed25519PublicKey) -> str:
 
 def _write_new(path: Path, content: bytes, mode: int) -> None:
     try:
+        # Made with its mode: a key is never open to others, not even until a chmod.
         with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), "wb") as file:
             file.write(content)
     except FileExistsError as error:
