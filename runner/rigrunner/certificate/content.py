@@ -152,6 +152,7 @@ def certifiable(source: Source) -> None:
             f"{source.stored.header.run_id} is not sealed: its program was interrupted",
             hint="repeat the run; a certificate needs a run.h5",
         )
+    # Called for their errors: results that cannot be stated.
     certified_of(source.result)
     named_of(source.result)
 

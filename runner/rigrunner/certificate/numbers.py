@@ -51,7 +51,7 @@ class Numbers:
             number = f"{stem}{sequence:04d}"
             try:
                 self._write(f"{number}.json", {"number": number, **known})
-            except FileExistsError:
+            except FileExistsError:  # another process has just taken it
                 continue
             return number
         raise AssertionError
