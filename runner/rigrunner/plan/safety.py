@@ -82,11 +82,12 @@ class _Drives:
         wanted = unit(drive.unit).dimension
         given = [("min", limits.min, wanted), ("max", limits.max, wanted)]
         given.append(("rate", limits.rate, rate_of(wanted) or ""))
-        return all(
+        fits = [
             self._has(dimension, quantity, member, (*path, key))
             for key, quantity, dimension in given
             if quantity is not None
-        )
+        ]
+        return all(fits)  # after all of them were told
 
     def combination_fits(self, at: int, combination: Combination) -> bool:
         path = ("safety", "combinations", at, "allowed")
