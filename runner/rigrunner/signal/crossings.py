@@ -33,7 +33,7 @@ PIECE = 4096
 """In which the first and the last sample outside are looked for."""
 LONG = 25_000
 """Samples of a cycle, of which to look at each but once is worth two calls of numpy."""
-HALF = 2
+HALF = 2  # a share of a half leaves nothing between the ends: one cut
 SHARES = (4, HALF)
 """Of the time from low to high: what noise may take of it at each end, first as is usual."""
 
@@ -182,6 +182,8 @@ class _Near:
     @classmethod
     def of(cls, look: _Look, share: int) -> _Near | None:
         """Return None where nothing can be won by it."""
+        # With one cut the windows reach over the widest gap, from its middle. With two they must
+        # not meet in the narrowest. They pay only while they are less than half of all samples.
         gaps = np.concatenate([after - before for before, after in (look.up, look.down)])
         one_cut = share == HALF
         if one_cut:

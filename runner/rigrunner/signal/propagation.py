@@ -56,6 +56,7 @@ def propagate(model: MeasurementModel) -> Propagated:
         for line, rows in _lines(model).items()
     }
     u, dof = _u_and_dof(None if None in parts.values() else sum(parts.values()))
+    # By inputs, not by lines: only of the inputs are the shapes known.
     kurtosis = excess_kurtosis(_shapes(model, gradient), u)
     components = (
         _component(model, line, gradient, _u_and_dof(part)) for line, part in parts.items()
@@ -90,6 +91,7 @@ def sensitivities(model: MeasurementModel) -> Array:
         )
     values = np.array([each.value for each in model.inputs])
     u = np.array([UNKNOWN_STEP if isnan(each.u) else each.u for each in model.inputs])
+    # One call for all trials: first each input above its estimate in turn, then each below.
     steps = np.concatenate([np.diag(u), -np.diag(u)]).reshape(2 * count, count)
     trials = dict(zip((each.name for each in model.inputs), (values + steps).T, strict=True))
     y: Array = np.broadcast_to(model.equation(trials), 2 * count)
@@ -102,6 +104,7 @@ def connected(model: MeasurementModel) -> Sequence[Sequence[int]]:
     """Return the rows of inputs that are correlated or of one ensemble, each group in order."""
     groups: list[list[int]] = []
     for row in range(len(model.inputs)):
+        # A row can join groups that nothing has linked so far.
         joined = [group for group in groups if any(_linked(model, row, other) for other in group)]
         groups = [group for group in groups if group not in joined]
         groups.append(sorted({row, *(other for group in joined for other in group)}))

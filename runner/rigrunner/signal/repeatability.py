@@ -39,7 +39,7 @@ def standard_error(values: Array) -> tuple[float, float]:
     those of the effective number of independent values. n must be 2 at least.
     """
     n = len(values)
-    # Correlated values scatter less than sigma: their s^2 is sigma^2 (n - inflation)/(n - 1).
+    # Correlated values scatter less: on average s^2 is sigma^2 (n - inflation)/(n - 1).
     inflation = n / effective_number(values)
     variance = float(values.var(ddof=1)) * (n - 1) / (n - inflation)
     return sqrt(variance * inflation / n), max(n / inflation - 1, 1.0)

@@ -67,4 +67,5 @@ def _effects(
             u = share * half_width / OVER_U[shape]
             named = f"transducer {name}" + (f" ({stated.source})" if stated.source else "")
             known = Input(named, 0.0, u, distribution=shape, unit=unit, common=True)
+            # The result is the reading less its error.
             yield Effect(known, -sensitivity)
