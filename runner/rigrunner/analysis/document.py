@@ -63,6 +63,7 @@ def document(result: Result) -> Json:
     details = ALWAYS | {key: each for own in result.details for key, each in own.document().items()}
     named = [_named(each) for each in result.results]
     partners = {name: _run(run) for name, run in result.run.partners.items()}
+    # result/1 has the key of the first of them in any case, of the other where there is such a run.
     stated = {key: partners.pop(name, None) for name, key in KEYS.items()}
     return {
         "format": FORMAT,

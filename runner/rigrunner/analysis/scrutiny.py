@@ -258,6 +258,7 @@ class _Analysis:
         )
         u, dof = estimate.u, estimate.dof
         need(is_finite(estimate.value), f"'{result.name}' of {shown(estimate.value)}")
+        # nan is allowed: an uncertainty that is not known.
         need(is_real(u) and (math.isnan(u) or 0 <= u < math.inf), f"the uncertainty {u!r}")
         need(is_real(dof) and (math.isnan(dof) or dof > 0), f"{dof!r} degrees of freedom")
         count = result.readings

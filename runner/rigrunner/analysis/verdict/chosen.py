@@ -48,6 +48,7 @@ def chosen_by(limit: Limit, evidence: Evidence) -> Iterator[Chosen]:
     short = limit.of in evidence.details
     symbol = next((each.of.unit for each in (*named, *gone)), limit.written.unit.symbol)
     mean = MEAN if short else f"mean {limit.of}"
+    # A mean over the other places would be another measurand than the one that is limited.
     if limit.mean and gone:
         yield Chosen(mean, symbol, None, problem=gone[0].sentence, order=-1)
         return
