@@ -33,6 +33,7 @@ def _read(value: object) -> object:
     try:
         return parse_quantity(value)
     except QuantityError:
+        # It begins as a number, so it is a mistyped quantity rather than a text.
         if value[:1].isdigit() or value[:1] in "+-.":
             raise
         return plain(value)

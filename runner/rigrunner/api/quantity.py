@@ -38,8 +38,8 @@ _QUANTITY = re.compile(rf"({_NUMBER})\s*(.*)", re.DOTALL)
 _MORE_DIGITS = re.compile(r"[.,:'_]?[0-9]")
 _INVERSE = re.compile(r"1(?:/|$)")
 _COMMA = re.compile(r"[+-]?[0-9]+,([0-9]+)(?![0-9,.])")
-_GROUP = 3
-_LEGIBLE = 1000
+_GROUP = 3  # digits after a comma that may as well separate thousands
+_LEGIBLE = 1000  # and more: the next prefix fits better
 
 
 def quantity_pattern(dimension: str | None = None) -> str:
@@ -127,7 +127,8 @@ def usual_and_prefixed(symbol: str) -> Iterator[Unit]:
     dimension = unit(symbol).dimension
     yield from usual_units(dimension)
     for prefix in FACTORS:
-        with suppress(QuantityError):
+        with suppress(QuantityError):  # not every unit takes every prefix
+            # kg has a prefix already.
             known = unit(prefix + ("g" if symbol == "kg" else symbol))
             if known.dimension == dimension:  # pH is no picohenry
                 yield known

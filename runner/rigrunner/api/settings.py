@@ -212,6 +212,7 @@ IsoDate = Annotated[date, BeforeValidator(_read_date)]
 """A date such as 2026-01-31."""
 
 Item = TypeVar("Item")
+# Not strict, as YAML gives a list, and strictly that is no tuple.
 ListOf = Annotated[tuple[Item, ...], Field(strict=False)]
 """A list in YAML, stored as a tuple: `ListOf[Frequency]`."""
 

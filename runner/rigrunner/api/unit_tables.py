@@ -149,7 +149,7 @@ PRODUCTS: Mapping[frozenset[tuple[str, int]], str] = {
 UNITS: tuple[Unit, ...] = (
     Unit("N·m", "torque"),
     Unit("mN·m", "torque", 1e-3),
-    Unit("in·lbf", "torque", 0.1129848290276167),
+    Unit("in·lbf", "torque", 0.1129848290276167),  # 0.0254 m by 4.4482216152605 N
     Unit("N", "force"),
     Unit("kN", "force", 1e3),
     Unit("lbf", "force", _LBF),
