@@ -34,8 +34,9 @@ if TYPE_CHECKING:
     from rigrunner.station import LoadedStation
     from rigrunner.yamlfile.document import Path
 
-_SAME = 1e-6
+_SAME = 1e-6  # of the greater set-point
 _ROUNDING = 1e-9
+"""Of duration times frequency: 2.9999999999 cycles are 3."""
 _PLACE = TypeAdapter[Mapping[str, PlaceValue]](Mapping[str, PlaceValue])
 
 
@@ -92,17 +93,7 @@ def check_analyses(
         except PluginError:
             continue  # told by the check of the plugins
         uses.append(
-            _Use(
-                procedure,
-                path,
-                plugin,
-                needs,
-                measured,
-                made,
-                complete,
-                lookup,
-                problems,
-            )
+            _Use(procedure, path, plugin, needs, measured, made, complete, lookup, problems)
         )
     for use in uses:
         if use.has_results() and use.is_measured():
@@ -175,9 +166,8 @@ class _Use:
         ]
         for each in missing:
             known = [*names, *(coordinates if each.or_coordinate else ())]
-            listed = f"measured{' or set' * each.or_coordinate}: {', '.join(known) or 'nothing'}"
-            hint = did_you_mean(each.name, known, listed)
             how = "measured or set" if each.or_coordinate else "measured"
+            hint = did_you_mean(each.name, known, f"{how}: {', '.join(known) or 'nothing'}")
             self.complain(each.key, f"{each.name} is {how} in no step", hint)
         if missing or self.places or not self.needed:
             return not missing
@@ -190,6 +180,7 @@ class _Use:
         """Add what does not fit the units of the channels and results."""
         known: dict[str, str] = {}
         for measured in self.measured:
+            # What is read goes before a set-point or label of its name.
             known = {**measured.coordinate_units, **known, **measured.units}
         units = {each.name: known[each.name] for each in self.needed}
         for each in self.needed:

@@ -92,9 +92,9 @@ class DriveStates:
     def _check_together(self, member: Member, quantity: Quantity, valued_at: Path) -> None:
         """Add a problem for a set-point that is not allowed with where other drives stand."""
         for combination in self._bench.rules.combinations:
-            others = [each for each in combination.drives if each != member]
-            if len(others) == len(combination.drives):
+            if member not in combination.drives:
                 continue
+            others = [each for each in combination.drives if each != member]
             stands: dict[Member, float] = {name: self._stands(name) for name in others}
             if not combination.allows({**stands, member: quantity.si}):
                 message = f"got '{quantity}', not allowed with {combination.others(member, stands)}"
