@@ -225,6 +225,7 @@ def _limit_edits(text: str, limit: yaml.Node, named: list[str]) -> Iterator[tupl
     """Yield the edits that turn an older limit into one of the torque: start, end, new text."""
     keys = {key.value: (key, value) for key, value in limit.value}
     first = limit.value[0][0]
+    # As the keys beside it are: a file may be JSON, which is YAML too.
     quote = '"' if first.style == '"' else ""
     between = (
         ", "
@@ -289,6 +290,7 @@ def _as_item(text: str, path: tuple[str, ...], name: str) -> str:
     if layout.is_flow(value):
         quote = '"' if key.style == '"' else ""
         inner = f"{quote}{name}{quote}: {text[start:end]}"
+        # Within braces, or over several lines, no block can begin.
         if (
             layout.is_flow(layout.mapping_at(text, path[:-1]))
             or "\n" in text[key.start_mark.index : end]
@@ -323,6 +325,7 @@ def _without_level(text: str, path: tuple[str, ...]) -> str:
         return layout.put(text, start, end, between.join(pairs))
     first, last = layout.lines_below(text, key, value)
     less = value.start_mark.column - key.start_mark.column
+    # A comment may be indented less than the keys.
     lines = [
         line[min(less, len(line) - len(line.lstrip(" "))) :]
         for line in layout.lines_of(text[first:last])
