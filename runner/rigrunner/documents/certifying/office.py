@@ -131,6 +131,7 @@ def _write(folder: Path, number: str, files: Mapping[str, bytes]) -> tuple[Path,
                 file.flush()
                 os.fsync(file.fileno())
     except OSError as error:
+        # Only what was begun here: a file that was there before stays.
         for path in begun:
             path.unlink(missing_ok=True)
         raise DataError(

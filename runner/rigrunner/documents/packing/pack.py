@@ -68,7 +68,7 @@ def pack(folder: Path, target: Path) -> Contents:
 
 def _listed(folder: Path) -> Iterator[PackedFile]:
     paths = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*")}
-    for name, path in sorted(paths.items()):
+    for name, path in sorted(paths.items()):  # a file system has an order of its own
         if is_hidden(name):  # such as what a file manager leaves; `unpack` would not take it
             continue
         if path.is_symlink() or not (path.is_file() or path.is_dir()):
