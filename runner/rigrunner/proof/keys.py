@@ -69,7 +69,7 @@ def read_private_key(path: Path, passphrase: str = "") -> Ed25519PrivateKey:
         content = file.read()
     try:
         key = pem.load_pem_private_key(content, passphrase.encode() or None)
-    except TypeError as error:
+    except TypeError as error:  # cryptography's for a passphrase that is missing, or one too many
         wanted = "has no passphrase" if passphrase else "is protected by a passphrase"
         raise UsageError(f"the key {path} {wanted}") from error
     except (ValueError, UnsupportedAlgorithm) as error:
