@@ -54,7 +54,7 @@ class Numbers:
             except FileExistsError:  # another process has just taken it
                 continue
             return number
-        raise AssertionError
+        raise AssertionError  # count has no end
 
     def issued(self, number: str, known: Mapping[str, object]) -> None:
         """Record what was written under a number."""
