@@ -59,9 +59,11 @@ def primary_points(document: Mapping[str, Any]) -> Sequence[Mapping[str, Any]]:
 
 def document(result: Result) -> Json:
     """Return the result as plain dicts, lists, texts, numbers, bools and null."""
+    # Keys with a value of ALWAYS stand in every document; of the others below, where there is one.
     details = ALWAYS | {key: each for own in result.details for key, each in own.document().items()}
     named = [_named(each) for each in result.results]
     partners = {name: _run(run) for name, run in result.run.partners.items()}
+    # result/1 has the key of the first of them in any case, of the other where there is such a run.
     stated = {key: partners.pop(name, None) for name, key in KEYS.items()}
     return {
         "format": FORMAT,

@@ -50,6 +50,7 @@ def findings_of(
         with suppress(DataError) if as_far_as_possible else nullcontext():
             made = lookup.make(each.kind, each.name, each.settings, context)
             of = _with_partners(run, each.name, required[index])
+            # What needs no results is a plain Analysis, which takes the run alone.
             found[index] = made(of, given, lacking) if needed[index] else made(of)
             results += found[index].results
             without += found[index].missing

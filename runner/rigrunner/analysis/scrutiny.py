@@ -115,6 +115,7 @@ class _Rule:
     def _checked(self, found: object, values: Array) -> Rejection:
         if not isinstance(found, Rejection):
             self.subject.refuse(f"{shown(found)}, expected a Rejection")
+        # A bool is an index to Python: True would leave out the second value.
         whole = not isinstance(found.index, bool) and hasattr(found.index, "__index__")
         inside = whole and 0 <= found.index < len(values)
         self.subject.need(inside, f"the index {found.index!r} of {len(values)} values")
@@ -257,12 +258,14 @@ class _Analysis:
         )
         u, dof = estimate.u, estimate.dof
         need(is_finite(estimate.value), f"'{result.name}' of {shown(estimate.value)}")
+        # nan is allowed: an uncertainty that is not known.
         need(is_real(u) and (math.isnan(u) or 0 <= u < math.inf), f"the uncertainty {u!r}")
         need(is_real(dof) and (math.isnan(dof) or dof > 0), f"{dof!r} degrees of freedom")
         count = result.readings
         is_count = isinstance(count, (int, np.integer)) and count >= 0
         need(is_count, f"'{result.name}' of {shown(count)} readings")
         for line in result.components:
+            # nan passes: a line whose contribution is not known makes u unknown.
             need(
                 is_real(line.u) and not line.u < 0 and is_real(line.dof) and not line.dof <= 0,
                 f"a budget line '{line.name}' with u = {line.u!r}, {line.dof!r} degrees of freedom",

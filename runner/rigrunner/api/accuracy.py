@@ -157,6 +157,7 @@ def _share_of(whole: str, value: object) -> object:
     found = parse_quantity(limit)
     if found.dimension != "ratio":
         return read
+    # As written, where it is in %: 100 times the SI value can differ in the last digit.
     percent = found.number if found.unit.symbol == "%" else 100 * found.si
     return {**read, "limit": f"{percent!r} % {whole}"}  # type: ignore[dict-item]  # a dict
 
@@ -240,6 +241,7 @@ class Accuracy(Settings):
         for name, each in self.limits.items():
             width = self.half_width(name, value, full_scale)
             share, absolute = each.in_parts(full_scale)
+            # A limit such as '0.2 N·m' is no share of the reading, and cannot act as a gain.
             gain = name == "gain" or (name == "temperature_sensitivity" and absolute == 0)
             yield ReadingError(
                 name=f"{'reading' if name == 'overall' else name.replace('_', ' ')} of {channel}",

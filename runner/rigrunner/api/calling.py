@@ -122,7 +122,7 @@ class ThreadCaller:
 
     def call_urgently(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
         """Call, in a new thread if the call before does not return within `grace_s`."""
-        grace_s = 0.0 if self._hangs else self.grace_s
+        grace_s = 0.0 if self._hangs else self.grace_s  # a call that hangs was waited for already
         if self._last is not None and not _is_over(self._last, grace_s):
             self._hangs = self._hangs or "a call that was interrupted"
             self.stop()
@@ -207,6 +207,7 @@ class MovingCall:
     def wait(self, grace_s: float) -> None:
         """Wait for the rest of its time limit, and a grace period."""
         left_s = max(self._until_s - time.monotonic(), 0.0) + grace_s
+        # A time limit may be infinite; a longer wait than this is an OverflowError.
         self._returned.wait(min(left_s, threading.TIMEOUT_MAX))
 
 

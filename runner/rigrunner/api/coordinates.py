@@ -44,6 +44,7 @@ class CoordinateValue:
             return cls(value)
         known, shown = unit(si_unit), unit(written_in or usual_unit(si_unit))
         number = (value * known.factor + known.offset - shown.offset) / shown.factor
+        # 12 digits: without what the conversion adds in the last ones, 70 °F is 70 again.
         return cls(float(f"{number:.12g}"), shown.symbol)
 
     @classmethod
@@ -60,6 +61,7 @@ class CoordinateValue:
         if isinstance(self.value, str) or not self.unit:
             return self
         found = self.in_unit(usual_unit(si_symbol(unit(self.unit).dimension)))
+        # Fewer digits than a conversion keeps: one value written in two units is equal then.
         return CoordinateValue(float(f"{found.value:.10g}"), found.unit)
 
     def in_unit(self, symbol: str) -> CoordinateValue:
@@ -85,6 +87,7 @@ def usual_unit(si_unit: str) -> str:
 
 def is_told(written_in: str, si_unit: str) -> bool:
     """Return whether the unit as written must be stored beside the SI unit."""
+    # K is an SI unit, but not the usual one: untold, a temperature would be shown in °C.
     return bool(written_in) and not written_in == si_unit == usual_unit(si_unit)
 
 
@@ -131,6 +134,7 @@ def labels_of(coordinates: Mapping[str, Coordinate]) -> dict[str, Coordinate]:
     return {
         name: value
         for name, value in coordinates.items()
+        # A bool is an int too, but a label.
         if isinstance(value, bool) or not isinstance(value, int)
     }
 

@@ -175,6 +175,7 @@ class Driver:
         DeviceLostError if no instrument or another one answers. Its time limit leaves room for the
         call that it is part of.
         """
+        # Cleared first: a call of the driver within `open` would else reconnect once more.
         why, self._lost_by = self._lost_by or "not connected", ""
         self.is_reconnecting = True
         timeout_s = min(self._timeout_s or _SHORT_S, self._patience.answer_s / 2)
@@ -247,6 +248,7 @@ class Driver:
 
     def arrived(self, drive: str) -> bool:
         """Return whether the read-back is within the tolerance of the last set-point."""
+        # A drive that was never set has not arrived: nan compares as False.
         off = abs(self.read_back(drive) - self._set_points.get(drive, float("nan")))
         return off <= self._drives[drive].allowed_deviation
 

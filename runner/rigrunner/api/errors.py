@@ -27,8 +27,8 @@ class ExitCode(IntEnum):
     UNPROVEN = 12
     REVISED = 13
     ABORTED = 20
-    BUG = 70
-    INTERRUPTED = 130
+    BUG = 70  # EX_SOFTWARE of sysexits.h
+    INTERRUPTED = 130  # 128 + SIGINT, as shells report it
 
 
 @dataclass(frozen=True, order=True)

@@ -39,8 +39,7 @@ class Axis:
         """Return the label of the axis: 'R / Ω'."""
         if self.unit in {"", "1"}:
             return self.name
-        compound = "/" in self.unit and len(self.unit) > len("1/")
-        return f"{self.name} / ({self.unit})" if compound else f"{self.name} / {self.unit}"
+        return f"{self.name} / ({self.unit})" if "/" in self.unit else f"{self.name} / {self.unit}"
 
 
 @dataclass(frozen=True)
@@ -79,6 +78,7 @@ class Series:
         """Return the series of columns of equal length; a U that is not finite is unknown."""
         half = repeat(None) if U is None else (each if isfinite(each) else None for each in U)
         columns = map(float, x), map(float, y), half
+        # Without U the third column has no end, so equal lengths cannot be asked for.
         return cls(name, tuple(starmap(Point, zip(*columns, strict=U is not None))), kind)
 
 

@@ -51,6 +51,7 @@ class Fir(Settings):
 
     @model_validator(mode="after")
     def _passes_what_rests(self) -> Self:
+        # Taps are written with few digits: those of a high-pass do not add up to exactly 0.
         if abs(sum(self.taps)) <= 1e-6 * sum(abs(tap) for tap in self.taps):
             raise ValueError("the taps add up to 0: such a filter shows no torque at rest")
         return self

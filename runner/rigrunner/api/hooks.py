@@ -492,7 +492,7 @@ def _model_at(place: str) -> type[Settings]:
     module, _, name = place.partition(":")
     try:
         found = getattr(import_module(module), name)
-    except (Exception, SystemExit) as error:
+    except (Exception, SystemExit) as error:  # a module of a plugin may do anything
         reason = f"{type(error).__name__}: {error}"
         raise PluginError(f"the settings '{place}' cannot be loaded: {reason}") from error
     if not (isinstance(found, type) and issubclass(found, Settings)):

@@ -71,6 +71,7 @@ class Instrument(Settings):
     """
 
     channel: Annotated[Member, Field(description="role.channel, such as tester.torque")]
+    # Before all that has its unit: a validator sees only the fields above its own.
     quantity: Annotated[
         str, AfterValidator(_kind), Field(alias="measures", json_schema_extra=_name_quantities)
     ] = TORQUE
@@ -118,6 +119,7 @@ class Instrument(Settings):
     def _of_its_quantity(cls, value: Any, info: ValidationInfo) -> Any:
         """Refuse values of other quantities; invalid values have been reported already."""
         wanted = info.data.get("quantity")
+        # One value of a range or a point is enough: they were checked to be of one kind.
         written = [value] if isinstance(value, Quantity) else []
         written += [value.max] if isinstance(value, CalibratedRange) else []
         written += [each.applied for each in value] if isinstance(value, tuple) else []
@@ -197,6 +199,7 @@ class Instrument(Settings):
             yield f"interpolation needs {LEAST_POINTS} points or more; there are {len(self.points)}"
         pairs = sorted((point.applied.si, point.indicated.si) for point in self.points)
         for (applied, indicated), (next_applied, next_indicated) in pairwise(pairs):
+            # Else one indication would stand for two values, and could not be corrected.
             if next_applied <= applied or next_indicated <= indicated:
                 at = f"{applied:g} {si_symbol(self.quantity)}"
                 yield f"points: indicated must rise with applied, and does not at {at}"
@@ -211,6 +214,7 @@ class Instrument(Settings):
             yield f"a cubic needs {least} points in each direction that has some; there are {count}"
             return
         for (low, low_off), (high, high_off) in pairwise(self.deviations):
+            # Indicated less deviation is the applied value.
             if high - high_off <= low - low_off:
                 at = f"{low:.3g} {si_symbol(self.quantity)}"
                 yield f"points: the cubic does not rise with applied near {at}"
@@ -344,6 +348,7 @@ class Instrument(Settings):
         if self.quantity in ZEROED:
             less_zero = values - zero
             return np.asarray(less_zero - np.interp(less_zero, at, off))
+        # Exactly 0 means that no zero was read: the deviation at 0 is not taken off then.
         true_zero = zero - np.interp(zero, at, off) if zero else 0.0
         return np.asarray(values - np.interp(values, at, off) - true_zero)
 

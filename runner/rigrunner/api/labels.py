@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 RESERVED = frozenset({"cycles", "elapsed", "name", "recording", "utc"})
 """Names of columns that tables have anyway."""
 _LONGEST = 80
+# '60 sec' and '1,5s' are refused as mistyped quantities; 'V1.2', '3a' and a date stay texts.
 _MEANT_AS_QUANTITY = re.compile(r"[^\w\s]?[0-9][0-9.,]*\s+\S|[^\w\s]?[0-9]+[.,][0-9]+[^\d.,\s-]")
 
 

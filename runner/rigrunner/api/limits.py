@@ -58,6 +58,7 @@ class ValueLimit:
 
     def is_marginal(self, value: float) -> bool:
         """Return whether a value is within the limits, but by less than `marginal`."""
+        # A value that only rounding takes beyond a limit is within it, with a margin below 0.
         return self.limits.allow(value) and max(self.limits.margin(value), 0.0) < self.marginal
 
     def decision(self, value: float) -> LimitDecision:

@@ -158,6 +158,7 @@ class LineDriver(Driver):
         else:
             self._link = link = self._over(timeout_s)
             if self.settings.is_serial and self.is_reconnecting:
+                # It waits up to three times as long, within the patience of the station.
                 link.wait_for_silence(min(self.settings.timeout, self._patience.answer_s / 4))
 
     def _over(self, timeout_s: float) -> LineLink:

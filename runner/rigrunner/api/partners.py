@@ -23,7 +23,7 @@ _HOUR_S = 3600.0
 
 
 def _name(text: str) -> str:
-    NeededRun(name=text, key=())
+    NeededRun(name=text, key=())  # refuses what cannot be a name
     return text
 
 

@@ -33,6 +33,7 @@ def _read(value: object) -> object:
     try:
         return parse_quantity(value)
     except QuantityError:
+        # It begins as a number, so it is a mistyped quantity rather than a text.
         if value[:1].isdigit() or value[:1] in "+-.":
             raise
         return plain(value)
@@ -93,6 +94,8 @@ def matches(wanted: Quantity | str, found: CoordinateValue) -> bool:
     known = unit(found.unit or "1")
     if wanted.dimension != known.dimension:
         return False
+    # A share of the number as written: of 293 K it would be too coarse for a value in °C. The
+    # relative tolerance below is for 0 °C, where the conversion to K rounds.
     size = SAME * max(abs(wanted.number * wanted.unit.factor), 1e-9)
     return isclose(
         wanted.si, found.value * known.factor + known.offset, rel_tol=SAME * 1e-3, abs_tol=size

@@ -63,6 +63,7 @@ class SerialPort:
                 f"the serial port {name} cannot be opened: {error}",
                 hint="is the adapter plugged in, may you use it, does another program hold it?",
             ) from error
+        # What came for whoever had the port before is no answer to us.
         self._port.reset_input_buffer()
 
     def ready(self, within_s: float) -> bool:

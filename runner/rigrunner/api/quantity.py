@@ -38,8 +38,8 @@ _QUANTITY = re.compile(rf"({_NUMBER})\s*(.*)", re.DOTALL)
 _MORE_DIGITS = re.compile(r"[.,:'_]?[0-9]")
 _INVERSE = re.compile(r"1(?:/|$)")
 _COMMA = re.compile(r"[+-]?[0-9]+,([0-9]+)(?![0-9,.])")
-_GROUP = 3
-_LEGIBLE = 1000
+_GROUP = 3  # digits after a comma that may as well separate thousands
+_LEGIBLE = 1000  # and more: the next prefix fits better
 
 
 def quantity_pattern(dimension: str | None = None) -> str:
@@ -50,6 +50,7 @@ def quantity_pattern(dimension: str | None = None) -> str:
     spellings = [
         re.sub(r"([$^.*+?()\[\]{}|/\\])", r"\\\1", spelling) for spelling in spellings_of(dimension)
     ]
+    # After a number, a digit can only begin the unit 1 or 1/..., and only after a space.
     number = _NUMBER.replace("[+-]", f"[+{_MINUS}-]")
     return rf"^\s*{number}(?:(?![0-9.])\s*|\s+(?=1))(?:{'|'.join(spellings)}|{COMPOSED})\s*$"
 
@@ -102,6 +103,7 @@ def readable(si: float, dimension: str) -> Quantity:
     written = [
         Quantity(float(f"{(si - known.offset) / known.factor:.12g}"), known) for known in units
     ]
+    # Of a unit without offset, 12 digits are always within this: there is one at least.
     exact = [each for each in written if math.isclose(each.si, si, rel_tol=1e-11)]
     return min(exact, key=lambda quantity: len(str(quantity)))
 
@@ -125,7 +127,8 @@ def usual_and_prefixed(symbol: str) -> Iterator[Unit]:
     dimension = unit(symbol).dimension
     yield from usual_units(dimension)
     for prefix in FACTORS:
-        with suppress(QuantityError):
+        with suppress(QuantityError):  # not every unit takes every prefix
+            # kg has a prefix already.
             known = unit(prefix + ("g" if symbol == "kg" else symbol))
             if known.dimension == dimension:  # pH is no picohenry
                 yield known

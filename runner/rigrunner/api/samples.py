@@ -18,6 +18,7 @@ def as_samples(values: object) -> Array:
 
     NumPy would drop an imaginary part, a mask or a unit of time with a warning at most.
     """
+    # Not isinstance: a masked array is an ndarray too.
     if type(values) is np.ndarray and values.dtype == np.float64:
         return values
     if isinstance(values, np.ma.MaskedArray):

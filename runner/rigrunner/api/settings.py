@@ -99,7 +99,7 @@ class WrapperSettings(MadeOfOthers):
 
 def _read(dimension: str | None, value: object) -> Quantity:
     if isinstance(value, Quantity):
-        value = str(value)
+        value = str(value)  # so that its kind and size are checked too
     if isinstance(value, str):
         return parse_quantity(value, dimension)
     such_as = f"10 {units_of(dimension)[0]}" if dimension else "10 Hz"
@@ -212,6 +212,7 @@ IsoDate = Annotated[date, BeforeValidator(_read_date)]
 """A date such as 2026-01-31."""
 
 Item = TypeVar("Item")
+# Not strict, as YAML gives a list, and strictly that is no tuple.
 ListOf = Annotated[tuple[Item, ...], Field(strict=False)]
 """A list in YAML, stored as a tuple: `ListOf[Frequency]`."""
 

@@ -58,6 +58,7 @@ class StreamingDriver(Driver):
 
         The time of a block is that of its arrival.
         """
+        # Not a generator itself: a wrong channel is refused here, not with the first block.
         self.check_channels(channels)
         return self._blocks(tuple(channels), round(duration_s * self.sample_rate_hz), stop)
 

@@ -142,14 +142,14 @@ PRODUCTS: Mapping[frozenset[tuple[str, int]], str] = {
     frozenset({("frequency", 1), ("time", -1)}): "frequency rate",
     frozenset({("luminous flux", 1), ("area", -1)}): "illuminance",
     frozenset({("luminous flux", 1), ("length", -2)}): "illuminance",
-    frozenset({("voltage", 0)}): "voltage ratio",
+    frozenset({("voltage", 0)}): "voltage ratio",  # V/V: the powers add up to 0
 }
 """Kind of a product by the kinds of its factors, each with its power."""
 
 UNITS: tuple[Unit, ...] = (
     Unit("N·m", "torque"),
     Unit("mN·m", "torque", 1e-3),
-    Unit("in·lbf", "torque", 0.1129848290276167),
+    Unit("in·lbf", "torque", 0.1129848290276167),  # 0.0254 m by 4.4482216152605 N
     Unit("N", "force"),
     Unit("kN", "force", 1e3),
     Unit("lbf", "force", _LBF),

@@ -43,6 +43,7 @@ class QuantityError(RigrunnerError, ValueError):
 
 
 _BASES = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+# Unicode has two of each of these signs, which look alike.
 _SAME_LETTERS = str.maketrans(
     {"\N{GREEK SMALL LETTER MU}": "µ", "\N{OHM SIGN}": "Ω", "\N{ANGSTROM SIGN}": "Å"}
 )
@@ -50,6 +51,7 @@ _SUPERSCRIPTS = "⁰¹²³⁴⁵⁶⁷⁸⁹"
 _DIGITS = str.maketrans(f"{_SUPERSCRIPTS}⁻\N{MINUS SIGN}", "0123456789--")
 _NAME = "[A-Za-zÅΩµ°%]+"
 _MINUS = "-\N{MINUS SIGN}"
+# In plain digits a power of 1 is not written, but -1 is.
 _POWER = rf"(?:\^?[{_MINUS}]?[2-9]|\^?[{_MINUS}]1|⁻?[{_SUPERSCRIPTS}])"
 _FACTOR = rf"{_NAME}{_POWER}?"
 _TIMES = r"[·*.]"
@@ -62,7 +64,7 @@ _PART = re.compile(rf"({_NAME})({_POWER})?")
 _ADDED_SYMBOL = re.compile(r"[A-Za-zΩµ°%][A-Za-z0-9Ωµ°%]*")
 _ADDED_KIND = re.compile(r"[a-z]+(?: [a-z]+)*")
 _BASE = re.compile(rf"1|{COMPOSED}|{_NAME}")
-_HIGHEST_POWER = 9
+_HIGHEST_POWER = 9  # a single superscript
 _LARGEST_FACTOR = 1e30
 _LONGEST = 40
 _NEAR = 0.51
@@ -120,7 +122,7 @@ def define(added: Iterable[UnitDefinition], by: str) -> None:
             claims = _ADDED.setdefault(spelling, {})
             if new not in claims.values():
                 claims[by] = new
-    if news:
+    if news:  # what was no unit before may be made of them
         _composed.cache_clear()
 
 
@@ -316,7 +318,9 @@ def _composed(text: str) -> Unit | None:
         parts.append((known, power))
     exact = Fraction(1)
     for known, power in parts:
+        # In decimals: products of powers of ten are exact, and equal units have equal factors.
         exact *= Fraction(repr(known.factor)) ** power
+    # A fraction beyond the range of floats would be an OverflowError.
     factor = float(exact) if abs(exact) < _LARGEST_FACTOR else math.inf
     if not 1 / _LARGEST_FACTOR <= factor <= _LARGEST_FACTOR:
         raise QuantityError(f"'{text}' is too large or too small a unit")
@@ -383,11 +387,12 @@ def _shortest(dimension: Exponents) -> str:
         raise QuantityError("the power of a unit is too high")
     candidates: list[tuple[tuple[int, int], str]] = []
     for symbol, sign in [("", 0), *((each, sign) for each in named for sign in (1, -1))]:
-        exponents = _exponents(symbol) if symbol else dimension
+        exponents = _exponents(symbol)
+        # Hz, Bq, Gy, ... share their dimension with another kind, which a product is of.
         if symbol and _KIND_OF.get(exponents) != _KIND_BY_SYMBOL[symbol]:
             continue
         rest = tuple(a - sign * b for a, b in zip(dimension, exponents, strict=True))
-        factors = [(symbol, sign)] * bool(symbol)
+        factors = [(symbol, sign)] if symbol else []
         factors += [(base, each) for base, each in zip(_BASES, rest, strict=True) if each]
         if max(map(abs, rest)) > _HIGHEST_POWER:
             continue

@@ -130,6 +130,7 @@ class Limits:
 
     def not_kept(self, value: float, by: float = 0.0) -> Limits:
         """Return the limits from which the value is not inside by that margin."""
+        # `not >=`, as nan is inside no limit.
         if not isinf(self.lower) and not value - self.lower >= by:
             return replace(self, upper=inf)
         if not isinf(self.upper) and not self.upper - value >= by:
@@ -249,6 +250,7 @@ class LimitDecision:
         found, within = self.result, -inf
         if found is not None and found.u > 0:
             within = self.limits.margin(found.value) / found.u
+        # Where it is not known, the limit comes before those with a known probability.
         probability = self.probability if isfinite(self.probability) else -inf
         return WORST_FIRST.index(self.verdict), probability, within
 

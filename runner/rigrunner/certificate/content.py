@@ -140,6 +140,7 @@ def certifiable(source: Source) -> None:
                 f"{each.header.run_id} was salvaged from a damaged file, and is never certified",
                 hint="repeat the run, or certify the run of a sound copy of the file",
             )
+        # A run that stopped at a limit can be certified as a fail; a partner run has to be whole.
         is_fail = each is source.stored and each.info.outcome == Outcome.STOPPED_AT_LIMIT
         if each.info.outcome != Outcome.COMPLETED and not is_fail:
             why = f": {each.info.reason}" if each.info.reason else ""
@@ -152,6 +153,7 @@ def certifiable(source: Source) -> None:
             f"{source.stored.header.run_id} is not sealed: its program was interrupted",
             hint="repeat the run; a certificate needs a run.h5",
         )
+    # Called for their errors: results that cannot be stated.
     certified_of(source.result)
     named_of(source.result)
 

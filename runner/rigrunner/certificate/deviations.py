@@ -98,7 +98,7 @@ def _recorded(run_id: str, events: Sequence[Event]) -> Iterator[Deviation]:
                     utc=event.utc,
                 )
             case LimitMissed():
-                pass  # it is a result
+                pass  # it is a result, and has to come before Note, of which it is a kind
             case Alarm():
                 yield Deviation(
                     kind="alarm", run_id=run_id, where=event.source, text=event.text, utc=event.utc

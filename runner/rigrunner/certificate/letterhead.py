@@ -20,7 +20,7 @@ from rigrunner.api.errors import InvalidFileError, Location, Problem, UsageError
 from rigrunner.api.letterhead import Letterhead, Logo
 from rigrunner.api.names import Text
 from rigrunner.api.settings import ListOf, PlainText, Settings
-from rigrunner.yamlfile import parse, read, validate
+from rigrunner.yamlfile import read, validate
 from rigrunner.yamlfile.reader import read_text
 
 if TYPE_CHECKING:
@@ -114,7 +114,10 @@ def read_letterhead(folder: Path, language: str = "") -> Letterhead:
         prefix=found.prefix,
         logo=logo,
         statements=found.statements,
-        texts={path.stem: _texts(path) for path in _files(folder / "texts", "*.yaml")},
+        texts={
+            path.stem: validate(TextsFile, read(path)).texts
+            for path in _files(folder / "texts", "*.yaml")
+        },
         templates={path.name: read_text(path) for path in _files(folder / "templates", "*.j2")},
         style=read_text(folder / STYLE) if (folder / STYLE).is_file() else "",
         files={path.relative_to(folder).as_posix(): _sha256(path) for path in _used(folder, found)},
@@ -133,10 +136,6 @@ def _used(folder: Path, found: LetterheadFile) -> Iterator[Path]:
 
 def _files(folder: Path, pattern: str) -> list[Path]:
     return sorted(path for path in folder.glob(pattern) if path.is_file())
-
-
-def _texts(path: Path) -> dict[str, str]:
-    return validate(TextsFile, parse(read_text(path), str(path))).texts
 
 
 def _logo(folder: Path, entry: LogoEntry, where: Location) -> Logo:

@@ -51,10 +51,10 @@ class Numbers:
             number = f"{stem}{sequence:04d}"
             try:
                 self._write(f"{number}.json", {"number": number, **known})
-            except FileExistsError:
+            except FileExistsError:  # another process has just taken it
                 continue
             return number
-        raise AssertionError
+        raise AssertionError  # count has no end
 
     def issued(self, number: str, known: Mapping[str, object]) -> None:
         """Record what was written under a number."""

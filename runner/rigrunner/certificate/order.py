@@ -102,6 +102,7 @@ def complete(order: Order, given: Mapping[str, object], inputs: Mapping[str, str
         if isinstance(value := inputs.get(FROM_INPUT.get(name, name), ""), str) and value.strip()
     }
     entered = {name: value for name, value in order if value}
+    # An option goes before the file, and that before what was asked in the run.
     text = known | entered | {name: value for name, value in given.items() if value}
     try:
         merged = Order.model_validate(text)

@@ -163,6 +163,7 @@ def conformity_of(
     if decision is None:
         return None
     name, _, words = decision.rule.partition(": ")
+    # A copy of one of the parts, with another reason: it is told from the others by its limit.
     first = decision.deciding
     others = (
         each

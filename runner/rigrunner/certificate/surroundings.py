@@ -37,6 +37,7 @@ def conditions_of(run: RunData) -> Iterator[Condition]:
     for measurement in run.measurements:
         for name, value in measurement.values.items():
             statistic = name.removeprefix(channel_of(name))
+            # Peak-to-peak and root mean square are no values of the condition itself.
             if statistic in {"", ".mean", ".minimum", ".maximum"}:
                 seen.setdefault(channel_of(name), []).append(value)
     for channel, values in seen.items():
@@ -88,7 +89,7 @@ def _entry(each: Instrument, day: str) -> InstrumentEntry:
         range=_range(each),
         uncertainty={**_accuracy(each), **_points(each)},
         conditions=_conditions(each),
-        overdue=bool(due) and due < day,
+        overdue=bool(due) and due < day,  # the day itself is the last one of use
         calibration=each.calibration or "calibrated",
     )
 

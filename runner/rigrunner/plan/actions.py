@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 class Phase(StrEnum):
     """When a step is run: teardown always, also after a failure."""
 
+    # In the order in which they are planned and run.
     SETUP = "setup"
     MAIN = "main"
     TEARDOWN = "teardown"

@@ -34,8 +34,9 @@ if TYPE_CHECKING:
     from rigrunner.station import LoadedStation
     from rigrunner.yamlfile.document import Path
 
-_SAME = 1e-6
+_SAME = 1e-6  # of the greater set-point
 _ROUNDING = 1e-9
+"""Of duration times frequency: 2.9999999999 cycles are 3."""
 _PLACE = TypeAdapter[Mapping[str, PlaceValue]](Mapping[str, PlaceValue])
 
 
@@ -92,17 +93,7 @@ def check_analyses(
         except PluginError:
             continue  # told by the check of the plugins
         uses.append(
-            _Use(
-                procedure,
-                path,
-                plugin,
-                needs,
-                measured,
-                made,
-                complete,
-                lookup,
-                problems,
-            )
+            _Use(procedure, path, plugin, needs, measured, made, complete, lookup, problems)
         )
     for use in uses:
         if use.has_results() and use.is_measured():
@@ -175,9 +166,8 @@ class _Use:
         ]
         for each in missing:
             known = [*names, *(coordinates if each.or_coordinate else ())]
-            listed = f"measured{' or set' * each.or_coordinate}: {', '.join(known) or 'nothing'}"
-            hint = did_you_mean(each.name, known, listed)
             how = "measured or set" if each.or_coordinate else "measured"
+            hint = did_you_mean(each.name, known, f"{how}: {', '.join(known) or 'nothing'}")
             self.complain(each.key, f"{each.name} is {how} in no step", hint)
         if missing or self.places or not self.needed:
             return not missing
@@ -190,6 +180,7 @@ class _Use:
         """Add what does not fit the units of the channels and results."""
         known: dict[str, str] = {}
         for measured in self.measured:
+            # What is read goes before a set-point or label of its name.
             known = {**measured.coordinate_units, **known, **measured.units}
         units = {each.name: known[each.name] for each in self.needed}
         for each in self.needed:
@@ -241,6 +232,7 @@ class _Use:
         there = [each for each in chosen if needed.name in each.coordinate_units]
         for value in needed.values if there else ():
             if not any(each.may_be_at({needed.name: value}) for each in there):
+                # Each has a place: one whose value is not known may be at any.
                 known = sorted({str(each.place[needed.name]) for each in there})
                 message = f"nothing is measured at {needed.name} = {value}"
                 hint = did_you_mean(str(value), known, f"there are: {', '.join(known)}")
@@ -437,7 +429,7 @@ def _measured(plan: Plan) -> Iterator[Measured]:
         action, of = step.action, step.coordinate_units
         setpoints, symbols = action.known
         here = {name: of.get(name, "") for name in step.coordinates}
-        if step.phase is not Phase.SETUP:
+        if step.phase is not Phase.SETUP:  # both count from the begin of main
             cyclic = "Hz" in map(symbols.get, setpoints)
             here |= {"elapsed": "s", "cycles": ""} if cyclic else {"elapsed": "s"}
         here |= {name: symbols.get(name, "") for name in setpoints}
@@ -484,7 +476,7 @@ def _refuse_circles(uses: Iterable[_Use]) -> None:
 
 
 def _from_to(low: float, high: float, symbol: str) -> str:
-    """Return 'from 1 A to 2 A' of values in an SI unit, temperatures in °C."""
+    """Return '1 A to 2 A' of values in an SI unit, temperatures in °C."""
     ends = [str(CoordinateValue.of_si(each, symbol)) for each in (low, high)]
     return f"{ends[0]} to {ends[1]}" if low < high else ends[0]
 

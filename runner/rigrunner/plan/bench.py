@@ -82,7 +82,7 @@ class Bench:
         if device is None:
             return None
         found = self._find(device.drives, "drive", member, path, key=key)
-        return found and self.rules.narrowed(member, found)
+        return None if found is None else self.rules.narrowed(member, found)
 
     def safe_value(self, member: Member) -> float:
         """Return the safe value of a drive of the station."""
@@ -191,19 +191,18 @@ class Bench:
         role, name = member.role, member.name
         by_name = {info.name: info for info in infos}
         info = by_name.get(name)
-        message = hint = ""
-        if info is None:
-            message = f"the device in the role '{role}' has no {what} '{name}'"
-            hint = suggestion(name, by_name, f"{what}s")
-            if told := self.reading(member):
-                message, hint = f"{member} is a {told.kind}, not a number", "'measure' reads it"
-        elif not _is_unit(info.unit):
+        if info is not None and _is_unit(info.unit):
+            return info
+        if info is not None:
             message = (
                 f"the device gives {what} '{name}' in '{info.unit}', which is not a known unit"
             )
             hint = "this is for the author of the device's plugin to fix"
-        if not message:
-            return info
+        elif told := self.reading(member):
+            message, hint = f"{member} is a {told.kind}, not a number", "'measure' reads it"
+        else:
+            message = f"the device in the role '{role}' has no {what} '{name}'"
+            hint = suggestion(name, by_name, f"{what}s")
         self._problems.add(self._document, path, message, hint, key=key)
         return None
 

@@ -73,6 +73,7 @@ class _Walker:
             chosen = begin_choice(when, at, self.scene) if when else None
             planning = Planning(step.settings, at, self.scene, self)
             step.record.factory(step.settings, planning)
+            # After its own planning: only the steps that follow can hang on its answer.
             if name := step.settings.answered():
                 self.scene.draft.answered[name] = getattr(step.settings, "expected", Expected())
             if when and chosen is not None:
@@ -90,17 +91,14 @@ class _Walker:
 
     def call(self, place: Place) -> None:
         """Write down another procedure's steps; in a teardown, all of them are teardown."""
+        # By the place of the step; the place here ends with the key of its kind.
         called = self.procedure.called[place.path[:-1]]
         ending = place.phase is Phase.TEARDOWN
         calls = place.calls if ending else (*place.calls, place.label)
         bench = self.scene.bench.of(called)
         drives = self.scene.drives.of(bench, called.document)
         scene = replace(
-            self.scene,
-            document=called.document,
-            folder=called.folder,
-            bench=bench,
-            drives=drives,
+            self.scene, document=called.document, folder=called.folder, bench=bench, drives=drives
         )
         for section in Phase:
             phase = section if section is Phase.TEARDOWN else place.phase

@@ -41,7 +41,7 @@ class Chosen(Action):
     def do(self, step: str, doing: Doing) -> Found:
         """Look at the answer; the steps are left out where there was none."""
         answer = doing.answer(self.input)
-        does = answer is not None and (answer in self.values) is not self.inverse
+        does = answer is not None and (answer in self.values) != self.inverse
         if not does:
             was = "was not asked" if answer is None else f"is '{answer}'"
             doing.note(step, f"{self.input} {was}: the steps that hang on it are left out")
@@ -151,6 +151,7 @@ def end_choice(at: int, when: When, place: Place, scene: Scene, before: dict[str
     steps_text = "the next step" if count == 1 else f"the next {count} steps"
     text = f"If {when.input} is {'not ' if when.is_not else ''}{words}: {steps_text}"
     steps[at] = replace(steps[at], leaves=count, text=text)
+    # Where drives stand must be known at every step before the run, whatever is answered.
     for member, value, symbol in scene.drives.changed(before):
         was = before.get(member)
         earlier = "its safe value" if was is None else f"{was:g} {symbol}"
@@ -187,6 +188,7 @@ def plan_until(
         action = ResultReached(until.result, *said)
     what = until.channel or until.result
     text = f"Until {what} is {name} {bound}: {number} of at most {of} times"
+    # Not a part of the pass: where the pass is skipped, the value is still read.
     at = place.time(number - 1).inside("until").outside()
     for listed in key[1:]:
         at = at.step(int(listed))

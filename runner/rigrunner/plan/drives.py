@@ -78,9 +78,8 @@ class DriveStates:
         """Return the drive if it can be set to that; else add the problem and return None."""
         drive = self._bench.drive(member, named_at, key=key)
         if drive is None or not self._bench.fits(quantity, drive.unit, member, valued_at):
-            self._standing.uncertain = (
-                True  # what follows from this drive would be complaints about nothing
-            )
+            # What follows from this drive would be complaints about nothing.
+            self._standing.uncertain = True
             return None
         if not drive.minimum <= quantity.si <= drive.maximum:
             message = f"{quantity} is out of range ({drive.range_text})"
@@ -93,9 +92,9 @@ class DriveStates:
     def _check_together(self, member: Member, quantity: Quantity, valued_at: Path) -> None:
         """Add a problem for a set-point that is not allowed with where other drives stand."""
         for combination in self._bench.rules.combinations:
-            others = [each for each in combination.drives if each != member]
-            if len(others) == len(combination.drives):
+            if member not in combination.drives:
                 continue
+            others = [each for each in combination.drives if each != member]
             stands: dict[Member, float] = {name: self._stands(name) for name in others}
             if not combination.allows({**stands, member: quantity.si}):
                 message = f"got '{quantity}', not allowed with {combination.others(member, stands)}"
@@ -153,8 +152,8 @@ class DriveStates:
     def _cycle_drive(self, role: str | None) -> Member | None:
         """Return the cyclic drive of that role, or else the only one there is."""
         drives = self._bench.cycle_drives()
-        own = [drive for drive in drives if drive.role == role]
-        return (own or drives)[0] if len(own or drives) == 1 else None
+        found = [drive for drive in drives if drive.role == role] or drives
+        return found[0] if len(found) == 1 else None
 
     def _no_drive(self) -> tuple[str, str]:
         drives = self._bench.cycle_drives()

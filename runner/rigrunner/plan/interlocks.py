@@ -56,6 +56,7 @@ def _places(
         (station.document, ("safety", "interlocks"), of_station)
     ]
     used = () if procedure is None else (procedure, *procedure.all_called())
+    # A procedure that is called twice has its interlocks once.
     named = {each.document.name: each for each in used}
     sources += [(each.document, ("interlocks",), each.model.interlocks) for each in named.values()]
     for document, path, interlocks in sources:

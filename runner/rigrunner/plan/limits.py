@@ -60,6 +60,7 @@ def _of_places(
     for name, wanted in limit.where.items():
         known = [each[name] for each in places if name in each]
         missing = [each for each in wanted if not any(matches(each, at) for at in known)]
+        # Where its value is not known beforehand, it may be any of them.
         if missing and len(known) == len(places):
             hint = f"there are: {', '.join(dict.fromkeys(map(str, known)))}"
             message = f"{of.name} is not measured at {', '.join(map(str, missing))}"

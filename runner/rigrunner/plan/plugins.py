@@ -125,6 +125,7 @@ def _check_rig(
     except InvalidFileError as error:
         for problem in error.problems:
             key = problem.field.removeprefix("rig.")
+            # A missing key counts only where a plugin in use needs it; within a mapping, always.
             is_missing = problem.field != "rig" and key not in station.model.rig
             if not is_missing or "." in key:
                 problems.include([problem])
@@ -171,7 +172,7 @@ def _check(use: _Use, lookup: SettingsLookup, problems: Problems) -> list[_Use]:
         found = validate(settings, use.document, use.settings_at)
         if isinstance(found, MadeOfOthers):
             for other in _others(use, found):
-                _check(other, lookup, problems)
+                used += _check(other, lookup, problems)
         for place, named in plugins_in(found):
             inner = _use(use.document, (*use.settings_at, *place), named)
             used += _check(inner, lookup, problems)

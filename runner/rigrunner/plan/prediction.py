@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from rigrunner.api.unit_tables import Unit
     from rigrunner.plan.actions import Plan
 
-_BYTES_PER_SAMPLE = 8
+_BYTES_PER_SAMPLE = 8  # float64
 
 
 @dataclass(frozen=True)

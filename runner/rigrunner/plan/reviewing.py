@@ -105,6 +105,7 @@ def _add(
     elif isinstance(of, StationPart):
         document, at = station.document, (of.value,)
         hint = "; ".join(filter(None, (hint, _needed(problem, path, procedure))))
+    # What is said of the analysis as a whole stands at its name.
     is_whole = not problem.key and of is None
     problems.add(
         document, (*at, *problem.key), problem.message, hint, key=problem.at_key or is_whole

@@ -82,11 +82,12 @@ class _Drives:
         wanted = unit(drive.unit).dimension
         given = [("min", limits.min, wanted), ("max", limits.max, wanted)]
         given.append(("rate", limits.rate, rate_of(wanted) or ""))
-        return all(
+        fits = [
             self._has(dimension, quantity, member, (*path, key))
             for key, quantity, dimension in given
             if quantity is not None
-        )
+        ]
+        return all(fits)  # after all of them were told
 
     def combination_fits(self, at: int, combination: Combination) -> bool:
         path = ("safety", "combinations", at, "allowed")
@@ -95,6 +96,7 @@ class _Drives:
             for member, quantity in corner.items():
                 place = (*path, index, member)
                 drive = self.drive(member, place, key=True)
+                # `fits` is last, so that every wrong corner is reported.
                 fits = (
                     drive is not None
                     and self._has(unit(drive.unit).dimension, quantity, member, place)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rigrunner.yamlfile.document import Path
 
 _YES_NO = {"yes": True, "no": False, "True": True, "False": False}
+"""By the texts of what YAML gives: 'yes' is a text there, and true a bool."""
 
 
 def terms_of(
@@ -95,6 +96,7 @@ def reading_limits(
             if kind == "boolean" and not wrong:
                 yield ReadingLimit(member, allowed)
             elif kind == "text" and all(isinstance(each, str) for each in band.texts):
+                # As written: 'yes' may be the very text that an instrument gives.
                 yield ReadingLimit(member, band.texts)
             else:
                 needed = "yes or no" if kind == "boolean" else "a text; put it in quotes"

@@ -117,6 +117,7 @@ class Table(Settings):
         kind = self.points[0][0].dimension
         x = _si(coordinates, self.over, kind)
         for (before, low), (after, high) in pairwise(self.points):
+            # A coordinate at an end of the table may be beyond it by the rounding of units.
             tolerance = 1e-9 * (after.si - before.si)
             if before.si - tolerance <= x <= after.si + tolerance:
                 part = (x - before.si) / (after.si - before.si)

@@ -82,6 +82,7 @@ def read_with_key(key: str, model: type[Settings], value: object, context: Any =
 
 @cache
 def _reader(key: str, model: type[Settings]) -> SchemaValidator:
+    # Models of settings are built when they are first used, and this one may be the first use.
     model.model_rebuild()
     held = core_schema.typed_dict_field(model.__pydantic_core_schema__)
     return SchemaValidator(core_schema.typed_dict_schema({key: held}))

@@ -100,6 +100,7 @@ def parse_procedure(
     document = resolve(with_given(written, given or {}))
     context = {KINDS: kinds, STORED: stored, ASKED: _analyses_asked(document)}
     model = validate(Procedure, document, context=context)
+    # Of the text as it stands, upgraded or not: approvals and documents name it by this.
     digest = hashlib.sha256(text.encode()).hexdigest()
     loaded = LoadedProcedure(model, document, digest, text)
     problems = inconsistencies(model, document)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from rigrunner.api.names import Identifier, Name, Text
-from rigrunner.api.settings import ListOf, PlainText, Settings, YesNo
-from rigrunner.api.units import unit
+from rigrunner.api.settings import ListOf, PlainText, Settings, UnitSymbol, YesNo
 from rigrunner.interlock import Interlock
 from rigrunner.procedure.acceptance import Acceptance
 from rigrunner.procedure.analyses import AnalysisRef
@@ -19,10 +18,6 @@ if TYPE_CHECKING:
     from rigrunner.yamlfile.document import Path
 
 
-def _known_unit(symbol: str) -> str:
-    return unit(symbol).symbol
-
-
 class Measurand(Settings):
     """What is measured: its symbol, its name in words, its unit."""
 
@@ -30,7 +25,7 @@ class Measurand(Settings):
     """Such as Td."""
     name: Text
     """In words, such as 'starting torque'."""
-    unit: Annotated[str, AfterValidator(_known_unit)] | None = None
+    unit: UnitSymbol | None = None
     """Of the dimension that the analysis gives; without such an analysis any."""
 
 

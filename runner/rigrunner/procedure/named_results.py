@@ -139,6 +139,7 @@ def _check(
                 problems.add(document, (*path, key, name), *_no_coordinate(found, name))
     if limit.each is not None and limit.each not in found.per:
         problems.add(document, (*path, "each"), *_no_coordinate(found, limit.each))
+    # One value under `where` fixes a coordinate, and `each` runs over one: others leave several.
     single = {name for name, values in limit.where.items() if len(values) == 1}
     open_ = [name for name in found.per if name not in {*single, limit.each}]
     if open_ and not (limit.mean or limit.worst or limit.each):

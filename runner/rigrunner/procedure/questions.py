@@ -4,21 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from rigrunner.api.names import Text
-from rigrunner.api.settings import AnyQuantity, ListOf, Settings
+from rigrunner.api.settings import AnyQuantity, ListOf, Settings, UnitSymbol
 from rigrunner.api.units import unit, with_article
 from rigrunner.procedure.answers import AnswerError, Expected
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.api.quantity import Quantity
 
 _MOST_CHOICES = 100
 
-UnitSymbol = Annotated[str, AfterValidator(lambda symbol: unit(symbol).symbol)]
+
 Picture = Annotated[
     Text | None, Field(description="A picture to show: a file beside the procedure.")
 ]
@@ -54,6 +53,7 @@ class Question(Settings):
             yield "got both, expected one of: choices, unit"
         if len(self.choices) == 1:
             yield f"'{self.choices[0]}' alone is not a choice; give another, or none"
+        # Answers are compared without case.
         if len({choice.casefold() for choice in self.choices}) < len(self.choices):
             yield "a choice is listed twice"
         yield from self._objections_to_limits()
@@ -67,7 +67,7 @@ class Question(Settings):
             elif limit is not None and self.unit and limit.dimension != unit(self.unit).dimension:
                 kind = with_article(limit.dimension)
                 yield f"the limit '{limit}' is {kind}, but the unit is {self.unit}"
-        if _crossed(self.min, self.max):
+        if self.min is not None and self.max is not None and self.min.si >= self.max.si:
             yield f"min ({self.min}) must be below max ({self.max})"
 
 
@@ -76,10 +76,6 @@ class Input(Question):
 
     ask: Text
     """The question to a person."""
-
-
-def _crossed(low: Quantity | None, high: Quantity | None) -> bool:
-    return low is not None and high is not None and low.si >= high.si
 
 
 def _refusal(expected: Expected, answer: str) -> Iterator[str]:

@@ -112,6 +112,7 @@ def _is_reference(text: str) -> bool:
 def _replaced(node: Any, parameters: Mapping[str, Any]) -> Any:
     if isinstance(node, str):
         if _is_reference(node):
+            # With no parameters: a value that refers to another one was refused, and `$$` is left.
             return _replaced(parameters[node[1:]], {})
         return node.removeprefix("$") if node.startswith(_ESCAPE) else node
     if isinstance(node, dict):

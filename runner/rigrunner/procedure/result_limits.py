@@ -305,4 +305,5 @@ def _number(
     else:
         si = end.si_at(coordinates)
     offset = 0.0 if is_difference else known.offset
+    # 15 digits, without the rounding of the conversion: a limit reads as it was written.
     return float(f"{(si - offset) / known.factor:.15g}")

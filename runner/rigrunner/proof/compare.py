@@ -30,6 +30,7 @@ SIGNIFICANT = 5e-5
 NEGLIGIBLE = 1e-12
 """In the document's units: what remains of a difference that should be zero, of a number whose
 resolution nothing tells."""
+# The first that is there counts: a value is printed to the digits of U.
 _WIDTHS = ("expanded_uncertainty_95", "expanded_uncertainty", "standard_uncertainty")
 _NAMES = ("recording", "name", "item", "symbol")
 _CHECK = {"name", "ok", "text"}

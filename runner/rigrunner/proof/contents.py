@@ -20,7 +20,7 @@ _SCRIPT = re.compile(
 )
 """Its text has no '<', so nothing in it can end it; the search is bounded."""
 _ATTACHMENT = re.compile(rb"/EmbeddedFile\b.{0,2000}?stream\r?\n", re.DOTALL)
-_LONGEST = 50_000_000
+_LONGEST = 50_000_000  # bytes that are unpacked: few compressed ones can stand for very many
 _MOST = 100
 """Number of attachments that are tried; a certificate has one."""
 

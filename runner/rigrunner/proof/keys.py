@@ -69,7 +69,7 @@ def read_private_key(path: Path, passphrase: str = "") -> Ed25519PrivateKey:
         content = file.read()
     try:
         key = pem.load_pem_private_key(content, passphrase.encode() or None)
-    except TypeError as error:
+    except TypeError as error:  # cryptography's for a passphrase that is missing, or one too many
         wanted = "has no passphrase" if passphrase else "is protected by a passphrase"
         raise UsageError(f"the key {path} {wanted}") from error
     except (ValueError, UnsupportedAlgorithm) as error:
@@ -120,6 +120,7 @@ def fingerprint(key: Ed25519PublicKey) -> str:
 
 def _write_new(path: Path, content: bytes, mode: int) -> None:
     try:
+        # Made with its mode: a key is never open to others, not even until a chmod.
         with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), "wb") as file:
             file.write(content)
     except FileExistsError as error:

@@ -35,6 +35,7 @@ _STORAGE = {"/Length", "/Filter", "/DecodeParms"}
 _WRITERS = {"Producer", "ModifyDate", "MetadataDate", "xmptk"}
 """Metadata with the writing program and the time."""
 _SYNTAX = {"id", "about", "begin"}
+# Possessive quantifiers: in a forged file the search could else take very long.
 _TEXT = re.compile(r"<(?:\w++:)?(\w++)[^<>]*+>([^<>]++)</")
 _ATTRIBUTE = re.compile(r'\s(?!xmlns\b)(?:\w++:)?(\w++)="([^"<>]*+)"')
 _OBJECT = re.compile(rb"(?<![0-9])(\d+)[\0\t\n\f\r ]+\d+[\0\t\n\f\r ]+obj\b")
@@ -112,6 +113,7 @@ class _Comparison:
         if depth > _DEEPEST:
             raise DataError(f"the PDF cannot be read: it is nested too deeply at {where}")
         if isinstance(one, IndirectObject) and isinstance(other, IndirectObject):
+            # Objects refer to each other in circles, such as a page and its parent.
             pair = (one.idnum, other.idnum)
             if pair in self._seen:
                 return
@@ -137,6 +139,7 @@ class _Comparison:
                 yield where
             return
         attached = streams and one.get("/Type") == other.get("/Type") == "/EmbeddedFile"
+        # Params has size and dates of an attachment, whose content is compared itself.
         left_out = (_STORAGE if streams else set()) | ({"/Params"} if attached else set())
         for key in sorted((one.keys() | other.keys()) - left_out):
             place = f"{where}{key}"

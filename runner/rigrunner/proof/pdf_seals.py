@@ -155,10 +155,10 @@ class _Appended:
             self.result.drawn.append(f"the signature '{found.get('/T', '')}' on page {page}")
 
     def _check_form(self) -> None:
-        form = self.after.root_object.get("/AcroForm")
-        form = form.get_object() if form is not None else DictionaryObject()
         if "/AcroForm" in self.before.root_object:
             return  # then it is an issued one, and was compared with the other objects
+        form = self.after.root_object.get("/AcroForm")
+        form = form.get_object() if form is not None else DictionaryObject()
         changed = self.result.changed
         changed.extend(f"the form has {key}" for key in form.keys() - _OF_FORM)
         for each in _items(form, "/Fields"):
@@ -197,7 +197,7 @@ def _names_digest_of(signed: bytes, gap: bytes) -> bool:
     """
     try:
         message = bytes.fromhex(gap[1:-1].decode("ascii"))
-    except ValueError:
+    except ValueError:  # no hexadecimal text, so no signature
         return False
     return any(hashlib.new(name, signed).digest() in message for name in _DIGESTS)
 

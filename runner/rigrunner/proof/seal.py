@@ -156,3 +156,4 @@ def _form(suffix: str) -> _Form:
 
 
 _LONGEST = 200 + MOST_BLOCKS * _SHORT
+"""Bytes of the end that holds a seal: its words, digest and size take less than 200."""

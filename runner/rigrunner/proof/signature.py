@@ -9,7 +9,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import DataError
@@ -56,7 +56,7 @@ def sign_files(
         files=digests,
     )
     made = base64.b64encode(key.sign(_signed_text(known))).decode()
-    return Signature(**{**asdict(known), "signature": made})
+    return replace(known, signature=made)
 
 
 def signature_json(signature: Signature) -> str:
@@ -67,6 +67,7 @@ def signature_json(signature: Signature) -> str:
 def parse_signature(content: bytes, name: str) -> Signature:
     """Return the signature in a file; raise DataError if it is none."""
     try:
+        # A file that is too long is refused as one without members.
         document: dict[str, Any] = json.loads(content) if len(content) <= _LONGEST else {}
         found = Signature(**document)
     except (TypeError, ValueError, RecursionError) as error:

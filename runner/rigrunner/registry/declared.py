@@ -77,7 +77,7 @@ def _of_names(what: str, infos: Sequence[ChannelInfo | DriveInfo]) -> Iterator[s
 def _of_unit(symbol: str) -> Iterator[str]:
     try:
         known = unit(symbol)
-    except (QuantityError, AttributeError):
+    except (QuantityError, AttributeError):  # unknown, or no text at all
         return
     if not is_coherent(known):
         yield f"is in '{symbol}', expected the coherent SI unit, {si_symbol(known.dimension)}"

@@ -109,6 +109,7 @@ def _loaded(sources: Iterable[_Source], known: Registry) -> Registry:
     for source in sources:
         with disabled_if_broken(source):
             modules.append((source, _module(source)))
+    # All kinds before the first plugin: one may be of a kind that a later provider brings.
     kinds = list(known.kinds)
     for _, module in modules:
         kinds += _brought_kinds(module, kinds)
@@ -154,7 +155,7 @@ def _module(source: _Source) -> object:
 def _disabled(source: _Source, error: BaseException) -> DisabledPlugin:
     """Return the problem, its place in the files of the plugin, and what to do."""
     text = ""
-    with suppress(Exception):
+    with suppress(Exception):  # it only helps to guess which plugins are missing
         text = source.text()
     if isinstance(error, RigrunnerError):
         return DisabledPlugin(source.provider, str(error), error.hint, text)
@@ -251,6 +252,7 @@ def _drop_in_provider(path: Path) -> Provider:
 
 def _loader(path: Path) -> Callable[[], ModuleType]:
     def load() -> ModuleType:
+        # Two labs may have a file of one name.
         unique = hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:12]
         name = f"{DROP_IN}{unique}_{path.stem}"
         spec = importlib.util.spec_from_file_location(name, path)

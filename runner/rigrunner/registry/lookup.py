@@ -310,6 +310,7 @@ class Registry:
         plugin = self.find(kind, name)
         validated = self.validated(kind, name, settings)
         given = self._context(plugin.record, context) if kind == "analysis" else (context,)
+        # A plugin without a context is called with its settings alone.
         given = given if any(given) else ()
         for at, fit in chosen_fits(validated).items():
             fits.setdefault(at, self.make("fit", fit.name, fit.settings))

@@ -106,7 +106,7 @@ def _check(record: PluginRecord, hook: str) -> None:
         )
     if not callable(record.factory):  # type: ignore[attr-defined]  # every kind has one
         raise PluginError(f"{where}: its factory cannot be called")
-    if type(record.revision) is not int or record.revision < 1:
+    if type(record.revision) is not int or record.revision < 1:  # True is an int too
         raise PluginError(f"{where}: its revision is {record.revision!r}, expected 1, 2, ...")
     if isinstance(record, KindRecord) and not (
         isinstance(record.hook, str)

@@ -54,6 +54,7 @@ def robust_mean(
     _need_two(kept)
     mask = trusted(cycles, kept, threshold)
     count = mask.sum(axis=0)
+    # Never 0: half of the kept cycles lie within the median absolute deviation, so within sigma.
     mean = np.where(mask, cycles, 0.0).sum(axis=0) / count
     squares = np.where(mask, (cycles - mean) ** 2, 0.0).sum(axis=0)
     return mean, np.sqrt(squares / (np.maximum(count - 1, 1) * count))

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Estimate
     from rigrunner.api.verdict import Limits
 
-P = 0.95
+P = 0.95  # of every expanded uncertainty that is stated
 KURTOSIS = {"rectangular": -1.2, "triangular": -0.6, "arcsine": -1.5}
 """Excess kurtosis of bounded distributions by their names; of others it counts as 0."""
 NEARLY_NORMAL = -1e-3
@@ -32,13 +32,14 @@ def excess_kurtosis(parts: Iterable[tuple[float, str]], u: float) -> float:
     Fourth cumulants add as variances do. What t-distributed parts add to the tails is left to the
     degrees of freedom.
     """
-    if not u > 0:
+    if not u > 0:  # also where u is not known (nan)
         return 0.0
     return sum((part / u) ** 4 * KURTOSIS.get(name, 0.0) for part, name in parts if part > 0)
 
 
 def factor(estimate: Estimate, p: float = P) -> float:
     """Return the coverage factor k of the two-sided interval value +/- k u."""
+    # Student's t widens whatever shape the sum has; of a normal one the product is t itself.
     return _tails(estimate.dof, p) * _body(estimate.kurtosis, p)
 
 
@@ -61,6 +62,7 @@ def cumulative(estimate: Estimate, limit: float) -> float:
         return float(scipy.special.stdtr(estimate.dof, z))
     shape = _beta_shape(estimate.kurtosis)
     reach = sqrt(2 * shape + 1) * _tails(estimate.dof, P)
+    # A bounded distribution has an end, and probability 0 or 1 beyond it.
     return float(scipy.special.betainc(shape, shape, min(max((1 + z / reach) / 2, 0.0), 1.0)))
 
 
@@ -101,5 +103,6 @@ def _beta_shape(kurtosis: float) -> float:
     """
     flat, flattest = KURTOSIS["rectangular"], KURTOSIS["arcsine"]
     if kurtosis < flat:
+        # Rounding can take a single arcsine a little below its -1.5.
         return (1 + sqrt(max(kurtosis - flattest, 0.0) / (flat - flattest))) / 2
     return (-6 / kurtosis - 3) / 2

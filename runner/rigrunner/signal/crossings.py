@@ -33,7 +33,7 @@ PIECE = 4096
 """In which the first and the last sample outside are looked for."""
 LONG = 25_000
 """Samples of a cycle, of which to look at each but once is worth two calls of numpy."""
-HALF = 2
+HALF = 2  # a share of a half leaves nothing between the ends: one cut
 SHARES = (4, HALF)
 """Of the time from low to high: what noise may take of it at each end, first as is usual."""
 
@@ -102,6 +102,7 @@ def beyond(middle: float, limit: float) -> tuple[float, float]:
 
 def _least(holds: Callable[[float], bool], near: float, limit: float) -> float:
     """Return the least number for which something holds, by bisection about where it begins to."""
+    # Both subtractions round, so the place is a few ulp from where it is without rounding.
     margin = 4 * ulp(abs(near) + limit)
     below, above = near - margin, near + margin
     while below < (middle := (below + above) / 2) < above:
@@ -154,6 +155,7 @@ def _look(values: Array, low: float, high: float) -> _Look | None:
         seen = values[::stride].copy()
         is_low, is_high = seen <= low, seen >= high
         up, down = _turns(is_low, is_high), _turns(is_high, is_low)
+        # No rise at all tells nothing: all of them may lie between two looks.
         if 0 < LOOKS * len(up[0]) <= len(seen):
             ups, downs = ((stride * before, stride * after) for before, after in (up, down))
             outside = is_low | is_high
@@ -180,6 +182,8 @@ class _Near:
     @classmethod
     def of(cls, look: _Look, share: int) -> _Near | None:
         """Return None where nothing can be won by it."""
+        # With one cut the windows reach over the widest gap, from its middle. With two they must
+        # not meet in the narrowest. They pay only while they are less than half of all samples.
         gaps = np.concatenate([after - before for before, after in (look.up, look.down)])
         one_cut = share == HALF
         if one_cut:
@@ -222,7 +226,7 @@ class _Near:
         start, stop = np.array([self.look.first]), np.array([self.look.last + 1])
         (rise, risen), (fall, fallen) = self.up, self.down
         rises_first = not len(fall) or rise[0] < fall[0]
-        falls_last = len(fall) + rises_first > len(rise)
+        falls_last = bool(len(fall)) and fall[-1] > rise[-1]
         low = [start, fall] if rises_first else [fall]
         high = [rise] if rises_first else [start, rise]
         low_end = [risen, stop] if falls_last else [risen]

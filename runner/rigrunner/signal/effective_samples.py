@@ -37,6 +37,7 @@ def mean_error(values: Array) -> tuple[float, float]:
     """
     number = effective_number(values)
     n = len(values)
+    # Correlated values scatter less: on average s^2 is sigma^2 (n - n/number)/(n - 1).
     variance = float(values.var(ddof=1)) * (n - 1) / (n - n / number) if number > 1 else 0.0
     return sqrt(variance / number), number - 1
 
@@ -49,6 +50,8 @@ def effective_number(values: Array) -> float:
     spread, of_means = float(values.var()), float(means.var())
     if n < LEAST or spread == 0 or of_means == 0:
         return float(n)
+    # First what neighbours within a mean know of each other: means of `size` independent values
+    # scatter by 1/size of the variance. Then what the means know of each other.
     inflation = size * of_means / spread * _inflation(means)
     return float(min(max(n / inflation, FEWEST), n))
 
@@ -59,6 +62,7 @@ def _inflation(values: Array) -> float:
     if n < LEAST:
         return 1.0
     deviation = values - values.mean()
+    # Padded with zeros, as else the end of the series would be correlated with its beginning.
     padded = 1 << (2 * n - 1).bit_length()
     spectrum = np.fft.rfft(deviation, padded)
     correlation = np.fft.irfft(spectrum * spectrum.conj(), padded)[: n // 4 + 1]

@@ -35,6 +35,7 @@ def extremes(values: Samples, edges: IntArray) -> tuple[Array, Array]:
     within = starts % CACHED
     pieces = np.append(np.searchsorted(starts, cuts), len(starts))
     for k, at in enumerate(cuts.tolist()):
+        # step is a multiple of CACHED, so a cached stretch lies within one block.
         if at % step == 0:
             block = values[first + at : first + min(at + step, count)]
         cached, mine = block[at % step :][:CACHED], slice(pieces[k], pieces[k + 1])

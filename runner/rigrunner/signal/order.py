@@ -8,7 +8,7 @@ counting by them narrows each rank to a few values, or to some that are all the 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import floor
+from math import ceil, floor
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -52,7 +52,7 @@ class Bracket:
         """Return one about the value below which that share of `count` lies, by the first ones."""
         half = min(KEPT / count / 2, WIDE)
         places = [np.clip(share + way * half, 0, 1) * (len(first) - 1) for way in (-1, 1)]
-        ends = [floor(places[0]), -floor(-places[1])]
+        ends = [floor(places[0]), ceil(places[1])]
         low, high = np.partition(first, ends)[ends]
         return cls(float(low), float(high))
 
@@ -91,6 +91,7 @@ def percentiles(values: Samples, percent: Sequence[float]) -> list[float]:
         bracket.ranked(pair) or ranked(lambda: (part for _, part in blocks(values)), pair)
         for bracket, pair in zip(brackets, ranks, strict=True)
     ]
+    # Between the two neighbours of a place numpy interpolates as it does among all values.
     shares = (place - floor(place) for place in places)
     return [float(np.quantile(pair, share)) for pair, share in zip(pairs, shares, strict=True)]
 
@@ -109,6 +110,8 @@ def median(parts: Parts, count: int) -> float:
 
 def ranked(parts: Parts, ranks: Sequence[int]) -> list[float]:
     """Return the values that would stand at these places, if all were sorted."""
+    # Of each wanted value: its first bits as far as they are known, and how many values are less
+    # by these bits.
     known, below = [0] * len(ranks), [0] * len(ranks)
     opened = 64
     for shift in SHIFTS:
@@ -157,6 +160,7 @@ def _gathered(parts: Parts, known: set[int], opened: int) -> dict[int, Array]:
 def _keys(values: Array) -> Keys:
     """Return whole numbers that have the order of the values (IEEE 754)."""
     bits = np.ascontiguousarray(values).view(np.uint64)
+    # The bits of a negative number rise as it falls, so they are turned; others come above these.
     return np.where(bits >> 63, ~bits, bits | SIGN)
 
 

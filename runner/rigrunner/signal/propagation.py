@@ -56,6 +56,7 @@ def propagate(model: MeasurementModel) -> Propagated:
         for line, rows in _lines(model).items()
     }
     u, dof = _u_and_dof(None if None in parts.values() else sum(parts.values()))
+    # By inputs, not by lines: only of the inputs are the shapes known.
     kurtosis = excess_kurtosis(_shapes(model, gradient), u)
     components = (
         _component(model, line, gradient, _u_and_dof(part)) for line, part in parts.items()
@@ -75,6 +76,8 @@ def sensitivities(model: MeasurementModel) -> Array:
     input without uncertainty has none.
     """
     count = len(model.inputs)
+    if not count:
+        return np.zeros(0)
     if isinstance(model.equation, Differentiable):
         at = {each.name: np.array([each.value]) for each in model.inputs}
         slopes = model.equation.gradient(at)
@@ -88,10 +91,9 @@ def sensitivities(model: MeasurementModel) -> Array:
         )
     values = np.array([each.value for each in model.inputs])
     u = np.array([UNKNOWN_STEP if isnan(each.u) else each.u for each in model.inputs])
+    # One call for all trials: first each input above its estimate in turn, then each below.
     steps = np.concatenate([np.diag(u), -np.diag(u)]).reshape(2 * count, count)
     trials = dict(zip((each.name for each in model.inputs), (values + steps).T, strict=True))
-    if not count:
-        return np.zeros(0)
     y: Array = np.broadcast_to(model.equation(trials), 2 * count)
     change = np.zeros(count)
     np.divide(y[:count] - y[count:], 2 * u, out=change, where=u > 0)
@@ -102,6 +104,7 @@ def connected(model: MeasurementModel) -> Sequence[Sequence[int]]:
     """Return the rows of inputs that are correlated or of one ensemble, each group in order."""
     groups: list[list[int]] = []
     for row in range(len(model.inputs)):
+        # A row can join groups that nothing has linked so far.
         joined = [group for group in groups if any(_linked(model, row, other) for other in group)]
         groups = [group for group in groups if group not in joined]
         groups.append(sorted({row, *(other for group in joined for other in group)}))
@@ -159,6 +162,7 @@ def _uncertain_numbers(model: MeasurementModel) -> Sequence[Any]:
     """Return GTC's uncertain number of each input; those of an ensemble share their dof."""
     import GTC  # noqa: PLC0415  (0.6 s that only a propagation is to pay)
 
+    # GTC correlates numbers of infinite dof only where they are declared as not independent.
     numbers: list[Any] = [
         None if isnan(x.u) else GTC.ureal(x.value, x.u, x.dof, independent=x.dof < inf)
         for x in model.inputs
@@ -202,7 +206,8 @@ def _correlate(model: MeasurementModel, numbers: Sequence[Any]) -> None:
 
 def _refuse_without_dof(one: Input, other: Input) -> None:
     together = one.ensemble and one.ensemble == other.ensemble
-    if not together and not (one.dof == other.dof == inf and one.ensemble == other.ensemble):
+    unlimited = one.dof == other.dof == inf and not (one.ensemble or other.ensemble)
+    if not (together or unlimited):
         raise ValueError(
             f"{one.name} and {other.name} are correlated, but of degrees of freedom that they do "
             "not share: put them into one ensemble"
@@ -212,6 +217,7 @@ def _refuse_without_dof(one: Input, other: Input) -> None:
 def _combined(rows: Sequence[int], gradient: Array, numbers: Sequence[Any]) -> Any:
     import GTC  # noqa: PLC0415  (see above)
 
+    # 0 times an uncertain number has nan degrees of freedom in GTC, which would reach the sum.
     acting = [row for row in rows if gradient[row] != 0]
     return sum((float(gradient[row]) * numbers[row] for row in acting), GTC.constant(0.0))
 
@@ -232,6 +238,7 @@ def _component(
     shown = Component(
         name=line,
         u=u,
+        # A line that adds nothing has none in GTC; those of its input are shown.
         dof=first.dof if u == 0 else dof,
         distribution=str(first.distribution),
         common=first.common,

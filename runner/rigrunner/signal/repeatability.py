@@ -39,6 +39,7 @@ def standard_error(values: Array) -> tuple[float, float]:
     those of the effective number of independent values. n must be 2 at least.
     """
     n = len(values)
+    # Correlated values scatter less: on average s^2 is sigma^2 (n - inflation)/(n - 1).
     inflation = n / effective_number(values)
     variance = float(values.var(ddof=1)) * (n - 1) / (n - inflation)
     return sqrt(variance * inflation / n), max(n / inflation - 1, 1.0)
@@ -72,6 +73,7 @@ def effective_number(values: Array, chance: float = CHANCE) -> float:
     if phi == 0:
         return float(n)
     inflation = (1 + phi) / (1 - phi) - 2 * phi * (1 - phi**n) / (n * (1 - phi) ** 2)
+    # With 1 the correction of the variance in `standard_error` would divide by 0.
     return max(n / inflation, 1.5)
 
 
@@ -86,6 +88,8 @@ def autocorrelation(values: Array, chance: float = CHANCE) -> float:
     if n < LEAST or total == 0:
         return 0.0
     r = float(deviation[1:] @ deviation[:-1]) / total
+    # Of independent values r is -1/n on average, not 0: phi = 0 in the formula above.
     if r + 1 / n < float(scipy.special.ndtri(1 - chance)) / sqrt(n):
         return 0.0
+    # phi, from r = phi - (1 + 4 phi)/n
     return float(np.clip((n * r + 1) / (n - 4), 0.0, GREATEST))

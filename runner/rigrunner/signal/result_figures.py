@@ -58,6 +58,7 @@ def _within_limits(values: Figure, symbol: str, unit: str) -> Figure | None:
     series = tuple(
         replace(each, points=tuple(map(_from_middle, each.points))) for each in values.series
     )
+    # A difference of 1 °C is 1 K; as a temperature it would be 274.15 K.
     of_difference = "K" if unit == "°C" else unit
     axis = Axis(f"{symbol} \N{MINUS SIGN} middle of limits", of_difference)
     return Figure(f"{values.title} within its limits", values.x, axis, series)

@@ -20,6 +20,7 @@ def places(uncertainty: float, digits: int = 2) -> int:
     """
     if not (isfinite(uncertainty) and uncertainty > 0):
         return PLACES_WITHOUT_UNCERTAINTY
+    # Rounded first: 0.0996 has the place of the 0.10 as which it is printed.
     rounded = float(f"{uncertainty:.{digits - 1}e}")
     return digits - 1 - floor(log10(rounded))
 
@@ -51,6 +52,7 @@ def with_uncertainty(value: float, expanded: float) -> str:
 def printed(value: float, decimals: int) -> str:
     """Return a number with that many decimals (negative: rounded to tens, hundreds, ...)."""
     text = f"{round(value, decimals):.{max(decimals, 0)}f}"
+    # -0.003 to two decimals is 0.00, and not -0.00.
     return text.removeprefix("-") if float(text) == 0 else text
 
 

@@ -63,6 +63,7 @@ def _found(values: Samples, half: int, threshold: float) -> _Spikes:
     stretches = list(_stretches(values, half)) if len(values) <= BLOCK else None
 
     def each() -> Iterator[_Stretch]:
+        # Short records stay in memory for the second walk; of longer ones each walk reads again.
         return iter(stretches or _stretches(values, half))
 
     usual = MAD_TO_SIGMA * median(lambda: (one.deviation for one in each()), len(values))

@@ -37,6 +37,7 @@ def transducer_effects(
     acting = (
         ("repeatability", errors.repeatability, each_on_its_own, 1.0),
         ("hysteresis", errors.hysteresis, each_on_its_own, 1.0),
+        # A reading is off by half a step of the display at most (GUM F.2.2.1).
         ("resolution", errors.resolution, each_on_its_own, 0.5),
         ("creep", errors.creep, slowly, 1.0),
         ("temperature effect", errors.temperature, each_on_its_own, 1.0),
@@ -66,4 +67,5 @@ def _effects(
             u = share * half_width / OVER_U[shape]
             named = f"transducer {name}" + (f" ({stated.source})" if stated.source else "")
             known = Input(named, 0.0, u, distribution=shape, unit=unit, common=True)
+            # The result is the reading less its error.
             yield Effect(known, -sensitivity)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import DriveInfo
 
 _ROUNDING = 1 + 1e-9
+"""A corner in kN may be a little lower in N than the set-point that it allows, by rounding."""
 
 
 class DriveLimits(Settings):

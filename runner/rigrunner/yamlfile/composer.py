@@ -73,7 +73,7 @@ def _stripped(text: str) -> str:
 
 MAX_DEPTH = 40
 TOO_DEEP = f"nested more than {MAX_DEPTH} deep"
-MAX_VALUES = 20_000
+MAX_VALUES = 20_000  # what is read within a second
 MAX_PROBLEMS = 50
 _TURNING = re.compile(f"[{TURNING}]")
 _MERGE = "<<"
@@ -188,8 +188,8 @@ class _Composer:
 
     def _scalar(self, event: yaml.Event, path: Path) -> Any:
         if not isinstance(event, yaml.ScalarEvent):
-            return None
-        if not event.implicit[0]:
+            return None  # an alias, which was reported
+        if not event.implicit[0]:  # in quotes: a text, whatever it looks like
             self._refuse_escaped(event, path, _TURNING.search(event.value))
             return event.value
         try:

@@ -63,8 +63,9 @@ class Document:
         if not isinstance(value, str) or marks is None or elsewhere or not self.text:
             return self.where(path)
         at = marks.begins
-        if self.text[at : at + 1] in {"|", ">"}:
+        if self.text[at : at + 1] in {"|", ">"}:  # a block, whose text begins on the next line
             at = self.text.find("\n", at)
+        # YAML folds lines and takes indentation off, so white space tells nothing of the place.
         for character in value[: column - 1]:
             if not character.isspace():
                 at = self.text.find(character, at) + 1

@@ -52,6 +52,7 @@ def end_of(node: yaml.Node) -> int:
     """Return where the last written part of a value ends."""
     if isinstance(node, yaml.ScalarNode) or is_flow(node):
         return int(node.end_mark.index)
+    # The parser ends a block at the next token, behind the comments and empty lines below it.
     if isinstance(node, yaml.MappingNode):
         key, value = node.value[-1]
         return max(int(key.end_mark.index), end_of(value))

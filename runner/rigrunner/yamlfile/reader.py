@@ -36,6 +36,7 @@ def read_text(path: Path) -> str:
     name = str(path)
     try:
         with path.open("rb") as file:
+            # One byte more shows that a file is too large, without all of it.
             content = file.read(MAX_BYTES + 1)
     except OSError as error:
         raise _refused(name, f"cannot be read: {error.strerror or error}") from error

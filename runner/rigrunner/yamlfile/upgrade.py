@@ -56,6 +56,7 @@ def upgraded(text: str, name: str) -> str:
     try:
         new = edited_station(text, data) if of_station else _edited(text, data)
         wanted = station_today(data) if of_station else _wanted(data)
+        # The text is edited by its layout, the content apart from that: they check each other.
         right = parse(new, name).data == wanted
     except (ValueError, InvalidFileError):
         right = False
@@ -208,7 +209,7 @@ def _with_limits(text: str, acceptance: dict[str, Any], older: list[dict[str, An
         if limit in older
         for edit in _limit_edits(text, node, named)
     ]
-    for start, end, new in sorted(edits, reverse=True):
+    for start, end, new in sorted(edits, reverse=True):  # from the end: earlier places stay
         text = layout.put(text, start, end, new)
     return _listed(text) if single else text
 
@@ -224,6 +225,7 @@ def _limit_edits(text: str, limit: yaml.Node, named: list[str]) -> Iterator[tupl
     """Yield the edits that turn an older limit into one of the torque: start, end, new text."""
     keys = {key.value: (key, value) for key, value in limit.value}
     first = limit.value[0][0]
+    # As the keys beside it are: a file may be JSON, which is YAML too.
     quote = '"' if first.style == '"' else ""
     between = (
         ", "
@@ -288,6 +290,7 @@ def _as_item(text: str, path: tuple[str, ...], name: str) -> str:
     if layout.is_flow(value):
         quote = '"' if key.style == '"' else ""
         inner = f"{quote}{name}{quote}: {text[start:end]}"
+        # Within braces, or over several lines, no block can begin.
         if (
             layout.is_flow(layout.mapping_at(text, path[:-1]))
             or "\n" in text[key.start_mark.index : end]
@@ -322,6 +325,7 @@ def _without_level(text: str, path: tuple[str, ...]) -> str:
         return layout.put(text, start, end, between.join(pairs))
     first, last = layout.lines_below(text, key, value)
     less = value.start_mark.column - key.start_mark.column
+    # A comment may be indented less than the keys.
     lines = [
         line[min(less, len(line) - len(line.lstrip(" "))) :]
         for line in layout.lines_of(text[first:last])

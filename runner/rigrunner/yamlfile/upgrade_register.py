@@ -75,6 +75,7 @@ def _edits(
         parts = [*_pairs(text, stated), *_pairs(text, errors)]
         yield stated.start_mark.index, stated.end_mark.index, f"{{{', '.join(parts)}}}"
         start, end = errors_key.start_mark.index, layout.end_of(errors)
+        # The comma before it goes too, if it is its own.
         comma = text.rindex(",", 0, start)
         yield (comma, end, "") if not text[comma + 1 : start].strip() else (start, end, "")
         return

@@ -15,7 +15,7 @@ from helpers_language import (
     place_of,
     problems_of,
 )
-from rigrunner.api.settings import Length, Settings
+from rigrunner.api.settings import Length, Settings, WrapperSettings
 from rigrunner.plan import check_plugins
 from rigrunner.procedure import parse_procedure
 from rigrunner.station import parse_station
@@ -148,6 +148,28 @@ def test_a_key_that_a_used_plugin_needs_is_missing():
     at = place_of(PROCEDURE, "inertia\n")
     assert problem.hint == f"the fit 'inertia' needs it (p.yaml:{at})"
     assert str(problem.location) == f"s.yaml:{place_of(STATION, 'rig:')}"
+
+
+def test_a_key_that_a_wrapped_device_needs_is_missing():
+    class OfFake(OvenLookup):
+        def rig_of(self, kind, name):
+            return Oven if (kind, name) == ("device", "fake") else None
+
+    lookup = OfFake()
+    lookup.known["device", "wrapper"] = WrapperSettings
+    station = edited(
+        STATION,
+        ("plugin: fake", "plugin: wrapper"),
+        ("settings: {gain: 1 N·m}", "settings: {plugin: fake, settings: {gain: 1 N·m}}"),
+    )
+    problem = only_problem(
+        check_plugins,
+        parse_procedure(PROCEDURE, "p.yaml"),
+        parse_station(station, "s.yaml"),
+        lookup,
+    )
+    assert problem.message == "the key 'volume' is missing"
+    assert problem.hint == f"the device 'fake' needs it (s.yaml:{place_of(station, 'fake,')})"
 
 
 def test_a_reference_in_settings_keeps_both_places():

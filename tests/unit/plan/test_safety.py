@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from helpers_language import PROCEDURE, STATION, TESTER, edited, only_problem, place_of
+from helpers_language import (
+    PROCEDURE,
+    STATION,
+    TESTER,
+    edited,
+    only_problem,
+    place_of,
+    problems_of,
+)
 from rigrunner.plan import make_plan
 from rigrunner.procedure import parse_procedure
 from rigrunner.station import parse_station
@@ -130,6 +138,13 @@ MISFITS = [
 def test_limits_and_interlocks_that_fit_nothing_are_told(safety, field, message):
     problem = only_problem(planned, with_safety(safety))
     assert (problem.field, problem.message) == (field, message)
+
+
+def test_all_limits_of_a_drive_that_do_not_fit_are_told_at_once():
+    station = with_safety("drives: {tester.load: {min: 1 K, max: 5 Hz, rate: 5 N}}")
+    problems = problems_of(planned, station)
+    at = "safety.drives.tester.load"
+    assert [each.field for each in problems] == [f"{at}.min", f"{at}.max", f"{at}.rate"]
 
 
 REFUSED = [

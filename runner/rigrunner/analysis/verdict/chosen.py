@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import copysign, isnan, nan
+from math import isnan, nan
 from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import Component
@@ -48,9 +48,11 @@ def chosen_by(limit: Limit, evidence: Evidence) -> Iterator[Chosen]:
     short = limit.of in evidence.details
     symbol = next((each.of.unit for each in (*named, *gone)), limit.written.unit.symbol)
     mean = MEAN if short else f"mean {limit.of}"
+    # A mean over the other places would be another measurand than the one that is limited.
     if limit.mean and gone:
         yield Chosen(mean, symbol, None, problem=gone[0].sentence, order=-1)
         return
+    # The mean that an analysis gives is of all its results, not of the places of a limit.
     if limit.mean and len(found) == len(named):
         for each in evidence.means:
             if each.name == limit.of:
@@ -70,7 +72,7 @@ def chosen_by(limit: Limit, evidence: Evidence) -> Iterator[Chosen]:
             words, symbol, None, None, lacking.coordinates, lacking.sentence, order=len(named)
         )
     there = [each.coordinates for each in (*named, *gone)]
-    yield from _missing(limit, there, symbol, evidence, len(found) + len(gone))
+    yield from _missing(limit, there, symbol, evidence)
 
 
 def _missing(
@@ -78,7 +80,6 @@ def _missing(
     there: Sequence[Mapping[str, CoordinateValue]],
     symbol: str,
     evidence: Evidence,
-    found: int,
 ) -> Iterator[Chosen]:
     """Yield each place that the limit names and at which there is no result.
 
@@ -86,7 +87,7 @@ def _missing(
     """
     short = limit.of in evidence.details
     for place in each_of(limit.where):
-        if any(is_at(place, each) for each in there) or (found and not place):
+        if any(is_at(place, each) for each in there):
             continue
         where = ", ".join(f"{name} = {value}" for name, value in place.items())
         words = f"{limit.of} at {where}" if where else limit.of
@@ -133,7 +134,7 @@ def mean_of(results: Sequence[MeasurementResult]) -> Estimate:
 
 def _contribution(line: Component) -> float:
     """Return u with the sign of the sensitivity; without one where that says nothing."""
-    return copysign(line.u, line.sensitivity) if line.shared and line.sensitivity < 0 else line.u
+    return -line.u if line.shared and line.sensitivity < 0 else line.u
 
 
 def _scaled(line: Component, u: float) -> Component:

@@ -59,6 +59,8 @@ def _decided(limit: Limit, rule: AppliedRule, evidence: Evidence, chosen: Chosen
     impossible = _impossible(details, limits, found)
     verdict, reason = _verdict(limits, rule, found, problem or impossible)
     known = found if found is not None and _uncertainty_is_known(found) and not without else None
+    # A problem puts the value in doubt, so no probability is stated. Guard band and risks stay:
+    # they depend on the uncertainty alone.
     sure = None if problem else known
     raw = None
     if details and details.corrects:
@@ -96,6 +98,7 @@ def _limits(limit: Limit, chosen: Chosen) -> tuple[Limits, str]:
     try:
         return limit.limits_at(chosen.coordinates, chosen.unit), ""
     except DataError as error:
+        # Where there is no result, that is the reason, and not what its limits lack.
         why = "" if chosen.estimate is None else _sentence(error.message)
         return Limits.between(None, None, chosen.unit), why
 

@@ -103,5 +103,5 @@ def _limit_decision(found: LimitDecision) -> Json:
         },
         "probability_of_conformity": number(found.probability),
         "marginal": found.marginal,
-        "verdict_uncompensated": found.uncompensated and str(found.uncompensated),
+        "verdict_uncompensated": None if found.uncompensated is None else str(found.uncompensated),
     }

@@ -97,7 +97,7 @@ class AppliedRule:
             return False
         margin = limits.margin(estimate.value)
         turns = (abs(margin - zone.margin) for zone in self.zones(limits, estimate))
-        return min(turns) <= band.si / known.factor
+        return min(turns) <= band.si / known.factor  # a difference: no offset
 
     def false_accept_risk(self, limits: Limits, estimate: Estimate) -> float:
         """Return the highest probability that an item with this uncertainty passes wrongly.
@@ -116,6 +116,7 @@ class AppliedRule:
         Specific producer's risk (JCGM 106, 3.3.14) where failing begins: beyond the last zone.
         """
         zones = self.zones(limits, estimate)
+        # Where no value can reach a zone, nothing inside is decided: failing begins at the limit.
         begins = zones[-1].margin if _reachable(zones, limits) else 0.0
         return max(_conforming(limits, estimate, edge) for edge in limits.edges(begins))
 

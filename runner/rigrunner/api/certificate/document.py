@@ -86,6 +86,7 @@ class Certificate(Part):
     def verdict(self) -> str:
         """The verdict on the item: of its measured values and its results; '' for none."""
         measured = "" if self.measured is None else self.measured.verdict
+        # The worst of both counts; of measured values there is only pass or fail.
         if measured == "fail" or self.conformity is None:
             return measured
         return self.conformity.verdict

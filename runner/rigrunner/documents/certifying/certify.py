@@ -121,13 +121,10 @@ def read_source(run: Path, registry: Registry) -> Source:
     stored, truth = read_with_truth(run)
     file = run / RUN_FILE if run.is_dir() else run
     later = later_decisions(stored, file.parent)
+    acceptance = later[-1].acceptance if later else None
     return Source(
         stored=stored,
-        result=analyse_stored(
-            stored,
-            registry,
-            acceptance=later[-1].acceptance if later else None,
-        ),
+        result=analyse_stored(stored, registry, acceptance=acceptance),
         file_sha256=hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else "",
         simulated=bool(truth) or is_simulated(stored.header.provenance),
         decided_again=tuple(map(record_of, later)),

@@ -76,6 +76,7 @@ class Office:
                 files[suffix] = make(CertificateInput(certificate, self.letterhead))
                 self.progress(MAKING, done, 2 * len(makers))
             paths = _write(out, number, _sealed(files))
+        # After any other error the number has no outcome, and the next document reports that.
         except (RigrunnerError, OSError) as error:
             numbers.void(number, str(error))
             raise
@@ -130,6 +131,7 @@ def _write(folder: Path, number: str, files: Mapping[str, bytes]) -> tuple[Path,
                 file.flush()
                 os.fsync(file.fileno())
     except OSError as error:
+        # Only what was begun here: a file that was there before stays.
         for path in begun:
             path.unlink(missing_ok=True)
         raise DataError(

@@ -75,6 +75,7 @@ def parse_contents(text: bytes) -> Contents:
     odd = next((name for name in [found.folder, *names] if not is_safe(name)), None)
     if odd is not None or "/" in found.folder:
         raise DataError(f"a name in it leads elsewhere, or is none on every system: {odd!r}")
+    # Some systems take names that differ in case alone for one file.
     if len({name.casefold() for name in names}) < len(names):
         raise DataError("its list names a file twice")
     return found

@@ -68,7 +68,7 @@ def pack(folder: Path, target: Path) -> Contents:
 
 def _listed(folder: Path) -> Iterator[PackedFile]:
     paths = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*")}
-    for name, path in sorted(paths.items()):
+    for name, path in sorted(paths.items()):  # a file system has an order of its own
         if is_hidden(name):  # such as what a file manager leaves; `unpack` would not take it
             continue
         if path.is_symlink() or not (path.is_file() or path.is_dir()):
@@ -101,7 +101,7 @@ def _write(contents: Contents, folder: Path, target: Path) -> None:
 def _entry(name: str, size: int = 0) -> ZipInfo:
     entry = ZipInfo(name, _NO_DATE)
     entry.file_size = size  # so that one beyond 4 GB gets the form for it
-    entry.create_system = 3
+    entry.create_system = 3  # Unix, also on Windows: the mode below holds, and the same bytes
     mode = 0o444 if name.endswith(f"/{RUN_FILE}") else 0o644
     entry.external_attr = (S_IFREG | mode) << 16
     return entry

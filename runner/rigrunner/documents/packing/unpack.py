@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from rigrunner.documents.packing.contents import Contents, PackedFile
 
-_ENCRYPTED = 0x1
+_ENCRYPTED = 0x1  # bit 0 of the general purpose flag (APPNOTE.TXT of PKWARE, 4.4.4)
 
 
 def unpack(packed: Path, runs: Path) -> Path:
@@ -45,7 +45,7 @@ def unpack(packed: Path, runs: Path) -> Path:
             with writing(target):
                 # not before: Windows removes no file that is read-only
                 (place / RUN_FILE).chmod(READ_ONLY)
-                place.chmod(0o755)
+                place.chmod(0o755)  # a temporary folder is its owner's alone
                 place.rename(target)
                 sync_folder(runs)
         finally:
@@ -57,7 +57,7 @@ def _contents(packed: Path, file: ZipFile) -> Contents:
     entries = file.infolist()
     if not entries or entries[0].filename != LISTING:
         raise DataError(f"{packed} is a ZIP, but not a packed run")
-    if entries[0].file_size > LONGEST_LISTING:
+    if entries[0].file_size > LONGEST_LISTING:  # before it is read into memory
         raise DataError(f"{packed}: its list of files is too long")
     _refuse_odd(packed, entries)
     try:

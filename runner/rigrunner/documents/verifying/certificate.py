@@ -44,6 +44,7 @@ if TYPE_CHECKING:
 
 RUN_FILE = "run.h5"
 _MARKS = (b"certificate/1", b"seal: sha256 ", b'"seal": "sha256 ')
+# Bytes and manifest of the run have checks of their own, which say more of a difference.
 _COMPARED_APART = ("evidence/run/file_sha256", "evidence/run/manifest_sha256")
 
 
@@ -132,7 +133,7 @@ def _take_over(found: Verification, of_run: Verification) -> None:
     found.differences.extend(of_run.differences)
     found.unchecked.extend(of_run.unchecked)
     found.information.extend(
-        [*(f"the run's own result was not recomputed: {each}" for each in of_run.not_recomputed)]
+        f"the run's own result was not recomputed: {each}" for each in of_run.not_recomputed
     )
     found.information.extend(of_run.information)
 
@@ -163,6 +164,7 @@ def _check_numbers(
     found.not_recomputed.extend([*methods, *content])
     if methods:
         return
+    # Decided again, the run's own result has another verdict.
     known = None if again else checked.result
 
     def derived() -> Result:

@@ -36,19 +36,18 @@ def check_decisions(
         found.take(what, [error])
         return
     there = {each.path.name: each for each in files}
+    # Each follows the one before it: behind those of the certificate are what it lacks.
+    others = files[len(records) :]
     missing = [each.file for each in records if each.file not in there]
     if missing:
         found.unchecked.append(
             f"{', '.join(missing)} is not beside the run: the decision was derived again, but who"
             " decided it and why is on the certificate alone"
         )
-    differs = [
-        *_different(records, there),
-        *_left_out(certificate, files[len(records) :]),
-    ]
+    differs = [*_different(records, there), *_left_out(certificate, others)]
     if (records and not missing) or differs:
         found.take(what, differs)
-    found.information.extend(_since(certificate, files[len(records) :]))
+    found.information.extend(_since(certificate, others))
 
 
 def _different(

@@ -104,6 +104,7 @@ def _check_same_content(found: Verification, document: Document) -> None:
     for name, other in document.contents.items():
         if name != document.first:
             differs: list[object] = [*mismatches(wanted, other.model_dump(mode="json"))]
+            # The tolerance is for what is computed again. These were made of one content.
             if not differs and other != document.certificate:
                 differs.append("its content differs by less than is printed")
             found.take(f"content of {name} is that of {document.first}", differs)
@@ -201,6 +202,6 @@ def _amends(path: Path, number: str) -> Certificate | None:
         if number.encode() not in content:
             return None
         found = parse_certificate(content, path.name)
-    except (OSError, DataError):
+    except (OSError, DataError):  # what is no readable certificate replaces none
         return None
     return found if found.amends and found.amends.number == number else None

@@ -228,7 +228,7 @@ def _different_numbers(shown: bytes, made: bytes) -> Iterator[str]:
         from rigrunner.proof.pdf import text_of  # noqa: PLC0415  (an extra)
 
         ours, theirs = (set(_DECIMAL.findall(_plain(text_of(each)))) for each in (shown, made))
-    except MissingPackageError:
+    except MissingPackageError:  # the page stays unproven all the same
         return
     except DataError as error:
         yield error.message
@@ -246,7 +246,7 @@ def _missing(form: Form, certificate: Certificate) -> Iterator[str]:
     """Yield results missing on a page that cannot be made again."""
     try:
         text = _plain(_text(form))
-    except MissingPackageError:
+    except MissingPackageError:  # the page stays unproven all the same
         return
     except DataError as error:
         yield error.message
@@ -287,6 +287,7 @@ def _different_lines(shown: bytes, made: bytes) -> Iterator[str]:
     if len(ours) > _FAR_MORE * len(theirs):  # to say where would take very long
         yield f"it has {len(ours)} lines, its content gives {len(theirs)}"
         return
+    # autojunk would take lines that come often, as in tables, for noise.
     for tag, start, end, a, b in SequenceMatcher(None, ours, theirs, autojunk=False).get_opcodes():
         if tag != "equal":
             there, wanted = (b" ".join(part) for part in (ours[start:end], theirs[a:b]))

@@ -38,6 +38,7 @@ def other_revisions(
 
     `software` are the recorded versions, which reproduce the recorded numbers.
     """
+    # Where an analysis is not installed, its settings do not tell which fits it used.
     chosen = (name for name in recorded if name.startswith("fit "))
     for method in dict.fromkeys((*methods, *chosen)):
         then, now = recorded.get(method, FIRST), _installed(method, registry)

@@ -53,6 +53,7 @@ def check_run(found: Verification, path: Path, registry: Registry) -> CheckedRun
         found.information.append("the run is not sealed: it has no manifest yet")
     else:
         try:
+            # In a process of its own, before any other look: HDF5 crashes on some forged files.
             refuse_crashing(sealed)
         except DataError as error:
             found.take("run file", [error])
@@ -61,7 +62,7 @@ def check_run(found: Verification, path: Path, registry: Registry) -> CheckedRun
     try:
         stored = read(path)
     except DataError as error:
-        if found.matches:
+        if found.matches:  # else the manifest told already what is wrong
             found.take("run file", [error])
         found.information.append("its result was not derived again: the file must be sound first")
         return None

@@ -98,6 +98,7 @@ def _power(a: _Dual, b: _Dual) -> _Dual:
     value = np.power(a.value, b.value)
     found = a.chained(value, b.value * np.power(a.value, b.value - 1.0)) if a.slopes else a
     if b.slopes:
+        # Of 0**b it is 0; the formula would give 0 * log(0), which is nan.
         slope = np.where(np.equal(value, 0), 0, value * np.log(a.value))
         found = found.plus(b.chained(value, slope), value)
     return _Dual(value, found.slopes)
@@ -169,6 +170,7 @@ def _tanh(x: Any) -> tuple[Any, Any]:
 _FUNCTIONS: Mapping[str, Callable[[Any], tuple[Any, Any]]] = {
     "exp": _exp,
     "log": lambda x: (np.log(x), np.divide(1, x)),
+    # A log(10) of float64 would limit the extended precision in which a fit is refined.
     "log10": lambda x: (np.log10(x), np.divide(1, x * np.log(np.longdouble(10)))),
     "sqrt": _sqrt,
     "sin": lambda x: (np.sin(x), np.cos(x)),

@@ -110,16 +110,19 @@ def parse(text: str, names: Collection[str]) -> Expression:
         )
     _refuse_words(text)
     blank = re.sub(r"\s", " ", text)
+    formula = blank.lstrip()
+    begin = len(blank) - len(formula)
     try:
-        tree = ast.parse(blank.lstrip() or "?", mode="eval")
+        # "?" stands for an empty text, so that it has a SyntaxError too.
+        tree = ast.parse(formula or "?", mode="eval")
     except (RecursionError, MemoryError):
         raise ExpressionError("the formula is nested too deeply", hint=_DEPTH_HINT) from None
     except SyntaxError as error:
-        if "nested" in error.msg:
+        if "nested" in error.msg:  # Python has a limit of its own for parentheses
             raise ExpressionError("the formula is nested too deeply", hint=_DEPTH_HINT) from None
-        column = len(blank) - len(blank.lstrip()) + (error.offset or len(text) + 1)
+        column = begin + (error.offset or len(text) + 1)
         _refuse(text, min(column, len(text) + 1), "is not understood here")
-    reading = _Reading(text, len(blank) - len(blank.lstrip()) + 1, frozenset(names))
+    reading = _Reading(text, begin + 1, frozenset(names))
     return Expression(text, reading.node(tree.body, 0))
 
 
@@ -155,6 +158,7 @@ def _refuse_words(text: str) -> None:
         if word is None:
             _refuse_character(text, position)
         after = text[word.end() : word.end() + 1]
+        # Python would read 0x1F, 1_000 and 2j as numbers.
         if word["number"] and (after.isalnum() or after in ("_", ".")):
             _refuse(text, word.end() + 1, "follows a number", "write * between them")
         if word["name"] and keyword.iskeyword(word["name"]):
@@ -206,7 +210,7 @@ class _Reading:
         _refuse(self.text, column, f"begins a {type(node).__name__}, which no formula has")
 
     def _number(self, node: ast.Constant, column: int) -> Number:
-        if not isinstance(node.value, int | float):
+        if not isinstance(node.value, int | float):  # True is an int, but is refused as a word
             _refuse(self.text, column, "is not a number")
         try:
             value = float(node.value)

@@ -74,7 +74,7 @@ def propagate(output: Callable[[Generator, int], Array], how: Adaptive) -> Propa
         blocks.append(np.sort(block))
         found.append(_statistics(blocks[-1], how.p))
         trials = len(blocks) * BLOCK
-        if trials < how.least_trials or len(blocks) == 1:
+        if trials < how.least_trials or len(blocks) == 1:  # a single block has no scatter
             continue
         tolerance = numerical_tolerance(_pooled_u(found), how.digits)
         stable = _is_stable(found, how.tolerance_share * tolerance)

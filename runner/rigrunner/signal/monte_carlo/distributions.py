@@ -90,6 +90,7 @@ class Triangular:
 
     def draw(self, rng: Generator, n: int) -> Array:
         """Return values of shape (n,)."""
+        # Two equal rectangles add to a triangle.
         both = rng.uniform(-1, 1, (2, n)).mean(axis=0)
         return np.asarray(self.centre + self.half_width * both)
 
@@ -170,6 +171,7 @@ def _factor_of(covariance: Array) -> Array:
     By eigenvalues, as full correlation leaves no Cholesky factor.
     """
     values, vectors = np.linalg.eigh(covariance)
+    # Of full correlation the eigenvalues that should be 0 come out a little below it.
     if values.min() < -1e-9 * max(values.max(), 0.0):
         raise DataError(
             "the correlations between the inputs contradict each other",

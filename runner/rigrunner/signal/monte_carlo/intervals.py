@@ -72,5 +72,6 @@ def numerical_tolerance(u: float, digits: int) -> float:
     """Return half of the last of the digits that matter in a standard uncertainty (7.9.2)."""
     if u <= 0:
         return 0.0
+    # Of the rounded value: with two digits 0.0996 is 0.10, which has another exponent.
     exponent = floor(log10(float(f"{u:.{digits - 1}e}"))) - (digits - 1)
     return 0.5 * 10.0**exponent

@@ -16,7 +16,7 @@ from rigrunner.signal.monte_carlo.distributions import (
 from rigrunner.signal.propagation import connected, one_error
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.random import Generator
 
@@ -42,13 +42,10 @@ def output_of(model: MeasurementModel) -> Callable[[Generator, int], Array]:
         for group, distribution in together:
             rows = distribution.draw(rng, n)
             drawn |= {each.name: rows[:, i] for i, each in enumerate(group)}
-        return _evaluated(model, drawn, n)
+        # An equation without inputs gives a single value.
+        return np.asarray(np.broadcast_to(model.equation(drawn), n))
 
     return output
-
-
-def _evaluated(model: MeasurementModel, drawn: Mapping[str, Array], n: int) -> Array:
-    return np.asarray(np.broadcast_to(model.equation(drawn), n))
 
 
 def _grouped(
@@ -73,6 +70,7 @@ def _joint(model: MeasurementModel, rows: Sequence[int]) -> Distribution:
     u = np.array([each.u for each in inputs])
     own = np.eye(len(rows))
     r = own if model.correlation is None else model.correlation[np.ix_(rows, rows)]
+    # They share it: correlated inputs of different degrees of freedom cannot be propagated.
     dof = min(each.dof for each in inputs)
     scale = r * np.outer(u, u)
     return MultivariateNormal(mean, scale) if dof == inf else MultivariateT(mean, scale, dof)
