@@ -100,6 +100,8 @@ def support_friction(path: Path, registry: Registry) -> SupportFriction:
     procedure = parse_procedure(
         stored.header.procedure_text, stored.header.procedure_id, stored=True
     ).model
+    # What the station says of the support under load would be taken out of what is to be
+    # measured.
     stated = {key: each for key, each in run.rig_keys.items() if key not in _STATED}
     result = analyse(
         replace(run, rig_keys={**stated, "support_drift": "0 %"}),

@@ -78,6 +78,7 @@ class Control:
         """Count a client's WebSocket that was opened (1) or closed (-1)."""
         with self._lock:
             self._connected[client] += step
+            # Adding nothing drops the clients whose count has come down to 0.
             self._connected += Counter()
             self._tell()
             self._board.put(watchers=self._connected.total())

@@ -189,6 +189,8 @@ class Desk:
     def _hear(self, story: Story, message: object) -> None:
         with self._lock:
             self._show(story, message)
+            # An earlier job may still have messages on their way: they are not for this one's
+            # analyst.
             watcher = self._watcher if story is self._story else None
         if watcher is not None:
             watcher.notice(message)

@@ -114,8 +114,7 @@ def curve_is_whole(subject: Subject) -> None:
 def units_are_kept(subject: Subject) -> None:
     """In other units the curve is the same, or the points are refused."""
     fit, given = _fit(subject), _noisy(2)
-    demand(given.u_y is not None, "")
-    assert given.u_y is not None  # noqa: S101  (just seen)
+    assert given.u_y is not None  # noqa: S101  (`_points` gives it)
     value, u = fit(given).predict(BETWEEN_HZ)
     turns = 2 * np.pi
     other = Points(turns * X_HZ, 1e3 * given.y, 1e3 * given.u_y, x_unit="rad/s", y_unit="mN·m")
@@ -164,8 +163,7 @@ def _scatters(what: str, found: Array, stated: Array) -> None:
 def order_does_not_matter(subject: Subject) -> None:
     """The order of the points does not matter."""
     fit, given = _fit(subject), _noisy(3)
-    demand(given.u_y is not None, "")
-    assert given.u_y is not None  # noqa: S101  (just seen)
+    assert given.u_y is not None  # noqa: S101  (`_points` gives it)
     order = np.random.default_rng(2).permutation(len(X_HZ))
     shuffled = Points(given.x[order], given.y[order], given.u_y[order])
     _same_curve(fit(given), fit(shuffled), "in another order the points give")

@@ -133,6 +133,8 @@ class TorqueDetails(AnalysisDetails):
         """
         for each in self.headline_components:
             if each.name.startswith(SUPPORT_LINE):
+                # A relative one is a limit: its rectangle ends at sqrt(3) u. A torque was
+                # measured: its interval of about 95 % ends at 2 u.
                 if each.unit == "1":
                     return 100 * (each.value + sqrt(3) * each.input_u), "%"
                 return 1000 * (each.value + 2 * each.input_u), "mN·m"

@@ -106,6 +106,7 @@ class Budget:
         cycles = min(len(run.replicates_nm) for run in (found.pair.loaded, found.pair.no_load))
         return (
             curve_slope(self.instrument, found.torque_nm),
+            # Of a drift over the whole recording, the part that falls into half a swing.
             Effect(stated(self.instrument, "drift", "sensor drift"), 1 / (2 * cycles)),
             Effect(stated(self.instrument, "offset", "sensor offset"), 0.0),
             *one_figure(self.instrument),

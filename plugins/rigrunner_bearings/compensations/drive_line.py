@@ -31,6 +31,7 @@ TWIST_HARMONICS = 48
 """Of the twist, where no resonance is undone, and so less noise amplified."""
 
 TAPER = 1.5
+# Chosen among limits that were tried on simulated rigs (docs/decisions/0036-methods-tried.md).
 MAX_GAIN = 2.5
 
 

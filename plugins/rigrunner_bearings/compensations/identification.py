@@ -52,6 +52,7 @@ SHARE_PRIOR = (0.5, 1 / sqrt(12))
 """Nothing known: as likely anywhere from 0 to 1 (mean and standard deviation)."""
 
 UNKNOWNS = ("natural_hz", "damping_ratio", "inertia_kgm2", "share", "delay_s")
+# In the order of UNKNOWNS, in their SI units.
 BOUNDS = ([1.0, 1e-4, 1e-9, 0.0, -0.01], [1e5, 1.0, inf, 1.0, 0.01])
 DELAY_SCALE_S = 1e-5
 SIGNIFICANT_DELAY = 3.0
@@ -146,6 +147,8 @@ def _search(
 def _start(observed: Observed, low_pass: Filter) -> DriveLine:
     """Return the best of a coarse search; J from the highest frequency's first harmonic."""
     top = int(np.argmax(observed.frequency_hz))
+    # The swing is odd over the phase, and so is its acceleration: what inertia makes is in the
+    # imaginary part, friction, which goes with the velocity, in the real one.
     inertial = observed.acceleration[0] * observed.frequency_hz[top, 0] ** 2
     inertia = max(abs(observed.harmonics[top, 0].imag / inertial.imag), BOUNDS[0][2])
     line = DriveLine(1.0, 0.0, inertia, 0.0, 0.0, low_pass)
@@ -311,6 +314,7 @@ def _twist_change(
 def _identified(
     observed: Observed, line: DriveLine, friction: SupportFriction, jacobian: Array, fun: Array
 ) -> Identified:
+    # Two numbers of each harmonic that is used, less A_k and B_k of each, which are complex too.
     rows = np.count_nonzero(observed.weight, axis=0)
     dof = float(np.sum(2 * np.maximum(rows - 2, 0)) - jacobian.shape[1])
     variance = float(fun @ fun) / dof if dof > 0 else inf

@@ -103,6 +103,7 @@ def _unexplained(point: SwingPoint, rig: Identified) -> Array:
     rest = np.fft.irfft(spectrum, len(rest))
     changes = np.fft.rfft(mean.replicates_nm - mean.torque_nm, axis=-1)[:, 1 : HARMONICS + 1]
     count = len(changes)
+    # The jackknife's variance of the mean, as a mean square over the phases (Parseval).
     noise = 2 * (count - 1) / count * np.sum(np.abs(changes) ** 2) / len(rest) ** 2
     return np.asarray(rest * max(0.0, 1 - noise / np.mean(rest**2)))
 

@@ -153,6 +153,7 @@ class _Seen:
         within = np.tensordot(weight, np.array([covariance for _, covariance, _ in found]), 1)
         covariance = within + (weight * (each - mean).T) @ (each - mean)
         gains = len(self._random[0])
+        # The gains are the last unknowns; the first one is D.
         order = [*range(-gains, 0), 0]
         no_load, loaded = np.split(mean[-gains:], 2)
         return RecordingGains(

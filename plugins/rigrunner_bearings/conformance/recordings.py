@@ -67,6 +67,7 @@ def swings(simulator: str, number: int, rate_hz: float | None = None) -> Runs:
         no_load, loaded = {**bench.no_load, **rate}, {**bench.loaded, **rate}
         bench = replace(bench, no_load=no_load, loaded=loaded)
     recorded = record_bench(bench, shared.registry, rig.station)
+    # As the study of coverage does: results are stated for the load that is said to act.
     truths = np.array(recorded.truths_nm) * LOAD_N / bench.load_n
     return Runs(recorded.loaded, recorded.no_load, tuple(float(each) for each in truths))
 

@@ -85,6 +85,7 @@ class InertiaPhysicalFit:
         alpha = max_acceleration(1.0, self._ratio) * points.x**2
         design = np.column_stack([np.ones_like(omega), omega, alpha])
         start = solve(design * roots[:, None], points.y * roots).coefficients.astype(np.float64)
+        # Without damping the peak is at the reversal, where omega is zero: no step would find it.
         return np.maximum(start, [0.0, 1e-3 * abs(start[0]), 0.0])
 
     def _peak(self, frequency_hz: Array, parameters: Array) -> tuple[Array, Array]:

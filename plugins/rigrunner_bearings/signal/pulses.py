@@ -102,6 +102,7 @@ def repetition_frequency(values: Samples, rate_hz: float, near_hz: float) -> flo
     centred = samples - samples.mean()
     found = _strongest(centred, rate_hz, near_hz)
     for _ in range(REFINEMENTS):
+        # Halves of whole cycles: what is at other harmonics sums up to nothing in each.
         half = round(int(len(samples) / 2 * found / rate_hz) * rate_hz / found)
         turning = np.exp(-2j * pi * found / rate_hz * np.arange(2 * half))
         first, second = (centred[: 2 * half] * turning).reshape(2, half).sum(axis=1)

@@ -64,6 +64,8 @@ class SwingCutter:
 
     def _is_new(self, start: float, end: float) -> bool:
         is_swing = abs(end - start - self._period) <= AGREE * self._period
+        # The middle of the range moves as samples come: a swing that was there may be found a
+        # little later again.
         return is_swing and self._first + end > self._shown + AGREE * self._period
 
     def _swing(self, start: float, end: float) -> Swing:

@@ -110,6 +110,7 @@ def _outcomes(rig: Rig, bench: Bench, *, sensor: bool) -> dict[str, Outcome]:
     methods = tuple(CompensationRef.model_validate(name) for name in METHODS)
     asked = {"compensations": methods, "primary_": METHODS[0], "fits": ()}
     result = shared.analysed(recorded, shared.spec.model_copy(update=asked))
+    # Results are stated for the load that is said to act, and friction is proportional to load.
     truths = np.array(recorded.truths_nm) * LOAD_N / bench.load_n
     return {
         name: _outcome([_kept(each, sensor=sensor) for each in found.points], truths)

@@ -108,6 +108,7 @@ def record_bench(
     first = _Setup(device, clock, bench, station)
     second = first
     if bench.loaded != bench.no_load or faults.loaded != faults.no_load:
+        # Connected before the first run: from there on its zero drifts, as that of the other does.
         device = _device(bench, bench.loaded, faults.loaded, faults.seed, registry, clock)
         second = replace(first, device=device)
     no_load, _ = _run(first, "no-load", bench.no_load_n, 0.0)

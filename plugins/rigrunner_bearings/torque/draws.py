@@ -102,6 +102,8 @@ class _Maker:
                     continue
                 own = _standard(part, rng)
                 drawn = shared.setdefault(part.name, own) if part.common else own
+                # A common error moves two points against each other where their sensitivities
+                # have two signs.
                 effects[place] += drawn * copysign(part.u, part.sensitivity)
         return effects
 

@@ -139,4 +139,5 @@ class LiveReadings:
         if np.isfinite(value):
             self._curve.append((time_s, value))
         if len(self._curve) > MOST_POINTS:
+            # The later one of each pair stays, so that the curve still ends at the present value.
             self._curve, self._every = self._curve[1::2], 2 * self._every

@@ -177,6 +177,7 @@ def parts(run: RunData, names: Sequence[str], table: str | None = None) -> Itera
     for row in run.measurements:
         if table not in {None, row.name}:
             continue
+        # Of its samples only the statistics were kept: the channel as such has no value there.
         if row.recording and all(name == channel_of(name) for name in names):
             continue
         if all(name in row.values for name in names):

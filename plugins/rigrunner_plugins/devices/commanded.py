@@ -49,6 +49,7 @@ class CommandedDriver(Driver):
             identity = self.begin_talk(timeout_s)
             if not making_safe:
                 self.set_up()
+        # Made safe only: before anything is measured it is still to be set up.
         self._unsure = making_safe
         return identity
 
@@ -65,6 +66,7 @@ class CommandedDriver(Driver):
     def make_safe(self) -> Mapping[str, float]:
         """Bring all drives to their safe values and then send the safe commands, whatever fails."""
         read_back: dict[str, float] = {}
+        # Taken here: within the lambda below, super() would find no object.
         make_safe = super().make_safe
         with self.as_it_is():
             do_all(

@@ -30,6 +30,7 @@ SETTLED = 1e-12
 """Of a parameter or, if larger, of its standard uncertainty: a step that changes nothing more."""
 CONVERGED = 1e-4
 """Likewise: how small the last step must be, or the minimum was not found."""
+# Of many such residuals the sum of squares is still finite: MINPACK cannot go on from infinity.
 _UNDEFINED = 1e100
 _HINT = "give start values nearer to the curve, or a model with fewer parameters"
 

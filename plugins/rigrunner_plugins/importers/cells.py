@@ -9,6 +9,7 @@ def number(cell: str, decimal: str) -> float | None:
     """Return the number in a cell; None where it is none, is not finite, or has the other mark."""
     text = cell.strip()
     other = "," if decimal == "." else "."
+    # Python's float would take 1_000 for a number.
     if other in text or "_" in text:
         return None
     try:

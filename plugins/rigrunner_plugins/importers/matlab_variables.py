@@ -131,6 +131,7 @@ def _damage(data: memoryview | bytes, order: str, *, nested: bool = False) -> st
             if found:
                 return found
         at = begins + size
+        # All elements but packed ones are filled up to a multiple of 8 bytes.
         at += 0 if kind == _COMPRESSED else -at % 8
     return ""
 
@@ -228,6 +229,7 @@ class _Hdf5Node:
     def names(self) -> Sequence[str]:
         if not isinstance(self._node, h5py.Group):
             return ()
+        # MATLAB's own groups are #refs# and #subsystem#.
         return [name for name in names_in(self._node) if not name.startswith("#")]
 
     def member(self, name: str) -> Node:
@@ -243,4 +245,5 @@ class _Hdf5Node:
             raise DataError(f"'{self._node.name}' is kept in another file")
         if has_damaged_chunk(self._node):
             raise DataError(f"'{self._node.name}' is damaged")
+        # MATLAB writes column by column, which HDF5 shows as rows.
         return np.asarray(self._node[...]).T

@@ -46,6 +46,8 @@ def segment_ends(source: BinaryIO, size: int, place: Location) -> list[int]:
         if at + _LEAD_IN + to_samples > size:
             break
         at += _LEAD_IN + to_next
+        # LabVIEW sets all bits of the distance before it knows it: that segment ends with the
+        # file.
         ends.append(min(at, size))
     else:
         return ends

@@ -80,6 +80,7 @@ def _letter(message: Message, settings: MailSettings) -> EmailMessage:
     letter["Subject"] = message.title
     letter["Date"] = formatdate(localtime=True)
     letter["Message-ID"] = make_msgid(domain=settings.sender.rpartition("@")[2])
+    # So that no automatic answer, such as an absence note, is sent back (RFC 3834).
     letter["Auto-Submitted"] = "auto-generated"
     letter.set_content(message.body)
     return letter

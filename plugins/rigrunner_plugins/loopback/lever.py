@@ -49,7 +49,7 @@ class Lever:
             raise ValueError(f"{torque_nm:g} N·m is out of range")
         if torque_nm != self.torque_nm:
             self._falling = abs(torque_nm) < abs(self.torque_nm)
-        if torque_nm == 0 != self.torque_nm:
+        if torque_nm == 0 and self.torque_nm != 0:
             self._loadings += 1
         self.torque_nm = torque_nm
 
@@ -65,6 +65,7 @@ class Lever:
         value = GAIN * self.torque_nm + CUBIC * HIGHEST_NM * (share**3 - share)
         value += POSITION_NM * share * cos(radians(self.position_deg))
         if self._falling:
+            # 4 s (1 - s) is 1 at half of full scale, and 0 at both ends.
             value += 4 * HYSTERESIS_NM * share * (1 - abs(share))
         return value + ZERO_NM * (1 - 0.5**self._loadings)
 

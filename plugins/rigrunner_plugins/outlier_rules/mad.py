@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 SIGMA_PER_MAD: Final = 1 / float(ndtri(0.75))
 """Of the normal distribution: half of it lies within 0.6745 standard deviations."""
 
+# Of the normal distribution, whose mean absolute deviation is sqrt(2/pi) sigma.
 SIGMA_PER_MEAN_DEVIATION: Final = sqrt(pi / 2)
 
 

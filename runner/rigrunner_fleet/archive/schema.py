@@ -131,6 +131,7 @@ RUNS = Table(
 def _of_a_run(name: str, key: list[Column[Any]], *columns: Column[Any]) -> Table:
     """Return a table with several rows per run, ordered by key."""
     run: Column[Any] = Column("run", ForeignKey("runs.id", ondelete="CASCADE"), primary_key=True)
+    # Without row ids SQLite keeps the rows of a run together, in the order of the key.
     return Table(name, METADATA, run, *key, *columns, sqlite_with_rowid=False)
 
 

@@ -105,6 +105,7 @@ def _of_what_was_found(filters: Filters) -> Iterator[ColumnElement[bool]]:
     else:
         for name, wanted in filters.ranges.items():
             column: ColumnElement[Any] = RUNS.c[_COLUMNS[name]]
+            # The sum hides the index of the values from SQLite.
             yield _within(column + 0.0 if _names_few(filters) else column, wanted)
 
 

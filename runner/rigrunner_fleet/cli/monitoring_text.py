@@ -186,6 +186,7 @@ def _components(study: GaugeStudy) -> str:
     ]
     if study.tolerance is not None:
         header.append("% of tolerance")
+        # Six standard deviations over the tolerance, in percent (AIAG MSA).
         rows = [
             [*row, f"{600 * s / study.tolerance:.1f}"]
             for row, (_, s, _) in zip(rows, parts, strict=True)

@@ -176,6 +176,7 @@ def _moves(before: Found, after: Found) -> Iterator[Move]:
     shown_as_result = f"{after.method}: torque" if after.method == before.method else None
     for name in _common(before, after, {**before.figures, **after.figures}):
         then, now = before.figures.get(name), after.figures.get(name)
+        # The torque by the primary method is the result itself, compared as that.
         twice = shown_as_result is not None and name.startswith(shown_as_result)
         if then != now and not twice:
             yield Move(name=name, before=then, after=now)

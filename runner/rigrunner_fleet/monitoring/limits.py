@@ -22,6 +22,7 @@ def width_in(text: str, symbol: str) -> float | None:
     if not text:
         return None
     found = _read(text, symbol)
+    # A difference: the offset of a scale of temperature is in none.
     return found.number * found.unit.factor / unit(symbol).factor
 
 

@@ -80,6 +80,7 @@ def one_sided(name: str, value: float, count: int, confidence: float) -> Index:
     if abs(t) > _FAR:
         far = two_sided(value, count, confidence)
         return Index(name, value, min(far.low, far.high), max(far.low, far.high))
+    # The less probable a t as small as this one, the greater is the non-centrality.
     low, high = (_non_centrality(t, count - 1, p) for p in (1.0 - tail, tail))
     return Index(name, value, low / (3.0 * sqrt(count)), high / (3.0 * sqrt(count)))
 

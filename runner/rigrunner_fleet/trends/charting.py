@@ -118,6 +118,7 @@ def _rules(
     for signal in signals(values, of_values.centre, of_values.sigma, how.rules):
         found[signal.index].append(signal.rule.name)
     for place in np.flatnonzero(moving_ranges(values) > limits.moving_range.upper):
+        # A moving range is shown at the later one of its two values.
         found[int(place) + 1].append(MOVING_RANGE)
     return found
 

@@ -134,6 +134,7 @@ def known(rows: tuple[Row, ...], shape: tuple[int, ...], *, pooled: bool) -> Map
             weights[3], weights[2] = weights[2] + weights[3], 0
         combinations["reproducibility"] = combinations["operator"]
         combinations["gauge"] = combinations["operator"] + repeatability
+    # A sum of squares over its variance is chi-squared: so are possible variances drawn.
     drawn = squares / np.random.default_rng(SEED).chisquare(dof, (DRAWS, 4))
     tails = (1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2
     return {
@@ -145,6 +146,7 @@ def known(rows: tuple[Row, ...], shape: tuple[int, ...], *, pooled: bool) -> Map
 def _known(weights: Array, mean_squares: Array, dof: Array, interval: Array) -> Known:
     """Return a component as a standard deviation; a negative variance is taken as 0."""
     terms = weights * mean_squares
+    # Satterthwaite's degrees of freedom of a sum of mean squares.
     variance, spread = terms.sum(), np.sum(terms**2 / dof)
     freedom = float(variance**2 / spread) if variance > 0 else 0.0
     low, high = np.sqrt(np.maximum(interval, 0.0))

@@ -70,12 +70,14 @@ def _beyond(z: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
 
 def _trend(z: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
     step = np.sign(np.diff(z, prepend=z[:1]))
+    # Six values make five steps.
     return _window(step > 0, 5, 5) | _window(step < 0, 5, 5)
 
 
 def _alternating(z: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
     step = np.sign(np.diff(z, prepend=z[:1]))
     turns = np.concatenate([np.zeros(min(z.size, 1), dtype=np.bool_), step[1:] * step[:-1] < 0])
+    # Fourteen values make thirteen steps, and twelve turns between them.
     return _window(turns, 12, 12)
 
 

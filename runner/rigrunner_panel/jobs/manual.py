@@ -165,6 +165,7 @@ class Hand:
             self.refused = "the rig is at rest: set a frequency first"
             return
         self.recording = f"{self.points + 1:03d}_{frequency_hz:g}Hz"
+        # Wherever it begins, a recording has one whole cycle fewer than it lasts.
         seconds = (cycles + 1) / frequency_hz
         action = Record(
             name=self.recording,

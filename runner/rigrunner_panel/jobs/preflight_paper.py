@@ -27,6 +27,7 @@ def calibrations(planned: Planned) -> Iterator[PreflightItem]:
             name=finding.channel,
             state="fail",
             text=finding.problem.message,
+            # The rest of the hint names an option of the command line.
             fix=finding.problem.hint.split("; or start with")[0],
             override=finding.channel,
         )

@@ -43,6 +43,7 @@ def rig_items(planned: Planned, marks: RigMarks | None = None) -> Iterator[Prefl
             except RigrunnerError as error:
                 yield _unconnected(role, error)
                 continue
+            # Done backwards at the end: each rig is made safe, and closed after that.
             held.callback(rig.close)
             held.callback(rig.make_safe)
             rigs[role] = rig

@@ -65,8 +65,8 @@ class Curves:
             return
         name = next((each for each in units if each in channels), next(iter(channels)))
         unit = units.get(name, "")
-        offset, factor = (from_si(0.0, unit), from_si(1.0, unit)) if unit else (0.0, 1.0)
-        shown = (np.asarray(channels[name], float) * (factor - offset) + offset).astype(np.float32)
+        zero, one = (from_si(0.0, unit), from_si(1.0, unit)) if unit else (0.0, 1.0)
+        shown = (np.asarray(channels[name], float) * (one - zero) + zero).astype(np.float32)
         with self._lock:
             if name != self._channel:
                 self._trend = Trend()

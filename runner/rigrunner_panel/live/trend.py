@@ -39,6 +39,7 @@ class Trend:
         self._go_to(int(columns[-1]))
         starts = np.flatnonzero(np.diff(columns, prepend=columns[0] - 1))
         places = columns[starts] % COLUMNS
+        # Columns without a sample so far are NaN, which fmin and fmax pass over.
         self._low[places] = np.fmin(self._low[places], np.minimum.reduceat(values, starts))
         self._high[places] = np.fmax(self._high[places], np.maximum.reduceat(values, starts))
         return int(columns[0])

@@ -78,6 +78,7 @@ class Track:
             if not self._is(at, DONE):
                 self._states[at] = SKIPPED
             at += 1
+            # Without a set-point the step alone is left out.
             if not point:
                 return
 

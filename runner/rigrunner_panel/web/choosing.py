@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 
 def procedures(panel: Panel, asked: Asked) -> Procedures:
     """Return the procedures, last used first."""
+    # Oldest first: of each the latest start is what stays.
     used = {each.procedure: each.started_utc for each in reversed(list(panel.history.items()))}
     items = [
         ProcedureItem(

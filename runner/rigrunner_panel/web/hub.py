@@ -66,6 +66,7 @@ class Screen:
             await self._news.wait()
             self._news.clear()
             if self._lags:
+                # Before it is sent: what changes meanwhile waits, and is told after it.
                 self._lags = False
                 await self._send_all()
             while self._waiting:
@@ -111,6 +112,7 @@ class Feed:
         if delta is not None:
             self._tell(delta)
         curves = self._rig.desk.curves
+        # Curves of another job: what the screens have drawn so far is none of it.
         if curves is not self._curves:
             self._curves = curves
             for screen in self.screens:

@@ -51,6 +51,7 @@ def description() -> Json:
             "schemas": schemas,
             "securitySchemes": {"token": {"type": "http", "scheme": "bearer"}},
         },
+        # Nothing, where the panel has no token, or the token.
         "security": [{}, {"token": []}],
         "paths": paths,
     }

@@ -137,6 +137,7 @@ def start_run(rig: Rig, asked: Asked) -> Started:
     with rig.sequence.lock:
         if body.entry is not None:
             _claim_and_start(rig, _matching(rig, body), asked.by, body)
+        # A preflight that runs is no reason to queue: until it is done the start is refused.
         elif rig.desk.is_busy and rig.board.get("phase") != "checking":
             made = _added(rig, [_draft(rig, body, body.inputs)], asked.by, proposed=False)
             return Started(entry=made.entries[0])

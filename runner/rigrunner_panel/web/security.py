@@ -127,6 +127,7 @@ class Guard:
             address = ipaddress.ip_address(name)
         except ValueError:
             return False
+        # An address cannot be made to point elsewhere, as a name can: it needs no list.
         return address.is_loopback or not self._is_local
 
     def _has_token(self, scope: Scope, headers: Headers) -> bool:
@@ -190,6 +191,7 @@ def _offered_token(headers: Headers) -> str:
 
 async def _refuse(error: PanelError, scope: Scope, receive: Receive, send: Send) -> None:
     if scope["type"] == "websocket":
+        # ASGI wants the connection taken in before it may be refused.
         await receive()
         await send({"type": "websocket.close", "code": 4000 + error.status, "reason": ""})
         return

@@ -43,8 +43,9 @@ def census() -> Census:
     """Return what the program holds, after garbage collection and the end of threads."""
     gc.collect()
     until_s = time.monotonic() + PATIENCE_S
-    while (now := _count()) != (last := _settled()) and time.monotonic() < until_s:
-        now = last
+    now = _count()
+    while now != (later := _settled()) and time.monotonic() < until_s:
+        now = later
     return now
 
 

@@ -98,6 +98,7 @@ def sample_channels(
         turning_hz = frequency_hz * (1 + deviation)
         velocity = turning_hz * angular_velocity(phase, 1.0, rig.eccentric_ratio)
         index = read_index(phase, rig.sensors)
+    # A source of its own: the noise of torque and angle stays what it is without the tacho's.
     tacho = rng.spawn(1)[0]
     return {
         "torque": read_torque(torque, state.elapsed_s + time_s, rig.sensors, errors, rng),
@@ -117,6 +118,7 @@ def _turn(
 ) -> tuple[Array, Array]:
     """Return crank phase in rad, and each sample's relative deviation of the speed of its turn."""
     start = rng.uniform()
+    # Enough of them even if all were faster by ten standard deviations, and one that was begun.
     turns = math.ceil((time_s[-1] * frequency_hz + 1) * (1 + 10 * jitter)) + 1
     deviation = jitter * rng.standard_normal(turns)
     ends = np.concatenate([[0.0], np.cumsum(1 / (frequency_hz * (1 + deviation)))])

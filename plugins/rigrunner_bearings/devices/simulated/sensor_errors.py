@@ -40,6 +40,7 @@ def read_torque(
     non-linearity is a cubic that vanishes at zero and at full scale and is largest between.
     """
     relative = torque_nm / sensors.full_scale_nm
+    # x - x³ is 2/(3 √3) at most, at x = 1/√3: so this is 1 there.
     cubic = 1.5 * np.sqrt(3) * (relative - relative**3)
     drift = -np.expm1(-elapsed_s / sensors.drift_time_s) * errors.drift_nm
     signal = (1 + errors.gain) * torque_nm + errors.offset_nm + drift

@@ -77,6 +77,9 @@ class Fitted:
         """Return the slope at one x and its standard uncertainty."""
         low, high = self.ends
         step = SMALL * (high - low)
+        # One-sided at the ends, since the curve need not exist beyond its points. Without
+        # `spread` the u of two places close together, taken as independent, would grow without
+        # limit over so small a step: the mean slope's stands for it.
         value, u = self.between(max(x - step, min(low, x)), min(x + step, max(high, x)))
         return value, u if isinstance(self.curve, Spreading) else self.between(low, high)[1]
 
@@ -174,6 +177,8 @@ def x_at(fitted: Fitted, told: XAt, which: int, count: int) -> Derived:
     grid = np.linspace(*fitted.ends, GRID + 1)
     off = fitted.at(grid)[0] - y
     scale = EDGE * max(float(np.ptp(off)), 1e-300)
+    # A root on a grid step counts once: rounding must not make two changes of sign of it, or
+    # none.
     off[np.abs(off) <= scale] = 0.0
     roots = [float(x) for x in grid[off == 0]]
     roots += [
@@ -239,6 +244,7 @@ def nonlinearity(fitted: Fitted, told: Nonlinearity) -> Derived:
     rows = max(clusters, key=lambda each: abs(off[each].mean()))
     sign = 1.0 if off[rows].mean() >= 0 else -1.0
     from_middle = x - x.mean()
+    # How much each y enters the mean deviation: the line takes away its constant and its slope.
     weights = -1 / len(x) - from_middle[rows].mean() * from_middle / sum(from_middle**2)
     weights[rows] += 1 / len(rows)
     s, dof = fitted.curve.residual_s, fitted.curve.dof

@@ -103,6 +103,7 @@ class Values:
 
     def rows(self) -> Sequence[Array]:
         """Return which points are shifted together; each one alone if there are few."""
+        # Neighbours in x go together: as a rule they move a value in the same direction.
         order = np.lexsort(self.x.T[::-1])
         return np.array_split(order, min(len(order), MOST_MOVED))
 

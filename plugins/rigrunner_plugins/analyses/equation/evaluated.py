@@ -60,6 +60,7 @@ class Evaluated:
         if isnan(estimate.u) or not estimate.u:
             return None
         values, straight = (
+            # One seed for both: the same draws leave the curvature as their only difference.
             output_of(model)(np.random.default_rng(SEED), TRIALS)
             for model in (self.model, self._tangent)
         )

@@ -215,6 +215,8 @@ def _in_unit(model: MeasurementModel, component: Component, symbol: str) -> Comp
 
 def _widened(estimate: Estimate, added: float) -> Estimate:
     u = sqrt(estimate.u**2 + added)
+    # Welch-Satterthwaite (GUM G.4.1): what is added has infinite degrees of freedom. The fourth
+    # moment, and so the kurtosis, is shared out alike.
     share = (estimate.u / u) ** 4
     dof = estimate.dof / share if share > 0 else inf
     return replace(estimate, u=u, dof=dof, kurtosis=estimate.kurtosis * share)

@@ -99,6 +99,7 @@ class KindError(Exception):
 def kind_of_node(node: Node, kinds: Mapping[str, Kind]) -> Kind:
     """Return the kind of a formula; raise KindError for the first part that does not fit."""
     if isinstance(node, Number):
+        # pi stands for half a turn, so that 2*pi*f is an angular velocity and f alone is none.
         return _RADIAN if node.value == CONSTANTS["pi"] else Kind()
     if isinstance(node, Name):
         return kinds[node.name]
@@ -138,6 +139,7 @@ def _clipped(node: Node) -> str:
 
 
 def _without_angle(kind: Kind) -> tuple[Fraction, ...]:
+    # The angle is the last of the exponents.
     return kind.exponents[:_ANGLE]
 
 

@@ -244,6 +244,7 @@ def _enter_readings(found: Inputs, settings: EquationSettings, group: Group) -> 
         else:
             scattered[name] = scatter
     together = len(scattered) > 1
+    # Of one joint t distribution there is one number of degrees of freedom: the least.
     dof = min((dof for _, dof in scattered.values()), default=inf)
     for name, (u, own) in scattered.items():
         of = settings.inputs[name].of
@@ -259,6 +260,7 @@ def _enter_readings(found: Inputs, settings: EquationSettings, group: Group) -> 
         )
         for i, one in enumerate(names):
             for j in range(i):
+                # Rounding may leave a little more than 1.
                 found.r[names[j], one] = float(np.clip(r[i, j], -1.0, 1.0))
 
 
@@ -308,6 +310,8 @@ def _enter_result(
         if error is None:
             slope, error = 1.0, _part_of(line, result, stated.factor)
             found.inputs.append(error)
+            # So `Inputs.model` marks the line of several correlated inputs: it has no value of
+            # its own.
             if line.common and line.shared and isnan(line.value) and line.sensitivity == 1:
                 first = found.joint.setdefault(line.name, result.name)
                 if first != result.name:

@@ -76,13 +76,14 @@ def read(text: str, known: Collection[str], wanted: Collection[str]) -> Model:
     _refuse_many(beginnings)
     equations: list[Equation] = []
     names = {*known, *literals}
-    for name, start, end in _parts(formulas, beginnings, wanted, origins):
+    for name, at, start, end in _parts(formulas, beginnings, wanted, origins):
         if name in names or name in RESERVED:
             what = "there already" if name in names else "a name of the language"
-            column = origins[formulas.find(name, start - len(name) - 2 if start else 0)]
+            column = origins[at]
             raise ExpressionError(f"column {column}: '{name}' is {what}", column=column,
                                   hint="give it another name")  # fmt: skip
         try:
+            # Blanks in place of what stands before keep the columns of errors those of all.
             found = parse(" " * start + formulas[start:end], names)
         except ExpressionError as error:
             raise _at_origin(error, origins) from None
@@ -105,15 +106,15 @@ def _parts(
     beginnings: list[re.Match[str]],
     wanted: Collection[str],
     origins: tuple[int, ...],
-) -> list[tuple[str, int, int]]:
-    """Return each name with the start and end of its formula."""
+) -> list[tuple[str, int, int, int]]:
+    """Return each name, where it stands, and the start and end of its formula."""
     if not beginnings:
         (only, *others) = wanted
         if others:
             names = ", ".join(wanted)
             hint = f"write a line 'name = ...' for each of {names}"
             raise ExpressionError("it does not say which result it gives", hint=hint)
-        return [(only, 0, len(formulas))]
+        return [(only, formulas.find(only), 0, len(formulas))]
     first = len(formulas) - len(formulas.lstrip())
     if beginnings[0].start(1) > first:
         column = origins[first]
@@ -122,8 +123,9 @@ def _parts(
         )
     ends = [each.start() for each in beginnings[1:]] + [len(formulas)]
     return [
-        (each[1], each.end(), end) for each, end in zip(beginnings, ends, strict=True)
-    ]  # fmt: skip
+        (each[1], each.start(1), each.end(), end)
+        for each, end in zip(beginnings, ends, strict=True)
+    ]
 
 
 def _translated(text: str) -> tuple[str, tuple[int, ...], dict[str, Quantity]]:

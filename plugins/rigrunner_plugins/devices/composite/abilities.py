@@ -116,6 +116,7 @@ class Streams(Composite):
             )
         parts = list(dict.fromkeys(route.part for route in routes))
         self._aligned, self._streamed = None, routes
+        # A slower part alone is aligned as well: a role has one sample rate, that of the reference.
         if len(parts) == 1 and self.parts[parts[0]].device.sample_rate_hz == self.sample_rate_hz:
             names = [route.name for route in routes]
             return _renamed(self.parts[parts[0]].stream(names, duration_s, stop), routes)

@@ -105,7 +105,7 @@ class Composite:
         """
         given_up = {part: late for part in self._safe_order() if (late := part.late)}
         self.set_points.clear()
-        self.held = {}
+        self.held = {}  # a pause is over: nothing may move again by `resume`
         told: dict[str, Mapping[str, float]] = {}
         standing: dict[str, float] = {}
 

@@ -157,6 +157,7 @@ class Part:
             )
             for name, info in self._drives.items():
                 actual = read_back.get(name, nan)
+                # Not `>`: a read-back of NaN is not safe either.
                 if not abs(actual - info.safe_value) <= info.allowed_deviation:
                     told = f"{name} reads back {actual:g}, safe is {info.safe_value:g} {info.unit}"
                     raise DeviceRejectedError(told)

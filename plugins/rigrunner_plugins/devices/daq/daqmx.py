@@ -164,6 +164,7 @@ class Acquisition:
             "samps_per_chan": round(self._settings.rate * self._settings.buffer),
         }
         if self._task is not None:
+            # An empty name is the device's own sample clock.
             clock = self._settings.sample_clock or ""
             self._task.timing.cfg_samp_clk_timing(self._settings.rate, clock, **continuous)
         for task in self._encoders.values():
@@ -265,6 +266,7 @@ class Outputs:
         if isinstance(drive, DigitalOutput):
             task.do_channels.add_do_chan(drive.source, name_to_assign_to_lines=name)
         else:
+            # A negative scale turns the ends of the range round.
             ends = sorted(drive.from_si(each.si) for each in (drive.min, drive.max))
             task.ao_channels.add_ao_voltage_chan(
                 drive.source, name_to_assign_to_channel=name, min_val=ends[0], max_val=ends[1]

@@ -235,6 +235,8 @@ class _FaultySettable(FaultyDevice):
             wrong = value * (1 + due["wrong frequency"].extent_si)
             given = min(max(wrong, info.minimum), info.maximum)
         self._inner.set(drive, given)
+        # The drive believes that it is where it was set: only the recording shows the wrong
+        # frequency.
         self._scales[drive] = given / value if value else 1.0
         self._set_points[drive] = value
 
@@ -328,6 +330,7 @@ class _FaultyKnowsTruth(FaultyDevice):
         return cast("Mapping[str, float]", self._inner.truth())
 
 
+# KnowsStream comes before Streaming, whose class is its base: Python takes no other order of bases.
 _PARTS: dict[type, type[FaultyDevice]] = {
     Readable: _FaultyReadable,
     Settable: _FaultySettable,

@@ -73,6 +73,7 @@ def _stuck(fault: FaultSettings, stream: Stream, rng: np.random.Generator) -> Sp
         index = np.arange(max(begin - first, 0), max(min(begin + length - first, len(values)), 0))
         if not len(index):
             return values
+        # The first one counts: what stood there when it got stuck, also in the blocks that follow.
         held.append(float(values[index[0]]))
         return _replaced(values, index, held[0])
 

@@ -84,7 +84,8 @@ class ModbusDevice(Driver):
 
     def __init__(self, settings: ModbusSettings, context: DeviceContext) -> None:
         super().__init__(context, channel_infos(settings.channels), drive_infos(settings.drives))
-        check_patience(settings.timeout * (settings.retries + 1), context)
+        # Before each try a late serial answer is waited for as long again, after it a busy unit.
+        check_patience(2 * settings.timeout * (settings.retries + 1), context)
         self._settings = settings
         self.readings = reading_infos(settings.readings)
         self._opened: Line | None = None
@@ -154,6 +155,8 @@ class ModbusDevice(Driver):
             # a stop that is refused must not keep the set-point up, nor the next stop from its turn
             do_all(*(partial(self._write_one, each) for each in given.stop), write)
         else:
+            # The set-point goes first: the words of `run` would start the motor for the one
+            # before it.
             write()
             for each in given.run:
                 self._write_one(each)

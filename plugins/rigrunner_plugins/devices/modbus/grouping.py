@@ -10,6 +10,7 @@ if TYPE_CHECKING:
 
     from rigrunner_plugins.devices.modbus.places import Number, Table
 
+# Below every unit id, so that numbers without one can be sorted among the others.
 _OWN = -1
 MOST_REGISTERS = 125
 _MOST_BITS = 2000

@@ -117,6 +117,7 @@ def _if_not_there(table: Table, address: int) -> dict[int, str]:
 # what it would print on stderr stands in our errors, in words
 logging.getLogger("pymodbus").addHandler(logging.NullHandler())
 
+# Of Read Device Identification (clause 6.21): "more follows", and the number of objects there are.
 _MORE = 0xFF
 _MOST_OBJECTS = 256
 _SHOWN_BYTES = 32
@@ -154,6 +155,8 @@ class Line:
         request = reading(self._unit(wanted.unit_id), table, wanted.address, count)
         answer = self._ask(request)
         if table.of_bits:
+            # Bits come eight to a byte (clause 6.1); pymodbus also hands out what fills the last
+            # one.
             whole_bytes = -(-count // 8) * 8
             self._need(request, len(answer.bits) == whole_bytes, f"{len(answer.bits)} bits")
             return [int(bit) for bit in answer.bits[:count]]
@@ -198,6 +201,7 @@ class Line:
                 answer = self._answer(request)
                 if answer is None:
                     continue
+                # The unit asks for time and a repetition, which is no refusal (clause 7).
                 if answer.isError() and answer.exception_code == BUSY and left:
                     time.sleep(self._settings.timeout)
                     continue

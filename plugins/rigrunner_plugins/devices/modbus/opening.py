@@ -39,6 +39,7 @@ def open_client(
 def _open_tcp(
     tcp: Tcp, answer_s: float, timeout_s: float, hear: Callable[[bool, bytes], bytes]
 ) -> ModbusTcpClient:
+    # No retries of the client's own: `Line` repeats, and tells a busy unit from a silent one.
     client = ModbusTcpClient(
         tcp.host, port=tcp.port, timeout=answer_s, retries=0, trace_packet=hear
     )
@@ -79,6 +80,8 @@ def _open_rtu(
             stopbits=rtu.stop_bits,
             timeout=answer_s,
             write_timeout=answer_s,
+            # 1.5 characters up to 19200 baud: a longer silence ends a message (Serial Line V1.02,
+            # 2.5.1.1).
             inter_byte_timeout=client.inter_byte_timeout,
             exclusive=True,
         )
@@ -88,6 +91,7 @@ def _open_rtu(
             hint="is the adapter plugged in, does another program hold it, and are you allowed to"
             " use it (on Linux the group dialout)?",
         ) from error
+    # A port that fails here fails at the first request as well, which can tell by whom.
     with suppress(OSError):
         client.socket.reset_input_buffer()
     return client

@@ -165,6 +165,7 @@ class Number(Place):
     def encode(self, number: float) -> list[int]:
         """Return the registers or the bit for a number; raise ValueError where it does not fit."""
         if self.table.of_bits:
+            # `scale` and `offset` may have left 0.9999999999 of a 1.
             if round(number, 9) not in (0.0, 1.0):
                 raise ValueError(f"{number:g} does not fit into a {self.table}: 0 or 1")
             return [round(number)]

@@ -231,6 +231,7 @@ class Session:
                 f"{wanted.node} does not say how old its value is", hint="leave `stale` out"
             )
         age_s = (datetime.now(UTC) - found.SourceTimestamp).total_seconds()
+        # Also one from the future: then the clocks do not agree, and no age can be told.
         if abs(age_s) > wanted.stale:
             raise DeviceRejectedError(
                 f"{wanted.node} has a value that is {age_s:.3g} s old, more than"

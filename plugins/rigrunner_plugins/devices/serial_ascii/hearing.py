@@ -55,6 +55,8 @@ class Hearing:
                 self._unasked = (self._unasked + data)[-_LONGEST_LINE:]
             *lines, tail = (self._tail + data).split(self._ending)
             self._tail = tail[-_LONGEST_LINE:]
+            # The rest of a line that was begun before could pass for a whole one, with a smaller
+            # number.
             if lines and self._begins_within_a_line:
                 self._begins_within_a_line = False
                 lines = lines[1:]
@@ -137,6 +139,7 @@ class Hearing:
         self._rubbish += 1
         if self._recorded is not None:
             self._problem = error
+        # With `request`, whoever asked reads the line, and fails by it.
         elif self._rubbish >= self._settings.rubbish and not self._settings.request:
             self._problem = DeviceRejectedError(
                 f"{self._rubbish} lines in a row are not understood; the last: {error.message}",
@@ -155,6 +158,7 @@ class Hearing:
     def _wait(self, ready: Callable[[], bool], within_s: float) -> None:
         done = self._changed.wait_for(lambda: self._problem is not None or ready(), within_s)
         if self._problem is not None:
+            # Told once: what the instrument sends after it may be good again.
             problem, self._problem, self._rubbish = self._problem, None, 0
             raise problem
         if not done:

@@ -13,6 +13,7 @@ from rigrunner_plugins.devices.text.patterns import Regex
 OVERLOAD = 9.89e37
 """SCPI says 9.9E37 for infinity and 9.91E37 for 'not a number' (SCPI-99, vol. 1, 7.2.1.4 and
 7.2.1.5); a little less, since a 32-bit number rounds it."""
+# Balances pad between sign and digits, as in "-  100.00 g".
 _DECIMAL = re.compile(
     r"([+-]?)\s*((?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(.*)", re.DOTALL
 )
@@ -81,6 +82,7 @@ class NumberInText(Settings):
         return fields[self.field - 1].strip()
 
     def _in_range(self, number: float, what: str) -> float:
+        # Not `>=`: a NaN compares with nothing, and is refused too.
         if not abs(number) < self.overload:
             raise DeviceRejectedError(
                 f"{what} is {number:g}: the instrument says overload or 'not a number'",

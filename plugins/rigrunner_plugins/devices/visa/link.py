@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 _NOBODY_S = 1.0
 """How much longer than an answer's time a conversation of another thread is waited for."""
 
+# VISA counts time limits in whole milliseconds; each message waits this one before it is sent.
 _UNREAD_MS = 1
 _UNREAD_BYTES = 100
 
@@ -57,6 +58,7 @@ class VisaLink:
 
     def close(self) -> None:
         """Give the connection back, in any state."""
+        # Without `_alone`: a thread whose exchange hangs must not keep it open.
         self._was_open = False
         self._drop()
 
@@ -117,6 +119,8 @@ class VisaLink:
     def _unread(self, resource: Any) -> str:
         """Return what has come unasked, or late: it would be taken for the next answer."""
         if self._settings.has_messages:
+            # IEEE 488.2 has an instrument discard an unread answer when a new message comes
+            # (INTERRUPTED).
             return ""
         from pyvisa.errors import VisaIOError  # noqa: PLC0415  (slow, and optional)
 
@@ -167,6 +171,7 @@ class VisaLink:
         try:
             self._resource = open_resource(self._settings, self._folder, self._open_s)
         except DeviceNotFoundError as error:
+            # Who has answered before is lost, not absent: the run may connect again.
             if self._was_open:
                 raise DeviceLostError(error.message, hint=error.hint) from error
             raise

@@ -84,6 +84,8 @@ class StreamingVisa(Visa):
 
         def perform() -> bytes:
             data = self._data(query, limit_s)
+            # Within the exchange: a played-back one takes no time, and would seem to come too
+            # early.
             self._check_pace(first + len(samples_in(data, self._stream, query)), started_s)
             return data
 
@@ -95,6 +97,7 @@ class StreamingVisa(Visa):
         values = samples_in(data, self._stream, query)
         if len(values) == 0:
             raise DeviceLostError(f"'{query}' gives no more samples after {first}")
+        # Without {samples} in it, a query gives whatever the instrument has by then.
         if len(values) > wanted and says_samples(self._stream.fetch):
             raise DeviceRejectedError(f"'{query}' gives {len(values)} samples instead of {wanted}")
         return values
@@ -133,6 +136,7 @@ def samples_in(data: bytes, stream: Stream, query: str) -> Array:
             hint="which channels does the instrument record?",
         )
     values = numbers.reshape(-1, channels)
+    # Not `>=`: a NaN compares with nothing, and is wrong too.
     wrong = np.argwhere(~(np.abs(values) < OVERLOAD))
     if len(wrong):
         sample, channel = wrong[0]

@@ -60,17 +60,14 @@ def runs_to_check(database: Database, before: datetime | None) -> list[RunCheck]
         for row in connection.execute(select(FILES.c.run, FILES.c.name, FILES.c.sha256)):
             files.setdefault(row.run, {})[row.name] = row.sha256
         runs = list(_runs(database, connection, files, looked))
-    at = {(each.root, each.path): looked.get((each.root, each.path)) for each in runs}
-
-    def last(run: RunCheck) -> datetime | None:
-        found = at[run.root, run.path]
-        return None if found is None else found[0]
-
-    due = [run for run in runs if before is None or (last(run) or before) <= before]
-    never = [run for run in due if last(run) is None]
-    seen = sorted((moment, run.root, run.path) for run in due if (moment := last(run)))
-    named = {(run.root, run.path): run for run in due}
-    return [*never, *(named[root, path] for _, root, path in seen)]
+    at = {place: checked_utc for place, (checked_utc, *_) in looked.items()}
+    never = [run for run in runs if (run.root, run.path) not in at]
+    due = [
+        (moment, run.root, run.path, run)
+        for run in runs
+        if (moment := at.get((run.root, run.path))) and (before is None or moment <= before)
+    ]
+    return [*never, *(run for *_, run in sorted(due, key=lambda each: each[:3]))]
 
 
 def remember(database: Database, run: RunCheck, look: RunLook, now: datetime) -> None:

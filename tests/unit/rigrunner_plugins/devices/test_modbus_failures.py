@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import math
 import time
+from pathlib import Path
 
 import pytest
 
 from helpers_devices import Listener, plan_of, run
+from rigrunner.api import DeviceContext
 from rigrunner.api.errors import (
     DeviceLostError,
     DeviceNotFoundError,
     DeviceRejectedError,
     DeviceTimeoutError,
+    PluginError,
 )
 from rigrunner.api.events import MadeSafe, Outcome, StepStarted
 from rigrunner.clock import WallClock
+from rigrunner.registry import load_registry
 from rigrunner.rig import Patience, Rig
 from rigrunner.steps.set_drives import SetDrive
 from rigrunner_plugins.devices.modbus.device import Heartbeat
@@ -289,6 +293,25 @@ def test_a_late_serial_answer_does_not_pass_for_that_of_the_next_request():
             unit.read(["torque"])
         assert unit.read(["angle"]) == {"angle": pytest.approx(math.radians(9))}
         unit.close()
+
+
+def test_no_request_takes_longer_than_the_station_waits():
+    script = [(rtu(1, PROBE), rtu(1, FINE)), *4 * [(rtu(1, PROBE), SILENCE)]]
+    with rtu_peer(script) as (_, where):
+        settings = {**where, "timeout": "200 ms", "retries": 1, "channels": CHANNELS}
+        unit = device(settings)
+        unit.connect(1.0)
+        with pytest.raises(DeviceTimeoutError):
+            unit.read(["torque"])
+        began_s = time.monotonic()
+        with pytest.raises(DeviceTimeoutError):
+            unit.read(["torque"])
+        took_s = time.monotonic() - began_s
+        unit.close()
+        context = DeviceContext("motor", WallClock(), Path(), patience=Patience(answer_s=0.75))
+        assert took_s > context.patience.answer_s
+        with pytest.raises(PluginError, match=r"got 0[.]8 s, expected less than 0[.]75 s"):
+            load_registry().make_device("modbus", settings, context)
 
 
 @pytest.mark.parametrize("bit", [24, 31, 32, 39])

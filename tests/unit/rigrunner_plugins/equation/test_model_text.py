@@ -82,6 +82,8 @@ HOSTILE = [
     ("number(3, foo) * U", 1, "unknown unit 'foo'"),
     ("number(3,5, V)", 1, "'3 5, V' has more than one number"),
     ("U = I", 1, "'U' is there already"),
+    ("U   = I", 1, "'U' is there already"),
+    ("R = U\nU\t = I", 7, "'U' is there already"),
     ("sin = U", 1, "'sin' is a name of the language"),
     ("U / I\nR = U", 1, "a formula without a name"),
     ("Q = U / I", 1, "it gives no 'R'"),

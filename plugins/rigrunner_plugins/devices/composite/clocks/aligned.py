@@ -140,6 +140,8 @@ class AlignedStream:
         feeds = list(self._feeds.values())
         behind = min(feeds, key=lambda feed: feed.received_s)
         for feed in feeds:
+            # Inline, asking is waiting: the others would wait with it, so the one that is behind
+            # goes first.
             if feed is behind or not feed.part.is_inline:
                 feed.ask()
         limit_s = self._wanted.answer_s

@@ -89,11 +89,13 @@ def _least_squares(window: Array, other: Array, stride: float, start: float) -> 
         places = np.asarray(lag + grid)
         here = between(other, places)
         slope = between(other, places + _STEP) - between(other, places - _STEP)
+        # Linear in a small step: gain other(lag + step) = gain here + gain step slope.
         design = np.stack([here, np.ones(count), slope], axis=1)
         solved, *_ = np.linalg.lstsq(design, window, rcond=None)
         gain, _, moved = solved
         if gain == 0:
             return None
+        # A slope holds for about a sample; a longer step could leave the maximum.
         step = float(np.clip(moved / gain, -1.0, 1.0))
         lag += step
         if abs(step) < 1e-4:  # noqa: PLR2004  (of a sample)

@@ -60,6 +60,7 @@ class Feed:
 
     def arrived_s(self, sample: int) -> float:
         """Return when the block came in which a sample is."""
+        # Half a sample further: rounding must not find the block before.
         index = int(np.searchsorted(self._ends_s, (sample + 0.5) / self.rate_hz))
         return self._arrived_s[min(index, len(self._arrived_s) - 1)]
 

@@ -117,6 +117,7 @@ def _envelope(ends_s: Array, arrived_s: Array) -> _Line:
     middle = float(ends_s.mean())
     slope, slope_u = 0.0, inf
     for left, right in pairwise(_lower_hull(ends_s, late)):
+        # Of all lines below the points, that over their middle is the nearest one on average.
         if ends_s[left] <= middle <= ends_s[right]:
             slope = (late[right] - late[left]) / (ends_s[right] - ends_s[left])
             excess = late - late[left] - slope * (ends_s - ends_s[left])

@@ -77,11 +77,14 @@ class Tracker:
             near = line_through(self._sightings) if self._sightings else arrivals
             middle_s = (begin + size / 2) / rate
             at_s = begin / rate + float(near.delta_s(np.array([middle_s]))[0])
+            # Beyond the range of the search, what `fine_lag` interpolates from, and some samples
+            # to spare.
             first = int(np.floor((at_s - range_s) * self._other.rate_hz)) - 5
             last = int(np.ceil((at_s + range_s + size / rate) * self._other.rate_hz)) + 8
             if last > self._other.samples:
                 return
             self._looked = end
+            # Before the other stream began there is nothing to compare with.
             if first >= 0:
                 self._compare(begin, size, first, last)
 

@@ -123,6 +123,7 @@ def sim_device(unit: Unit) -> SimDevice:
         registers[address : address + count] = present[address : address + count]
         return None
 
+    # Input and holding registers differ, so pymodbus wants four tables; `act` refuses these two.
     bit = SimData(0, values=[False] * 16, datatype=DataType.BITS)
     blocks = (
         [bit],
