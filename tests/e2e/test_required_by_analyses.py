@@ -104,7 +104,7 @@ def test_results_of_results_are_made_limited_and_reported(tmp_path):
                 "               inputs: {r: regulation, V: loaded}}\n"
             ),
             "none: idle, full",
-            "is made of this result itself",
+            "is computed from this result itself",
         ),
         ("model: U / none", "model: U + none / none", "model: U + none", "a number"),
         (

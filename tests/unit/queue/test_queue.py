@@ -120,8 +120,8 @@ def test_the_same_specimen_twice_is_refused_and_nothing_of_the_list_is_added(que
     with pytest.raises(InvalidFileError) as refused:
         queue.add([draft("SN-9"), draft(" sn-2".strip()), draft("SN-9")], "Ann", NOW)
     assert [each.message for each in refused.value.problems] == [
-        "SN-2 is in the queue already: entry 2, waiting",
-        "SN-9 is in the queue already: entry 4, waiting",
+        "SN-2 is already in the queue: entry 2, waiting",
+        "SN-9 is already in the queue: entry 4, waiting",
     ]
     assert len(queue.entries()) == 3
     queue.add([draft("SN-2", procedure="other.yaml")], "Ann", NOW)

@@ -120,7 +120,7 @@ def test_a_clock_that_is_behind_is_noticed(tmp_path, now, state):
 def test_the_runs_folder_need_not_be_there_yet(tmp_path):
     finding = only("runs folder", tmp_path / "deep" / "runs")
     assert finding.state == "ok"
-    assert finding.found.endswith("will be made by the first run")
+    assert finding.found.endswith("will be created by the first run")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -250,7 +250,7 @@ def test_without_its_extra_a_driver_is_not_looked_for(tmp_path, monkeypatch, nam
     monkeypatch.setitem(sys.modules, package, None)
     finding = only(name, tmp_path)
     assert (finding.state, finding.found) == (
-        "ok", f"not looked for: the extra {extra} is not installed",
+        "ok", f"not checked: the extra {extra} is not installed",
     )  # fmt: skip
 
 

@@ -84,7 +84,7 @@ def test_an_uncertainty_that_was_not_known_is_another_number(known):
         content["headline"]["compensated"]["standard_uncertainty"] = None
 
     stored, result = known
-    with pytest.raises(DataError, match="other numbers today"):
+    with pytest.raises(DataError, match="different numbers"):
         refuse_other_numbers(sealed_with(stored, changed), result)
 
 

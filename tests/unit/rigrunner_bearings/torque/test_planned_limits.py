@@ -63,7 +63,7 @@ def test_a_limit_that_does_not_say_of_which_torque_it_is_is_told_how():
         "'torque' is the load-induced torque at the reversals of a swing, and the key 'measurand' "
         "is missing"
     )
-    assert problem.hint == "say of which one the limit is, by the keys nature, condition"
+    assert problem.hint == "state it by the keys nature, condition"
 
 
 def test_an_unknown_method_is_left_to_the_check_of_plugins():

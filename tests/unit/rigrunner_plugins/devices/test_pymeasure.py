@@ -317,7 +317,7 @@ def test_the_trial_of_the_record():
         ({"calls": ["__init__"]}, "calls"),
         ({"channels": {}}, "neither channels nor drives"),
         ({"simulated": "yes"}, "simulated needs @sim"),
-        ({"instrument": "pymeasure.instruments.fakes.SwissArmyFake"}, "say 'simulated: yes'"),
+        ({"instrument": "pymeasure.instruments.fakes.SwissArmyFake"}, "write 'simulated: yes'"),
     ],
 )
 def test_wrong_settings_are_told_before_anything_is_connected(changes, told):

@@ -204,7 +204,7 @@ def test_a_temperature_in_kelvin_beside_a_channel_may_be_meant_as_either():
                         "t0": "20 °C"}}, "one of limits and u is enough"),
         ({"correlations": [{"between": ["alpha", "U"], "r": 0.5}]}, "an input and a constant"),
         ({"correlations": [{"between": ["alpha", "q"], "r": 0.5}]}, "there is no 'q'"),
-        ({"correlations": [{"between": ["alpha", "t0"], "r": 0.5}]}, "exact is correlated"),
+        ({"correlations": [{"between": ["alpha", "t0"], "r": 0.5}]}, "exact constant cannot"),
         ({"correlations": [{"between": ["U", "I"], "r": 1.5}]}, "less than or equal to 1"),
     ],
 )  # fmt: skip

@@ -58,7 +58,7 @@ def test_it_knows_its_names():
         ("b1*TO", "column 4: 'TO' is not known .did you mean 'T0'"),
         ("exp + x", "column 1: 'exp' is a function .write exp"),
         ("sine(x)", "column 1: 'sine' is not a function .did you mean 'sin'"),
-        ("b1(x)", "column 1: 'b1' is a quantity, no function"),
+        ("b1(x)", "column 1: 'b1' is a quantity, not a function"),
         ("1 + exp(x, b1)", "column 5: 'exp' takes one number, not 2"),
         ("exp()", "takes one number, not 0"),
         ("x*atan2(x)", "column 3: 'atan2' takes two numbers, not 1"),
