@@ -288,4 +288,4 @@ def test_a_hysteresis_needs_one_set_point_that_both_ways_share(tmp_path, steps, 
     if refused:
         at = line_of("results: {hysteresis", tmp_path)
         assert f"supply.yaml:{at}:" in called.err
-        assert "bench.current is nowhere the same at way = up and down" in called.err
+        assert "bench.current is never the same at way = up and down" in called.err

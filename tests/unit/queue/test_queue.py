@@ -102,7 +102,7 @@ with Queue(Path({str(queue.path(STATION).parent)!r})).started(1, "Ann"):
     (told,) = again.told()
     assert (told.by, told.reason) == ("Ann", "the machine lost its power")
     assert specimens(queue, "closed") == ["SN-1"]
-    with pytest.raises(UsageError, match="repeated already: entry 4"):
+    with pytest.raises(UsageError, match="already repeated: entry 4"):
         queue.repeat(1, "Ann", "once more", NOW)
 
 
@@ -237,14 +237,14 @@ def test_each_station_has_a_file_and_a_number_belongs_to_one_entry(queue, tmp_pa
 
 
 def test_a_specimen_that_waits_at_another_station_is_refused(queue):
-    with pytest.raises(InvalidFileError, match=r"SN-2 is in the queue of s\.yaml already: entry 2"):
+    with pytest.raises(InvalidFileError, match=r"SN-2 is already in the queue of s\.yaml: entry 2"):
         queue.add([draft("sn-2", station=OTHER)], "Ann", NOW)
     queue.skip(2, "Ann", "goes to the other rig")
     assert queue.add([draft("SN-2", station=OTHER)], "Ann", NOW)[0].station == OTHER
 
 
 def test_a_specimen_twice_in_one_list_is_refused(queue):
-    with pytest.raises(InvalidFileError, match="SN-7 is in the queue already"):
+    with pytest.raises(InvalidFileError, match="SN-7 is already in the queue"):
         queue.add([draft("SN-7"), draft("sn-7")], "Ann", NOW)
     assert len(queue.entries()) == 3
 

@@ -295,8 +295,8 @@ def test_what_was_overridden_for_the_no_load_run_is_told_with_the_result(tmp_pat
         (["overdue"], "A. Jones", "  ", "needs --reason TEXT"),
         (["overdue"], " ", "why", "needs --by NAME"),
         ([], "A. Jones", "", "need --override"),
-        (["overdue", "range"], "A. Jones", "why", "'--override range' fits nothing"),
-        (["TQ-8"], "A. Jones", "why", "'--override TQ-8' fits nothing"),
+        (["overdue", "range"], "A. Jones", "why", "'--override range' matches nothing"),
+        (["TQ-8"], "A. Jones", "why", "'--override TQ-8' matches nothing"),
     ],
 )
 def test_an_override_that_is_none(tmp_path, wanted, by, reason, message):

@@ -216,7 +216,7 @@ def test_a_set_point_that_pymeasure_would_quietly_cut_off_is_noticed():
 
 def test_a_value_that_a_validator_refuses():
     device = simulated(KEITHLEY, setup={"voltage_nplc": 1, "mode": "torque"})
-    with pytest.raises(DeviceRejectedError, match=r"PyMeasure does not set mode torque: \w+Error"):
+    with pytest.raises(DeviceRejectedError, match=r"PyMeasure failed to set mode torque: \w+Error"):
         device.connect(2.0)
 
 

@@ -382,7 +382,9 @@ class TestTalkingBack:
     def test_another_instrument(self):
         far = SerialPeer(Lines(lambda _said: b"OTHER 1\r\n", b"\r\n"))
         device = self.device(far, identification={"query": "ID", "expect": "ACME.*"})
-        with pytest.raises(DeviceNotFoundError, match=r"nothing that fits 'ACME\.\*'.*'OTHER 1'"):
+        with pytest.raises(
+            DeviceNotFoundError, match=r"no instrument that matches 'ACME\.\*'.*'OTHER 1'"
+        ):
             device.connect(1.0)
         far.close()
 

@@ -258,12 +258,12 @@ class TestAnswersThatAreWrong:
         [
             (
                 "12.0 Nm",
-                r"behind the number stands 'Nm', expected 'mNm'.*change `unit_in_answer`",
+                r"after the number is 'Nm', expected 'mNm'.*change `unit_in_answer`",
             ),
-            ("1,5 mNm", r"behind the number stands ',5 mNm'"),
+            ("1,5 mNm", r"after the number is ',5 mNm'"),
             ("OVER", "'OVER' is not a decimal number"),
             ("", "'' is not a decimal number"),
-            ("+9.90000000E+37 mNm", "9.9e.37: the instrument says overload"),
+            ("+9.90000000E+37 mNm", "9.9e.37: the instrument reports overload"),
             ("9.91E37 mNm", "overload or 'not a number'"),
             ("nan mNm", "'nan mNm' is not a decimal number"),
         ],
