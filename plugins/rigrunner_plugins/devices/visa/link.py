@@ -107,7 +107,7 @@ class VisaLink:
         if left := self._unread(resource):
             raise DeviceRejectedError(
                 f"before '{text}' was sent, the instrument had sent {shown(left)} unasked",
-                hint="does it answer commands (see `acknowledge`)? is `termination` correct?",
+                hint="does it answer commands (see `acknowledge`)? is `termination` right?",
             )
         ending = self._settings.write_termination
         if ending is None:
