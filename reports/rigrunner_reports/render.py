@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from jinja2 import ChoiceLoader, Environment, PackageLoader, PrefixLoader, StrictUndefined
 from markupsafe import Markup
 
+from rigrunner.api.texts import visible
 from rigrunner.plots import draw
 from rigrunner_reports.contents import contents
 from rigrunner_reports.page import make_page
@@ -63,11 +64,19 @@ def _of_others() -> dict[str, PackageLoader]:
     return {name: PackageLoader(name) for name in names if name}
 
 
+def _seen(value: object) -> object:
+    """Return what a template prints; hidden characters of a text that a device gave are visible."""
+    if not isinstance(value, str) or (seen := visible(value)) == value:
+        return value
+    return Markup(seen) if isinstance(value, Markup) else seen  # noqa: S704  (escapes add no markup)
+
+
 @cache  # the templates are compiled once: that takes longer than filling them
 def _environment() -> Environment:
     environment = Environment(
         loader=ChoiceLoader((PackageLoader(PACKAGE), PrefixLoader(_of_others()))),
         autoescape=True,
+        finalize=_seen,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,

@@ -38,8 +38,9 @@ class Interlock(Settings):
     rate: AnyQuantity | None = None
     """It trips at a faster change, up or down, such as 2 K/s."""
     stale: PositiveDuration | None = None
-    """It trips after this time without a new value. The other conditions trip at once if the
-    channel cannot be read."""
+    """It trips when it could not be read for so long; the other conditions trip at once then. A
+    value that does not change is no error here: `stale` of a device, such as opcua and
+    serial_ascii, says how old one may be, and an older one cannot be read."""
     debounce: Annotated[Duration, Field(ge=0)] = 0.0
     """How long the condition must last without interruption."""
     hysteresis: Difference | None = None

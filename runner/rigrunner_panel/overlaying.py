@@ -11,15 +11,18 @@ import numpy as np
 
 from rigrunner.api.figures import Axis, Figure, Series
 from rigrunner.api.units import unit
-from rigrunner.run.set_points import coordinates_in, other_results
+from rigrunner.run.set_points import coordinates_in, named_place, other_results
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from rigrunner.api.coordinates import CoordinateValue
     from rigrunner.api.data import Array, Recording, Samples
     from rigrunner.runfile import StoredRun
 
 Columns = tuple[list[float], list[float], list[float]]
+Pair = tuple[float, float | None]
+"""A value and its U, where that is known."""
 COLUMNS = 500
 """Number of columns of a channel over time; each shows its lowest and highest sample."""
 
@@ -35,6 +38,18 @@ def result_figures(runs: Mapping[str, StoredRun]) -> Iterator[Figure]:
             found[key].append(Series.over(at, values, name, "joined", half))
     for (title, x, y), series in found.items():
         yield Figure(title, x, y, tuple(series))
+
+
+def result_rows(runs: Mapping[str, StoredRun]) -> list[tuple[str, str, dict[str, Pair]]]:
+    """Return each named result that is in no figure: name with place, unit, value and U by run."""
+    found: dict[tuple[str, str], dict[str, Pair]] = defaultdict(dict)
+    for name, run in runs.items():
+        for each in other_results(run.result_document or {}):
+            estimate = each["estimate"]
+            if _axis(each) is None and estimate["value"] is not None:
+                pair = estimate["value"], estimate["expanded_uncertainty_95"]
+                found[named_place(each), estimate["unit"]][name] = pair
+    return [(*key, values) for key, values in found.items()]
 
 
 def channel_figure(runs: Mapping[str, StoredRun], recording: str, channel: str) -> Figure | None:
@@ -81,8 +96,7 @@ def _named(run: StoredRun) -> dict[tuple[str, Axis, Axis], Columns]:
     """Return x, y and U of each named result whose first numeric coordinate is x."""
     found: dict[tuple[str, Axis, Axis], Columns] = {}
     for each in other_results(run.result_document or {}):
-        numbers = ((key, at) for key, at in coordinates_in(each).items())
-        at = next(((key, one) for key, one in numbers if isinstance(one.value, float)), None)
+        at = _axis(each)
         estimate = each["estimate"]
         if at is None or estimate["value"] is None:
             continue
@@ -92,6 +106,12 @@ def _named(run: StoredRun) -> dict[tuple[str, Axis, Axis], Columns]:
         y.append(estimate["value"])
         half.append(_expanded(estimate))
     return found
+
+
+def _axis(result: Mapping[str, Any]) -> tuple[str, CoordinateValue] | None:
+    """Return the first numeric coordinate of a named result, with its name."""
+    places = coordinates_in(result).items()
+    return next(((key, at) for key, at in places if isinstance(at.value, float)), None)
 
 
 def _expanded(estimate: Mapping[str, Any]) -> float:

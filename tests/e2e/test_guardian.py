@@ -295,6 +295,23 @@ def test_a_rig_whose_lock_folder_was_deleted_is_made_safe_as_if_energised(rigs):
     assert run.lab.stands() == (0.0, 0.0)
 
 
+@pytest.mark.thorough
+def test_a_rig_whose_files_were_removed_during_the_run_stays_taken(rigs):
+    procedure = ENERGISED_THEN_ASKED.replace("12 s", "120 s")  # a slow machine takes its time
+    run = rigs("kept", "--unattended", procedure=procedure).until_energised()
+    for each in run.locks.iterdir():
+        each.unlink()
+    run.until(lambda: len(list(run.locks.glob("*.lock"))) == 2)
+    second = subprocess.run(
+        [*PROGRAM, *map(str, run.words)], capture_output=True, text=True, check=False
+    )
+    assert second.returncode == 4
+    assert f"is in use: ASKS, process {run.process.pid}" in second.stderr
+    run.process.kill()
+    assert "last set-points: psu.voltage 40 V. Making the rig safe." in run.told()
+    assert run.lab.stands() == (0.0, 0.0)
+
+
 def test_a_station_may_do_without_and_says_so(rigs):
     run = rigs("none", "--unattended", station=()).until_energised()
     assert run.guardian() is None

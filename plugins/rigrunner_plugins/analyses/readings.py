@@ -87,8 +87,15 @@ class Readings:
                 " read; its uncertainty is the instrument's alone."
             )
         at_places = [self._at(run, each, partner) for each in found]
+        results = tuple(each for each in at_places if isinstance(each, MeasurementResult))
+        if any(isnan(line.u) for each in results for line in each.components):
+            notes.append(
+                f"{self.settings.result.name}: there are too few readings, or recordings that"
+                " agree, to know the uncertainty of a"
+                f" {self.settings.statistic.replace('_', ' ')}."
+            )
         return Findings(
-            results=tuple(each for each in at_places if isinstance(each, MeasurementResult)),
+            results=results,
             missing=tuple(each for each in at_places if isinstance(each, MissingResult)),
             notes=tuple(notes),
         )
@@ -169,7 +176,8 @@ class Readings:
         value = group.units[self.settings.of]
         if self.settings.divided_by is not None:
             value = quotient(value, group.units[self.settings.divided_by])
-        return si_unit(self.settings.statistic, value)
+        is_difference = self.settings.is_difference
+        return si_unit(self.settings.statistic, value, is_difference=is_difference)
 
     def _combined(self, group: Group, changed: str = "", by: Array | float = 0.0) -> Array:
         """Return the values for the statistic, with those of one channel replaced."""

@@ -228,7 +228,7 @@ class ReadingsSettings(Settings):
             )
             yield ("within",), message, ""
         try:
-            si = si_unit(self.statistic, value)
+            si = si_unit(self.statistic, value, is_difference=self.is_difference)
         except QuantityError as error:
             yield ("statistic",), error.message, error.hint
             return
@@ -274,11 +274,11 @@ def quotient(above: str, below: str) -> str:
     return unit(f"{above}/{composed}").symbol
 
 
-def si_unit(statistic: str, value: str) -> str:
-    """Return the SI unit of a statistic of values in an SI unit."""
+def si_unit(statistic: str, value: str, *, is_difference: bool = False) -> str:
+    """Return the SI unit of a statistic of values in an SI unit; dB of a difference of dBm."""
     if statistic == "settling_time":
         return "s"
     if statistic == "slope":
         return quotient(value, "s")
     assert is_coherent(unit(value)), value  # noqa: S101  (values are in SI units)
-    return value
+    return "dB" if is_difference and unit(value).dimension == "power level" else value

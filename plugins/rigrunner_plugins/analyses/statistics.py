@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import inf, sqrt
+from itertools import combinations
+from math import inf, nan, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,13 +14,15 @@ from rigrunner.api import DataError
 from rigrunner.signal.effective_samples import effective_number, mean_error
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from rigrunner.api import Array
 
 LEAST_FOR_SLOPE = 3
 _BY_CHANCE = 0.05
 """That recordings of one value are taken to differ."""
+_TAIL = 0.025
+"""Of a probability of 95 % on each side."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +74,29 @@ def mean_scatter(series: Series) -> Scatter | None:
     return float(series.from_first.std(ddof=1)) / sqrt(n), n - 1.0
 
 
+def correlation_of_means(several: Sequence[Series]) -> Array:
+    """Return the correlation of the means of n series that were read together, shape (n, n).
+
+    Of single readings it is that of the readings (GUM 5.2.3). Samples may be correlated at once and
+    not over longer times, or the reverse: of recordings it is
+    (u^2(a + b) - u^2(a - b))/(u^2(a + b) + u^2(a - b)), with a and b in units of their u.
+    """
+    if not several[0].in_a_row:
+        return np.corrcoef([each.values for each in several])
+    found = np.eye(len(several))
+    scaled = [each.from_first / (mean_scatter(each) or (1.0,))[0] for each in several]
+    for i, j in combinations(range(len(several)), 2):
+        both, apart = (
+            mean_scatter(replace(several[i], values=scaled[i] + sign * scaled[j]))
+            for sign in (1, -1)
+        )
+        if both and apart:
+            sum_, difference = both[0] ** 2, apart[0] ** 2
+            found[i, j] = found[j, i] = (sum_ - difference) / (sum_ + difference)
+    lowest = float(np.linalg.eigvalsh(found)[0])  # pair by pair they need not fit together
+    return (found - lowest * np.eye(len(found))) / (1 - lowest) if lowest < 0 else found
+
+
 def _between_recordings(series: Series) -> Scatter | None:
     """Return the scatter of the mean from those of the recordings; None where these agree.
 
@@ -95,7 +121,12 @@ def _between_recordings(series: Series) -> Scatter | None:
 
 
 def _independent(series: Series) -> float:
-    return effective_number(series.from_first) if series.in_a_row else float(len(series.values))
+    """Return how many values tell as much; of recordings that differ in level: their number."""
+    if not series.in_a_row:
+        return float(len(series.values))
+    if _between_recordings(series):
+        return len(series.starts) + 1.0
+    return effective_number(series.from_first)
 
 
 def _rms(series: Series) -> float:
@@ -125,18 +156,25 @@ def percentile(share: float) -> Statistic:
     """Return the value that a given share of all values does not exceed."""
 
     def scatter(series: Series) -> Scatter | None:
-        """Return half the distance between the order statistics n p ± sqrt(n p q).
+        """Return U/k of the 95 % interval between order statistics; nan of too few values.
 
         For any distribution, the number of values below is binomial (David and Nagaraja, Order
-        Statistics, 3rd edition, 7.1).
+        Statistics, 3rd edition, 7.1): a share is below the largest of n by chance p^n. U is the
+        greater distance of an end from the value.
         """
         n = _independent(series)
-        spread = sqrt(share * (1 - share) / n)
         if n < 2:  # noqa: PLR2004  (of one there is no scatter)
             return None
-        ends = np.clip([share - spread, share + spread], 0, 1)
+        if max(share, 1 - share) ** n > _TAIL:
+            return nan, n - 1
+        below, above = n * share, n * (1 - share)
+        ends = (
+            scipy.special.betaincinv(below, above + 1, _TAIL),
+            scipy.special.betaincinv(below + 1, above, 1 - _TAIL),
+        )
         low, high = np.quantile(series.values, ends)
-        return float(high - low) / 2, n - 1
+        at = value(series)
+        return max(at - low, high - at) / scipy.special.stdtrit(n - 1, 1 - _TAIL), n - 1
 
     def value(series: Series) -> float:
         return float(np.quantile(series.values, share))
@@ -179,6 +217,9 @@ def _slope_scatter(series: Series) -> Scatter | None:
     if n < LEAST_FOR_SLOPE:
         return None
     weights = _weights(series)
+    levels = _levels_about_a_line(series, weights)
+    if levels is not None:
+        return levels
     slope = float(weights @ series.from_first)
     line = series.from_first.mean() + slope * (series.times_s - series.times_s.mean())
     residuals = series.from_first - line
@@ -186,6 +227,50 @@ def _slope_scatter(series: Series) -> Scatter | None:
     dof = max(used - 2, 1.0)
     spread = sqrt(float(residuals @ residuals) / n * used / dof)
     return spread * sqrt(float(weights @ weights) * n / used), dof
+
+
+def _levels_about_a_line(series: Series, weights: Array) -> Scatter | None:
+    """Return the scatter of the slope from the levels of recordings; None where they show none.
+
+    They do by the F-test at 5 % of a line against parallel lines, one for each recording. A level b
+    moves the slope by the sum W of its recording's weights, so u^2 = s_b^2 sum(W^2), with m - 2
+    degrees of freedom; s_b^2 is the sum of the squared mean residuals over what levels of variance
+    1 make of it. What scatters within the recordings is added. Through two levels there is always
+    a line, so u is not known of two recordings.
+    """
+    sizes = np.diff([0, *series.starts, len(series.values)])
+    count = len(sizes)
+    if not series.in_a_row or count < 2 or sizes.min() < 2:  # noqa: PLR2004  (one has no slope)
+        return None
+    if count == 2:  # noqa: PLR2004  (a line goes through two)
+        return nan, 1.0
+    own = np.repeat(np.arange(count), sizes)
+
+    def means(of: Array) -> Array:
+        return np.asarray(np.bincount(own, of) / sizes)
+
+    times = series.times_s - series.times_s.mean()
+    line = float(weights @ series.from_first) * times
+    residuals = series.from_first - series.from_first.mean() - line
+    apart, within = times - means(times)[own], series.from_first - means(series.from_first)[own]
+    within = within - float(apart @ within) / float(apart @ apart) * apart
+    number = effective_number(within)
+    dof = number - count - 1
+    if dof <= 0:
+        return None
+    variance = float(within @ within) / len(within) * number / dof
+    inflation = len(within) / number
+    explained = float(residuals @ residuals - within @ within) / (count - 1)
+    if explained <= 0 or (
+        variance > 0
+        and scipy.special.fdtrc(count - 1, dof, explained / (variance * inflation)) >= _BY_CHANCE
+    ):
+        return None
+    pull = np.bincount(own, weights)
+    moved = np.eye(count) - sizes / len(within) - np.outer(means(times), pull)
+    levels = float(np.sum(means(residuals) ** 2)) / float(np.sum(moved**2))
+    noise = variance * inflation * float(weights @ weights)
+    return sqrt(levels * float(pull @ pull) + noise), count - 2.0
 
 
 def _greatest(_: Series, errors: Array) -> float:

@@ -40,6 +40,12 @@ _TYPES = {*range(1, 8), 9, *range(12, 19)}
 _BEGINS, _ORDER = 128, slice(126, 128)
 _MOST_BYTES = 2**30
 """Of a packed variable, that are looked at."""
+_LIST_CLASSES = {1, 2, 3}
+"""Of cells, structures and objects."""
+_AT_DIMENSIONS = 24
+"""Where the dimensions of an array are, after its flags (16 bytes) and their own tag (8 bytes)."""
+_FEW = 10_000
+"""Elements of a list that are read in no time: structures without fields take no bytes."""
 _LISTS = {"struct": np.dtype([("field", object)]), "cell": np.dtype(object)}
 """By class of a variable, the type of an array of such."""
 _COMPLEX = "complex"
@@ -78,33 +84,35 @@ def open_variables(path: Path) -> Iterator[Node]:
         with h5py.File(path, "r") as hdf5:
             yield _Hdf5Node(hdf5)
         return
-    _refuse_unknown_types(path)
+    _refuse_damaged(path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of scipy, on variables that nobody asked for
         yield _File5(path)
 
 
-def _refuse_unknown_types(path: Path) -> None:
-    """Raise DataError for an element of a type that there is not, on which scipy can crash."""
+def _refuse_damaged(path: Path) -> None:
+    """Raise DataError for data elements on which scipy can crash, or read without end."""
     content = path.read_bytes()
     if 0 in content[:4]:  # of version 4, which has no such elements
         return
     order = "<" if content[_ORDER] == b"IM" else ">"
     try:
-        found = _unknown_type(memoryview(content)[_BEGINS:], order)
-    except (zlib.error, RecursionError) as error:
+        found = _damage(memoryview(content)[_BEGINS:], order)
+    except (zlib.error, RecursionError, struct.error) as error:
         raise DataError(
             "is not a MATLAB file, or is damaged", location=Location(str(path))
         ) from error
-    if found is not None:
+    if found:
         raise DataError(
-            f"is not a MATLAB file, or is damaged: it has an element of the type {found}",
-            location=Location(str(path)),
+            f"is not a MATLAB file, or is damaged: {found}", location=Location(str(path))
         )
 
 
-def _unknown_type(data: memoryview | bytes, order: str) -> int | None:
-    """Return the type of the first data element that has an unknown one, at any depth."""
+def _damage(data: memoryview | bytes, order: str, *, nested: bool = False) -> str:
+    """Return what is wrong with the first damaged data element, at any depth; '' for nothing.
+
+    The data of a list that is not `nested` are not read.
+    """
     at = 0
     while at + 8 <= len(data):
         kind, size = struct.unpack_from(f"{order}II", data, at)
@@ -112,17 +120,32 @@ def _unknown_type(data: memoryview | bytes, order: str) -> int | None:
         if kind >> 16:  # a small element: size and type in four bytes, and the data in four
             kind, size, begins = kind & 0xFFFF, 4, at + 4
         if kind not in _TYPES:
-            return int(kind)
+            return f"it has an element of the type {kind}"
         inner = data[begins : begins + size]
         if kind == _COMPRESSED:
             inner = zlib.decompressobj().decompress(inner, _MOST_BYTES)
+        if kind == _MATRIX and nested and (count := _count(inner, order)) > len(inner) // 8 + _FEW:
+            return f"a list in it has {count} elements in {len(inner)} bytes"
         if kind in {_MATRIX, _COMPRESSED}:
-            found = _unknown_type(inner, order)
-            if found is not None:
+            found = _damage(inner, order, nested=kind == _MATRIX)
+            if found:
                 return found
         at = begins + size
         at += 0 if kind == _COMPRESSED else -at % 8
-    return None
+    return ""
+
+
+def _count(matrix: memoryview | bytes, order: str) -> int:
+    """Return how many elements a list of cells or structures has; 0 for numbers.
+
+    Each has a tag of 8 bytes. The first two data elements of an array are its class, and its
+    dimensions, as MAT-File Format, table 1-3, has them.
+    """
+    if len(matrix) < _AT_DIMENSIONS or matrix[8 if order == "<" else 11] not in _LIST_CLASSES:
+        return 0
+    size = struct.unpack_from(f"{order}I", matrix, _AT_DIMENSIONS - 4)[0]
+    sizes = struct.unpack_from(f"{order}{size // 4}I", matrix, _AT_DIMENSIONS)
+    return prod(sizes)
 
 
 class _File5:

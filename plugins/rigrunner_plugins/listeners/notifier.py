@@ -54,7 +54,9 @@ class Notifier:
         self._changed = threading.Condition()
         self._waiting: deque[Message] = deque()
         self._later: tuple[float, Message] | None = None
-        self._works = self._closing = False
+        self._works = False
+        self._over_s: float | None = None
+        """When no try is made any more, by the monotonic clock; None while the run lasts."""
 
     def __call__(self, event: Event) -> None:
         """Take an event; return at once."""
@@ -64,7 +66,7 @@ class Notifier:
         """Send what is left, for LAST_WORDS_S at most; say what was not delivered."""
         self._post(self._rules.last())
         with self._changed:
-            self._closing, self._later = True, None
+            self._over_s, self._later = time.monotonic() + LAST_WORDS_S, None
             self._changed.notify_all()
             self._changed.wait_for(lambda: not self._works, LAST_WORDS_S)
             left = len(self._waiting) + self._works
@@ -125,13 +127,20 @@ class Notifier:
                 why, again = type(error).__name__, False
             else:
                 return
-            if not again or self._is_closing(min(FIRST_PAUSE_S * 2**number, LONGEST_PAUSE_S)):
+            if not again or not self._may_again(min(FIRST_PAUSE_S * 2**number, LONGEST_PAUSE_S)):
                 break
         with self._changed:
             self.lost += 1
         _log.warning("%s: '%s' was not delivered: %s", self.__name__, message.kind, why)
 
-    def _is_closing(self, pause_s: float) -> bool:
-        """Wait before the next try; say whether the run is over, and there is none."""
+    def _may_again(self, pause_s: float) -> bool:
+        """Wait before the next try, FIRST_PAUSE_S at most once the run is over."""
         with self._changed:
-            return self._changed.wait_for(lambda: self._closing, pause_s)
+            self._changed.wait_for(lambda: self._over_s is not None, pause_s)
+            if self._over_s is None:
+                return True
+        next_s = time.monotonic() + min(pause_s, FIRST_PAUSE_S)
+        if next_s >= self._over_s:
+            return False
+        time.sleep(next_s - time.monotonic())
+        return True

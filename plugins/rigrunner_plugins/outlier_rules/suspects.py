@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 LEAST = 3
 """Of two values none is the odd one."""
 
-ROUNDING = 1e-12
-"""Relative: a scatter that is no more than rounding makes no value the odd one."""
+ROUNDING = 1e-14
+"""Relative, some forty times that of a number: where no more than this scatters, none is odd."""
 
 
 class Suspect(NamedTuple):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.findings import Formula
 from rigrunner.api.units import with_symbol
+from rigrunner.api.verdict import CERTAIN
 from rigrunner_reports.mathematics import equation
 from rigrunner_reports.numbers import MANY_DOF, MINUS, fixed, plain, significant
 from rigrunner_reports.view.decision import SYMBOLS
@@ -110,7 +111,9 @@ class Wording:
         return self.texts("infinite") if found is None or found > MANY_DOF else f"{int(found)}"
 
     def percent(self, probability: float) -> str:
-        """Return a probability in per cent, with at most two decimals."""
+        """Return a probability in per cent, with at most two decimals; '< 0.01' for less."""
+        if probability < 1 - CERTAIN:
+            return self.number("< 0.01")
         return self.number(f"{100 * probability:.2f}".rstrip("0").rstrip("."))
 
     def verdict(self, verdict: str) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api import Verdict
 from rigrunner.api.events import CONCLUDED
 from rigrunner.api.units import with_symbol
-from rigrunner.api.verdict import probability_text, worst
+from rigrunner.api.verdict import probability_text, risk_text, worst
 from rigrunner_reports.numbers import fixed, significant, stated
 
 if TYPE_CHECKING:
@@ -95,11 +95,11 @@ class LimitView:
 
     def _risks(self) -> Iterator[str]:
         if not isnan(self.found.false_accept_risk):
-            yield f"at most {_percent(self.found.false_accept_risk)} of a false pass"
+            yield f"at most {risk_text(self.found.false_accept_risk)} of a false pass"
         elif not isnan(self.found.guard_band):
             yield "no value could pass"
         if not isnan(self.found.false_reject_risk):
-            yield f"at most {_percent(self.found.false_reject_risk)} of a false fail"
+            yield f"at most {risk_text(self.found.false_reject_risk)} of a false fail"
 
 
 @dataclass(frozen=True)

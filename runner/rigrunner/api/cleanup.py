@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.errors import RigrunnerError
+from rigrunner.api.texts import visible
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Sequence
@@ -88,6 +89,9 @@ def add_beside(error: BaseException, text: str) -> None:
 
 
 def error_text(error: BaseException) -> str:
-    """Return an error with its notes as one line; of a bug with the name of its type."""
+    """Return an error with its notes as one line; of a bug with the name of its type.
+
+    Hidden characters, as a driver may quote them from its instrument, are made visible.
+    """
     told = str(error) if isinstance(error, RigrunnerError) else f"{type(error).__name__}: {error}"
-    return "; ".join((told, *getattr(error, "__notes__", ())))
+    return visible("; ".join((told, *getattr(error, "__notes__", ()))))

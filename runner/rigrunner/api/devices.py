@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
-from rigrunner.api.errors import PluginError
+from rigrunner.api.errors import DeviceRejectedError, PluginError
 from rigrunner.api.quantity import legible
 
 if TYPE_CHECKING:
@@ -262,6 +262,18 @@ class Readable(Protocol):
 
     def read(self, channels: Sequence[str]) -> Mapping[str, float]:
         """Return the present value of each channel."""
+        ...
+
+
+@runtime_checkable
+class ReadableInPlaces(Readable, Protocol):
+    """Can be read at certain set-points alone, as a table of values can."""
+
+    def unreadable_at(self, set_points: Mapping[str, float]) -> DeviceRejectedError | None:
+        """Return why it cannot be read where its drives stand so; None if it can.
+
+        Asked before it is connected, so that a plan is refused before anything moves.
+        """
         ...
 
 

@@ -166,6 +166,28 @@ class Instrument(Settings):
                 yield f"accuracy.{name} is '{limit}', but 'full_scale' and 'range' are missing"
         if self.interpolation is not None:
             yield from self._objections_to_points()
+            if not stored:
+                yield from self._objections_to_accuracy()
+
+    def _objections_to_accuracy(self) -> Iterator[str]:
+        """Yield why what is stated cannot hold of readings that the points correct.
+
+        The points give all that the correction leaves. A figure of the same errors beside them
+        would count these twice, or lose U of the points (GUM 4.3.10).
+        """
+        limits = self.accuracy_.limits if self.accuracy_ else {}
+        for name in ("gain", "offset", "nonlinearity"):
+            if name in limits:
+                yield (
+                    f"accuracy.{name}: the 'points' that correct the readings give what is left of"
+                    " it, with their U: leave it out, or 'interpolation'"
+                )
+        if "overall" in limits:
+            for point in self.points:
+                stated = self.half_width("overall", point.indicated.si)
+                if stated < point.k * point.standard_uncertainty:
+                    yield f"accuracy '{limits['overall'].limit}' is less than U at {point.applied}"
+                    return
 
     def _objections_to_points(self) -> Iterator[str]:
         if self.interpolation == "cubic" and self.quantity not in ZEROED:
@@ -251,7 +273,8 @@ class Instrument(Settings):
         """The accuracy of the readings: as stated, or else from the calibration points.
 
         The points take the place of the overall limit if neither this nor gain, offset or
-        nonlinearity is stated. Without correction it is the greatest
+        nonlinearity is stated; with `interpolation` only an overall limit may be stated beside
+        them, no less than U. Without correction it is the greatest
 
         deviation
 

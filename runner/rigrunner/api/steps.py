@@ -223,8 +223,17 @@ class Planning(Protocol):
         """Return the unit of each channel; an empty mapping after reporting a problem."""
         ...
 
-    def must_be_read(self, channels: Iterable[Member]) -> None:
-        """Report a problem for each device without single values."""
+    def must_be_read(
+        self,
+        channels: Iterable[Member],
+        at: Mapping[str, float] = NONE,
+        key: tuple[str | int, ...] = (),
+    ) -> bool:
+        """Report a problem for each device without single values, or with none where it stands.
+
+        `at`: set-points in SI units that drives have then, 'role.drive', written under `key`.
+        Returns whether all devices can be read there.
+        """
         ...
 
     def fits(

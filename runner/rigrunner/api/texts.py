@@ -15,11 +15,20 @@ TURNING = "\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069"
 """Marks that change the direction of text, as a class of a regular expression."""
 _CONTROLS = "\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff"
 _REFUSED = re.compile(f"[{_CONTROLS}{TURNING}]")
+_HIDDEN = re.compile(f"[\\r{_CONTROLS}{TURNING}]")
 
 
 def refused_character(text: str) -> re.Match[str] | None:
     """Return the first refused character of a text and its index."""
     return _REFUSED.search(text)
+
+
+def visible(text: str) -> str:
+    r"""Return a text of a device or plugin in which each refused character is seen: `\x1b`.
+
+    So is a carriage return, with which a line on a terminal is written over.
+    """
+    return _HIDDEN.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
 
 
 def name_of(character: str) -> str:

@@ -160,6 +160,8 @@ UNITS: tuple[Unit, ...] = (
     Unit("rad", "angle"),
     Unit("mrad", "angle", 1e-3),
     Unit("deg", "angle", _DEG),
+    Unit("arcmin", "angle", _DEG / 60),
+    Unit("arcsec", "angle", _DEG / 3600),
     Unit("rev", "angle", 2 * math.pi),
     Unit("s", "time"),
     Unit("ms", "time", 1e-3),

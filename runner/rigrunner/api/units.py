@@ -80,9 +80,16 @@ def unit(symbol: str, dimension: str | None = None) -> Unit:
         found = _composed(wanted)
     if found is not None:
         return found
-    near = _near(wanted, dimension)
+    near = _with_one_bar(wanted) or _near(wanted, dimension)
     hint = f"did you mean '{near}'?" if near else _listing(dimension)
     raise QuantityError(f"unknown unit '{clip(symbol.strip())}'", hint=hint)
+
+
+def _with_one_bar(wanted: str) -> str:
+    """Return mV/V/kN as mV/(V·kN), as the SI brochure has it (5.2); '' if it is no such unit."""
+    above, *below = wanted.split("/")
+    found = f"{above}/({'·'.join(below)})"
+    return found if len(below) > 1 and _COMPOSED.fullmatch(found) and _composed(found) else ""
 
 
 def _near(wanted: str, dimension: str | None) -> str:

@@ -42,6 +42,11 @@ def probability_text(probability: float) -> str:
     return "< 0.01 %" if probability < 1 - CERTAIN else f"{100 * probability:.2f} %"
 
 
+def risk_text(risk: float) -> str:
+    """Return the greatest value of a risk in per cent, for 'at most'; never 0."""
+    return f"{max(100 * risk, 100 * (1 - CERTAIN)):.2f} %"
+
+
 class Verdict(StrEnum):
     """The result of a decision; a run without limits has none."""
 

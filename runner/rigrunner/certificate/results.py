@@ -108,7 +108,9 @@ def named_of(result: Result) -> tuple[NamedResult, ...]:
             symbol=each.of.symbol,
             text=each.of.words,
             coordinates=_coordinates(each.coordinates),
-            found=stated(each.estimate, f"{each.name} {each.place}".strip()),
+            found=stated(
+                each.estimate, f"{each.name} at {each.place}" if each.place else each.name
+            ),
             readings=each.readings,
         )
         for each in result.other_results

@@ -36,15 +36,16 @@ class InterruptedRunError(AbortedError):
 class SignalStop:
     """A stop token that signals and Ctrl-C set; Ctrl-C may ask for a pause first.
 
-    It listens to the run's events: outside a run Ctrl-C ends the program as usual. Ctrl-Z ends the
-    run too; the program is suspended once the rig is safe and closed.
+    It listens to the run's events: before a run Ctrl-C ends the program as usual, and after it only
+    the third one does, since the run has to be sealed. Ctrl-Z ends the run too; the program is
+    suspended once the rig is safe and closed.
     """
 
     def __init__(self, *, attended: bool = False) -> None:
         self._event = threading.Event()
         self._reason: AbortedError | None = None
         self._attended = attended
-        self._running = self._asking = self._is_quiet = False
+        self._running = self._asking = self._is_quiet = self._is_over = False
         self._presses = 0
         self._consoles = Consoles()
         self.suspended_by = ""
@@ -55,9 +56,9 @@ class SignalStop:
     def __call__(self, event: Event) -> None:
         """Note whether a run is in progress."""
         if isinstance(event, RunStarted):
-            self._running, self._is_quiet = True, False
+            self._running, self._is_quiet, self._is_over = True, False, False
         elif isinstance(event, RunEnded):
-            self._running = False
+            self._running, self._is_over, self._presses = False, True, 0
             self.ended = _how_it_ended(event)
 
     def is_set(self) -> bool:
@@ -113,6 +114,9 @@ class SignalStop:
 
     def interrupt(self, _number: int, _frame: FrameType | None) -> None:
         """Handle a Ctrl-C: pause, then abort, then stop at once. Then the rig is made safe."""
+        if self._is_over:
+            self._interrupt_end()
+            return
         if not self._running:
             raise KeyboardInterrupt
         self._presses += 1
@@ -129,6 +133,17 @@ class SignalStop:
             _say("Pausing at the next safe point. Ctrl-C aborts the run.")
             if self._asking:
                 raise PauseWantedError("a pause was asked for", KEYBOARD)
+
+    def _interrupt_end(self) -> None:
+        """Handle a Ctrl-C after the run: its analysis ends, and it is sealed all the same."""
+        self._presses += 1
+        if self._presses >= _STOP_NOW:
+            raise KeyboardInterrupt
+        if self._presses == _ABORT:
+            _say("Ctrl-C once more ends this now; 'rigrunner recover' seals the run.")
+        else:
+            _say("The run is over; its folder is being sealed. Please wait.")
+        self._stop(InterruptedRunError("interrupted from the keyboard", by=KEYBOARD))
 
     def _stop(self, reason: AbortedError) -> None:
         self._reason = self._reason or reason

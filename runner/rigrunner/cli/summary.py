@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from rigrunner.api.events import Outcome
 from rigrunner.api.summaries import SummaryParts, pairs, table
 from rigrunner.api.units import with_symbol
-from rigrunner.api.verdict import probability_text
+from rigrunner.api.verdict import probability_text, risk_text
 from rigrunner.cli.brought import entries
 from rigrunner.cli.output import message
 from rigrunner.run.set_points import other_results
@@ -145,7 +145,7 @@ def stated_risk(decision: Document) -> str:
     risk = (decision.get("stated_risk") or {}).get("false_accept")
     if risk is None:
         return "no value could pass"
-    return f"at most {probability_text(risk)} risk in a pass of this rule"
+    return f"at most {risk_text(risk)} risk in a pass of this rule"
 
 
 def _results(document: Document) -> str:

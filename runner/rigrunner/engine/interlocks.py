@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api.cleanup import error_text
 from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import InterlockCleared, InterlockTripped
 from rigrunner.api.member import Member
@@ -114,7 +115,7 @@ class Guard:
         try:
             value = self._rig.read(member.role, (member.name,))[member]
         except Exception as error:  # noqa: BLE001  (what cannot be read is not known to be good)
-            watch.miss(self._rig.clock.monotonic_s(), str(error))
+            watch.miss(self._rig.clock.monotonic_s(), error_text(error))
             return
         now_s = self._rig.clock.monotonic_s()
         watch.take(np.array([now_s]), np.array([value]), now_s)

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeVar
 
-from rigrunner.api.devices import ChannelInfo, DriveInfo, Observing, Readable, Streaming
+from rigrunner.api.devices import (
+    ChannelInfo,
+    DriveInfo,
+    Observing,
+    Readable,
+    ReadableInPlaces,
+    Streaming,
+)
 from rigrunner.api.member import Member
 from rigrunner.api.units import QuantityError, unit, with_article
 from rigrunner.station.drive_rules import DriveRules
@@ -121,6 +128,24 @@ class Bench:
             message = f"the device in the role '{role}' gives no single values"
             hint = "give a duration to average" if isinstance(device, Streaming) else ""
             self._problems.add(self._document, path, message, hint)
+
+    def is_readable_at(self, role: str, set_points: Mapping[str, float], path: Path) -> bool:
+        """Say whether a role's device can be read at set-points, 'role.drive'; add the problem.
+
+        A drive that is not among them stands at its safe value.
+        """
+        device = self._devices.get(role)
+        if not isinstance(device, ReadableInPlaces):
+            return True
+        here = {
+            info.name: set_points.get(Member(role, info.name), info.safe_value)
+            for info in device.drives
+        }
+        why = device.unreadable_at(here)
+        if why is not None:
+            message = f"{role} cannot be read here: {why.message}"
+            self._problems.add(self._document, path, message, why.hint)
+        return why is None
 
     def conditions(self, role: str, streamed: Sequence[str]) -> list[Member]:
         """Return all channels, 'role.name', that are read beside what a role's device streams."""

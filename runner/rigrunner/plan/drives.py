@@ -133,6 +133,15 @@ class DriveStates:
             return None
         return value
 
+    def is_readable(self, role: str, at: Mapping[str, float], path: Path) -> bool:
+        """Say whether a role's device can be read where the drives stand; add the problem.
+
+        `at`: where some of them stand then, in place of where they were set.
+        """
+        if self._standing.uncertain:
+            return True
+        return self._bench.is_readable_at(role, {**self._standing.values, **at}, path)
+
     def require_rest(self, role: str, path: Path) -> None:
         """Add a problem if the role's device is moving."""
         frequency_hz = self.known_cycle_frequency_hz(role)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
+from rigrunner.api.steps import NONE
 from rigrunner.api.units import rate_of, unit, units_of, with_article
 from rigrunner.plan.actions import Recorded
 from rigrunner.plan.terms import planned_limits, recorded_limits, terms_of
@@ -83,10 +84,17 @@ class Planning:
         units = {member: info.unit for member, info in found.items() if info}
         return units if len(units) == len(found) else {}
 
-    def must_be_read(self, channels: Iterable[Member]) -> None:
-        """Add a problem for each device of which single values cannot be read."""
-        for role in {each.role for each in channels}:
+    def must_be_read(
+        self, channels: Iterable[Member], at: Mapping[str, float] = NONE, key: Key = ()
+    ) -> bool:
+        """Add a problem for each device of which single values cannot be read.
+
+        Return whether they can be where its drives stand, or `at` other set-points.
+        """
+        roles = dict.fromkeys(each.role for each in channels)
+        for role in roles:
             self.scene.bench.must_be_readable(role, self.place.path)
+        return all(self.scene.drives.is_readable(role, at, self.path(*key)) for role in roles)
 
     def fits(self, quantity: Quantity, symbol: str, member: Member, key: Key) -> bool:
         """Say whether a quantity has the dimension of a unit; add the problem if not."""

@@ -12,7 +12,7 @@ from rigrunner.procedure.walk import steps_of
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from rigrunner.api.conditions import Until
     from rigrunner.api.findings import ResultDefinition
@@ -68,10 +68,11 @@ def check_result_limits(procedure: LoadedProcedure, lookup: DefinitionLookup) ->
         known.setdefault(definition.name, definition)
     complete = all_named(procedure, lookup)
     acceptance = procedure.model.acceptance
+    asked = [plugin.name for _, plugin in procedure.model.analyses_at]
     for index, limit in enumerate(acceptance.limits if acceptance else ()):
         path = ("acceptance", "limits", index)
         if limit.of in known or complete:
-            _check(problems, document, path, limit, known)
+            _check(problems, document, path, limit, known, asked=asked)
     for one in (procedure, *procedure.all_called()) if complete else ():
         _check_conditions(problems, one, known)
     problems.stop_if_any()
@@ -119,6 +120,8 @@ def _check(
     path: Path,
     limit: Limit,
     known: Mapping[str, ResultDefinition],
+    *,
+    asked: Sequence[str],
 ) -> None:
     found = known.get(limit.of)
     if found is None:
@@ -126,7 +129,7 @@ def _check(
         problems.add(document, (*path, "of"), message, _near(limit.of, known))
         return
     _check_values(problems, document, path, limit, found)
-    message, hint = limit.objection_to(found)
+    message, hint = limit.objection_to(found, asked)
     if message:
         at = path if limit.measurand is None else (*path, "measurand")
         problems.add(document, at, message, hint)

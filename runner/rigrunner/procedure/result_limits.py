@@ -18,10 +18,10 @@ from rigrunner.api.settings import Settings, YesNo
 from rigrunner.api.units import unit
 from rigrunner.api.verdict import Limits
 from rigrunner.procedure.following import End, Line, Table
-from rigrunner.procedure.kinds import STORED, measurand_models, read_with_key
+from rigrunner.procedure.kinds import ASKED, STORED, measurand_models, read_with_key
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from pydantic import GetCoreSchemaHandler
 
@@ -209,13 +209,19 @@ class Limit(Settings):
         excepted = self.except_ and is_in(self.except_, coordinates)
         return is_in(self.where, coordinates) and not excepted
 
-    def objection_to(self, found: ResultDefinition) -> tuple[str, str]:
-        """Return why it is for another measurand than that of a result, and a hint; '' if not."""
+    def objection_to(
+        self, found: ResultDefinition, asked: Sequence[str] | None = None
+    ) -> tuple[str, str]:
+        """Return why it is for another measurand than that of a result, and a hint; '' if not.
+
+        `asked` are the analyses of the procedure; left out, the hint is by all that are installed.
+        """
         if self.measurand is None:
             if found.measurand is None:
                 return "", ""
             message = f"'{self.of}' is the {found.measurand}, and the key 'measurand' is missing"
-            keys = " or ".join(", ".join(_required(model)) for model in measurand_models({}))
+            models = measurand_models({} if asked is None else {ASKED: asked})
+            keys = " or ".join(", ".join(_required(model)) for model in models)
             return message, f"state it by the keys {keys}" if keys else ""
         if found.measurand is None:
             message = f"'{self.of}' does not say whether it is the {self.measurand}"

@@ -1,7 +1,7 @@
 """The queue of specimens in a file that survives a crash."""
 
 from rigrunner.queue.entries import Draft
-from rigrunner.queue.intake import accepted_inputs, read_list
+from rigrunner.queue.intake import accepted_inputs, list_text, read_list
 from rigrunner.queue.store import Queue
 
-__all__ = ["Draft", "Queue", "accepted_inputs", "read_list"]
+__all__ = ["Draft", "Queue", "accepted_inputs", "list_text", "read_list"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import Literal
+from unicodedata import normalize
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -53,8 +54,8 @@ class Draft(BaseModel):
 
     def is_same_test(self, other: Draft) -> bool:
         """Return whether both are the same specimen in the same procedure."""
-        return bool(self.specimen) and (self.specimen.casefold(), self.procedure) == (
-            other.specimen.casefold(),
+        return bool(self.specimen) and (_seen(self.specimen), self.procedure) == (
+            _seen(other.specimen),
             other.procedure,
         )
 
@@ -82,6 +83,11 @@ class Entry(Draft):
             return ()
         subject = f"entry {self.id} of the queue repeats entry {self.repeats}"
         return (Interference("repeat test", self.repeated_by, self.reason, subject),)
+
+
+def _seen(specimen: str) -> str:
+    """Return what texts have in common that look the same: case, spaces and accents aside."""
+    return " ".join(normalize("NFKC", specimen).casefold().split())
 
 
 class Stored(BaseModel):

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import InvalidFileError, Location, Problem, UsageError
+from rigrunner.api.errors import DataError, InvalidFileError, Location, Problem, UsageError
 from rigrunner.procedure.answers import AnswerError
 from rigrunner.queue.entries import SPECIMEN
 
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
 MOST_LINES = 1000
 LONGEST_LINE = 2000
 DELIMITERS = ("\t", ";", ",")
+_SEPARATOR = re.compile("sep=.", re.IGNORECASE)
+"""The first line of a CSV that tells spreadsheets what separates its cells."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +37,7 @@ def read_list(text: str, asked: Mapping[str, Input], name: str = "list") -> list
 
     If the first line has names of inputs, it is a CSV (comma, semicolon or tab); otherwise each
     line is one specimen. Raises InvalidFileError with every invalid line, and UsageError if the
-    procedure has no inputs, or the list is empty or too long.
+    procedure has no inputs, or the list is empty, too long or a table without names of its columns.
     """
     lines = [(number, line) for number, line in enumerate(_lines(text), 1) if line.strip()]
     if not asked:
@@ -46,6 +50,8 @@ def read_list(text: str, asked: Mapping[str, Input], name: str = "list") -> list
     header, delimiter = _header(lines[0][1], asked)
     if header and len(lines) == 1:
         raise UsageError("the list has a header and no specimen", hint="add one line per specimen")
+    if not header:
+        _refuse_table([line for _, line in lines], asked)
     problems: list[Problem] = []
     items: list[LineItem] = []
     for number, line in lines[1:] if header else lines:
@@ -57,6 +63,22 @@ def read_list(text: str, asked: Mapping[str, Input], name: str = "list") -> list
     if problems:
         raise InvalidFileError(problems)
     return items
+
+
+def list_text(content: bytes, name: str = "list") -> str:
+    """Return the text of a file of specimens, as spreadsheets write them.
+
+    That is UTF-8, UTF-16 with its mark, or Windows-1252. Raises DataError for what is no text.
+    """
+    marked = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    for coding in ("utf-16",) if marked else ("utf-8-sig", "cp1252"):
+        try:
+            text = content.decode(coding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" not in text:
+            return text
+    raise DataError(f"{name} is not a text file", hint="save the table as CSV")
 
 
 def accepted_inputs(given: Mapping[str, str], asked: Mapping[str, Input]) -> dict[str, str]:
@@ -76,7 +98,9 @@ def accepted_inputs(given: Mapping[str, str], asked: Mapping[str, Input]) -> dic
 
 
 def _lines(text: str) -> list[str]:
-    return text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    ends = text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
+    first, *rest = ends.split("\n")
+    return ["" if _SEPARATOR.fullmatch(first.strip()) else first, *rest]
 
 
 def _key(asked: Mapping[str, Input]) -> str:
@@ -87,18 +111,40 @@ def _header(line: str, asked: Mapping[str, Input]) -> tuple[list[str], str]:
     """Return the inputs in the first line, and the separator; none for a specimen."""
     known = {name.casefold(): name for name in asked}
     for delimiter in DELIMITERS:
-        cells = [cell.strip().casefold() for cell in line[:LONGEST_LINE].split(delimiter)]
-        if cells[0] in known and _key(asked).casefold() in cells:
-            unknown = [cell for cell in cells if cell not in known]
-            if unknown and len(cells) == 1:
-                continue
-            if unknown:
-                raise UsageError(
-                    f"got the column '{unknown[0][:60]}', expected inputs of the procedure",
-                    hint=f"it asks for: {', '.join(asked)}",
-                )
-            return [known[cell] for cell in cells], delimiter
+        cells = [cell.strip() for cell in line[:LONGEST_LINE].split(delimiter)]
+        cells = _without_empty_end(cells, 1)
+        names = [known.get(cell.casefold(), "") for cell in cells]
+        if _key(asked) not in names:
+            continue
+        if "" in names:
+            raise UsageError(
+                f"got the column '{cells[names.index('')][:60]}', expected inputs of the procedure",
+                hint=f"it asks for: {', '.join(asked)}",
+            )
+        return names, delimiter
     return [], ""
+
+
+def _refuse_table(lines: list[str], asked: Mapping[str, Input]) -> None:
+    """Raise UsageError where the lines are rows of a table: nobody knows what its columns are.
+
+    A serial number may have a comma or a semicolon, so it takes two rows to tell.
+    """
+    for delimiter in DELIMITERS:
+        counts = {line.count(delimiter) + 1 for line in lines}
+        columns = max(counts)
+        several = len(lines) > 1 and len(counts) == 1
+        if columns > 1 and (delimiter == "\t" or several):
+            message = f"the list has {columns} columns without names"
+            hint = f"write a first line with their names, of: {', '.join(asked)}"
+            raise UsageError(message, hint=hint)
+
+
+def _without_empty_end(cells: list[str], least: int) -> list[str]:
+    """Return cells without the empty ones behind the last column."""
+    while len(cells) > least and not cells[-1].strip():
+        cells = cells[:-1]
+    return cells
 
 
 def _cells(line: str, delimiter: str) -> list[str]:
@@ -111,6 +157,7 @@ def _cells(line: str, delimiter: str) -> list[str]:
 
 
 def _inputs(cells: list[str], names: list[str], asked: Mapping[str, Input]) -> dict[str, str]:
+    cells = _without_empty_end(cells, len(names))
     if len(cells) != len(names):
         count, columns = len(cells), ", ".join(names)
         words = f"got {count} {'cell' if count == 1 else 'cells'}, expected {len(names)}: {columns}"

@@ -133,7 +133,10 @@ class Queue:
             known = [entry for each in everywhere for entry in each.entries]
             problems = []
             for draft in drafts:
-                if (same := self._same_test([*known, *made], draft)) is not None:
+                if self._same_test(made, draft) is not None:
+                    problems.append(Problem(f"{draft.specimen} is in the list twice"))
+                    continue
+                if (same := self._same_test(known, draft)) is not None:
                     problems.append(_duplicate(same, draft))
                     continue
                 entry = Entry(
@@ -227,13 +230,17 @@ class Queue:
         'interrupted' later, and never runs again unless a person says so. Raises UsageError for an
         entry that is not waiting.
         """
+        entry = self.get(number)
+        if self._shown(entry).status == "interrupted":  # held below, it would be 'running'
+            raise _unanswered(entry)
         lock = self._entry_lock(number)
         try:
-            lock.acquire(timeout=0)
+            with self._looking():
+                lock.acquire(timeout=0)
         except Timeout as error:
             raise UsageError(f"entry {number} is already running") from error
         try:
-            self._set(number, "started", by, self.get(number).reason, "waiting")
+            self._set(number, "started", by, entry.reason, "waiting")
             yield self.get(number)
         finally:
             with suppress(OSError):  # on Windows a file that is open cannot be removed
@@ -358,11 +365,15 @@ class Queue:
     def _entry_lock(self, number: int) -> FileLock:
         return FileLock(self._lock_file(number), thread_local=False)
 
+    def _looking(self) -> FileLock:
+        """Return the lock of who looks at the lock of an entry: two who look are no run."""
+        return FileLock(self._runs / ".queue.look.lock", timeout=PATIENCE_S)
+
     def _is_held(self, number: int) -> bool:
         if not self._lock_file(number).exists():
             return False
         try:
-            with self._entry_lock(number).acquire(timeout=0):
+            with self._looking(), self._entry_lock(number).acquire(timeout=0):
                 return False
         except Timeout:
             return True
@@ -396,9 +407,15 @@ def _duplicate(same: Shown, draft: Draft) -> Problem:
 
 
 def _unanswered(entry: Entry) -> UsageError:
+    number = entry.id
+    ways = [f"continue it: 'rigrunner resume {entry.run}'"] if entry.run else []
+    ways += [
+        f"test it again: 'rigrunner queue repeat {number} --reason TEXT'",
+        f"or close the entry: 'rigrunner queue skip {number} --reason TEXT'",
+    ]
     return UsageError(
-        f"the run of entry {entry.id} ({entry.specimen or entry.procedure}) was interrupted",
-        hint="repeat that entry or close it first, with a reason",
+        f"the run of entry {number} ({entry.specimen or entry.procedure}) was interrupted",
+        hint="; ".join(ways),
     )
 
 

@@ -6,6 +6,8 @@ from collections import Counter, deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
+from rigrunner.api.texts import visible
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -40,7 +42,7 @@ class DeviceMessages:
         """Add a message; beyond the limit of a device, drop it."""
         self._counts[role] += 1
         if self._counts[role] < MOST:
-            self._waiting.append(DeviceMessage(role, level, text))
+            self._waiting.append(DeviceMessage(role, level, visible(text)))
         elif self._counts[role] == MOST:
             more = f"{MOST - 1} messages were logged; further ones are dropped"
             self._waiting.append(DeviceMessage(role, "warning", more))

@@ -36,6 +36,8 @@ class Pulse:
         self._now_s = self._given_up_s = 0.0
         self._until_s = usual_s
         self._people = 0
+        self._running: list[float] = []
+        """When each call in progress exceeds its time limit; devices are made safe side by side."""
 
     def tick(self, seconds: float) -> None:
         """Let time pass."""
@@ -47,12 +49,13 @@ class Pulse:
 
     def note(self, event: object = None) -> None:  # noqa: ARG002  (an EventSink's)
         """Note progress; an event sink."""
-        self._until_s = max(self._now_s + self.usual_s, self._given_up_s)
+        self._until_s = max(self._now_s + self.usual_s, self._given_up_s, *self._running)
 
     @contextmanager
     def call(self, limit_s: float) -> Iterator[None]:
         """Allow a call of a device its time limit."""
         until_s = self._now_s + limit_s + self.usual_s
+        self._running.append(until_s)
         self._until_s = max(self._until_s, until_s)
         if limit_s > self.usual_s and self._announce is not None:
             self._announce(limit_s + self.usual_s)
@@ -62,6 +65,7 @@ class Pulse:
             self._given_up_s = max(self._given_up_s, until_s)
             raise
         finally:
+            self._running.remove(until_s)
             self.note()
 
     @contextmanager

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Identity, KnowsStream, Observing, Readable, Streaming
 from rigrunner.api.errors import DeviceRejectedError
 from rigrunner.api.member import Member
+from rigrunner.api.texts import visible
 from rigrunner.rig.drives import as_number
 
 if TYPE_CHECKING:
@@ -28,6 +30,18 @@ def refuse_unnamed(role: str, found: object) -> None:
         isinstance(text, str) for text in (found.maker, found.model, found.serial, found.firmware)
     ):
         raise DeviceRejectedError(f"{role}: connect gave {found!r}, which is not an Identity")
+
+
+def plain_identity(found: Identity) -> Identity:
+    """Return an identity without hidden characters, which an instrument may have answered."""
+    return replace(
+        found,
+        maker=visible(found.maker),
+        model=visible(found.model),
+        serial=visible(found.serial),
+        firmware=visible(found.firmware),
+        parts={name: plain_identity(part) for name, part in found.parts.items()},
+    )
 
 
 def sample_rate_hz(role: Role) -> float:

@@ -28,13 +28,21 @@ from rigrunner.rig.pulse import NotedClock
 from rigrunner.rig.reading import (
     HeldChannels,
     found_of_stream,
+    plain_identity,
     read_beside,
     refuse_unnamed,
     sample_rate_hz,
     told,
 )
 from rigrunner.rig.role import Role
-from rigrunner.rig.safe_state import after_late_call, make_safe, note_unsafe, safe_places
+from rigrunner.rig.safe_state import (
+    after_late_call,
+    interrupted,
+    make_safe,
+    note_unsafe,
+    safe_places,
+    settle_all,
+)
 from rigrunner.station.drive_rules import DriveRules
 
 if TYPE_CHECKING:
@@ -318,34 +326,46 @@ class Rig:
     def make_safe(self) -> tuple[SafetyReport, ...]:
         """Make every device safe, whatever happens to the others; never raises.
 
-        Idempotent, and in the given order: first the drives and devices that it names, then the
-        others, cyclically moving ones first. A drive is safe once it is read back at its safe
-        value. A call that exceeded its time limit is waited for: if it returns, its device is made
-        safe again, otherwise it is not safe. What is safe is removed from the marker of the
-        energised rig.
+        Idempotent. First come, one after another, the drives and devices that the given order
+        names; then all others at the same time, cyclically moving ones begun first, so that none
+        waits for one that is slow or hangs. What of the order is not safe is tried once more beside
+        them. A drive is safe once it is read back at its safe value. A call that exceeded its time
+        limit is waited for: if it returns, its device is made safe again, otherwise it is not safe.
+        What is safe is removed from the marker of the energised rig.
         """
         answer_s = self._patience.answer_s
         self._paused.clear()
         self._set_points.clear()
         self.cycles.stop()
         given_up = {role.name: late for role in self._roles.values() if (late := role.late)}
+        reports: dict[tuple[str, str], SafetyReport] = {}
 
-        def made_safe(role: str, drive: str) -> SafetyReport:
+        def made_safe(role: str, drive: str = "", *, by_drive: bool = True) -> SafetyReport:
             device, caller = self.devices[role], self._roles[role].caller
-            connected = role in self._connected
+            connected = by_drive and role in self._connected
             return make_safe(role, drive, device, caller, answer_s, connected=connected)
 
-        reports = [
-            made_safe(role, drive)
+        def settle(role: str) -> None:
+            report = reports.get((role, ""))
+            if report is None or not report.safe:
+                report = made_safe(role)
+            if late := given_up.get(role):
+                report = after_late_call(report, late, partial(made_safe, role))
+            reports[role, ""] = report
+
+        named = set(map(str, self._safe_order))
+        places = [
+            (role, drive)
             for role, drive in safe_places(self._safe_order, self.devices)
             if not drive or role in self._connected
         ]
-        left = tuple(
-            after_late_call(each, late, partial(made_safe, each.role, ""))
-            if not each.drive and (late := given_up.get(each.role))
-            else each
-            for each in reports
-        )
+        for role, drive in places:
+            if drive or role in named:
+                reports[role, drive] = made_safe(role, drive, by_drive=False)
+        whole = [role for role, drive in places if not drive]
+        inline = [role for role in whole if self._roles[role].is_inline]
+        settle_all([role for role in whole if role not in inline], inline, settle)
+        left = tuple(reports.get(place) or interrupted(*place) for place in places)
         if self._marks is not None:
             self._marks.confirm([each.role for each in left if not each.drive and each.safe])
         return left
@@ -367,6 +387,7 @@ class Rig:
         identity = self._call(role, "connect", lambda: connect(limit_s), longest_s)
         self._connected.add(role)
         refuse_unnamed(role, identity)
+        identity = plain_identity(identity)
         self._roles[role].look_anew()
         self._drives.clear()
         self._channels.clear()

@@ -13,6 +13,7 @@ from rigrunner.api.errors import (
     DeviceRejectedError,
     DeviceTimeoutError,
 )
+from rigrunner.api.texts import visible
 from rigrunner.rig.pulse import NotedCaller
 
 if TYPE_CHECKING:
@@ -35,9 +36,10 @@ class Role:
     def __init__(self, name: str, device: Device, pulse: Pulse | None = None) -> None:
         self.name = name
         self.device = device
-        self._inline = device.non_blocking
-        self.caller: Caller = InlineCaller() if self._inline else ThreadCaller(name)
-        if pulse is not None and not self._inline:
+        self.is_inline = device.non_blocking
+        """Whether its calls are made in the thread that asks for them."""
+        self.caller: Caller = InlineCaller() if self.is_inline else ThreadCaller(name)
+        if pulse is not None and not self.is_inline:
             self.caller = NotedCaller(self.caller, pulse)
         self._abilities: dict[type[Any], object] = {}
         self._drives: dict[str, DriveInfo] = {}
@@ -50,7 +52,7 @@ class Role:
 
     def moving(self, what: str, function: Callable[[], _T], timeout_s: float) -> Callable[[], _T]:
         """Return the next call of the same function, whose return is tracked."""
-        return function if self._inline else self._moving.next(what, function, timeout_s)
+        return function if self.is_inline else self._moving.next(what, function, timeout_s)
 
     def look_anew(self) -> None:
         """Look up the abilities again."""
@@ -86,7 +88,7 @@ class Role:
     ) -> _T:
         """Return the result of the function; raise a DeviceError, also for a time-out."""
         try:
-            if self._inline:  # as its caller does, without what a call of that takes
+            if self.is_inline:  # as its caller does, without what a call of that takes
                 return function(*arguments)
             return self.caller.call(what, partial(function, *arguments), timeout_s)
         except BaseException as error:
@@ -109,14 +111,15 @@ class Role:
         `sys.exit`, or whose asyncio task was cancelled, cannot end a run silently.
         """
         if isinstance(error, DeviceError):
-            error.message = f"{self.name}: {error.message}"
+            error.message = visible(f"{self.name}: {error.message}")
+            error.hint = visible(error.hint)
         elif isinstance(error, TimeoutError):
             raise DeviceTimeoutError(
-                f"{self.name}: {_told(what, error, 'no answer in time')}"
+                visible(f"{self.name}: {_told(what, error, 'no answer in time')}")
             ) from error
         elif isinstance(error, ConnectionError):
             raise DeviceLostError(
-                f"{self.name}: {_told(what, error, 'the connection broke')}"
+                visible(f"{self.name}: {_told(what, error, 'the connection broke')}")
             ) from error
         elif isinstance(error, Exception):
             error.add_note(f"in the device of the role '{self.name}': {what}")

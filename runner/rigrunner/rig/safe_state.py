@@ -6,6 +6,7 @@ import math
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
+from threading import Thread
 from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.calling import ThreadCaller
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 _Value = TypeVar("_Value")
 _ATTEMPTS = 3
 """Number of attempts to make one device safe after interrupts."""
+_SLICE_S = 0.1
+"""Waiting is sliced, since on Windows no signal interrupts it."""
 
 
 class NoRigError(DeviceRejectedError):
@@ -109,7 +112,37 @@ def make_safe(
             return _made_safe(role, drive, device, caller, answer_s, connected=connected)
         except KeyboardInterrupt:
             continue  # impatience must not leave a rig half safe
+    return interrupted(role, drive)
+
+
+def interrupted(role: str, drive: str) -> SafetyReport:
+    """Return the report of what a person did not wait for."""
     return SafetyReport(role, {}, ("make safe was interrupted from the keyboard",), drive)
+
+
+def settle_all(beside: Iterable[str], inline: Iterable[str], settle: Callable[[str], None]) -> None:
+    """Call `settle` for each role: at the same time, but for those inline one after another.
+
+    Returns once all have returned, which have time limits of their own; or, for patience without
+    end, at the third interrupt from the keyboard.
+    """
+    settling = []
+    for role in beside:
+        work = Thread(target=settle, args=(role,), name=f"make safe {role}", daemon=True)
+        try:
+            work.start()
+        except RuntimeError:  # the system has no thread left
+            settle(role)
+        else:
+            settling.append(work)
+    for role in inline:
+        settle(role)
+    interrupts = 0
+    while interrupts < _ATTEMPTS and (waited_for := [each for each in settling if each.is_alive()]):
+        try:
+            waited_for[0].join(_SLICE_S)
+        except KeyboardInterrupt:
+            interrupts += 1
 
 
 def _made_safe(

@@ -35,6 +35,7 @@ class Busy(Exception):  # noqa: N818  (a state, made an error where it is known 
 
     def __init__(self, lock: Path, holder: Holder | None) -> None:
         super().__init__(f"{lock} is held")
+        self.lock = lock
         self.holder = holder
         """Who holds it; None if unknown."""
 
@@ -69,16 +70,30 @@ def take_over(descriptors: Iterable[int], locks: Iterable[Path], holder: Holder)
     """
     import fcntl  # noqa: PLC0415  (there is none on Windows)
 
-    paths = list(locks)
-    for descriptor, path in zip(descriptors, paths, strict=True):
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            raise Busy(path, holder_of(path)) from error
     with ExitStack() as held:
-        for path in paths:
+        for descriptor, path in zip(descriptors, locks, strict=True):
+            if is_removed(descriptor):  # a lock without a name keeps nobody off
+                held.enter_context(hold([path], holder))
+                continue
+            try:
+                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError as error:
+                raise Busy(path, holder_of(path)) from error
             held.enter_context(_named(path, holder))
         yield
+
+
+def is_removed(descriptor: int) -> bool:
+    """Return whether the file of a lock was removed; False for no descriptor."""
+    return descriptor >= 0 and not os.fstat(descriptor).st_nlink
+
+
+def touch(lock: Path, descriptor: int) -> None:
+    """Mark the files of a held lock as used now. POSIX only."""
+    with suppress(OSError):
+        os.utime(descriptor)
+    with suppress(OSError):
+        os.utime(_holder_file(lock), follow_symlinks=False)
 
 
 @contextmanager

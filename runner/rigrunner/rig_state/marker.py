@@ -4,7 +4,7 @@ A marker is a file that is not empty. It is written, and on the disk, before a d
 anything but its safe value, and emptied once all drives were read back at their safe values. Its
 first `HEADER` bytes have the owner and the drives, as JSON. After them comes the last set-point of
 each drive, as a double. An unreadable header means an energised rig too: the machine may have lost
-power during the write.
+power during the write, or its disk was full.
 """
 
 from __future__ import annotations
@@ -120,7 +120,12 @@ class Marker:
             return f"{rig} was left energised by {self.who}{since}; {last}; {self.safe_by}"
         if self.is_in_use:
             return f"{rig} is energised by {self.who}{since}; {last}"
-        unguarded = self.owner.unguarded if self.owner else ""
+        if self.owner is None:
+            return (
+                f"{rig} may be energised: its marker cannot be read, as after a full disk or a"
+                " power cut while it was written; nothing has confirmed since that it is safe"
+            )
+        unguarded = self.owner.unguarded
         return (
             f"{rig} was left energised by {self.who}{since}; {last};"
             f" nothing has confirmed since that it is safe{f'; {unguarded}' if unguarded else ''}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import threading
 from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import DeviceError
 from rigrunner.api.member import Member
 from rigrunner.rig_state.folder import open_plain, shared_folder, sync_names
+from rigrunner.rig_state.locks import is_removed
 from rigrunner.rig_state.marker import (
     HEADER,
     SUFFIX,
@@ -58,6 +60,8 @@ class RigMarks:
         self._values: list[float] = []
         """Last set-point of each."""
         self._opened = -1
+        self._writing = threading.Lock()
+        """Held while the file is written: what keeps it from being removed is another thread."""
 
     def describe(self, *, run: str = "", guardian: str = "", unguarded: str = "") -> None:
         """Add the folder of the run, or the guardian and the devices it cannot reach.
@@ -70,8 +74,9 @@ class RigMarks:
             guardian=guardian or self.owner.guardian,
             unguarded=unguarded or self.owner.unguarded,
         )
-        if self._drives:
-            self._write()
+        with self._writing:
+            if self._drives:
+                self._write()
 
     def before_set(self, role: str, info: DriveInfo) -> Callable[[float], None] | None:
         """Return the function to call with each set-point of a drive before it is sent.
@@ -91,8 +96,9 @@ class RigMarks:
                     self._add(DriveMark(member, info.unit, safe_value, value))
             elif values[place] != value:
                 try:
-                    os.lseek(self._opened, HEADER + place * VALUE.size, os.SEEK_SET)
-                    os.write(self._opened, pack(value))
+                    with self._writing:
+                        os.lseek(self._opened, HEADER + place * VALUE.size, os.SEEK_SET)
+                        os.write(self._opened, pack(value))
                 except OSError as error:
                     if value != safe_value:
                         raise _unwritten(error) from error
@@ -118,13 +124,29 @@ class RigMarks:
         left = [each for each in self._now() if each.member.role not in roles]
         if len(left) == len(self._drives):
             return
-        self._keep(left)
-        with suppress(DeviceError, OSError):
+        with self._writing, suppress(DeviceError, OSError):
+            self._keep(left)
             if left:
                 self._write()
             else:
                 self._close()
                 clear(self.owner.station)
+
+    def renew(self) -> None:
+        """Write the marker again if its file was removed; raise DeviceError."""
+        with self._writing:
+            if self._drives and (self._opened < 0 or is_removed(self._opened)):
+                self._close()
+                try:
+                    self._write()
+                except DeviceError:
+                    self._close()  # it is tried again
+                    raise
+
+    def touch(self) -> None:
+        """Mark its file as used now. POSIX only."""
+        with self._writing, suppress(OSError):
+            os.utime(self._opened)
 
     def settle(self, how: str) -> None:
         """Record in the marker of an earlier process how its rig was made safe."""
@@ -148,13 +170,28 @@ class RigMarks:
         return named or self.roles  # of a marker that cannot be read
 
     def _add(self, drive: DriveMark) -> None:
-        before = self._now()
-        self._keep([*before, drive])
-        try:
-            self._write()
-        except DeviceError:
-            self._keep(before)
-            raise
+        with self._writing:
+            before = self._now()
+            self._keep([*before, drive])
+            try:
+                self._write()
+            except DeviceError:
+                self._keep(before)
+                self._restore()
+                raise
+
+    def _restore(self) -> None:
+        """Remove what of a marker is on a full disk: the drive that it is for was not set.
+
+        If that fails too, or if an earlier process may have left the rig energised, the next start
+        takes it for energised.
+        """
+        with suppress(DeviceError, OSError):
+            if self._drives:
+                self._write()
+            elif not self.unconfirmed:
+                self._close()
+                clear(self.owner.station)
 
     def _keep(self, drives: list[DriveMark]) -> None:
         self._drives = drives

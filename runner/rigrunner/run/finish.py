@@ -12,6 +12,7 @@ from rigrunner.api.cleanup import add_beside, error_text
 from rigrunner.api.errors import AbortedError, ExitCode, RigrunnerError
 from rigrunner.api.events import CONCLUDED, Outcome
 from rigrunner.api.verdict import Verdict
+from rigrunner.engine.pausing import Reasoned
 from rigrunner.run.partners import later_partners
 from rigrunner.run.report import write_report
 from rigrunner.run.stored import analyse_stored, with_partners
@@ -163,7 +164,8 @@ def stoppable(progress: Progress, stop: StopToken) -> Progress:
     def told(what: str, done: int, of: int) -> None:
         progress(what, done, of)
         if stop.is_set():
-            raise AbortedError(
+            kind = type(stop.reason()) if isinstance(stop, Reasoned) else AbortedError
+            raise kind(
                 f"stopped at {done} of {of} {what}",
                 hint="the run is complete: 'rigrunner analyse' makes its result",
             )

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
+from rigrunner.api.cleanup import error_text
 from rigrunner.api.devices import Settable
 from rigrunner.api.errors import AbortedError, DeviceError
 from rigrunner.api.member import Member
@@ -124,7 +125,7 @@ def standing_of(rig: Rig, roles: Collection[str]) -> Iterator[Standing]:
             try:
                 found = rig.read_back(role, info.name)
             except Exception as error:  # noqa: BLE001  (the next drive has its turn)
-                found, problem = math.nan, str(error)
+                found, problem = math.nan, error_text(error)
             is_safe = agrees(info, found, info.safe_value)
             known = (Member(role, info.name), info.unit, found, info.safe_value)
             yield Standing(*known, is_safe=is_safe, problem=problem)

@@ -40,7 +40,7 @@ class Detached:
         self._sink = sink
         self._waiting = _Weighed(most_waiting)
         self._failure: Exception | None = None
-        self._given_up = False
+        self._given_up = self._ends = False
         self._patience_s = PATIENCE_S
         self._thread = threading.Thread(target=self._work, name=f"listener {name}", daemon=True)
         self._thread.start()
@@ -63,14 +63,20 @@ class Detached:
             raise TimeoutError("it does not keep up with the run") from None
         self._patience_s = max(self._patience_s - (monotonic() - began_s), 0.0)
 
-    def close(self) -> None:
-        """Let it take the waiting events, and release it."""
+    def end(self) -> None:
+        """Let it take the waiting events, and release it, without waiting."""
+        self._ends = True
         try:
             self._waiting.put_nowait(None)
         except Full:  # it hangs, or has failed
             self._given_up = True
-            return
-        self._thread.join(LAST_WORDS_S)
+
+    def close(self) -> None:
+        """Let it take the waiting events, and release it."""
+        if not self._ends:
+            self.end()
+        if not self._given_up:
+            self._thread.join(LAST_WORDS_S)
 
     def _work(self) -> None:
         while not self._given_up and (event := self._waiting.get()) is not None:
@@ -139,4 +145,8 @@ def listeners_of(planned: Planned) -> Iterator[Listeners]:
         detached = tuple(Detached(name, sink) for name, sink in sinks)
         for each in detached:
             held.callback(each.close)
-        yield Listeners(detached, EventStamp(planned.clock))
+        try:
+            yield Listeners(detached, EventStamp(planned.clock))
+        finally:
+            for each in detached:  # all at once: the slowest is waited for, not one after the other
+                each.end()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import floor, isfinite, log10, nan
+from math import floor, isclose, isfinite, log10, nan
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -22,6 +22,19 @@ def places(uncertainty: float, digits: int = 2) -> int:
         return PLACES_WITHOUT_UNCERTAINTY
     rounded = float(f"{uncertainty:.{digits - 1}e}")
     return digits - 1 - floor(log10(rounded))
+
+
+def places_apart(first: float, second: float, decimals: int) -> int:
+    """Return the fewest decimals, so many at least, with which two numbers are printed unlike.
+
+    Of two that differ by less than rounding: so many.
+    """
+    if isclose(first, second, rel_tol=1e-14):
+        return decimals
+    found = decimals
+    while printed(first, found) == printed(second, found):
+        found += 1
+    return found
 
 
 def with_uncertainty(value: float, expanded: float) -> str:

@@ -38,8 +38,8 @@ class Safety(Settings):
     guardian: YesNo = True
     """Whether a second process makes the rig safe if that of a run dies or hangs."""
     order: ListOf[Annotated[str, AfterValidator(_place_in_order)]] = ()
-    """Order in which drives (role.drive) and whole devices (role) are made safe; the others follow.
-    By default cyclically moving devices come first."""
+    """Drives (role.drive) and whole devices (role) that are made safe first, one after another. All
+    other devices follow at the same time."""
     patience: Waiting = Field(default_factory=Waiting)
     drives: dict[Member, DriveLimits] = Field(default_factory=dict)
     """Tighter limits of drives than those of their devices, by role.drive."""

@@ -161,7 +161,9 @@ def plan(scan: ScanStep, planning: Planning) -> None:
     """Plan the set-points and the channels."""
     before = planning.setpoints()
     units, moved_s = planning.units(scan.channels), _through(scan, planning)
-    planning.must_be_read(units)
+    for index, each in enumerate(scan.over):
+        if not planning.must_be_read(units, {scan.set: each.si}, ("over", index)):
+            break  # one such set-point tells of the others
     limits = tuple(planning.limits(scan.limits, scan.channels)) if units else ()
     if not units or moved_s is None:
         return

@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import threading
 from collections import deque
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 import msgspec
 from msgspec import structs
 
 from rigrunner import __version__
+from rigrunner.clock import utc_text
 from rigrunner.run.log import event_text
 from rigrunner_panel.view.queue import QueueView
 from rigrunner_panel.view.sections import State
@@ -23,7 +25,9 @@ if TYPE_CHECKING:
     from rigrunner.api.events import Event
 
 SECTIONS = tuple(
-    name for name in State.model_fields if name not in ("seq", "latest", "version", "you")
+    name
+    for name in State.model_fields
+    if name not in ("seq", "latest", "version", "you", "now_utc")
 )
 
 VERSION = 1
@@ -112,6 +116,7 @@ class Board:
         with self._lock:
             numbers = f'"seq":{self._seq},"latest":{self._latest}'
             head = f'{numbers},"version":{json.dumps(__version__)},"you":{json.dumps(you)}'
+            head += f',"now_utc":"{utc_text(datetime.now(UTC))}"'
             parts = (f'"{name}":{self._text(name)}' for name in SECTIONS)
             return f"{{{head},{','.join(parts)}}}"
 

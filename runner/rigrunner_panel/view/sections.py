@@ -317,6 +317,8 @@ class State(Section):
     """The number of the latest event; -1 before the first."""
     version: str
     you: str
+    now_utc: str
+    """The time of the panel's machine, against which the age of a value counts."""
     phase: Phase
     control: Control | None
     watchers: int

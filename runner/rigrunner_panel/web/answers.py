@@ -307,12 +307,23 @@ class VerificationAnswer(BaseModel):
     information: list[str]
 
 
+class OverlayRow(BaseModel):
+    """A result that is over no set-point, in several runs."""
+
+    name: str
+    """With its place, such as 'ripple at state = slow'."""
+    unit: str
+    values: dict[str, tuple[float, float | None]]
+    """Value and U of each run that has it."""
+
+
 class OverlayAnswer(BaseModel):
     """Figures in which each run is a series."""
 
     recordings: dict[str, list[str]]
     """The channels of each recording that any of the runs has."""
     results: tuple[Figure, ...]
+    rows: list[OverlayRow]
     curve: Figure | None
     """The channel that was asked for, over time."""
 

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING
 from rigrunner.clock import utc_text
 from rigrunner.runfile import read
 from rigrunner_panel.errors import PanelError
-from rigrunner_panel.overlaying import channel_figure, recorded, result_figures
+from rigrunner_panel.overlaying import channel_figure, recorded, result_figures, result_rows
 from rigrunner_panel.web.answers import (
     AlarmAt,
     ArchiveUpdated,
     ChartOfGroup,
     OverlayAnswer,
+    OverlayRow,
     Quantities,
     RunAndReason,
     TrendAnswer,
@@ -44,6 +45,10 @@ def overlay(panel: Panel, asked: Asked) -> OverlayAnswer:
     return OverlayAnswer(
         recordings=recorded(runs),
         results=tuple(result_figures(runs)),
+        rows=[
+            OverlayRow(name=name, unit=unit, values=values)
+            for name, unit, values in result_rows(runs)
+        ],
         curve=channel_figure(runs, recording, channel) if recording else None,
     )
 

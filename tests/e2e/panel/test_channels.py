@@ -25,6 +25,13 @@ LAG = """async () => {
 }"""
 
 
+OLD = """async () => {
+    const { isOld } = await import("/js/parts/channels.js");
+    const { store } = await import("/js/store.js");
+    return store.state.channels.filter((each) => each.utc).map((each) => isOld(each.utc));
+}"""
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize("locale", ["en-GB", "de-DE"])
 def test_channels_are_live_while_nothing_is_recorded_and_old_afterwards(
@@ -57,6 +64,9 @@ def test_channels_are_live_while_nothing_is_recorded_and_old_afterwards(
     page.get_by_role("button", name="STOP").click()
     screen.wait_for_result()
     page.goto(f"{panel.url}?rig=station.yaml#/run")
+    page.reload()  # as who opens it now
+    page.wait_for_selector("header .chip:not(.disconnected)")
+    assert set(page.evaluate(OLD)) == {True}, "from the first moment"
     page.get_by_role("button", name="Channels" if locale == "en-GB" else "Kanäle").click()
     expect(rows.first).to_be_visible()
     expect(page.locator(".channels tbody tr:not(.old)")).to_have_count(0)

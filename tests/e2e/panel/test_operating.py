@@ -144,7 +144,7 @@ def test_pause_repeat_skip_and_abort(screen, panel):
     page.get_by_role("button", name="Repeat point").click()
     page.locator("#dialog-text").focus()
     press_keys(page, "SN-42", 0.01)  # a scanner's: it is no reason, and here is no queue
-    expect(page.locator(".notice")).to_contain_text("not accepted as an answer: SN-42")
+    expect(page.locator(".notice")).to_contain_text("Scanned, but not taken: SN-42")
     expect(page.locator("#dialog-text")).to_have_value("")
     page.locator("#dialog-text").fill("a bump")
     page.keyboard.press("Enter")

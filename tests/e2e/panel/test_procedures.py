@@ -88,13 +88,13 @@ def test_two_who_edit_one_procedure_are_told_and_nothing_is_lost(new_screen, pan
     ann, bob = new_screen(panel), new_screen(panel)
     first, second = open_text(ann), open_text(bob)
     expect(first.locator(".editor-notes")).to_contain_text("has this procedure open")
+    type_at_the_end(second, "# Bob\n")
     type_at_the_end(first, "# Ann\n")
     first.keyboard.press("Control+s")
     ann.say_name("Ann")
     expect(first.get_by_role("button", name="Save", exact=True)).to_be_disabled()
     warning = second.locator(".editor-notes .warn")
     expect(warning).to_contain_text("changed by Ann")
-    type_at_the_end(second, "# Bob\n")
     second.keyboard.press("Control+s")
     bob.say_name("Bob")
     expect(warning).to_contain_text("has not been saved")
@@ -108,11 +108,30 @@ def test_two_who_edit_one_procedure_are_told_and_nothing_is_lost(new_screen, pan
     second.get_by_role("button", name="Overwrite the file").click()
     expect(second.get_by_role("button", name="Save", exact=True)).to_be_disabled()
     assert file.read_text(encoding="utf-8").endswith("# Bob\n")
-    expect(first.locator(".editor-notes .warn")).to_contain_text("changed by Bob")
-    first.get_by_role("button", name="Discard mine").click()
+    expect(first.locator(".notice")).to_contain_text("changed by Bob")  # and nothing typed here
     go_to_the_end(first)
     expect(first.locator(".cm-content")).to_contain_text("# Bob")
     expect(first.locator(".editor-notes .warn")).to_have_count(0)
+    type_at_the_end(first, "# Ann, again\n")
+    file.write_text(file.read_text(encoding="utf-8") + "# an editor\n", encoding="utf-8")
+    expect(first.locator(".editor-notes .warn")).to_contain_text("changed by another program")
+    first.get_by_role("button", name="Discard mine").click()
+    go_to_the_end(first)
+    expect(first.locator(".cm-content")).to_contain_text("# an editor")
+    expect(first.locator(".editor-notes .warn")).to_have_count(0)
+
+
+@pytest.mark.thorough
+def test_problems_are_listed_in_the_order_of_their_lines(new_screen, panel):
+    page = open_text(new_screen(panel))
+    go_to_the_end(page)
+    page.keyboard.press("Control+a")
+    page.keyboard.insert_text("rigrunner: procedure/2\nid: 'A B'\nmain:\n  - setle: {}\nuse: {}\n")
+    lines = page.locator(".problems .link")
+    expect(lines.last).to_have_text("Line 5")
+    shown = [int(each.removeprefix("Line ")) for each in lines.all_inner_texts()]
+    assert shown == sorted(shown)
+    assert len(shown) > 3
 
 
 @pytest.mark.thorough

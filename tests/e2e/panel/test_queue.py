@@ -85,6 +85,56 @@ def test_a_scan_while_a_reason_is_asked_for_goes_to_the_queue(open_queue, lab):
 
 
 @pytest.mark.thorough
+def test_a_scan_where_no_field_has_the_focus_goes_to_the_queue_and_presses_nothing(open_queue, lab):
+    with running_panel(lab) as panel:
+        page = open_queue(panel).page
+        scan(page, "SN-1")
+        page.get_by_role("button", name="Start SN-1").focus()
+        press_keys(page, "SN 2", 0.01)
+        row(page, "SN 2").wait_for()
+        page.locator("#queue-procedure").select_option(label=LOADED)
+        page.locator("#queue-procedure").focus()
+        press_keys(page, "temp-3", 0.01)  # the first letters of another procedure
+        row(page, "temp-3").wait_for()
+        expect(page.locator("#queue-procedure option:checked")).to_have_text(LOADED)
+        page.evaluate("document.activeElement.blur()")
+        press_keys(page, "7", 0.01)
+        expect(page.locator(".queue-table tbody tr")).to_have_count(4)
+        press_keys(page, "7", 0.01)  # the scan field has the focus now
+        expect(page.locator("#queue-scan-note")).to_contain_text("7 is already in the queue")
+        page.get_by_label("Lot").focus()
+        press_keys(page, "X", 0.01)  # a label of the lot
+        expect(page.get_by_label("Lot")).to_have_value("L-7X")
+        page.get_by_role("link", name="History").click()
+        page.get_by_role("link", name="History").focus()
+        press_keys(page, "SN-5", 0.01)
+        expect(page.locator(".notice")).to_contain_text("Scanned, but not taken: SN-5")
+        found = [each["specimen"] for each in panel.get("queue")["entries"]]
+        assert found == ["SN-1", "SN 2", "temp-3", "7"]
+        assert panel.phase() == "idle"
+
+
+@pytest.mark.thorough
+def test_a_list_opens_in_the_coding_of_a_spreadsheet_and_a_workbook_is_refused(open_queue, lab):
+    with running_panel(lab) as panel:
+        page = open_queue(panel).page
+        page.locator(".queue-add details > summary").click()
+        given, pasted = page.locator("#queue-file"), page.locator("#queue-list")
+
+        def open_file(name, content):
+            given.set_input_files({"name": name, "mimeType": "text/csv", "buffer": content})
+
+        open_file("today.xlsx", b"PK\x03\x04\x00\x00\xff")
+        expect(page.locator("#queue-list-note")).to_have_text(
+            "today.xlsx is not a text file: save the table as CSV."
+        )
+        for coding in ("cp1252", "utf-16", "utf-8-sig"):
+            open_file(f"{coding}.csv", f"specimen;lot\r\nÄ-1;{coding} µ\r\n".encode(coding))
+            expect(pasted).to_have_value(f"specimen;lot\nÄ-1;{coding} µ\n")
+            expect(page.locator("#queue-list-note")).to_contain_text("makes it a CSV")
+
+
+@pytest.mark.thorough
 def test_a_german_list_with_decimal_commas_is_added_as_it_is_pasted(new_screen, lab):
     text = (lab / "procedures/quick_torque.yaml").read_text(encoding="utf-8")
     title = "Quick torque at a room temperature"

@@ -92,3 +92,11 @@ def test_results_and_curves_of_two_runs_are_drawn_over_each_other(new_screen, pa
         assert drawn_in(page, curve, name), f"the curve of {runs[number]}"
         expect(curve.locator(".legend").first).to_contain_text(runs[number])
     page.screenshot(path=pictures / "overlay-drawn.png")
+
+
+@pytest.mark.thorough
+def test_a_comparison_says_first_that_no_result_differs(new_screen, panel):
+    run = next(each.name for each in panel.runs.iterdir() if "QUICK-ST" in each.name)
+    screen = new_screen()
+    screen.open(f"#/compare/{run}/{run}")
+    expect(screen.page.locator(".compare .good-text")).to_have_text("No result differs.")

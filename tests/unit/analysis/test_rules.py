@@ -8,7 +8,7 @@ import pytest
 
 from rigrunner.analysis.verdict.rule import AppliedRule
 from rigrunner.api.data import Estimate
-from rigrunner.api.verdict import Limits, Verdict, Zone
+from rigrunner.api.verdict import Limits, Verdict, Zone, risk_text
 from rigrunner.procedure import Acceptance
 from rigrunner.registry import load_registry
 from rigrunner.signal.coverage import expanded
@@ -237,6 +237,37 @@ def test_the_reason_has_two_digits_of_the_uncertainty(value, u, words):
 def test_a_small_torque_is_not_shown_as_nothing(value, u, words):
     _, reason = rule("guard_band_u").verdict(UPPER, Estimate(value, u))
     assert reason == words
+
+
+@pytest.mark.parametrize(
+    ("margin", "unit", "words"),
+    [
+        # U = 1.96 * 0.05 = 0.0979982
+        (0.0978, "V", "0.0978 V, less than U = 0.0980 V; conformity is not demonstrated."),
+        (0.097998, "V", "0.0979980 V, less than U = 0.0979982 V; conformity is not demonstrated."),
+        (0.097998, "N·m", "0.0979980 N·m, less than U = 0.0979982 N·m; conformity is not demon"),
+        (0.0980001, "V", "0.098000 V (U = 0.097998 V)."),
+    ],
+)
+def test_the_reason_tells_the_margin_from_the_guard_band(margin, unit, words):
+    limits = Limits.between(0.0, None, unit)
+    _, reason = rule("guard_band_u").verdict(limits, Estimate(margin, 0.05, unit=unit))
+    assert words in reason
+
+
+@pytest.mark.parametrize(
+    ("risk", "text"),
+    [(0.0, "0.01 %"), (4e-5, "0.01 %"), (0.025, "2.50 %"), (0.5, "50.00 %"), (0.99996, "100.00 %")],
+)
+def test_a_greatest_risk_is_a_number_that_it_does_not_exceed(risk, text):
+    """It said "at most > 99.99 %" of limits that are far nearer to each other than u."""
+    assert risk_text(risk) == text
+
+
+def test_what_is_just_outside_is_not_outside_by_nothing():
+    limits = Limits.between(None, 1.0, "V")
+    _, reason = rule("simple").verdict(limits, Estimate(1.0000004, 0.05, unit="V"))
+    assert reason == "Outside the limit ≤ 1 V by 0.0000004 V."
 
 
 def test_a_bare_number_is_told_without_the_unit_one():

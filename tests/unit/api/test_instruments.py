@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from datetime import date
 from math import inf
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from rigrunner.api.instruments import Instrument
+from rigrunner.api.instruments import STORED, Instrument
 
 ENTRY = Instrument
 TORQUE = {"channel": "tester.torque", "serial": "T-1", "full_scale": "20 N·m"}
@@ -138,6 +139,37 @@ def test_readings_of_any_quantity_are_corrected_between_the_points():
     # the greatest U, and the middle point off the line from 0.2 K to 0.4 K over 20.2 K
     off = 0.2 + 0.2 * (20.1 - 10.2) / (30.4 - 10.2) - 0.1
     assert found.half_width("overall") == pytest.approx(0.2 + off, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("accuracy", "words"),
+    [
+        ({"offset": "0.05 K", "drift": "0.1 K"}, "accuracy.offset: the 'points'"),
+        ({"nonlinearity": "0.05 K"}, "accuracy.nonlinearity: the 'points'"),
+        ("0.15 K", "accuracy '0.15 K' is less than U at 30 °C"),
+    ],
+)
+def test_what_is_stated_beside_points_that_correct_does_not_replace_their_u(accuracy, words):
+    """U of the points, 0.1 K to 0.2 K, was not in the budget of a reading then."""
+    with pytest.raises(ValidationError, match=re.escape(words)):
+        Instrument.model_validate(THERMOMETER | {"accuracy": accuracy})
+    Instrument.model_validate(THERMOMETER | {"accuracy": accuracy}, context={STORED: True})
+
+
+def test_a_gain_does_not_replace_u_of_the_points_of_a_torque_transducer():
+    entry = TORQUE | {"points": POINTS, "interpolation": "linear"}
+    words = "accuracy.gain: the 'points' that correct the readings give what is left of it, with"
+    with pytest.raises(ValidationError, match=words):
+        Instrument.model_validate(entry | {"accuracy": {"gain": "0.1 %"}})
+
+
+def test_other_errors_and_a_greater_limit_may_stand_beside_points_that_correct():
+    drifts = Instrument.model_validate(THERMOMETER | {"accuracy": {"drift": "0.3 K"}})
+    assert drifts.half_width("drift") == pytest.approx(0.3)
+    assert drifts.half_width("overall") > 0.2
+    assert Instrument.model_validate(THERMOMETER | {"accuracy": "0.2 K"}).half_width(
+        "overall"
+    ) == pytest.approx(0.2)
 
 
 def test_a_zero_that_was_read_is_corrected_as_well():

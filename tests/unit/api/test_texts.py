@@ -9,7 +9,8 @@ from pydantic import ValidationError
 
 from helpers_cli import call
 from helpers_language import PROCEDURE, STATION, edited, only_problem, place_of, problems_of
-from rigrunner.api.texts import plain, refused_character
+from rigrunner.api.cleanup import error_text
+from rigrunner.api.texts import plain, refused_character, visible
 from rigrunner.certificate.order import read_order
 from rigrunner.procedure import parse_procedure
 from rigrunner.procedure.answers import AnswerError, Expected
@@ -38,6 +39,26 @@ def test_what_any_script_needs_is_taken(text):
     assert plain(text) == text
     assert refused_character(text) is None
     assert Expected().accept(text) == text
+
+
+@pytest.mark.parametrize("character", [*HIDDEN, "\r"], ids=lambda each: f"U+{ord(each):04X}")
+def test_what_cannot_be_seen_in_a_text_of_a_device_is_made_visible(character):
+    shown = visible(f"SN{character}17")
+    assert shown.isprintable()
+    assert shown.startswith("SN\\")
+    assert shown.encode().decode("unicode_escape") == f"SN{character}17"  # nothing of it is lost
+    assert visible(shown) == shown
+
+
+@pytest.mark.parametrize("text", SEEN)
+def test_what_any_script_needs_is_shown_as_it_is(text):
+    assert visible(text) == text
+
+
+def test_the_text_of_an_error_hides_nothing():
+    error = ValueError("answer 'OK\x1b[2J'")
+    error.add_note(f"beside {RLO}it")
+    assert error_text(error) == r"ValueError: answer 'OK\x1b[2J'; beside \u202eit"
 
 
 def titled(title):

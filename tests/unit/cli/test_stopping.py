@@ -80,14 +80,27 @@ def test_ctrl_c_breaks_off_a_question_to_pause_and_while_paused_to_abort():
             press()
 
 
-@pytest.mark.parametrize("told", [(), (STARTED, ENDED)])
-def test_outside_of_a_run_ctrl_c_ends_the_program(told):
+def test_outside_of_a_run_ctrl_c_ends_the_program():
     with stop_on_signals(attended=True) as stop:
-        for event in told:
-            stop(event)
         with pytest.raises(KeyboardInterrupt):
             press()
         assert not stop.is_set()
+
+
+@pytest.mark.parametrize("attended", [True, False])
+def test_until_a_run_is_sealed_two_ctrl_c_break_nothing_off(capfd, attended):
+    with stop_on_signals(attended=attended) as stop:
+        stop(STARTED)
+        stop(ENDED)
+        press()
+        assert stop.is_set()  # which ends its analysis
+        assert stop.reason().exit_code is ExitCode.INTERRUPTED
+        press()
+        with pytest.raises(KeyboardInterrupt):
+            press()
+    told = capfd.readouterr().err.split("\n\n")
+    assert told[0].strip() == "The run is over; its folder is being sealed. Please wait."
+    assert told[1].strip() == "Ctrl-C once more ends this now; 'rigrunner recover' seals the run."
 
 
 def test_the_former_handlers_return():
@@ -105,5 +118,4 @@ def test_while_the_rig_is_made_safe_no_ctrl_c_breaks_that_off():
         for _ in range(3):
             press()
         stop(ENDED)
-        with pytest.raises(KeyboardInterrupt):
-            press()
+        press()

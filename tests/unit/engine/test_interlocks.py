@@ -74,6 +74,7 @@ def watched(interlock, *values, step_s=1.0):
         ({"maximum": inf, "rate_per_s": 2.0}, [0, 2, 4.1, 4.1], [(2, "tripped"), (3, "cleared")]),
         ({"maximum": inf, "rate_per_s": 2.0}, [0, -2.5], [(1, "tripped")]),
         ({"maximum": inf, "stale_s": 2.0}, [0, None, None, 0], [(2, "tripped"), (3, "cleared")]),
+        ({"maximum": inf, "stale_s": 2.0}, [7, 7, 7, 7, 7], []),
         ({"maximum": 5.0}, [0, None], [(1, "tripped")]),
         ({"maximum": 5.0, "debounce_s": 1.5}, [0, None, None], [(2, "tripped")]),
         ({"maximum": 5.0}, [float("nan")], [(0, "tripped")]),

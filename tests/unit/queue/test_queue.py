@@ -5,14 +5,16 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime
+from types import SimpleNamespace
 
 import pytest
 
 from rigrunner.api.errors import DataError, InvalidFileError, UsageError
 from rigrunner.api.events import RunStarted
 from rigrunner.procedure.questions import Input
-from rigrunner.queue import Draft, Queue, accepted_inputs, read_list
+from rigrunner.queue import Draft, Queue, accepted_inputs, list_text, read_list
 
 NOW = datetime(2026, 11, 23, 12, tzinfo=UTC)
 STATION = "s.yaml"
@@ -50,7 +52,7 @@ def test_entries_are_run_in_the_order_that_a_person_gave_them(queue):
 def test_an_entry_whose_run_was_interrupted_is_not_started_again(queue):
     with queue.started(1, "Ann"):
         pass  # it ends without a run, as after a kill
-    with pytest.raises(UsageError, match="expected waiting"), queue.started(1, "Bob"):
+    with pytest.raises(UsageError, match="was interrupted"), queue.started(1, "Bob"):
         raise AssertionError
     assert specimens(queue, "interrupted") == ["SN-1"]
 
@@ -96,6 +98,15 @@ with Queue(Path({str(queue.path(STATION).parent)!r})).started(1, "Ann"):
     assert specimens(queue, "interrupted") == ["SN-1"]
     with pytest.raises(UsageError, match="was interrupted"):
         queue.next()
+    with pytest.raises(UsageError) as refused, queue.started(1, "Ann"):
+        raise AssertionError
+    assert refused.value.message == "the run of entry 1 (SN-1) was interrupted"
+    assert "'rigrunner queue repeat 1 --reason TEXT'" in refused.value.hint
+    assert "resume" not in refused.value.hint  # there is no run yet
+    queue._replace(1, run="20261123_X")
+    with pytest.raises(UsageError) as refused:
+        queue.next()
+    assert "'rigrunner resume 20261123_X'" in refused.value.hint
     again = queue.repeat(1, "Ann", "the machine lost its power", NOW)
     assert queue.next() == again
     assert (again.specimen, again.repeats) == ("SN-1", 1)
@@ -104,6 +115,31 @@ with Queue(Path({str(queue.path(STATION).parent)!r})).started(1, "Ann"):
     assert specimens(queue, "closed") == ["SN-1"]
     with pytest.raises(UsageError, match="already repeated: entry 4"):
         queue.repeat(1, "Ann", "once more", NOW)
+
+
+def test_an_entry_whose_run_is_over_is_refused_as_done(queue, monkeypatch):
+    with queue.started(1, "Ann"):
+        queue._replace(1, run="20261123_X")
+    ended = SimpleNamespace(is_in_progress=False, info=SimpleNamespace(reason="", outcome="failed"))
+    monkeypatch.setattr("rigrunner.queue.store.listed_run", lambda *_: ended)
+    with pytest.raises(UsageError, match="entry 1 is done"), queue.started(1, "Ann"):
+        raise AssertionError
+
+
+def test_an_interrupted_entry_is_none_that_runs_while_several_look_at_it(queue, tmp_path):
+    with queue.started(1, "Ann"):
+        pass
+    (tmp_path / "runs" / ".queue-1.lock").touch()  # as a kill leaves it
+    runs = tmp_path / "runs"
+
+    def look(_):
+        return Queue(runs).shown()[0].status
+
+    with ThreadPoolExecutor(4) as several:
+        assert set(several.map(look, range(400))) == {"interrupted"}
+    with queue.started(2, "Ann"), ThreadPoolExecutor(4) as several:
+        found = several.map(lambda _: Queue(runs).shown()[1].status, range(40))
+        assert set(found) == {"running"}
 
 
 def test_a_run_that_could_not_begin_gives_its_entry_back(queue):
@@ -121,7 +157,7 @@ def test_the_same_specimen_twice_is_refused_and_nothing_of_the_list_is_added(que
         queue.add([draft("SN-9"), draft(" sn-2".strip()), draft("SN-9")], "Ann", NOW)
     assert [each.message for each in refused.value.problems] == [
         "SN-2 is already in the queue: entry 2, waiting",
-        "SN-9 is already in the queue: entry 4, waiting",
+        "SN-9 is in the list twice",
     ]
     assert len(queue.entries()) == 3
     queue.add([draft("SN-2", procedure="other.yaml")], "Ann", NOW)
@@ -172,6 +208,8 @@ for i in range(10):
                 (3, {"specimen": "SN;2", "type": "GE30", "room": "20 °C"}),
             ],
         ),
+        ("sep=;\r\nspecimen;type;\r\nSN-1;GE20;\r\n", [(3, {"specimen": "SN-1", "type": "GE20"})]),
+        ("specimen\nA;1\nB;2\n", [(2, {"specimen": "A;1"}), (3, {"specimen": "B;2"})]),
     ],
 )
 def test_lists_are_read_as_people_write_them(text, found):
@@ -195,6 +233,9 @@ def test_every_line_that_is_not_accepted_is_named():
         ("specimen,typ\nSN-1,GE20\n", "got the column 'typ'"),
         ("specimen,type\n", "a header and no specimen"),
         ("x\n" * 1001, "1001 lines, expected at most 1000"),
+        ("No;specimen;Type\n1;SN-1;GE20\n", "got the column 'No'"),
+        ("SN-1\tGE20\t22\n", "the list has 3 columns without names"),
+        ("SN-1;GE20\nSN-2;GE20\n", "the list has 2 columns without names"),
     ],
 )
 def test_a_list_that_is_none_is_refused(text, why):
@@ -244,9 +285,33 @@ def test_a_specimen_that_waits_at_another_station_is_refused(queue):
 
 
 def test_a_specimen_twice_in_one_list_is_refused(queue):
-    with pytest.raises(InvalidFileError, match="SN-7 is already in the queue"):
+    with pytest.raises(InvalidFileError, match="sn-7 is in the list twice"):
         queue.add([draft("SN-7"), draft("sn-7")], "Ann", NOW)
     assert len(queue.entries()) == 3
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [("SN 7", "SN\N{NO-BREAK SPACE}7"), ("SN 7", "SN  7"), ("\u00c4-7", "A\u0308-7")],
+)
+def test_a_specimen_is_the_same_where_it_looks_the_same(queue, one, other):
+    queue.add([draft(one)], "Ann", NOW)
+    with pytest.raises(InvalidFileError, match="already in the queue: entry 4"):
+        queue.add([draft(other)], "Ann", NOW)
+
+
+@pytest.mark.parametrize("coding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+def test_a_list_is_read_in_the_codings_of_spreadsheets(coding):
+    assert list_text("specimen;type\r\nÄ-1 µ;GE20\r\n".encode(coding)).splitlines() == [
+        "specimen;type",
+        "Ä-1 µ;GE20",
+    ]
+
+
+@pytest.mark.parametrize("content", [b"PK\x03\x04\x00\x00\xff", b"a\x00b"])
+def test_a_workbook_is_no_list(content):
+    with pytest.raises(DataError, match="is not a text file"):
+        list_text(content, "today.xlsx")
 
 
 def test_a_file_that_cannot_be_read_stops_no_other_station(queue):

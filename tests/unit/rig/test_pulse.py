@@ -43,6 +43,15 @@ def test_a_call_may_take_its_own_time_and_the_usual_one_beyond(pulse, announced)
     assert pulse.left_s() == USUAL_S
 
 
+def test_of_calls_at_the_same_time_each_may_take_its_own_time(pulse):
+    """Devices are made safe side by side: the first answer is not that of the slow one."""
+    with pulse.call(600.0):
+        with pulse.call(1.0):
+            pulse.tick(1.0)
+        assert pulse.left_s() == 599.0 + USUAL_S
+    assert pulse.left_s() == USUAL_S
+
+
 def test_a_short_call_is_not_announced(pulse, announced):
     with pulse.call(10.0):
         assert pulse.left_s() == 40.0

@@ -232,6 +232,38 @@ def test_what_python_has_for_a_device_error_becomes_one(raised, kind, told, non_
     assert caught.value.__cause__ is raised
 
 
+@pytest.mark.parametrize(
+    "raised",
+    [
+        DeviceError("bad: OK\x1b[2J", hint="\u202esee"),
+        TimeoutError("OK\x1b[2J"),
+        ConnectionError("OK\x1b[2J"),
+    ],
+)
+def test_what_a_driver_quotes_of_its_instrument_steers_no_terminal(raised):
+    device = FakeTester(before=raising(raised, at="set load 1"))
+    with rig_of(device) as rig, pytest.raises(DeviceError, match=r"OK\\x1b\[2J") as caught:
+        rig.set("tester", "load", 1.0)
+    assert f"{caught.value.message}{caught.value.hint}".isprintable()
+
+
+def test_an_identity_and_messages_of_a_driver_steer_no_terminal():
+    part = Identity("Fakes", "cell", "7\x9b")
+    device = FakeTester()
+    device.connect = lambda _: Identity("F\x1b[2J", "\u202eX", "1\r", "v\x00", parts={"cell": part})
+    rig = rig_of(device)
+    found = rig.connect()["tester"]
+    assert found == Identity(
+        r"F\x1b[2J",
+        r"\u202eX",
+        r"1\r",
+        r"v\x00",
+        parts={"cell": Identity("Fakes", "cell", r"7\x9b")},
+    )
+    rig.messages.log_of("tester").warning("read %s", "\x1b[8m")
+    assert [each.text for each in rig.messages.taken()] == [r"read \x1b[8m"]
+
+
 def test_hanging_device_is_abandoned_and_all_are_still_made_safe():
     release = threading.Event()
     hangs = FakeTester(

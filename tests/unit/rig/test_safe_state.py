@@ -127,6 +127,34 @@ def test_a_drive_that_hangs_is_abandoned_and_the_others_follow():
     rig.close()
 
 
+@pytest.mark.parametrize("order", [(), ("tester",), (Member("tester", "frequency"),)])
+def test_no_device_waits_for_one_that_does_not_confirm_that_it_is_safe(order):
+    """The tester stands safe only once the oven has been told to be."""
+    oven_is_safe = threading.Event()
+
+    def slow(call):
+        if call == "make_safe":
+            assert oven_is_safe.wait(20.0)
+
+    class OvenThatTells(Oven):
+        def make_safe(self):
+            told = super().make_safe()
+            oven_is_safe.set()
+            return told
+
+    told: list[str] = []
+    devices = {
+        "oven": OvenThatTells(told, non_blocking=False),
+        "tester": Bench(told, before=slow, non_blocking=False),
+    }
+    rig = Rig(devices, SimulatedClock(), Patience(answer_s=1.0), order)
+    rig.connect()
+    reports = {each.what: each for each in rig.make_safe()}
+    assert reports["tester"].safe
+    assert reports["oven"].safe
+    rig.close()
+
+
 def test_a_drive_that_reads_back_something_else_is_not_safe():
     _, reports = made_safe((Member("tester", "frequency"),), read_back_offset=0.5)
     assert reports[0].problems == ("frequency reads back 0.5 Hz, safe is 0 Hz",)
@@ -303,6 +331,89 @@ def test_what_make_safe_of_a_device_raises_keeps_no_drive_from_its_safe_value(er
     assert report.read_back == {"frequency": 0.0, "load": 0.0}
     assert len(report.problems) == 1  # the device did not confirm all that it does to be safe
     assert str(error) in report.problems[0]
+    rig.close()
+
+
+def test_a_device_of_the_order_that_hangs_is_set_drive_by_drive_only_beside_the_others():
+    oven_is_safe, release = threading.Event(), threading.Event()
+
+    class Hangs(FakeTester):
+        def make_safe(self):
+            release.wait(20.0)
+
+        def set(self, drive, value):
+            assert not self.drives_at["load"] or value or oven_is_safe.wait(0.5)
+            super().set(drive, value)
+
+    class OvenThatTells(Oven):
+        def make_safe(self):
+            oven_is_safe.set()
+            return super().make_safe()
+
+    devices = {"tester": Hangs(non_blocking=False), "oven": OvenThatTells([], non_blocking=False)}
+    rig = Rig(devices, SimulatedClock(), Patience(answer_s=0.2), ("tester",))
+    rig.connect()
+    tester, oven = rig.make_safe()
+    release.set()
+    assert oven.safe
+    assert tester.read_back == {"load": 0.0, "frequency": 0.0}
+    rig.close()
+
+
+def test_a_device_of_the_order_that_fails_is_set_drive_by_drive_in_its_second_turn_alone():
+    class Fails(Bench):
+        def make_safe(self):
+            self._told("make_safe")
+            raise IndexError("bug")
+
+    told: list[str] = []
+    rig = Rig({"tester": Fails(told), "oven": Oven(told)}, SimulatedClock(), None, ("tester",))
+    rig.connect()
+    told.clear()
+    rig.make_safe()
+    assert [call for call in told if "read_back" not in call] == [
+        "tester make_safe",
+        "tester make_safe",
+        "tester set load 0",
+        "tester set frequency 0",
+        "oven make_safe",
+    ]
+
+
+def test_an_impatient_person_leaves_what_never_answers(monkeypatch):
+    """With patience without end nothing else would end the wait."""
+    release, interrupts = threading.Event(), iter(range(3))
+    real = threading.Thread.join
+
+    def join(thread, timeout=None):
+        if thread.name == "make safe tester" and next(interrupts, None) is not None:
+            raise KeyboardInterrupt
+        real(thread, timeout)
+
+    devices = {
+        "tester": FakeTester(non_blocking=False, before=lambda _: release.wait(20.0)),
+        "oven": Oven([]),
+    }
+    rig = Rig(devices, SimulatedClock(), Patience(answer_s=float("inf")))
+    monkeypatch.setattr(threading.Thread, "join", join)
+    tester, oven = rig.make_safe()
+    release.set()
+    assert tester.problems == ("make safe was interrupted from the keyboard",)
+    assert oven.safe
+
+
+def test_without_a_thread_left_each_device_is_made_safe_all_the_same(monkeypatch):
+    real = threading.Thread.start
+
+    def start(thread):
+        if thread.name.startswith("make safe"):
+            raise RuntimeError("can't start new thread")
+        real(thread)
+
+    monkeypatch.setattr(threading.Thread, "start", start)
+    rig = Rig({"tester": FakeTester(non_blocking=False), "oven": Oven([])}, SimulatedClock())
+    rig.connect()
+    assert [each.safe for each in rig.make_safe()] == [True, True]
     rig.close()
 
 

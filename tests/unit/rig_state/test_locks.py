@@ -88,3 +88,28 @@ def test_all_of_several_locks_are_held_and_forgotten_afterwards(lock, tmp_path):
         assert [is_held(each) for each in (lock, other)] == [True, True]
         assert locks.holder_of(other) == RUN
     assert [locks.holder_of(each) for each in (lock, other)] == [None, None]
+
+
+@POSIX
+def test_an_inherited_lock_whose_file_was_removed_is_held_by_its_name_too(lock, inherited):
+    """The inode that is inherited holds nobody off who makes the file anew."""
+    lock.unlink()
+    with take_over([inherited], [lock], GUARDIAN):
+        assert is_held(lock) is True
+        with pytest.raises(Busy), hold([lock], RUN):
+            pass
+    assert is_held(lock) is False
+
+
+@POSIX
+def test_an_inherited_lock_that_was_removed_and_taken_by_another_process_is_refused(
+    lock, inherited
+):
+    lock.unlink()
+    with (
+        hold([lock], RUN),
+        pytest.raises(Busy) as refused,
+        take_over([inherited], [lock], GUARDIAN),
+    ):
+        pass
+    assert refused.value.holder == RUN

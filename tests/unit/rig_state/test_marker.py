@@ -163,16 +163,58 @@ def test_a_drive_is_not_set_where_the_marker_cannot_be_written(folder):
     assert "set load 0" in device.calls
 
 
-def test_a_marker_that_is_written_in_part_keeps_the_drive_from_being_set(monkeypatch):
+def cut_off(monkeypatch):
+    """Let each write end after 150 bytes, as on a full disk."""
+    write = os.write
+    monkeypatch.setattr(os, "write", lambda file, content: write(file, content[:150]))
+
+
+def test_a_marker_that_is_written_in_part_sets_no_drive_and_raises_no_alarm(monkeypatch):
     device = FakeTester()
     rig = rig_with(marks_of(), device)
     rig.connect()
-    write = os.write
-    monkeypatch.setattr(os, "write", lambda file, content: write(file, content[:100]))
+    with monkeypatch.context() as full:
+        cut_off(full)
+        with pytest.raises(DeviceError, match="the disk is full"):
+            rig.set("tester", "load", 40.0)
+    assert "set load 40" not in device.calls
+    assert read_marker("press") is None
+    rig.set("tester", "load", 40.0)
+    assert read_marker("press").set_points == "tester.load 40 N"
+
+
+def test_a_further_drive_that_cannot_be_marked_leaves_the_marker_of_the_others(monkeypatch):
+    rig = rig_with(marks_of(), FakeTester())
+    rig.connect()
+    rig.set("tester", "load", 40.0)
+    write, writes = os.write, []
+
+    def full_once(file, content):
+        writes.append(content)
+        return write(file, content[:100] if len(writes) == 1 else content)
+
+    monkeypatch.setattr(os, "write", full_once)
+    with pytest.raises(DeviceError, match="the disk is full"):
+        rig.set("tester", "frequency", 2.0)
+    assert read_marker("press").set_points == "tester.load 40 N"
+    rig.set("tester", "load", 50.0)
+    assert read_marker("press").set_points == "tester.load 50 N"
+
+
+def test_a_marker_of_an_earlier_run_that_is_torn_stays_until_the_rig_was_read_back(
+    monkeypatch, left_by_another_run
+):
+    rig = rig_with(left_by_another_run, FakeTester(), FakeTester())
+    rig.connect()
+    cut_off(monkeypatch)
     with pytest.raises(DeviceError, match="the disk is full"):
         rig.set("tester", "load", 40.0)
-    assert "set load 40" not in device.calls
-    assert read_marker("press") is not None  # a next start looks at the drives
+    found = read_marker("press")
+    assert found.owner is None
+    assert found.text == (
+        "the rig of station press may be energised: its marker cannot be read, as after a full disk"
+        " or a power cut while it was written; nothing has confirmed since that it is safe"
+    )
 
 
 def test_a_set_point_that_cannot_be_noted_is_not_sent_unless_it_is_the_safe_one(monkeypatch):
@@ -372,7 +414,8 @@ def test_looking_for_a_marker_makes_no_file(folder):
 def test_a_marker_without_a_readable_drive_says_that_the_set_points_are_not_known(folder):
     folder.mkdir()
     (folder / "press.energised").write_bytes(b"{")
-    assert "last set-points: set-points not known;" in read_marker("press").text
+    assert read_marker("press").set_points == "set-points not known"
+    assert "its marker cannot be read" in read_marker("press").text
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 
 import pytest
 from hypothesis import given
@@ -39,12 +39,15 @@ def test_a_screen_that_applies_all_deltas_shows_the_whole_state(changes):
             told = json.loads(delta)
             assert told["seq"] == shown["seq"] + 1
             shown |= {**told["changes"], "seq": told["seq"]}
-    assert shown == json.loads(board.state("me"))
+    assert {**shown, "now_utc": ""} == {**json.loads(board.state("me")), "now_utc": ""}
 
 
 def test_the_state_is_of_the_model_that_is_published():
     found = json.loads(Board().state("abc"))
-    assert set(found) == set(State.model_fields) == {*SECTIONS, "seq", "latest", "version", "you"}
+    others = {"seq", "latest", "version", "you", "now_utc"}
+    assert set(found) == set(State.model_fields) == {*SECTIONS, *others}
+    age = datetime.now(UTC) - datetime.fromisoformat(found["now_utc"])
+    assert abs(age) < timedelta(seconds=60)
     State.model_validate(found)
 
 

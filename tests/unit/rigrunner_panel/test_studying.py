@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from statistics import fmean
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from starlette.testclient import TestClient
 from e2e.helpers_trends import store_results
 from rigrunner.runfile import read
 from rigrunner_fleet.archive.location import FILE
+from rigrunner_panel.overlaying import result_rows
 from rigrunner_panel.web.app import make_app
 from rigrunner_panel.web.panel import Panel, Settings
 
@@ -101,6 +103,26 @@ def test_runs_are_laid_over_each_other_with_their_u(client, runs):
     shown = [each["y"] for each in curve["series"][0]["points"]]
     assert (min(shown), max(shown)) == pytest.approx((values.min(), values.max()))
     assert len(curve["series"]) == 2
+
+
+def test_a_result_over_no_set_point_has_its_value_in_each_run():
+    def run(value, *, wear=None):
+        def estimate(number):
+            return {"value": number, "expanded_uncertainty_95": 0.1, "unit": "V"}
+
+        results = [
+            {"name": "ripple", "coordinates": {"state": "slow"}, "estimate": estimate(value)},
+            {"name": "ripple", "coordinates": {"current": {"value": 2.0, "unit": "A"}},
+             "estimate": estimate(9.0)},
+        ]  # fmt: skip
+        if wear is not None:
+            results.append({"name": "wear", "coordinates": {}, "estimate": estimate(wear)})
+        return SimpleNamespace(result_document={"results": results})
+
+    assert result_rows({"one": run(1.0), "two": run(2.0, wear=3.0)}) == [
+        ("ripple at state = slow", "V", {"one": (1.0, 0.1), "two": (2.0, 0.1)}),
+        ("wear", "V", {"two": (3.0, 0.1)}),
+    ]
 
 
 @pytest.mark.parametrize("names", ["", ",".join("abcdefg"), "../../etc", "none-such"])

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import inf, nan, sqrt
+from math import inf, isnan, nan, sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -14,6 +15,12 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import Instrument
 from rigrunner.registry import load_registry
 from rigrunner.signal.coverage import expanded
+from rigrunner_plugins.analyses.statistics import STATISTICS, Series, percentile
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from rigrunner_plugins.analyses.statistics import Statistic
 
 UNITS = {"meter.voltage": "V", "load.current": "A", "shunt.voltage": "V", "room.temperature": "K"}
 START = "2026-01-05T10:00:00+00:00"
@@ -253,6 +260,25 @@ def test_temperatures_are_stated_in_celsius_and_their_range_in_kelvin() -> None:
     assert spread.estimate.value == pytest.approx(3.0)
 
 
+@pytest.mark.parametrize("statistic", ["range", "standard_deviation"])
+def test_a_difference_of_power_levels_is_in_decibel(statistic: str) -> None:
+    """13 dBm less 10 dBm, 20 mW over 10 mW, is 3 dB; 3 dBm would be 2 mW (IEC 60027-3)."""
+    rows = [
+        Measurement("t", START, {}, {"meter.level": each}, {"meter.level": "dBm"})
+        for each in (10.0, 13.0)
+    ]
+    known = [meter("meter.level", "power level", "0 dBm")]
+    told = {"of": "meter.level", "statistic": statistic}
+    spread = only(run_of(*rows, instruments=known), "dB", **told)
+    assert spread.estimate.value == pytest.approx(3.0 if statistic == "range" else 3 / sqrt(2))
+    registry, units = load_registry(), {"meter.level": "dBm"}
+    for symbol, is_right in (("dB", True), ("dBm", False)):
+        settings = told | {"result": {"name": "found", "unit": symbol}}
+        assert (not registry.objections("readings", settings, units)) is is_right
+    mean = {"of": "meter.level", "result": {"name": "found", "unit": "dBm"}}
+    assert not registry.objections("readings", mean, units)
+
+
 def autoregressive(n: int, phi: float, rng: np.random.Generator):
     return signal.lfilter([1.0], [1.0, -phi], rng.normal(0, 1, n + 500))[500:]
 
@@ -302,6 +328,95 @@ def test_the_interval_of_a_mean_holds_where_each_recording_has_its_own_level() -
         found = mean_of_recordings(rng.normal(size=4), seed=seed).estimate
         held += abs(found.value) <= expanded(found)
     assert held >= 90  # as one series 60
+
+
+def held(of: Statistic, true: float, series: Iterable[Series]) -> tuple[int, int]:
+    """Return how many of some series hold the true value, and how many do not know U."""
+    inside = unknown = 0
+    for each in series:
+        u, dof = of.scatter(each) or (nan, nan)
+        unknown += isnan(u)
+        inside += abs(of.value(each) - true) <= stats.t.ppf(0.975, dof) * u
+    return inside, unknown
+
+
+def of_levels(levels: float, recordings: int, runs: int = 100) -> Iterator[Series]:
+    """Yield series of recordings of 2 s, 10 s apart, each about a level of its own.
+
+    Their samples are an AR(1) series of numpy with a deviation of 1.
+    """
+    rng, phi, n = np.random.default_rng(11), 0.5, 200
+    starts = tuple(n * at for at in range(1, recordings))
+    times = np.concatenate([10 * at + np.arange(n) / 100 for at in range(recordings)])
+    for _ in range(runs):
+        made = [
+            level + autoregressive(n, phi, rng) * sqrt(1 - phi**2)
+            for level in levels * rng.normal(size=recordings)
+        ]
+        yield Series(np.concatenate(made), times, in_a_row=True, step_s=0.01, starts=starts)
+
+
+@pytest.mark.parametrize(("levels", "recordings"), [(0.0, 4), (1.0, 4), (1.0, 8), (5.0, 8)])
+def test_the_interval_of_a_standard_deviation_holds_where_recordings_differ(levels, recordings):
+    deviation = STATISTICS["standard_deviation"]
+    inside, unknown = held(deviation, sqrt(1 + levels**2), of_levels(levels, recordings))
+    assert inside >= 90  # as one series 70 to 85
+    assert unknown == 0
+
+
+@pytest.mark.parametrize(("levels", "recordings"), [(0.0, 4), (1.0, 6), (1.0, 10), (5.0, 6)])
+def test_the_interval_of_a_slope_holds_where_recordings_differ(levels, recordings) -> None:
+    inside, unknown = held(STATISTICS["slope"], 0.0, of_levels(levels, recordings))
+    assert inside >= 90  # as one series 60 to 80
+    assert unknown == 0
+
+
+def test_the_slope_through_two_recordings_has_an_unknown_uncertainty() -> None:
+    """Nothing tells a drift from two levels: U of the samples alone held 5 to 16 of 100."""
+    assert held(STATISTICS["slope"], 0.0, of_levels(1.0, 2)) == (0, 100)
+    made = [recorded(np.arange(20.0) % 3, second=10 * at) for at in range(2)]
+    found = analysed(
+        run_of(recordings=made, instruments=[meter()]),
+        statistic="slope", result={"name": "drift", "unit": "V/s"},
+    )  # fmt: skip
+    assert isnan(found.results[0].estimate.u)
+    (note,) = found.notes
+    assert note == (
+        "drift: there are too few readings, or recordings that agree, to know the uncertainty of a"
+        " slope."
+    )
+
+
+def test_the_interval_of_a_percentile_holds_or_is_not_stated_where_recordings_differ() -> None:
+    inside, unknown = held(percentile(0.5), 0.0, of_levels(1.0, 8))
+    assert inside >= 90  # as one series 85
+    assert unknown == 0
+    true = stats.norm.ppf(0.9)
+    inside, unknown = held(percentile(0.9), true, of_levels(0.0, 4))
+    assert inside + unknown >= 90
+    assert unknown <= 20  # the F-test at 5 %, of means that vary little more than samples tell
+    _, unknown = held(percentile(0.9), true * sqrt(26), of_levels(5.0, 4))
+    assert unknown >= 95
+
+
+@pytest.mark.parametrize(
+    ("percent", "n", "known"),
+    [(50, 5, False), (50, 6, True), (90, 35, False), (90, 36, True), (95, 71, False),
+     (95, 72, True), (5, 71, False), (5, 72, True)],
+)  # fmt: skip
+def test_the_interval_of_a_percentile_of_readings_is_that_of_order_statistics(percent, n, known):
+    """All n are below a percentile by chance p^n: 0.9^36 = 2.25 %, 0.95^72 = 2.49 %.
+
+    Half the distance from n p - sqrt(n p q) to n p + sqrt(n p q) held 56 % for p = 95 %, n = 10.
+    """
+    rng = np.random.default_rng(5)
+    made = (
+        Series(rng.exponential(size=n), np.arange(float(n)), in_a_row=False) for _ in range(400)
+    )
+    true = stats.expon.ppf(percent / 100)
+    inside, unknown = held(percentile(percent / 100), true, made)
+    assert unknown == (0 if known else 400)
+    assert inside >= (372 if known else 0)
 
 
 def test_very_many_samples_are_taken_by_means_of_neighbours() -> None:

@@ -8,7 +8,9 @@ import sys
 from dataclasses import replace
 from datetime import date
 from importlib.resources import files
+from math import nan
 from pathlib import Path
+from types import SimpleNamespace
 from typing import get_args
 
 import pytest
@@ -27,13 +29,17 @@ from rigrunner.api.certificate import (
     certificate_json,
     parse_certificate,
 )
-from rigrunner.api.errors import InvalidFileError, MissingPackageError
+from rigrunner.api.coordinates import CoordinateValue
+from rigrunner.api.data import Estimate
+from rigrunner.api.errors import DataError, InvalidFileError, MissingPackageError
 from rigrunner.api.events import Alarm, Intervention, Note, StepEnded
+from rigrunner.api.findings import MeasurementResult, ResultDefinition
 from rigrunner.api.letterhead import CertificateInput
 from rigrunner.api.verdict import Verdict
 from rigrunner.certificate.content import Issue, make_certificate, restrictions_of
 from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.certificate.order import complete
+from rigrunner.certificate.results import named_of
 from rigrunner.clock import utc_text
 from rigrunner.documents.certifying.certify import read_source
 from rigrunner.plots import draw
@@ -41,7 +47,8 @@ from rigrunner.registry import load_registry
 from rigrunner_reports.certificate import render
 from rigrunner_reports.certificate.pdf import pdf_maker
 from rigrunner_reports.certificate.render import html
-from rigrunner_reports.certificate.texts import names, said, shipped, shipped_languages
+from rigrunner_reports.certificate.texts import names, said, shipped, shipped_languages, texts
+from rigrunner_reports.certificate.wording import Wording
 from unit.rigrunner_reports.helpers_html import read_html
 
 pytestmark = pytest.mark.figures
@@ -55,6 +62,22 @@ ISSUED_RULES = ("simple", "guard_band_u", "guard_band_fraction", "non_binary")
 
 OLD = Path(__file__).parents[2] / "data/0.1.0/certificates/SPECIMEN-DEMO-2026-0001.json"
 """Of version 0.1.0, with limits in N·m by the names of its members."""
+
+
+def test_a_risk_that_is_small_is_not_printed_as_none():
+    wording = Wording(texts("de", {}))
+    printed = [wording.percent(each) for each in (0.0, 3e-7, 0.025, 0.5, 1.0)]
+    assert printed == ["< 0,01", "< 0,01", "2,5", "50", "100"]
+
+
+def test_a_result_without_uncertainty_is_named_with_its_place():
+    of = ResultDefinition(name="one", unit="V")
+    at = {"bench.current": CoordinateValue(1.0, "A")}
+    found = MeasurementResult(
+        of=of, estimate=Estimate(1.0, nan, nan, "V"), coordinates=at, readings=1
+    )
+    with pytest.raises(DataError, match=r"^one at bench.current = 1 A has no uncertainty"):
+        named_of(SimpleNamespace(other_results=(found,)))
 
 
 @pytest.fixture(scope="module")

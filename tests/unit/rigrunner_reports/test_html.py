@@ -11,6 +11,7 @@ import pytest
 
 from rigrunner.api.analysis import Bias, Check, Consequence
 from rigrunner.api.checks import skipped
+from rigrunner.api.texts import refused_character
 from rigrunner.api.verdict import Verdict
 from rigrunner_reports.render import css_string, html
 from unit.rigrunner_reports.helpers_html import read_html
@@ -172,6 +173,18 @@ def test_what_a_lab_writes_is_shown_and_never_becomes_markup():
     page = read_html(data)
     assert b"<script" not in data
     assert page.words.count(HOSTILE) >= 10
+
+
+def test_hidden_characters_of_what_a_device_said_are_seen_in_the_report():
+    data = html(
+        report_input(
+            small(loaded_result()),
+            provenance={"serial": "1\x1b[2J\N{RIGHT-TO-LEFT OVERRIDE}2"},
+            events=({"utc": "", "kind": "note", "text": "a\x9bb"},),
+        )
+    ).decode()
+    assert r"1\x1b[2J\u202e2" in data
+    assert not refused_character(data)
 
 
 def test_a_run_that_was_stopped_has_no_verdict():

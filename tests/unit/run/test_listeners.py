@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from rigrunner.api.events import Samples
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
 from rigrunner.run import listening
-from rigrunner.run.listening import Detached
+from rigrunner.run.listening import Detached, listeners_of
 from rigrunner.run.prepare import plan_run
 from rigrunner.runfile import read
 
@@ -258,3 +259,24 @@ def test_a_listener_that_would_end_the_program_is_one_that_failed():
     detached.close()
     with pytest.raises(RuntimeError, match=r"it raised SystemExit\(0\)"):
         detached(event)
+
+
+def test_listeners_that_end_slowly_are_waited_for_at_once():
+    class Sink:
+        def __call__(self, _event):
+            pass
+
+        def close(self):
+            time.sleep(0.5)
+
+    named = [SimpleNamespace(plugin=f"slow {n}", settings={}) for n in range(4)]
+    planned = SimpleNamespace(
+        registry=SimpleNamespace(make=lambda *_: Sink()),
+        station=SimpleNamespace(model=SimpleNamespace(listeners=named)),
+        clock=SimulatedClock(),
+    )
+    with listeners_of(planned) as listeners:
+        began_s = time.monotonic()
+    took_s = time.monotonic() - began_s
+    assert 0.5 <= took_s < 1.5
+    assert not any(each._thread.is_alive() for each in listeners.sinks)

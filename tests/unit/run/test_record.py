@@ -1,5 +1,6 @@
 import errno
 import json
+import signal
 import threading
 from dataclasses import replace
 from pathlib import Path
@@ -16,11 +17,13 @@ from rigrunner.api.errors import (
     DeviceNotFoundError,
     ExitCode,
 )
-from rigrunner.api.events import Outcome, StepStarted
+from rigrunner.api.events import Outcome, RunEnded, StepStarted
 from rigrunner.cli.finishing import tell_finished
+from rigrunner.cli.stopping import stop_on_signals
 from rigrunner.procedure import parse_procedure
 from rigrunner.registry import load_registry
 from rigrunner.rig import Rig
+from rigrunner.run import finish
 from rigrunner.run.finish import _write_result
 from rigrunner.run.report import report_input, write_report
 from rigrunner.run.stored import analyse_run, open_run
@@ -177,6 +180,40 @@ def test_a_device_that_cannot_be_closed_costs_no_result(tmp_path, monkeypatch):
     assert read(finished.folder).info.sealed
     assert finished.report.exists()
     assert finished.exit_code is ExitCode.DEVICE
+
+
+@pytest.mark.parametrize("where", ["as it ends", "while the rig is closed", "in the analysis"])
+def test_ctrl_c_after_the_end_of_a_run_leaves_it_sealed(tmp_path, monkeypatch, where):
+    def press():
+        signal.raise_signal(signal.SIGINT)
+
+    def at_its_end(event):
+        if isinstance(event, RunEnded) and where == "as it ends":
+            press()
+
+    def closed(rig, close=Rig.close):
+        if where == "while the rig is closed":
+            press()
+        close(rig)
+
+    monkeypatch.setattr(Rig, "close", closed)
+    if where == "in the analysis":
+        analyse_stored = finish.analyse_stored
+
+        def analysed(*given, progress, **more):
+            press()
+            progress("recordings", 1, 5)
+            return analyse_stored(*given, **more)
+
+        monkeypatch.setattr(finish, "analyse_stored", analysed)
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep")
+    with stop_on_signals() as stop:
+        ended = run(procedure, tmp_path / "runs", stop=stop, listeners=[stop, at_its_end])
+    assert ended.sealed
+    assert ended.outcome is Outcome.COMPLETED
+    assert read(ended.folder).info.outcome == Outcome.COMPLETED
+    if where == "in the analysis":
+        assert ended.exit_code is ExitCode.INTERRUPTED
 
 
 def test_an_interrupt_during_the_analysis_still_seals_what_was_measured(tmp_path, monkeypatch):

@@ -20,7 +20,7 @@ from rigrunner.api.units import si_symbol
 from rigrunner.signal.expression.evaluation import evaluated
 from rigrunner.signal.expression.syntax import Expression, Name, Operation
 from rigrunner_plugins.analyses.equation.kinds import written
-from rigrunner_plugins.analyses.statistics import mean_scatter
+from rigrunner_plugins.analyses.statistics import correlation_of_means, mean_scatter
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -254,7 +254,9 @@ def _enter_readings(found: Inputs, settings: EquationSettings, group: Group) -> 
         )  # fmt: skip
     if together:
         names = list(scattered)
-        r = np.corrcoef([group.values[settings.inputs[name].of] for name in names])
+        r = correlation_of_means(
+            [group.series(group.values[settings.inputs[name].of]) for name in names]
+        )
         for i, one in enumerate(names):
             for j in range(i):
                 found.r[names[j], one] = float(np.clip(r[i, j], -1.0, 1.0))

@@ -75,19 +75,27 @@ class Tabulated:
         """Return the row's values; raise DeviceRejectedError where the table has no row."""
         self._need_connection()
         check_channels(channels, self.channels)
-        row = self._row()
+        row = self._row(self._drives.actual)
+        if row is None:
+            raise self._no_row(self._drives.actual)
         return {name: row[name].si for name in channels}
 
-    def _row(self) -> Row:
-        here = tuple(self._drives.actual.values())
+    def unreadable_at(self, set_points: Mapping[str, float]) -> DeviceRejectedError | None:
+        """Return the error of a place that has no row."""
+        return None if self._row(set_points) else self._no_row(set_points)
+
+    def _row(self, set_points: Mapping[str, float]) -> Row | None:
+        here = [set_points[name] for name in self._settings.set_points]
         for row in self._settings.rows:
             if all(map(_same, self._settings.place(row), here)):
                 return row
+        return None
+
+    def _no_row(self, set_points: Mapping[str, float]) -> DeviceRejectedError:
         at = ", ".join(
-            f"{info.name} {legible(value, info.unit)}"
-            for info, value in zip(self.drives, here, strict=True)
+            f"{info.name} {legible(set_points[info.name], info.unit)}" for info in self.drives
         )
-        raise DeviceRejectedError(f"the table has no row for {at}", hint=self._listing())
+        return DeviceRejectedError(f"the table has no row for {at}", hint=self._listing())
 
     def _listing(self) -> str:
         """Return the places of the first rows."""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.units import unit, with_symbol
 from rigrunner.api.verdict import Verdict
 from rigrunner.signal.coverage import expanded, probability_within
-from rigrunner.signal.rounding import places, printed
+from rigrunner.signal.rounding import places, places_apart, printed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -66,14 +66,19 @@ class AppliedRule:
     def verdict(self, limits: Limits, estimate: Estimate) -> tuple[Verdict, str]:
         """Return the verdict on a value, and why, in one sentence.
 
-        What is in no zone fails. Inside limits that are so near to each other that no value could
-        be in any zone, nothing is decided.
+        Numbers are told to two digits of U, or to as many as tell the distance from the limit from
+        the width of a zone. What is in no zone fails. Inside limits that are so near to each other
+        that no value could be in any zone, nothing is decided.
         """
         zones = self.zones(limits, estimate)
         margin = limits.margin(estimate.value)
         if abs(margin) <= ROUNDING * estimate.u:
             margin = 0.0
-        shown = partial(_shown, unit=limits.unit, decimals=places(expanded(estimate)))
+        decimals = places(expanded(estimate))
+        if limits.unit == TORQUE:  # to 0.1 mN·m, or to one digit of an U that is smaller
+            decimals = max(4, decimals - 1)
+        decimals = max(places_apart(abs(margin), abs(zone.margin), decimals) for zone in zones)
+        shown = partial(_shown, unit=limits.unit, decimals=decimals)
         place = _place(limits, shown(abs(margin)), inside=margin >= 0)
         reached = _reached(zones, margin)
         if reached == len(zones) and margin >= 0 and not _reachable(zones, limits):
@@ -123,12 +128,6 @@ def _place(limits: Limits, away: str, *, inside: bool) -> str:
 
 
 def _shown(value: float, unit: str, decimals: int) -> str:
-    """Return a value with its unit, to two digits of U.
-
-    A torque to 0.1 mN·m, or to one digit of an U that is smaller.
-    """
-    if unit == TORQUE:
-        decimals = max(4, decimals - 1)
     return with_symbol(printed(value, decimals), unit)
 
 

@@ -19,10 +19,11 @@ from rigrunner.rig import Rig, unsafe_text
 from rigrunner.rig_state import (
     Busy,
     Holder,
+    Marker,
     hold,
     read_marker,
-    read_marker_of_held,
     record_made_safe,
+    shared_folder,
     take_over,
 )
 from rigrunner.run.guardian.saying import say
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from rigrunner.rig import SafetyReport
-    from rigrunner.rig_state import Marker
 
 ATTEMPTS = 4
 """Number of attempts: a port may become free only seconds after its process has died."""
@@ -48,9 +48,12 @@ NOTE_FILE = "guardian.txt"
 
 def act(task: dict[str, Any], reason: str) -> None:
     """Make the rig safe if it is energised and nobody else has taken it, and report the result."""
+    station, lock_is_there = task["station"], Path(task["locks"][0]).exists()
     try:
         with _held(task):
-            marker = read_marker_of_held(task["station"], Path(task["locks"][0]))
+            marker = read_marker(station)
+            if marker is None and not lock_is_there:  # somebody has removed the marker too
+                marker = Marker(station, None)
             if marker is None or marker.safe_by:
                 say(f"{reason}; the rig was not energised")
                 return
@@ -71,6 +74,7 @@ def _held(task: dict[str, Any]) -> Iterator[None]:
     holder = Holder(task["station"], what, os.getpid(), now)
     paths = [Path(each) for each in task["locks"]]
     handed = task["handed"]
+    shared_folder()
     with take_over(handed, paths, holder) if handed else hold(paths, holder):
         yield
 

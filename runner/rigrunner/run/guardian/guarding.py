@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.engine import Interference
 from rigrunner.rig import Pulse
+from rigrunner.rig_state.keeping import keeping
 from rigrunner.run.guardian.guarded import WITHOUT, guardian_text, not_reopenable
 from rigrunner.run.guardian.main import IGNORED, TICK_S
 from rigrunner.run.guardian.saying import say
@@ -183,35 +184,44 @@ def guarding(
 
     There is none for simulators, for replays, and if the station does not want one. `roles` are
     those in use, by default all; `messages` take a report of a lost guardian. With endless patience
-    it detects only the death of this process, not a hang.
+    it detects only the death of this process, not a hang. Meanwhile the files of the rig's locks
+    and its marker are kept.
     """
-    if marks is None or not station.model.safety.guardian:
-        if marks is not None:
-            say(f"{WITHOUT}: nothing makes the rig safe if this process dies")
+    if marks is None:
         yield None
         return
-    used = [each for each in marks.roles if roles is None or each in roles]
-    unreachable = not_reopenable(station, registry, used)
-    limit_s = max(LEAST_S, PATIENCES * patience.answer_s)
-    endless = not math.isfinite(limit_s)
-    task = {
-        "process": os.getpid(),
-        "what": what,
-        "station": station.model.id,
-        "station_file": marks.owner.station_file,
-        "station_text": station.text,
-        "roles": sorted(set(used) - set(unreachable)),
-        "unreachable": unreachable,
-        "locks": [str(each) for each in marks.locks],
-        "limit_s": LEAST_S if endless else limit_s,
-        "hangs": not endless,
-    }
-    guardian = Guardian(task, marks, LEAST_S if endless else limit_s, messages)
-    guardian.start()
-    try:
-        yield guardian
-    finally:
-        guardian.end()
+
+    def tell(text: str) -> None:
+        messages.take("lock files", "warning", text)
+        say(text)
+
+    with keeping(marks, tell):
+        if not station.model.safety.guardian:
+            say(f"{WITHOUT}: nothing makes the rig safe if this process dies")
+            yield None
+            return
+        used = [each for each in marks.roles if roles is None or each in roles]
+        unreachable = not_reopenable(station, registry, used)
+        limit_s = max(LEAST_S, PATIENCES * patience.answer_s)
+        endless = not math.isfinite(limit_s)
+        task = {
+            "process": os.getpid(),
+            "what": what,
+            "station": station.model.id,
+            "station_file": marks.owner.station_file,
+            "station_text": station.text,
+            "roles": sorted(set(used) - set(unreachable)),
+            "unreachable": unreachable,
+            "locks": [str(each) for each in marks.locks],
+            "limit_s": LEAST_S if endless else limit_s,
+            "hangs": not endless,
+        }
+        guardian = Guardian(task, marks, LEAST_S if endless else limit_s, messages)
+        guardian.start()
+        try:
+            yield guardian
+        finally:
+            guardian.end()
 
 
 def unguarded(

@@ -15,7 +15,7 @@ from rigrunner.run.set_points import (
     named_place,
     other_results,
 )
-from rigrunner.signal.rounding import places
+from rigrunner.signal.rounding import places, places_apart
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner.tools.comparing.tree import Change, changes
 
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 SECTION = "results"
 TORQUE = "N·m"
+ROUNDING = 1e-9
+"""An E_n that is above 1 by this much is 1: 0.75 - 0.7 is 0.050000000000000044."""
 
 
 def result_changes(before: Json | None, after: Json | None) -> Iterator[Change]:
@@ -123,27 +125,31 @@ def _apart(what: str, before: Json | None, after: Json | None) -> Iterator[Chang
             return
         before = _in_unit(before, unit)
     difference = after["value"] - before["value"]
+    if difference == 0:
+        return
     digits = _decimals(before, after)
     if unit == TORQUE:
         digits = max(4, digits - 1)
+    expanded = [each["expanded_uncertainty_95"] for each in (before, after)]
+    known = all(each is not None for each in expanded)
+    combined = hypot(*expanded) if known else 0.0
+    ratio = abs(difference) / combined if combined else inf
+    agrees = ratio <= 1 + ROUNDING
+    if known and not agrees:
+        digits = places_apart(abs(difference), combined, digits)
     shown = round(difference, digits) + 0.0  # no negative zero
     first, second = (f"{each['value']:.{digits}f}" for each in (before, after))
     apart = with_symbol(f"{shown:+.{digits}f}", unit)
     values = f"{first} and {with_symbol(second, unit)}: {apart}"
-    if difference == 0:
-        return
-    expanded = [each["expanded_uncertainty_95"] for each in (before, after)]
-    if any(each is None for each in expanded):
+    if not known:
         text = f"{what}: {values}; whether they agree is not known, as an uncertainty is missing"
         yield Change(SECTION, text)
         return
-    combined = hypot(*expanded)
-    ratio = round(abs(difference) / combined, 2) if combined else inf
-    agrees = ratio <= 1
     words = f"{'within' if agrees else 'beyond'} their combined U{before.get('note', '')}"
     width = with_symbol(f"{combined:.{digits}f}", unit)
     text = f"{what}: {values}, {words} of {width}"
-    yield Change(SECTION, f"{text} (E_n = {ratio:.2f})", matters=not agrees)
+    found = f"{ratio:.{2 if agrees else places_apart(ratio, 1.0, 2)}f}"
+    yield Change(SECTION, f"{text} (E_n = {found})", matters=not agrees)
 
 
 def _in_unit(estimate: Json, symbol: str) -> Json:

@@ -27,7 +27,7 @@ export function typedNumber(text) {
 // says; where commas divide columns there are no decimal commas.
 export function typedList(text, measured) {
   const lines = text.split("\n");
-  const head = lines.findIndex((line) => line.trim());
+  const head = lines.findIndex((line) => line.trim() && !/^sep=.$/i.test(line.trim()));
   const between = ["\t", ";"].find((each) => lines[head]?.includes(each));
   if (!between) return text;
   const known = new Set([...measured].map((name) => name.toLowerCase()));

@@ -9,6 +9,7 @@ import { dialogHost } from "./parts/dialogs.js";
 import { lostBanner } from "./parts/lost.js";
 import { noticesElement } from "./parts/notices.js";
 import { keys } from "./parts/keys.js";
+import { keepScansOut } from "./parts/scanner.js";
 import { startRouter } from "./router.js";
 import { takeChanges, takeConnected, takeFrame, takeRigs, takeState } from "./store.js";
 import { loadTexts, t } from "./texts.js";
@@ -27,6 +28,7 @@ const skip = h("a", { class: "skip", href: "#page", onclick: (event) => {
 } }, t("skip"));
 fill(document.body, skip, topBar(), lostBanner(), noticesElement(), page, dialogHost());
 document.addEventListener("keydown", keys);
+keepScansOut(document);
 startRouter(page);
 openLink({ connected: takeConnected, rigs: takeRigs, state: takeState, changes: takeChanges, frame: takeFrame });
 

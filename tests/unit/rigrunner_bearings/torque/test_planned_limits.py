@@ -5,6 +5,9 @@ from __future__ import annotations
 import pytest
 
 from helpers_language import PROCEDURE, edited, only_problem, place_of
+from helpers_measurand import Hardness
+from rigrunner.api.findings import ResultDefinition
+from rigrunner.procedure.result_limits import Limit
 from rigrunner_bearings.api.measurand import Condition, MeasurandKind, Nature
 from unit.rigrunner_bearings.torque.helpers_planning import check
 
@@ -46,6 +49,16 @@ def test_another_load_is_refused():
 def test_another_condition_is_refused():
     problem = only_problem(lambda: check(("condition: at_reversal", "condition: from_rest")))
     assert "the limit is for the load-induced torque from rest" in problem.message
+
+
+def test_the_hint_names_keys_of_the_procedure_s_own_analyses_alone():
+    """Bearings are installed here, and play no part in a procedure of hardness."""
+    limit = Limit.model_validate({"of": "h", "max": "3 V", "source": "x"})
+    found = ResultDefinition(name="h", unit="V", measurand=Hardness("HRC"))
+    message, hint = limit.objection_to(found, ["readings"])
+    assert (message, hint) == ("'h' is the hardness HRC, and the key 'measurand' is missing", "")
+    _, hint = limit.objection_to(found, ["swing_torque"])
+    assert hint == "state it by the keys nature, condition"
 
 
 def test_a_method_that_does_not_say_what_it_yields_has_no_limits():

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf, nan, sqrt
 
 import numpy as np
 import pytest
 
+from rigrunner.api.data import Recording
 from rigrunner.api.errors import DataError, PluginError
 from rigrunner.registry import load_registry
 from rigrunner.signal.coverage import factor
@@ -50,6 +52,42 @@ def test_type_a_with_its_correlation_and_type_b_of_the_register():
     scatter = parts["scatter of U and I, read together"]
     assert found.estimate.dof == pytest.approx(4 * (found.estimate.u / scatter) ** 4, rel=1e-6)
     assert found.readings == 5
+
+
+def held_differences(parts, *, count=40):
+    """Return how many of some runs hold 0 V, the mean of the difference of two recorded channels.
+
+    Both have white noise of 1 V in common; `parts` are what each has of its own, of a generator.
+    """
+    rng, held = np.random.default_rng(3), 0
+    inputs = {each: {"of": f"meter.{each}", "instrument": False} for each in "ab"}
+    difference = told("y = a - b", "V", inputs)
+    difference["result"]["symbol"] = "y"
+    analysis = load_registry().make("analysis", "equation", difference)
+    for _ in range(count):
+        common = rng.normal(size=1000)
+        channels = {name: common + parts(rng) for name in ("meter.a", "meter.b")}
+        recordings = tuple(
+            Recording(
+                f"{at}", 100.0, f"2026-01-05T10:00:{10 * at:02d}+00:00", {},
+                {name: each[200 * at : 200 * (at + 1)] for name, each in channels.items()},
+                dict.fromkeys(channels, "V"),
+            )
+            for at in range(5)
+        )  # fmt: skip
+        run = replace(run_of({"meter.a": [0.0]}, {}), measurements=(), recordings=recordings)
+        (found,) = analysis(run).results
+        held += abs(found.estimate.value) <= factor(found.estimate) * found.estimate.u
+    return held
+
+
+def test_noise_in_common_does_not_hide_levels_of_recordings_that_each_channel_has_alone():
+    """Levels of 0.3 V scatter each mean; the samples, correlated to 0.94, do not show it."""
+    assert held_differences(lambda rng: np.repeat(0.3 * rng.normal(size=5), 200)) >= 36  # 27
+
+
+def test_without_levels_the_correlation_of_recorded_channels_is_that_of_their_samples():
+    assert held_differences(lambda rng: 0.3 * rng.normal(size=1000)) >= 36
 
 
 def test_the_scatter_is_that_of_the_result_computed_reading_by_reading():

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from struct import pack
+from zlib import compress
+
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -130,3 +133,31 @@ def test_a_list_of_structures_is_refused_without_reading_its_elements(tmp_path, 
 
     with pytest.raises(DataError, match="list of structures"):
         MatlabImporter().read(path, {"torque": "s"}, "")
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+@pytest.mark.parametrize(("wide", "high"), [(2**15, 2**15), (2**31 - 1, 1), (-1, 1)])
+@pytest.mark.parametrize("inner", [{"x": X}, np.array([["a"]], object)], ids=["structure", "cell"])
+def test_a_nested_list_of_a_damaged_size_is_refused_before_it_is_read(
+    tmp_path, inner, wide, high, compressed
+):
+    """Reading it was endless: scipy makes one element after the other, whatever there is."""
+    path, dimensions = tmp_path / "nested.mat", pack("<IIii", 5, 8, 1, 1)
+    savemat(path, {"s": {"inner": inner, "x": X}})
+    content = path.read_bytes()
+    at = content.index(dimensions, content.index(dimensions) + 1)
+    content = content[:at] + pack("<IIii", 5, 8, wide, high) + content[at + 16 :]
+    if compressed:
+        packed = compress(content[128:])
+        content = content[:128] + pack("<II", 15, len(packed)) + packed
+    path.write_bytes(content)
+    with pytest.raises(DataError, match=r"damaged: a list in it has .* elements in \d+ bytes"):
+        read(path, "s.x")
+
+
+def test_nested_lists_of_any_content_are_read_past(tmp_path):
+    structures = np.zeros((1, 300), [("x", object)])
+    path = tmp_path / "nested.mat"
+    nested = {"list": structures, "cells": np.array([[1.0, "a"]], object)}
+    savemat(path, {"s": {**nested, "x": X}})
+    assert read(path, "s.x") == X.tolist()

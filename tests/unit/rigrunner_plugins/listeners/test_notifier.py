@@ -63,6 +63,28 @@ def test_what_was_not_taken_is_sent_again(error):
     assert (flaky.attempts, sink.lost) == (4, 0)
 
 
+def test_the_end_of_the_run_is_sent_again_too(tmp_path):
+    flaky = Flaky(3, DeliveryError("the receiver answered 503"))
+    sink = made(flaky)
+    for each in whole(tmp_path)[-1:]:
+        sink(each)
+    sink.close()
+    assert (flaky.attempts, sink.lost) == (4, 0)
+    assert flaky.got == ["The run ended: completed. Verdict: pass."]
+
+
+def test_a_receiver_that_is_gone_is_not_waited_for_after_its_time(monkeypatch):
+    monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.3)
+    gone = Flaky(99, DeliveryError("the receiver answered 503"))
+    sink = made(gone)
+    sink(alarm())
+    began_s = time.monotonic()
+    sink.close()
+    assert time.monotonic() - began_s < 0.5 + 0.3
+    assert gone.attempts == 2
+    assert sink.lost == 1
+
+
 def test_after_the_last_try_it_is_counted_and_said(caplog):
     flaky = Flaky(99, DeliveryError("the receiver answered 503"))
     sink = made(flaky, attempts=3)

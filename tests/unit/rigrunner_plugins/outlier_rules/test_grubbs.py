@@ -47,6 +47,13 @@ def test_a_smaller_risk_rejects_less():
     assert rejected(values) == []
 
 
+def test_a_value_far_from_others_that_scatter_in_the_thirteenth_digit_is_rejected():
+    """A frequency of 10 MHz known to 1 µHz; the example of the reference, scaled to it."""
+    example = np.array([199.31, 199.53, 200.19, 200.82, 201.92, 201.95, 202.18, 245.57])
+    values = 1e7 + np.round(example) * 2.0**-24  # exact in binary
+    assert rejected(values, side="high")[0] == 7
+
+
 @pytest.mark.parametrize("values", [[], [1.0], [1.0, 5.0], [0.1] * 10, [1.0, 1.0, 1.0 + 1e-15]])
 def test_nothing_to_judge(values):
     assert rejected(values) == []

@@ -183,6 +183,18 @@ def test_results_are_compared_against_their_combined_uncertainty():
     assert list(result_changes(near, near)) == []
 
 
+def test_what_is_beyond_u_by_less_than_is_printed_does_not_agree():
+    # E_n = 0.0502 / sqrt(0.03² + 0.04²) = 1.004, and 1.000004
+    (found, _) = result_changes(document(0.7), document(0.7502, 0.04))
+    assert found.matters
+    assert "+0.0502 N·m, beyond their combined U of 0.0500 N·m (E_n = 1.004)" in found.text
+    (found, _) = result_changes(document(0.7), document(0.7500002, 0.04))
+    assert found.matters
+    assert found.text.endswith(
+        "+0.0500002 N·m, beyond their combined U of 0.0500000 N·m (E_n = 1.000004)"
+    )
+
+
 def test_each_visit_of_a_frequency_is_compared_with_its_own():
     def twice(first, second):
         made = document(0.7)

@@ -93,12 +93,13 @@ def _inputs(
 
 def _text(path: Path) -> str:
     from rigrunner.api.errors import DataError
+    from rigrunner.queue import list_text
 
     try:
         if str(path) == "-":
             return sys.stdin.read(LONGEST_FILE)
         if path.stat().st_size > LONGEST_FILE:
             raise DataError(f"{path} is longer than {LONGEST_FILE} bytes", hint="add it in parts")
-        return path.read_text(encoding="utf-8-sig")
+        return list_text(path.read_bytes(), str(path))
     except (OSError, UnicodeDecodeError) as error:
         raise DataError(f"cannot read {path}: {error}") from error

@@ -15,6 +15,7 @@ export function comparePage(before, after) {
     if (!found) return fill(body, h("p", { class: "banner warn" }, t("compare.failed")));
     return fill(body,
       h("p", { class: `banner ${found.same ? "info" : "warn"}` }, said(found.verdict) || t(found.same ? "compare.same" : "compare.different")),
+      found.changes.some((change) => change.section === "results") ? null : h("p", { class: "good-text" }, t("compare.same_results")),
       changesBySection(found.changes).map(([heading, list]) => h("section", { class: "card" }, h("h2", {}, heading), list)));
   }
 

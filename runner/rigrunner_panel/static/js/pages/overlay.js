@@ -1,7 +1,8 @@
 // Several runs in one figure: their results, and a channel of a recording over time.
 
 import { get } from "../client.js";
-import { fill, h } from "../dom.js";
+import { fill, h, show } from "../dom.js";
+import { shownNumber, UNKNOWN, withUncertainty } from "../format.js";
 import { working } from "../parts/working.js";
 import { resultCharts } from "../plots/results.js";
 import { tellError } from "../parts/notices.js";
@@ -19,7 +20,18 @@ export function overlayPage(...runs) {
   const recording = h("select", { id: "overlay-recording", onchange: chooseRecording });
   const channel = h("select", { id: "overlay-channel", onchange: showCurve });
   const told = h("div", { role: "status" });
+  const rows = h("div", { class: "overlay-rows" });
+  const choice = h("div", { class: "row", hidden: true },
+    h("div", { class: "field" }, h("label", { for: "overlay-recording" }, t("overlay.recording")), recording),
+    h("div", { class: "field" }, h("label", { for: "overlay-channel" }, t("overlay.channel")), channel));
   let known = {};
+
+  // Results over no set-point, a line for each of them and run.
+  function table(found) {
+    return found.map(({ name, unit, values }) => h("table", { class: "results" },
+      h("caption", {}, [shownNumber(name), unit === "1" ? "" : t("results.in_unit", { unit })].filter(Boolean).join(", ")),
+      h("tbody", {}, runs.map((run) => h("tr", {}, h("th", { scope: "row" }, run), h("td", { class: "number" }, values[run] ? withUncertainty(values[run][0], values[run][1] ?? NaN, "") : UNKNOWN))))));
+  }
 
   async function asked(more = {}) {
     try {
@@ -35,7 +47,10 @@ export function overlayPage(...runs) {
     if (!found) return;
     known = found.recordings;
     results.show(found.results.map(translated));
-    if (!found.results.length) fill(results.element, h("p", { class: "soft" }, t("overlay.no_results")));
+    fill(rows, found.rows.length ? table(found.rows) : null);
+    if (!found.results.length && !found.rows.length) fill(results.element, h("p", { class: "soft" }, t("overlay.no_results")));
+    show(choice, Object.keys(known).length > 0);
+    if (choice.hidden) fill(curve.element, h("p", { class: "soft" }, t("overlay.no_recordings")));
     fill(recording, Object.keys(known).map((name) => h("option", { value: name }, name)));
     chooseRecording();
   }
@@ -59,10 +74,9 @@ export function overlayPage(...runs) {
       h("div", { class: "head" }, h("h1", {}, t("overlay.title")), h("p", {}, runs.map((run) => h("a", { class: "run-link", href: `#/runs/${encodeURIComponent(run)}` }, run)))),
       told,
       h("div", { class: "two overlay-columns" },
-        h("section", { class: "card" }, h("h2", {}, t("results.title")), results.element),
+        h("section", { class: "card" }, h("h2", {}, t("results.title")), results.element, rows),
         h("section", { class: "card" }, h("h2", {}, t("overlay.curves")),
-          h("div", { class: "row" }, h("div", { class: "field" }, h("label", { for: "overlay-recording" }, t("overlay.recording")), recording), h("div", { class: "field" }, h("label", { for: "overlay-channel" }, t("overlay.channel")), channel)),
-          curve.element))),
+          choice, curve.element))),
     leave() {
       results.leave();
       curve.leave();

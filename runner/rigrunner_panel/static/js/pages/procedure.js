@@ -45,6 +45,7 @@ export function procedurePage(name) {
   let timer = 0;
   let asked = 0;
   let saving = false;
+  let following = ""; // digest of the file that is being read
 
   const isChanged = () => Boolean(opened) && editor.text() !== opened.text;
 
@@ -125,7 +126,7 @@ export function procedurePage(name) {
       return;
     }
     fill(problems, h("p", { class: "bad-text" }, t("procedure.problems", { count: found.problems.length })),
-      h("ul", { class: "problems" }, found.problems.map((each) => h("li", {},
+      h("ul", { class: "problems" }, found.problems.toSorted((one, other) => Boolean(one.file) - Boolean(other.file) || one.line - other.line).map((each) => h("li", {},
         each.line && !each.file ? h("button", { type: "button", class: "link", onclick: () => editor.goTo(each) }, t("procedure.line", { line: each.line })) : h("span", { class: "where" }, [each.file, each.line].filter(Boolean).join(":")),
         each.field ? h("span", { class: "where" }, each.field) : null, h("span", {}, said(each.message)), each.hint ? h("span", { class: "hint" }, said(each.hint)) : null))));
   }
@@ -197,17 +198,27 @@ export function procedurePage(name) {
           if (compared) fill(changes, h("p", { class: "soft" }, t("procedure.against.file")), compared.same ? h("p", {}, said(compared.verdict)) : null, changesBySection(compared.changes).flat());
           changes.closest("details").open = true;
         }),
-        button(t("procedure.take_theirs"), async () => {
-          const found = await tried(() => get("procedures/text", { name }));
-          if (!found) return;
-          take(found);
-          editor.replace(found.text);
-          update();
-        }),
+        button(t("procedure.take_theirs"), () => takeTheirs()),
         button(t("procedure.keep_mine"), async () => {
           const found = await quietly(get("procedures/text", { name }));
           await saveText(found?.digest ?? ""); // it may have been removed
         }, { kind: "danger" }))));
+  }
+
+  async function takeTheirs() {
+    const found = await quietly(get("procedures/text", { name }));
+    if (!found) return conflict();
+    take(found);
+    editor.replace(found.text);
+    return update();
+  }
+
+  // Where nothing is typed that could be lost, the text that is in the file now is shown.
+  async function follow({ digest, changed_by: who }) {
+    if (following === digest) return;
+    following = digest;
+    await takeTheirs();
+    if (opened.digest === digest) tell(t("procedure.followed", { name: who || t("procedure.another_program") }), { kind: "info" });
   }
 
   function nowEdited() {
@@ -221,6 +232,7 @@ export function procedurePage(name) {
     const stale = Boolean(now) && now.digest !== opened.digest;
     const others = (now?.editors ?? []).filter((each) => each.client !== store.state.you);
     if (!stale) fill(notes, others.map((each) => h("p", { class: "banner info" }, t("procedure.also", { name: each.name, time: localTime(each.since_utc) }))));
+    else if (!isChanged()) follow(now);
     else if (!notes.querySelector(".warn")) conflict();
     save.disabled = !isChanged();
     approve.disabled = isChanged() || !opened.sha256 || opened.state === "approved";

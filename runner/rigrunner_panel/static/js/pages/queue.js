@@ -9,7 +9,7 @@ import { isBusy } from "../parts/bar.js";
 import { askReason } from "../parts/dialogs.js";
 import { inputForm } from "../parts/inputs.js";
 import { problemList } from "../parts/notices.js";
-import { takeScans } from "../parts/scanner.js";
+import { isField, takeScans } from "../parts/scanner.js";
 import { working } from "../parts/working.js";
 import { verdictText } from "../parts/verdict.js";
 import { steer, steerOrRefuse, tried } from "../steer.js";
@@ -214,7 +214,8 @@ function addCard() {
     }
     if (refused) field.className = "field bad";
     scan.setAttribute("aria-invalid", String(Boolean(refused)));
-    if (!form.contains(document.activeElement) && document.activeElement !== document.body) return; // a question is open
+    const here = document.activeElement;
+    if (!form.contains(here) && (isField(here) || here.closest(".dialog"))) return; // somebody types, or a question is open
     scan.focus();
     if (refused && !scan.value) {
       scan.value = refused;
@@ -225,10 +226,11 @@ function addCard() {
   async function read() {
     const [found] = file.files;
     if (!found) return;
-    if (found.size > MOST_BYTES) {
-      listField.className = "field bad";
-      setText(listNote, t("queue.too_long", { bytes: MOST_BYTES }));
-    } else pasted.value = await found.text();
+    const text = found.size > MOST_BYTES ? "" : textOf(await found.arrayBuffer());
+    const wrong = found.size > MOST_BYTES ? t("queue.too_long", { bytes: MOST_BYTES }) : text.includes("\0") ? t("queue.no_text", { name: found.name }) : "";
+    listField.className = wrong ? "field bad" : "field";
+    setText(listNote, wrong || t("queue.list.hint"));
+    if (!wrong) pasted.value = text;
     file.value = "";
   }
 
@@ -245,9 +247,21 @@ function addCard() {
       h("div", { class: "row" }, h("label", { class: "button", for: "queue-file" }, t("queue.file")), h("span", { class: "visually-hidden-input" }, file), button(t("queue.add_list"), addList, { kind: "primary" }))));
 }
 
+// A file as spreadsheets write it: UTF-8, UTF-16 with its mark, or the coding of Windows.
+function textOf(bytes) {
+  const [one, two] = new Uint8Array(bytes);
+  if (one === 0xff && two === 0xfe) return new TextDecoder("utf-16le").decode(bytes);
+  try {
+    return new TextDecoder("utf-8", { fatal: true }).decode(bytes);
+  } catch {
+    return new TextDecoder("windows-1252").decode(bytes);
+  }
+}
+
 function picker(kind, chosen, changed) {
   const select = h("select", { id: `queue-${kind}`, onchange: () => {
     chosen[kind] = select.value;
+    if (!select.matches(":focus-visible")) select.blur(); // chosen by mouse: the letters of the next scan choose nothing
     changed();
   } }, h("option", { value: "" }, t("setup.choose")));
   tried(() => get(`${kind}s`)).then((found) => {

@@ -12,8 +12,12 @@ const LEAST_OLD_MS = 1000;
 const DRAW_MS = 250;
 const KEPT = "rigrunner.strips.";
 
-// How far the clock of the panel's machine is behind this one, by the freshest value so far.
+// How far the clock of the panel's machine is behind this one: by its time as the state was told, or a fresher value.
 let behind = Infinity;
+
+listen((changed) => {
+  if (changed.has("now_utc")) behind = Math.min(behind, Date.now() - Date.parse(store.state.now_utc));
+});
 
 export function ageMs(utc) {
   return Date.now() - Date.parse(utc) - (Number.isFinite(behind) ? behind : 0);

@@ -46,7 +46,7 @@ export function askForm(title, fields, { confirm, read, kind = "primary", check 
         end(null);
       }
     });
-    if (!scans) keepScansOut(box);
+    if (!scans) keepScansOut(box, { fields: true });
     dismiss();
     dismiss = () => end(null);
     host.replaceChildren(box);

@@ -1,0 +1,157 @@
+"""Files of a rig in use: a cleaner of old files, or a person, may remove them during a run."""
+
+import os
+import shutil
+import sys
+import time
+
+import pytest
+
+from helpers_devices import FakeTester
+from rigrunner.clock import SimulatedClock
+from rigrunner.rig import Rig
+from rigrunner.rig_state import (
+    Busy,
+    Holder,
+    Owner,
+    RigMarks,
+    hold,
+    keeping,
+    locks,
+    read_marker,
+    shared_folder,
+)
+from rigrunner.rig_state.marker import overwrite
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there an open file stays")
+OWNER = Owner("press", "/lab/press.yaml", "WEAR", 4711, "bench", "2026-03-01T12:00:00.000Z")
+RUN = Holder("press", "WEAR", 4711, "2026-03-01T12:00:00.000Z")
+OTHER = Holder("press", "CREEP", 4712, "2026-03-01T13:00:00.000Z")
+OLD_S = 40 * 24 * 3600.0
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
+    monkeypatch.setattr(keeping, "TICK_S", 0.01)
+    return shared_folder()
+
+
+@pytest.fixture
+def told():
+    return []
+
+
+@pytest.fixture
+def lock(folder):
+    return folder / "press.lock"
+
+
+@pytest.fixture
+def energised(lock):
+    """Hold a rig that is energised; its files are old."""
+    with hold([lock], RUN) as (descriptor,):
+        marks = RigMarks(OWNER, ("tester",), {lock: descriptor})
+        rig = Rig({"tester": FakeTester()}, SimulatedClock(), marks=marks)
+        rig.connect()
+        rig.set("tester", "load", 40.0)
+        yield marks, rig
+        rig.make_safe()
+
+
+def until(condition):
+    end_s = time.monotonic() + 20.0
+    while not condition():
+        assert time.monotonic() < end_s
+        time.sleep(0.005)
+
+
+def is_refused(lock):
+    try:
+        with hold([lock], OTHER):
+            return False
+    except Busy as busy:
+        return busy.holder == RUN
+
+
+@pytest.mark.parametrize("removed", ["lock", "all files", "the folder"])
+def test_a_rig_whose_files_are_removed_stays_taken_and_marked(
+    energised, folder, lock, told, removed
+):
+    marks, rig = energised
+    with keeping.keeping(marks, told.append):
+        if removed == "lock":
+            lock.unlink()
+        elif removed == "all files":
+            for each in folder.iterdir():
+                each.unlink()
+        else:
+            shutil.rmtree(folder)
+        until(lock.exists)
+        until(lambda: locks.is_held(lock) and locks.holder_of(lock) == RUN)
+        assert is_refused(lock)
+        assert read_marker("press").set_points == "tester.load 40 N"
+        rig.set("tester", "load", 50.0)
+        assert read_marker("press").set_points == "tester.load 50 N"
+    assert any("press.lock was removed during the run and made anew" in each for each in told)
+    assert locks.is_held(lock) is False
+    rig.make_safe()
+    assert read_marker("press") is None
+
+
+def test_files_of_a_rig_in_use_do_not_grow_old(energised, folder, lock, told):
+    marks, _ = energised
+    files = [lock, folder / "press.json", folder / "press.energised"]
+    for each in files:
+        os.utime(each, (time.time() - OLD_S,) * 2)
+    with keeping.keeping(marks, told.append):
+        until(lambda: all(time.time() - each.stat().st_mtime < 3600.0 for each in files))
+    assert told == []
+
+
+def test_a_marker_alone_is_written_again(energised, folder, told):
+    marks, _ = energised
+    with keeping.keeping(marks, told.append):
+        (folder / "press.energised").unlink()
+        until(lambda: read_marker("press") is not None)
+    assert read_marker("press").owner == OWNER
+
+
+def test_a_rig_that_is_safe_gets_no_marker(energised, folder, lock, told):
+    marks, rig = energised
+    rig.make_safe()
+    with keeping.keeping(marks, told.append):
+        lock.unlink()
+        until(lambda: locks.is_held(lock))
+    assert not (folder / "press.energised").exists()
+
+
+def test_that_another_process_has_taken_the_rig_is_told_once(energised, lock, told):
+    marks, _ = energised
+    lock.unlink()
+    with hold([lock], OTHER), keeping.keeping(marks, told.append):
+        until(lambda: told)
+        time.sleep(0.1)
+    (text,) = told
+    assert "CREEP, process 4712" in text
+    assert "two programs may drive the rig" in text
+
+
+def test_without_a_marker_the_lock_stays_away_so_that_the_guardian_takes_it_for_energised(
+    energised, folder, lock, told, monkeypatch
+):
+    marks, _ = energised
+
+    def full(_descriptor, _content):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("rigrunner.rig_state.marks.overwrite", full)
+    with keeping.keeping(marks, told.append):
+        shutil.rmtree(folder)
+        until(lambda: told)
+        time.sleep(0.1)
+        assert not lock.exists()
+        assert len(told) == 1
+        monkeypatch.setattr("rigrunner.rig_state.marks.overwrite", overwrite)
+        until(lock.exists)
+        assert read_marker("press").set_points == "tester.load 40 N"
