@@ -94,24 +94,24 @@ def rigrunner_decision_rules() -> list[DecisionRuleRecord]:
     return [
         DecisionRuleRecord(
             name="simple",
-            help="Simple acceptance: the value alone decides, w = 0",
+            help="Simple acceptance: the value alone decides (w = 0)",
             factory=Simple,
         ),
         DecisionRuleRecord(
             name="guard_band_u",
-            help="Passes what is within the limit by U, fails the rest",
+            help="Pass if the value is within the limit by at least U, else fail",
             factory=lambda _: GuardBand(),
         ),
         DecisionRuleRecord(
             name="guard_band_fraction",
-            help="Passes what is within the limit by a fraction of U, fails the rest",
+            help="Pass if the value is within the limit by at least a fraction of U, else fail",
             settings=FractionSettings,
             factory=GuardBand.of_fraction,
             trial={"fraction": 0.5},
         ),
         DecisionRuleRecord(
             name="non_binary",
-            help="Pass and fail by U, and conditional pass or fail nearer to the limit",
+            help="Pass and fail by U; nearer to the limit conditional pass or fail",
             factory=NonBinary,
         ),
     ]

@@ -110,7 +110,7 @@ class Emitter:
     def _report_set_back(self, latest: datetime, now: datetime) -> None:
         if latest - now > SET_BACK:
             was = f"the clock was set back from {utc_text(latest)} to {utc_text(now)}"
-            self(Alarm, source="clock", text=f"{was}; durations are measured by another one")
+            self(Alarm, source="clock", text=f"{was}; durations are not affected")
 
 
 class EventStamp:

@@ -26,33 +26,35 @@ class Interlock(Settings):
     """A channel that is watched throughout a run. One of above, below, outside, rate, stale."""
 
     name: Name
-    """How alarms name it."""
+    """Name in alarms."""
     channel: Member
-    """What is watched, such as tester.temperature."""
+    """Channel that is monitored, such as tester.temperature."""
     above: AnyQuantity | None = None
-    """A greater value trips it."""
+    """It trips above this value."""
     below: AnyQuantity | None = None
-    """A smaller value trips it."""
+    """It trips below this value."""
     outside: Annotated[ListOf[AnyQuantity] | None, Field(min_length=2, max_length=2)] = None
-    """A value outside of these two trips it, such as [15 °C, 30 °C]."""
+    """It trips outside this range, such as [15 °C, 30 °C]."""
     rate: AnyQuantity | None = None
-    """A faster change, up or down, trips it, such as 2 K/s."""
+    """It trips at a faster change, up or down, such as 2 K/s."""
     stale: PositiveDuration | None = None
     """It trips when it could not be read for so long; the other conditions trip at once then. A
     value that does not change is no error here: `stale` of a device, such as opcua and
     serial_ascii, says how old one may be, and an older one cannot be read."""
     debounce: Annotated[Duration, Field(ge=0)] = 0.0
-    """How long the condition must last without a break."""
+    """How long the condition must last without interruption."""
     hysteresis: Difference | None = None
     """How far within its limit a value must be to clear it."""
     latched: YesNo = False
     """Whether it stays tripped for the rest of the run."""
     every: PositiveDuration = 0.1
-    """How often the channel is read; samples of a recording are all looked at."""
+    """Interval between readings of the channel; of a recording every sample is checked."""
     does: Literal["forbid", "pause", "abort", "make_safe"] = "abort"
-    """What it does beyond forbidding: pause or abort the run, or make safe at once and abort."""
+    """Its action in addition to `forbids`: pause or abort the run, or make safe at once and
+    abort."""
     forbids: ListOf[Member] = ()
-    """Drives that may not move away from their safe value while it is tripped; back they may."""
+    """Drives that may not move away from their safe value while it is tripped; moving back is
+    allowed."""
     overridable: YesNo = False
     """Whether a person may resume, with a reason, while it is tripped."""
 

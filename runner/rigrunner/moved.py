@@ -42,7 +42,7 @@ def moved(module: str, name: str) -> Any:
     if place is None or ":" not in place:
         raise AttributeError(f"{module!r} has no attribute {name!r}")
     new_module, _, new_name = place.partition(":")
-    text = f"import {new_name} from {new_module}: its old name goes with the next release"
+    text = f"import {new_name} from {new_module}: the old name will be removed in the next release"
     warnings.warn(text, DeprecationWarning, stacklevel=3)
     return getattr(import_module(new_module), new_name)
 
@@ -70,6 +70,6 @@ class _Moved(Loader):
 
     def exec_module(self, module: ModuleType) -> None:
         """Put the module of the new place in the place of the old one."""
-        text = f"import {self._place} in place of it: its old name goes with the next release"
+        text = f"import {self._place} instead: the old name will be removed in the next release"
         warnings.warn(text, DeprecationWarning, stacklevel=2)
         sys.modules[module.__name__] = import_module(self._place)

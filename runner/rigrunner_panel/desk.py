@@ -86,7 +86,7 @@ class Desk:
             self._going()
             asked = self.board.get("prompt")
             if asked is None or asked.id != prompt:
-                raise wrong_state("this question is not asked any more", "look at state.prompt")
+                raise wrong_state("this question is no longer open", "look at state.prompt")
             if not text.strip():
                 raise PanelError(422, "invalid", "the answer is empty", asked.expected)
             try:
@@ -100,7 +100,7 @@ class Desk:
         with self._lock:
             story = self._going()
             if self.board.get("phase") not in ("running", "asking", "pausing"):
-                raise wrong_state("nothing runs that could be paused")
+                raise wrong_state("no run is in progress")
             self._send(Pause(by, decision))
             story.asked(str(decision.choice) if decision else "pause")
 
@@ -140,7 +140,7 @@ class Desk:
         """Forward a manual command; raise PanelError if the manual page is not open."""
         with self._lock:
             if self._going().job.kind != "manual":
-                raise wrong_state("the manual page has not got the rig", "open it first")
+                raise wrong_state("manual mode is not connected to the rig", "open it first")
             self._send(command)
 
     def put_on_record(self, what: Interference) -> None:
@@ -215,4 +215,4 @@ class Desk:
 
     def _send(self, message: object) -> None:
         if self._process is None or not self._process.send(message):
-            raise wrong_state("the process of the run is gone", "look at the rig")
+            raise wrong_state("the process of the run no longer exists", "check the rig")

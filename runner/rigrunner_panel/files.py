@@ -76,7 +76,7 @@ class ProcedureFiles:
             raise PanelError(413, "too_long", f"the procedure is longer than {MAX_BYTES:,} bytes")
         if kind_of(content) != "procedure":
             hint = "its first line is 'rigrunner: procedure/2'"
-            raise PanelError(422, "invalid", "the text does not say that it is a procedure", hint)
+            raise PanelError(422, "invalid", "the text is not marked as a procedure", hint)
         with self._lock:
             if digest_of(path) != digest:
                 raise ChangedError(name)
@@ -96,9 +96,7 @@ class ProcedureFiles:
             hint = "only files within the folder can be opened here"
             raise PanelError(422, "invalid", f"{name} is outside the lab's folder", hint)
         if path.exists():
-            raise PanelError(
-                409, "wrong_state", f"there is a file {name}, which is not a procedure"
-            )
+            raise PanelError(409, "wrong_state", f"the file {name} exists and is not a procedure")
         if not path.parent.is_dir():
             raise PanelError(422, "invalid", f"the lab's folder has no folder '{path.parent.name}'")
         return path

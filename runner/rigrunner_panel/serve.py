@@ -55,7 +55,7 @@ def serve(
             raise UsageError(message, hint=_NO_TOKEN)
     if settings.token and len(settings.token) < LEAST_TOKEN:
         hint = "python -c 'import secrets; print(secrets.token_urlsafe())' makes one"
-        raise UsageError(f"the token has less than {LEAST_TOKEN} characters", hint=hint)
+        raise UsageError(f"the token has fewer than {LEAST_TOKEN} characters", hint=hint)
     panel = Panel(settings=settings)
     for name in set(settings.stations) - {rig.name for rig in panel.opened()}:
         hint = f"name it as seen from {settings.procedures}, or a shipped one"
@@ -185,8 +185,8 @@ async def _served(server: _Server, listening: socket.socket, ending: Ending) -> 
 
 
 _OF_THE_PORT = {
-    errno.EADDRINUSE: "another panel may be open there; --port 0 takes any that is free",
-    errno.EACCES: "ports below 1024 are the administrator's; --port 0 takes any that is free",
+    errno.EADDRINUSE: "another panel may be open there; --port 0 uses any free port",
+    errno.EACCES: "ports below 1024 need administrator rights; --port 0 uses any free port",
 }
 _OF_THE_HOST = "--host takes an address of this machine, such as 127.0.0.1"
 

@@ -70,7 +70,7 @@ def limits_can_say_which_result(subject: Subject) -> None:
         raise NotApplicable("its results have no measurand")
     model = _record(subject).limit_measurand_model
     if model is None:
-        raise Nonconformity("its results have a measurand, and no limit can have one")
+        raise Nonconformity("its results have a measurand, but limits cannot state one")
     lacking = [name for name in _OF_A_LIMIT if not callable(getattr(model, name, None))]
     demand(not lacking, f"the model of the key `measurand` has no {' and no '.join(lacking)}")
 
@@ -137,13 +137,13 @@ def refuses_a_partner_run_that_lacks_a_channel(subject: Subject) -> None:
             raise Nonconformity(f"it gives a result without {each.name} in the {partner.words}")
 
 
-@check(fix="keep nothing between two calls, and change no array", needs=("gives_what_it_yields",))
+@check(fix="keep no state between two calls, and change no array", needs=("gives_what_it_yields",))
 def is_pure(subject: Subject) -> None:
     """Called twice it gives the same, whatever it was called with in between."""
     analysis, run = _made(subject), _run(subject)
     first = _numbers(analysis(run))
     analysis(_run(subject, seed=2))
-    demand(_numbers(analysis(run)) == first, "it gives other numbers when it is asked again")
+    demand(_numbers(analysis(run)) == first, "it returns different numbers when it is called again")
 
 
 @check(fix="use the register: see `RunData.reading_errors`", needs=("is_pure",))
@@ -266,7 +266,9 @@ def _made(subject: Subject) -> Any:
 
 def _found(subject: Subject, run: RunData) -> Findings:
     if _needs(subject).results:
-        raise NotApplicable("it is made of results of others, and the kit makes up channels alone")
+        raise NotApplicable(
+            "it needs results of other analyses, but the kit generates only channels"
+        )
     try:
         found: Findings = _made(subject)(run)
     except (PluginError, DataError) as error:
@@ -329,7 +331,7 @@ def _run(
     """
     if place := _record(subject).trial_run:
         if without or widen != 1.0 or ideal or off or recorded:
-            raise NotApplicable("it is tried on a run of its own, not on made-up values")
+            raise NotApplicable("it is checked on a run of its own, not on generated values")
         module, _, name = place.partition(":")
         own_run: RunData = getattr(import_module(module), name)(seed)
         return own_run

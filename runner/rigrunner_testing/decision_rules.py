@@ -87,7 +87,7 @@ def farther_within_is_no_worse(subject: Subject) -> None:
             before = rank
 
 
-@check(fix="treat lower and upper limit alike", needs=("gives_zones",))
+@check(fix="treat lower and upper limit in the same way", needs=("gives_zones",))
 def lower_and_upper_limit_are_alike(subject: Subject) -> None:
     """Mirrored, value and limits get the same verdict."""
     rule = _rule(subject)

@@ -23,7 +23,7 @@ RATE_HZ, SAMPLES = 10_000.0, 1000
 BLOCKS = 50
 
 
-@check(fix="take every Event, also one that you have no use for")
+@check(fix="accept every Event, also one that is not used")
 def takes_every_event(subject: Subject) -> None:
     """It accepts each kind of event, also those of a failed run, in the order of a run."""
     sink = _sink(subject)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from rigrunner_testing.subjects import Subject
 
 
-@check(needs=(), fix="let the factory return what it makes of its settings, and raise nothing")
+@check(needs=(), fix="let the factory return the object for its settings, and raise nothing")
 def can_be_made(subject: Subject) -> None:
     """Its factory makes something from its settings; for a device, with the required methods."""
     factory: Any = subject.any_record.factory  # type: ignore[attr-defined]  # every kind has one

@@ -18,10 +18,9 @@ if TYPE_CHECKING:
 HEAD = """\
 # Conformance checks
 
-What a plugin must keep to. [`rigrunner check-plugin`](help.md#rigrunner-check-plugin-name) does
-these checks, and in [the tests of a package](../how-to/check-a-plugin.md) each is a test of its
-own. This page is made by `python -m rigrunner_testing.page` and held to the code by a test; other
-tests hold each check to a plugin that is broken in just that way.
+The requirements for plugins. [`rigrunner check-plugin`](help.md#rigrunner-check-plugin-name) makes
+these checks; in [the tests of a package](../how-to/check-a-plugin.md) each is a separate test. This
+page is made by `python -m rigrunner_testing.page`.
 
 Checks marked \N{BLACK RIGHT-POINTING SMALL TRIANGLE} set the drives of a device: `--read-only`
 leaves them out.

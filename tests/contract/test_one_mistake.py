@@ -415,7 +415,7 @@ OTHERS = {
                 ("import csv\n", "import csv\nimport time\n"),
                 ("rows.writerow(HEADER)", "rows.writerow([*HEADER, time.monotonic_ns()])"),
             ],
-            ["it makes other bytes each time", "write no date of today"],
+            ["it writes different bytes each time", "write no date of today"],
         ),
     },
 }

@@ -111,7 +111,7 @@ REFUSED = [
     (("max: 50 mV", "max: 50 mA"), "'50 mA' is a current; regulation is a voltage", "in mV"),
     (("each: bench.current, ", ""), "a result 'voltage' for each bench.current", "worst: yes"),
     (("of: bench.voltage\n      statistic", "of: bench.voltag\n      statistic"),
-     "bench.voltag is measured in no step", "did you mean 'bench.voltage'?"),
+     "bench.voltag is not measured in any step", "did you mean 'bench.voltage'?"),
     (("per: bench.current", "per: bench.curent"), "'bench.curent' is not set", "bench.current"),
     (("of: bench.voltage\n      statistic", "of: bench.ripple\n      statistic"),
      "there is no instrument for it", "accuracy"),
@@ -312,13 +312,17 @@ CURVE = """\
         ("polynomial:", "polynomal:", "there is no fit 'polynomal'"),
         ("degree: 1", "degree: 11", "analysis[2].curve.fit.polynomial.degree"),
         ("degree: 1", "grade: 1", "analysis[2].curve.fit.polynomial.grade"),
-        ("over: bench.current", "over: bench.curent", "bench.curent is measured or set in no step"),
+        (
+            "over: bench.current",
+            "over: bench.curent",
+            "bench.curent is not measured or set in any step",
+        ),
         ("unit: mΩ", "unit: V", "slope.unit: got 'V', a voltage; it is a resistance"),
         ("slope: {", "slope: {at: 1 V, ", "slope.at: got '1 V', a voltage; expected a current"),
         (
             "slope: {name: resistance",
             "hysteresis: {between: {way: [up, down]}, name: resistance",
-            "way is measured or set in no step",
+            "way is not measured or set in any step",
         ),
     ],
 )

@@ -46,7 +46,7 @@ def test_an_index_says_what_it_found(runs):
     (runs / "bad" / "run.h5").write_text("no")
     done = call("archive", "index", "runs")
     assert (done.code, done.out) == (0, "")
-    assert "runs: 3 runs, 3 new, 0 looked at again." in done.err
+    assert "runs: 3 runs, 3 new, 0 updated." in done.err
     assert "Unreadable: 1\n  bad: " in done.err
     shutil.rmtree(runs / "one")
     assert "Gone since they were indexed: 1\n  one" in call("archive", "index").err
@@ -61,7 +61,7 @@ def test_a_search_is_a_table():
     )
     assert "\x1b" not in done.out, "no specimen steers the terminal"
     assert done.err == "2 runs\n"
-    assert call("archive", "search", "--specimen", "X*").err == "No run fits.\n"
+    assert call("archive", "search", "--specimen", "X*").err == "No matching runs.\n"
 
 
 @pytest.mark.usefixtures("indexed")

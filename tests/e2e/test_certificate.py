@@ -557,7 +557,7 @@ def test_the_command_issues_amends_and_refuses_a_second_amendment(quick, tmp_pat
         assert words in page.words
     again = call(*amend)
     assert again.code == 2
-    assert "was replaced by SPECIMEN-DEMO-2026-0002 already" in again.err
+    assert "was already replaced by SPECIMEN-DEMO-2026-0002" in again.err
     with open(first, "a", encoding="utf-8") as file:  # noqa: PTH123  (a printed path)
         file.write(" ")
     assert "has changed since it was issued" in call(*amend).err

@@ -100,7 +100,7 @@ def test_a_run_on_parts_records_what_the_same_rig_records_as_one(tmp_path, stati
         ("plugin: room_thermometer", "plugin: room_thermo", (":26:24:", "did you mean")),
         ("{seed: 1}", "{sed: 1}", (":25:52:", "unknown key 'sed'")),
         ("load: rig.load\n", "load: rig.lod\n", (":24:", "the part 'rig' has no channel 'lod'")),
-        ("angle: rig.angle", "angle: rigg.angle", (":24:", "is of no part")),
+        ("angle: rig.angle", "angle: rigg.angle", (":24:", "belongs to no part")),
         ("angle: rig.angle", "angle: angle", (":28:16:", "is not of the form part.name")),
     ],
 )

@@ -91,8 +91,8 @@ def test_a_stored_run_is_decided_again_and_the_record_is_shown(folder, tmp_path)
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (WHO, "give --acceptance FILE or --rule RULE, one of them"),
-        (("--fraction", "0.5", *WHO), "give --acceptance FILE or --rule RULE, one of them"),
+        (WHO, "give either --acceptance FILE or --rule RULE"),
+        (("--fraction", "0.5", *WHO), "give either --acceptance FILE or --rule RULE"),
         (("--rule", "guard_band_fraction", *WHO), "such as --rule guard_band_fraction --fraction"),
         (("--rule", "simple", "--fraction", "0.5", *WHO), "decision_rule 'simple': fraction: "),
         (

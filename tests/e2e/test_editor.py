@@ -297,7 +297,7 @@ STEP = "        - settle: {cycles: 5}\n"
         ),
         ("outliers: {grubbs: {alpha: 0.05}}", "outliers: ‸", "grubbs", "Grubbs' test"),
         ("primary: template_inverse", "primary: ‸", "energy", "Running torque"),
-        ("acceptance:", "‸\nacceptance:", "description", "Why, and how"),
+        ("acceptance:", "‸\nacceptance:", "description", "Purpose and method"),
     ],
 )
 def test_what_may_stand_here_is_offered_with_its_help(server, old, new, label, words):
@@ -337,7 +337,7 @@ def test_the_settings_of_the_chosen_device_are_offered(server):
             "        - template‸_inverse",
             "resonance and filter undone",
         ),
-        ("analysis:\n", "anal‸ysis:\n", "What is computed of what was recorded"),
+        ("analysis:\n", "anal‸ysis:\n", "Analyses of the recorded data"),
     ],
 )
 def test_what_stands_here_is_explained(server, old, new, words):

@@ -100,7 +100,7 @@ def test_a_channel_that_no_step_measures_and_one_without_a_register_entry(tmp_pa
     procedure = PROCEDURE.replace("MODEL", "r / U")
     wrong = procedure.replace("bench.ripple}", "bench.rippel}")
     called = call("check", *_with_station(tmp_path, wrong))
-    assert "bench.rippel is measured or set in no step" in called.err
+    assert "bench.rippel is not measured or set in any step" in called.err
     limited = procedure + (
         "acceptance: {rule: simple, limits: [{of: noise, worst: yes, max: 1 %, source: a}]}\n"
     )

@@ -38,7 +38,7 @@ def rows_of(title):
     return [[cell.strip(" `") for cell in line.strip("|").split("|")] for line in lines[2:]]
 
 
-ROWS = rows_of("What the engine answers")
+ROWS = rows_of("Reactions of the engine")
 
 
 def planned(folder, kind, call, *, once, terms=""):

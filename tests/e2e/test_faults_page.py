@@ -34,7 +34,7 @@ def test_every_fault_is_listed_as_the_code_has_it_and_every_case_is_counted():
 def test_none_is_far_beyond_what_it_states_and_few_are_beyond():
     _, rows = table_of("Fault by fault")
     within, beyond, far = (sum(int(row[i]) for row in rows) for i in (7, 8, 9))
-    header, (faulty, clean) = table_of("How many pass in silence")
+    header, (faulty, clean) = table_of("Undetected wrong results")
     assert header == list(SILENT_HEADER)
     assert far == 0
     share = Share(beyond, within + beyond)
@@ -47,7 +47,7 @@ def test_none_is_far_beyond_what_it_states_and_few_are_beyond():
 
 
 def test_faults_that_no_data_can_show_are_listed_with_the_reason():
-    header, rows = table_of("What no data can show")
+    header, rows = table_of("Faults that data cannot show")
     assert header == list(UNSEEN_HEADER)
     listed = [(row[0], row[1], int(row[2]), row[-1]) for row in rows]
     assert listed == [(each.name, each.extent, UNSEEN_CASES, each.unseen) for each in UNSEEN]

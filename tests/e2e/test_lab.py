@@ -52,7 +52,7 @@ def test_making_it_twice_changes_nothing(tmp_path):
     assert call("init", tmp_path / "bench 1").code == ExitCode.PASS
     called = call("init", tmp_path / "bench 1")
     assert called.code == ExitCode.USAGE
-    assert "nothing is ever overwritten" in called.err
+    assert "files are never overwritten" in called.err
     assert called.out == ""
 
 

@@ -136,7 +136,7 @@ def test_a_run_that_stops_at_a_limit_is_sealed_reported_and_over(tmp_path):
     assert call("analyse", folder).code == 1
     again = call("resume", folder)
     assert again.code != 0
-    assert "is over and sealed" in again.err
+    assert "has ended and is sealed" in again.err
 
 
 ORDER = (

@@ -105,7 +105,7 @@ def test_it_is_measured_over_a_socket(lab):
     ("wrong", "words"),
     [
         ({b"FORCE 500.0\n": HANG_UP}, "closed the connection at 'FORCE 500.0'"),
-        ({b"FORCE 500.0\n": b"500.0\r"}, "is it the terminator"),
+        ({b"FORCE 500.0\n": b"500.0\r"}, "this line terminator"),
         ({b"FORCE 500.0\n": b""}, "did not answer 'FORCE 500.0' within"),
         ({b"FORCE?\n": b"E07\n"}, "'E07'"),
     ],

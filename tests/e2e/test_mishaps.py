@@ -111,7 +111,7 @@ def test_a_read_only_folder_is_told_before_anything_moves(open_folder):
     runs.mkdir()
     with read_only(runs), pytest.raises(DataError, match=r"cannot write .*Permission") as caught:
         run(procedure, runs, listeners=[safety])
-    assert "you may not write there" in caught.value.hint
+    assert "no permission to write there" in caught.value.hint
     assert list(runs.iterdir()) == []
     assert safety.safe == []
 
@@ -234,7 +234,7 @@ def test_the_command_line_leads_from_a_interrupted_run_to_its_end(tmp_path):
     assert "report.html" in done.out
     again = call("resume", name, "--runs", runs)
     assert again.code == ExitCode.DATA
-    assert "over and sealed" in again.err
+    assert "has ended and is sealed" in again.err
     closed = call("recover", "copy", "--runs", runs, "--by", "B. Smith", "--reason", "broken belt")
     assert closed.code == ExitCode.PASS
     assert "aborted, sealed" in closed.out

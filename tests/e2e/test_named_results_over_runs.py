@@ -168,4 +168,4 @@ def test_readings_at_several_set_points_are_refused(tmp_path):
     assert "readings at several set-points: chamber.temperature = 0 °C, " in refused.err
     assert "choose by --where" in refused.err
     unknown = call("gauge-rr", "resistence", "--runs", tmp_path / "runs")
-    assert "no run that fits has a result 'resistence'" in unknown.err
+    assert "no matching run has a result 'resistence'" in unknown.err

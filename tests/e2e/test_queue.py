@@ -31,7 +31,7 @@ def test_a_queue_runs_without_a_browser(runs, tmp_path):
     assert (tmp_path / "runs" / first["run"] / "run.h5").is_file()
     assert second["status"] == "proposed"
     waits = call("queue", "next", "--unattended", *runs)
-    assert (waits.code, "no entry of the queue waits" in waits.err) == (2, True)
+    assert (waits.code, "no entry of the queue is waiting" in waits.err) == (2, True)
     assert call("queue", "repeat", "1", "--reason", "a bump", "--by", "Ann", *runs).code == 0
     assert call("queue", "next", "--unattended", *runs).code == 0
     again = listed(runs)[1]

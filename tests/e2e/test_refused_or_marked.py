@@ -102,7 +102,7 @@ def test_a_limit_of_another_measurand(tmp_path):
     assert refused.err == (
         f"{other}:66:18: error: acceptance.limits[0].measurand: the limit is for the no-load torque"
         " from rest, and the result is the load-induced torque at the reversals of a swing\n"
-        "  hint: limits and results of two measurands have nothing to say to each other\n"
+        "  hint: a limit applies only to results of the same measurand\n"
     )
 
 

@@ -102,10 +102,10 @@ def test_an_approval_ends_with_an_edit(lab):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ([], "say who approves, or --show"),
-        (["--by", "X", "--show"], "say who approves, or --show"),
+        ([], "name the approver with --by, or give --show"),
+        (["--by", "X", "--show"], "name the approver with --by, or give --show"),
         (["--by", " "], "an approval needs a name"),
-        (["--by", "X", "--date", "2999-01-01"], "2999-01-01 is still to come"),
+        (["--by", "X", "--date", "2999-01-01"], "2999-01-01 is in the future"),
         (["--by", "X", "--date", "tomorrow"], "does not match the format"),
     ],
 )
@@ -149,4 +149,4 @@ def test_two_runs_of_the_demo_differ_in_what_was_asked(demo):
     assert called.code == ExitCode.FAIL
     assert "id was changed from 'SSPB-NLI' to 'SSPB-STT-1000'" in called.out
     same = call("compare", demo.loaded, demo.loaded.name, "--runs", demo.folder)
-    assert (same.code, same.out.splitlines()[-1]) == (ExitCode.PASS, "no difference that matters")
+    assert (same.code, same.out.splitlines()[-1]) == (ExitCode.PASS, "no relevant difference")

@@ -104,7 +104,7 @@ def test_results_of_results_are_made_limited_and_reported(tmp_path):
                 "               inputs: {r: regulation, V: loaded}}\n"
             ),
             "none: idle, full",
-            "is made of this result itself",
+            "is computed from this result itself",
         ),
         ("model: U / none", "model: U + none / none", "model: U + none", "a number"),
         (
@@ -288,4 +288,4 @@ def test_a_hysteresis_needs_one_set_point_that_both_ways_share(tmp_path, steps, 
     if refused:
         at = line_of("results: {hysteresis", tmp_path)
         assert f"supply.yaml:{at}:" in called.err
-        assert "bench.current is nowhere the same at way = up and down" in called.err
+        assert "bench.current is never the same at way = up and down" in called.err

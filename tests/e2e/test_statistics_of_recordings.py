@@ -155,7 +155,7 @@ def test_each_set_point_is_counted_by_itself(tmp_path):
         ("tester.temperature: [mean]}", "tester.load: [mean]}", 16,
          "tester.load is not recorded by this step"),
         ("of: tester.torque.rms", "of: tester.torque.mean", 21,
-         "tester.torque.mean is measured in no step"),
+         "tester.torque.mean is not measured in any step"),
         ("[rms, peak_to_peak]", "[rms, median]", 16, "median"),
     ],
 )  # fmt: skip

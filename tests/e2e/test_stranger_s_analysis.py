@@ -124,7 +124,7 @@ def test_it_has_fewer_than_forty_lines_and_keeps_to_the_kit(lab):
             "record: {channels: [tester.angle, tester.torque, tester.temperature], duration: 10 s}",
             "measure: {channels: [tester.temperature]}",
             19,
-            "needs a recording, and only single values are measured",
+            "needs a recording, but only single values are measured",
         ),
     ],
 )

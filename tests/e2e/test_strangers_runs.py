@@ -80,7 +80,7 @@ def test_a_plugin_that_is_not_installed_is_a_message(command, sent):
     called = call(command, sent)
     assert called.code == ExitCode.INVALID, called.err
     assert "there is no fit 'lab_fit'" in called.err
-    assert "which is not here: name its station by --station, or install it" in called.err
+    assert "which is not available: name its station by --station, or install it" in called.err
     assert "Traceback" not in called.err
     assert not imports(sent.parent)
 

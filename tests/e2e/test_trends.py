@@ -85,7 +85,7 @@ def test_figures_of_one_no_load_run_count_once(folder):
 @pytest.mark.parametrize(
     ("words", "code", "told"),
     [
-        (["torqe"], 2, "no run that fits has a result or figure 'torqe'"),
+        (["torqe"], 2, "no matching run has a result or figure 'torqe'"),
         (["torque", "--baseline", "5"], 2, "a baseline of 5 values is too short"),
         (["torque", "--baseline", "yesterday"], 2, "'yesterday' is not a baseline"),
         (["torque", "--baseline", "2026-02-01..2026-01-01"], 2, "is empty"),
@@ -96,7 +96,7 @@ def test_figures_of_one_no_load_run_count_once(folder):
             "there are 40 values, and the baseline is the first 50",
         ),
         (["torque", "--limit", "30"], 2, "--limit does not go with a study"),
-        (["torque", "--lot", "L9"], 5, "no run fits"),
+        (["torque", "--lot", "L9"], 5, "no matching run"),
         (["torque", "--by", "colour"], 2, "Invalid value for '--by'"),
         (["torque", "--out", "no/trend.docx"], 2, "no report is written as 'trend.docx'"),
     ],

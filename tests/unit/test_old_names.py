@@ -46,7 +46,7 @@ def imported_anew():
 
 @pytest.mark.parametrize("old", MODULES)
 def test_a_module_is_found_at_its_old_place_with_a_warning(old, imported_anew):
-    with pytest.warns(DeprecationWarning, match=f"import {TABLE[old]} in place of it"):
+    with pytest.warns(DeprecationWarning, match=f"import {TABLE[old]} instead"):
         found = imported_anew(old)
     assert found is importlib.import_module(TABLE[old])
     with pytest.raises(AttributeError):
@@ -76,7 +76,7 @@ def test_any_package_may_take_names_with_it(monkeypatch, imported_anew):
     monkeypatch.setitem(sys.modules, __name__, sys.modules[__name__])
     moved.places.cache_clear()
     try:
-        with pytest.warns(DeprecationWarning, match="import json.decoder in place of it"):
+        with pytest.warns(DeprecationWarning, match="import json.decoder instead"):
             assert imported_anew("rigrunner.signal.gone") is importlib.import_module("json.decoder")
         with pytest.warns(DeprecationWarning, match="import JSONEncoder from json.encoder"):
             exec("from rigrunner.api import Gone", {})  # noqa: S102

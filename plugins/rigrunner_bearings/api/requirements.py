@@ -1,7 +1,7 @@
 """What an analysis of torque and its plugins need of a run, beside what any analysis may ask.
 
-Each number by which the analysis refuses a run has its only home here, or beside the plugin whose
-number it is.
+Each number by which the analysis refuses a run is defined only here, or in the plugin that it
+belongs to.
 """
 
 from __future__ import annotations

@@ -201,7 +201,7 @@ class RigDescription(Settings):
         """Lambda = e / L of the oscillating guide bar; raise DataError where it is not known."""
         if self.eccentric is None or self.centre_distance is None:
             raise DataError(
-                "the station does not say how the rig swings",
+                "the geometry of the swing is not in the station",
                 hint="enter eccentric and centre_distance under its 'rig'",
             )
         return self.eccentric / self.centre_distance

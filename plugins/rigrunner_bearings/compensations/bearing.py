@@ -139,7 +139,7 @@ def reversals(
     if not (len(forward) and len(backward)):
         raise DataError(
             f"at {loaded.frequency_hz:.4g} Hz the load has no reversal to look behind",
-            hint="the torque would twist the coupling by more than it swings: look at the signal",
+            hint="the torque would twist the coupling by more than the swing: check the signal",
         )
     return Reversals(forward, backward)
 

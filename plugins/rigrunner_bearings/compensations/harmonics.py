@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 HARMONICS = 72
 """Number of harmonics of a swing; those above a quarter of the sampling rate are not used."""
-SENSOR = "is the torque sensor connected, its amplifier on, and the channel the right one?"
+SENSOR = "is the torque sensor connected, its amplifier switched on, and the channel correct?"
 MODEL_ERROR = 1e-4
 """Error of each harmonic by the steps of an encoder and the non-linearity of a good transducer, as
 a share of the rms of the torque."""

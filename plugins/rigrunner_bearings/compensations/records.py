@@ -108,7 +108,8 @@ def rigrunner_compensations() -> list[CompensationRecord]:
         ),
         CompensationRecord(
             name="breakaway_peak",
-            help="Starts from rest: mean of their breakaway torques, another torque than a swing's",
+            help="Starts from rest: mean of their breakaway torques, which are not those of a"
+            " swing",
             settings="rigrunner_bearings.compensations.breakaway_peak_settings:BreakawayPeakSettings",
             rig=RIG,
             factory=_breakaway_peak,

@@ -127,7 +127,7 @@ def _refuse_short(starts: Array, rate_hz: float) -> None:
         where_s = starts[int(lengths.argmin())] / rate_hz
         raise DataError(
             f"a cycle at {where_s:.3g} s is shorter than half of the others",
-            hint="the angle has spikes, or jumps, or is another channel: look at its wiring",
+            hint="the angle has spikes or jumps, or is another channel: check its wiring",
         )
 
 

@@ -41,7 +41,7 @@ def pulse_edges(signal: Samples) -> Array:
     if len(rising) < 2:  # noqa: PLR2004  (a cycle has two ends)
         raise DataError(
             f"{len(rising)} pulses, but a cycle is from one to the next",
-            hint="is the index sensor connected, and does it see the mark?",
+            hint="is the index sensor connected, and does it detect the mark?",
         )
     _refuse_uneven(rising)
     edges: Array = rising - 0.5
@@ -56,7 +56,7 @@ def _refuse_uneven(rising: Array) -> None:
         raise DataError(
             f"from pulse {odd[0] + 1} to the next are {periods[odd[0]]:.0f} samples, usual are "
             f"{usual:.0f}: one was lost or came twice",
-            hint="look at the index sensor's level and its wiring",
+            hint="check the level and the wiring of the index sensor",
         )
 
 

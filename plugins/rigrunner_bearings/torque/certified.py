@@ -94,7 +94,7 @@ def _channels(found: TorqueDetails, run: RunData) -> frozenset[str]:
 def _beyond_calibration(
     found: TorqueDetails, run: RunData, no_load_run: RunData | None
 ) -> Iterator[Deviation]:
-    """Yield each channel that went beyond its calibrated range, with how far, in words."""
+    """Yield each channel that exceeded its calibrated range, with how far, in words."""
     for one, points in ((run, found.loaded), (no_load_run, found.no_load)):
         if one is None or not (points or found.primary):
             continue

@@ -258,7 +258,7 @@ def _limits(
         if isinstance(limit.measurand, LimitMeasurand) and kind is not None:
             objection = limit.measurand.objection(kind, loads)
             if objection and not limit.measurand.objection(kind):
-                hint = "limits and results of two measurands have nothing to say to each other"
+                hint = "a limit applies only to results of the same measurand"
                 yield PlanProblem(message=objection, hint=hint, key=("measurand",), of=limit)
         yield from _missing_frequencies(limit, chosen)
 

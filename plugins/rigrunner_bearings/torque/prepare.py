@@ -127,6 +127,6 @@ def _judged(
         raise DataError(
             f"recording {recording.name}, {name}: of {len(kept)} cycles only {kept.sum()} remain "
             f"after gross errors, but {LEAST_CYCLES} are needed",
-            hint="look at the recording: cycles that disagree so much have no common value",
+            hint="look at the recording: cycles that differ so much have no common value",
         )
     return kept, rejections

@@ -68,7 +68,7 @@ def _cycles(recorded: PlannedRecording, needed: Iterable[Requirer]) -> Iterator[
     got = str(whole) if recorded.in_cycles else f"{max(whole, 0)} at {frequency_hz:g} Hz"
     yield PlanProblem(
         message=f"{most.name} needs at least {least} cycles in each recording, got {got}",
-        hint=f"{most.needs.cycles} whole ones are needed, and a spare one",
+        hint=f"{most.needs.cycles} whole cycles and one more are needed",
         key=("cycles" if recorded.in_cycles else "duration",),
         of=recorded,
     )

@@ -210,7 +210,7 @@ class ReadingsSettings(Settings):
                     f"{self.minus} is {with_article(other.dimension)}, and {self.of}"
                     f" {with_article(of.dimension)}"
                 ),
-                "subtract what is of one kind",
+                "subtract quantities of one kind",
             )
             return
         value = units[self.of]

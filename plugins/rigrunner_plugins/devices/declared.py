@@ -36,13 +36,13 @@ class DeclaredQuantity(Settings):
     """How the instrument's numbers become a quantity: number * scale + offset, in `unit`."""
 
     unit: UnitSymbol
-    """Of the number once it is scaled."""
+    """Unit of the scaled number."""
     scale: Annotated[float, Field(strict=False)] = 1.0
-    """What the instrument's number is multiplied with."""
+    """Factor of the instrument's number."""
     offset: Annotated[float, Field(strict=False)] = 0.0
-    """What is added to it after that."""
+    """Summand, added after scaling."""
     title: str = ""
-    """Its name in plots and reports."""
+    """Name in plots and reports."""
 
     @model_validator(mode="after")
     def _can_be_inverted(self) -> Self:
@@ -82,7 +82,7 @@ class DeclaredReading(Settings):
     unit: UnitSymbol | None = None
     """Of an array: the unit of its numbers."""
     title: str = ""
-    """Its name in plots and reports."""
+    """Name in plots and reports."""
 
     @model_validator(mode="after")
     def _has_its_unit(self) -> Self:
@@ -122,15 +122,15 @@ class DeclaredDrive(DeclaredQuantity):
     max: AnyQuantity
     """The highest set-point."""
     safe: AnyQuantity
-    """Where it is harmless."""
+    """The safe value."""
     tolerance: Difference | None = None
-    """How far the read-back may be from the set-point; left out, 1 % of the range."""
+    """Allowed deviation of the read-back from the set-point; if omitted, 1 % of the range."""
     rate: AnyQuantity | None = None
-    """How fast it moves, such as 5 Hz/s; left out, at once."""
+    """Its rate, such as 5 Hz/s; if omitted, it moves at once."""
     settle: Annotated[Duration, Field(ge=0)] = 10.0
-    """How long it may take until it stands, beyond what the rate says."""
+    """Settling time, in addition to the time that the rate gives."""
     sets_cycle_frequency: YesNo = False
-    """Whether its value is the frequency of the cyclic motion."""
+    """Whether it sets the frequency of the cyclic motion."""
 
     @model_validator(mode="after")
     def _is_one_quantity(self) -> Self:

@@ -68,7 +68,7 @@ def refuse_outside(x: Array, valid: tuple[float, float], name: str = "") -> None
         of = f" of {name}" if name else ""
         raise DataError(
             f"the fit holds from {low:.6g} to {high:.6g}{of}, not at {outside[0]:.6g}",
-            hint="a fit says nothing outside its points; measure there",
+            hint="a fit is not valid outside its points; measure there",
         )
 
 

@@ -39,7 +39,7 @@ def refuse_several(points: Points) -> None:
         raise DataError(
             f"a fit of one regressor is given {len(points.regressors)}: "
             f"{', '.join(points.regressors)}",
-            hint="take the fit expression",
+            hint="use the fit expression",
         )
 
 

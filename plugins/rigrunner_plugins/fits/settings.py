@@ -27,7 +27,7 @@ Item = TypeVar("Item")
 def _different(items: tuple[Item, ...]) -> tuple[Item, ...]:
     for item, times in Counter(items).items():
         if times > 1:
-            raise ValueError(f"{item} stands {times} times; name it once")
+            raise ValueError(f"{item} is listed {times} times; list it once")
     return items
 
 
@@ -51,7 +51,7 @@ class PolynomialSettings(WeightedSettings):
     """Of the fit `polynomial`."""
 
     degree: Annotated[int, Field(ge=1, le=10)] = 2
-    """The highest power of x."""
+    """Highest power of x."""
 
 
 class BasisSettings(WeightedSettings):
@@ -92,7 +92,7 @@ def _start(given: object) -> object:
         )
     known = unit(found[2] or "1")
     if known.offset:
-        raise ValueError(f"'{given}' has another zero than K: write it in K")
+        raise ValueError(f"'{given}' does not have the zero of K: write it in K")
     if is_coherent(known):
         return Start(float(found[1]), found[2] or "1")
     return Start(float(found[1]) * known.factor, si_symbol(known.dimension))

@@ -76,7 +76,7 @@ def _joined(name: str, columns: Sequence[Column], place: Location) -> Column:
 def _begun(name: str, column: Column, place: Location) -> datetime:
     if column.started is None:
         raise DataError(
-            f"'{name}' does not say when each segment began, so nobody knows of gaps",
+            f"'{name}' does not say when each segment began, so gaps cannot be detected",
             location=place,
             hint="take one segment, or write the recording in one piece",
         )
@@ -202,8 +202,8 @@ def _column(
             location=place,
             hint="is the file cut short?"
             if len(values) < stated
-            else "it was written in several goes; only X values can say whether there are gaps:"
-            " take their column as the time",
+            else "it was written in several parts; gaps can be detected only in X values: use"
+            " their column as the time",
         )
     if not values:
         raise DataError(f"the column '{name}' is empty", location=place)

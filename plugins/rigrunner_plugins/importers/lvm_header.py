@@ -105,7 +105,7 @@ def read_file_header(lines: Iterator[Line], file: str, settings: LvmSettings) ->
     decimal = tags.get("Decimal_Separator") or _decimal_after(separator, tags, settings)
     if decimal not in {".", ","} or decimal == separator:
         raise DataError(
-            f"the decimal mark '{decimal}' cannot be told from the separator, or is none",
+            f"the decimal mark '{decimal}' is the separator, or not a decimal mark",
             location=Location(file),
         )
     return FileHeader(separator, decimal)

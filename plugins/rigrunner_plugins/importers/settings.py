@@ -15,13 +15,13 @@ class TableSettings(Settings):
     """How CSV files are written."""
 
     delimiter: Literal[",", ";", "tab", "|"] = ","
-    """What stands between columns."""
+    """Separator of columns."""
     decimal: Literal[".", ","] = "."
-    """What stands before the decimals of a number."""
+    """Decimal mark."""
     header: Annotated[YesNo, Field(description="whether a line names the columns")] = True
     skip_lines: Annotated[int, Field(ge=0, description="lines before header or numbers")] = 0
     encoding: Encoding = "utf-8"
-    """How the text is encoded."""
+    """Encoding of the text."""
 
     @model_validator(mode="after")
     def _distinct(self) -> Self:
@@ -38,4 +38,4 @@ class LvmSettings(Settings):
         Field(description="the decimal mark where the file does not state it (version < 2)"),
     ] = "."
     encoding: Encoding = "utf-8"
-    """How the text is encoded."""
+    """Encoding of the text."""

@@ -64,24 +64,24 @@ class RuleSettings(Settings):
     """When a message is sent, and how long is tried."""
 
     on: ListOf[When] = EVERY
-    """What is reported."""
+    """Reported events."""
     wait: PositiveDuration = 10.0
-    """A question or a pause is reported once it has waited so long for a person."""
+    """Waiting time for a person after which a question or a pause is reported."""
     disk_low_gb: Annotated[float, Field(gt=0)] = 5.0
-    """Less room than this, where runs are written, is reported: in 10⁹ bytes."""
+    """Free disk space for runs below which it is reported, in 10⁹ bytes."""
     calibration_due_days: Annotated[int, Field(ge=0)] = 14
-    """An instrument whose calibration is due within so many days is reported as a run begins."""
+    """Days before a calibration is due from which it is reported at the start of a run."""
     timeout: PositiveDuration = 5.0
-    """How long the receiver may take for one message."""
+    """Time limit for sending one message."""
     attempts: Annotated[int, Field(ge=1, le=10)] = 5
-    """How often a message is sent at most; between attempts 1 s, 2 s, 4 s pass, and so on."""
+    """Greatest number of attempts for a message, at intervals of 1 s, 2 s, 4 s, and so on."""
 
 
 class WebhookSettings(RuleSettings):
     """Of `webhook`."""
 
     url: Annotated[str, Field(pattern=r"^https?://[^\s@/]+(/\S*)?$")]
-    """Where JSON is posted to; a redirect is not followed."""
+    """The address that JSON is posted to; redirects are not followed."""
     secret: Secret | None = None
     """The key of the signature; without one the messages are not signed."""
 
@@ -94,15 +94,15 @@ class MailSettings(RuleSettings):
     port: Port = 587
     """Its port for submission."""
     security: Literal["starttls", "tls", "none"] = "starttls"
-    """`none` sends everything in clear, the password too."""
+    """`none` sends everything unencrypted, including the password."""
     user: PlainText = ""
-    """Its account there; none where it asks for none."""
+    """User name; none if it needs none."""
     password: Secret | None = None
-    """That of the account."""
+    """Password of the user."""
     sender: Address
-    """From whom the mails are."""
+    """Sender of the mails."""
     to: Annotated[ListOf[Address], Field(min_length=1)]
-    """Who gets them."""
+    """Recipients."""
 
 
 class MqttSettings(RuleSettings):
@@ -115,9 +115,9 @@ class MqttSettings(RuleSettings):
     tls: YesNo = False
     """Whether the connection is encrypted, and the broker's certificate checked."""
     user: PlainText = ""
-    """Its account there; none where it asks for none."""
+    """User name; none if it needs none."""
     password: Secret | None = None
-    """That of the account."""
+    """Password of the user."""
     topic: Annotated[str, Field(pattern=r"^[^\s#+\x00]+$", max_length=200)] = (
         "rigrunner/{station}/{kind}"
     )

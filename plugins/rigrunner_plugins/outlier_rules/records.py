@@ -30,7 +30,7 @@ def rigrunner_outlier_rules() -> list[OutlierRuleRecord]:
         ),
         OutlierRuleRecord(
             name="generalized_esd",
-            help="Rosner's test for several gross errors, also such as hide each other",
+            help="Rosner's test for several gross errors, also if they mask each other",
             settings="rigrunner_plugins.outlier_rules.settings:GeneralizedEsdSettings",
             factory=_generalized_esd,
             examples=(ROSNER,),

@@ -1,4 +1,4 @@
-"""What an analysis is given beside its settings, where it asks for that."""
+"""Input of an analysis in addition to its settings, if it requests it."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Plugins(Protocol):
     """Other plugins, by kind and name."""
 
     def make(self, kind: str, name: str, settings: Mapping[str, Any]) -> Any:
-        """Return what a plugin's factory makes, such as a fit; raise PluginError.
+        """Return the object that a plugin's factory makes, such as a fit; raise PluginError.
 
-        What it gives is checked before the analysis gets it.
+        The object is checked first.
         """
         ...
 
@@ -29,23 +29,23 @@ class Plugins(Protocol):
         ...
 
     def requires(self, kind: str, name: str, settings: Mapping[str, Any]) -> Requirements:
-        """Return what a plugin needs of a run with these settings; raise PluginError."""
+        """Return the requirements of a plugin with these settings; raise PluginError."""
         ...
 
 
 @dataclass(frozen=True, kw_only=True)
 class AnalysisContext:
-    """The plugins that the settings may name, and what the procedure says beside the analysis.
+    """The plugins that the settings may name, and data of the procedure outside the analysis.
 
     Given to the functions of an AnalysisRecord with `in_context`.
     """
 
     plugins: Plugins
     measurand: str = ""
-    """What the procedure measures, in words; '' where it does not say."""
+    """The measurand of the procedure in words; '' if not stated."""
     symbol: str = ""
     """Its symbol."""
     progress: Progress = unseen
-    """Is told how far what takes minutes is; what it raises ends the analysis."""
+    """Callback for the progress of long calculations; an exception of it ends the analysis."""
     interim: bool = False
-    """Whether the run continues: what takes minutes is left out then."""
+    """Whether the run is in progress: long calculations are then omitted."""

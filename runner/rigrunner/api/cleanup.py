@@ -15,7 +15,7 @@ _T = TypeVar("_T")
 
 
 def do_all(*works: Callable[[], object]) -> None:
-    """Call all in order, whatever fails; then raise the first error, with the others as its notes.
+    """Call all in order, even after errors; then raise the first error, with the others noted.
 
     No exception, SystemExit and Ctrl-C included, skips a later call. If Ctrl-C was among the
     errors, it is the one raised.
@@ -24,7 +24,7 @@ def do_all(*works: Callable[[], object]) -> None:
 
 
 def errors_of(*works: Callable[[], object]) -> list[BaseException]:
-    """Call all in order, whatever fails; return the exceptions."""
+    """Call all in order, even after errors; return the exceptions."""
     errors: list[BaseException] = []
     for work in works:
         try:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def _as_list(value: Any) -> Any:
     if isinstance(value, bool | int | float):
-        raise ValueError(f"got {value}, expected a text: an answer is one; put it in quotes")  # noqa: TRY004  (pydantic places it)
+        raise ValueError(f"got {value}, expected a text; put it in quotes")  # noqa: TRY004  (pydantic places it)
     return [value] if isinstance(value, str) else value
 
 

@@ -57,7 +57,7 @@ class MakeDevice(Protocol):
 
 
 def _no_other_device(plugin: str, settings: Mapping[str, Any], /, part: str = "") -> Device:  # noqa: ARG001  (the Protocol's)
-    raise PluginError(f"the device '{plugin}' cannot be made here", hint="name it in a station")
+    raise PluginError(f"the device '{plugin}' cannot be created here", hint="name it in a station")
 
 
 class Wire(Protocol):
@@ -354,7 +354,7 @@ class Pausable(Protocol):
     """Can pause and resume."""
 
     def pause(self) -> None:
-        """Stop what moves, as far as it can be gone on with; return when it stands."""
+        """Stop all motion that can be resumed; return at standstill."""
         ...
 
     def resume(self) -> None:
@@ -373,8 +373,8 @@ class CountsStreams(Protocol):
 
 @runtime_checkable
 class KnowsTruth(Protocol):
-    """A simulator that knows what no instrument can: kept apart, never shown to the analysis."""
+    """A simulator with true values, which are stored apart and never passed to the analysis."""
 
     def truth(self) -> Mapping[str, float]:
-        """Return the true values that held in the last stream, such as 'starting_torque_nm'."""
+        """Return the true values of the last stream, such as 'starting_torque_nm'."""
         ...

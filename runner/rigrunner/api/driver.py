@@ -49,7 +49,7 @@ def check_patience(timeout_s: float, context: DeviceContext) -> None:
     if timeout_s >= patience_s:
         raise PluginError(
             f"timeout: got {timeout_s:g} s, expected less than {patience_s:g} s",
-            hint="after that the station gives a device up: see its safety.patience.answer",
+            hint="the station abandons a call after that time: see its safety.patience.answer",
         )
 
 
@@ -202,7 +202,7 @@ class Driver:
             return
         raise DeviceLostError(
             f"reconnected to {_named(identity)}, but the run began with {_named(before)}",
-            hint="was another instrument plugged in, or the address given away?",
+            hint="was another instrument connected, or its address changed?",
         )
 
     def close(self) -> None:

@@ -165,7 +165,7 @@ class Instrument(Settings):
                 yield "the key 'full_scale' is missing, or a 'range'"
             shares = {} if stored or not self.accuracy_ else self.accuracy_.shares_of_full_scale()
             for name, limit in shares.items():
-                yield f"accuracy.{name} is '{limit}', and no 'full_scale' or 'range' says of what"
+                yield f"accuracy.{name} is '{limit}', but 'full_scale' and 'range' are missing"
         if self.interpolation is not None:
             yield from self._objections_to_points()
             if not stored:
@@ -193,10 +193,10 @@ class Instrument(Settings):
 
     def _objections_to_points(self) -> Iterator[str]:
         if self.interpolation == "cubic" and self.quantity not in ZEROED:
-            yield f"a cubic goes through zero: of {with_article(self.quantity)} use 'linear'"
+            yield f"a cubic goes through zero: for {with_article(self.quantity)} use 'linear'"
             return
         if len(self.points) < LEAST_POINTS:
-            yield f"interpolation needs {LEAST_POINTS} points or more; there are {len(self.points)}"
+            yield f"interpolation needs {LEAST_POINTS} points or more, got {len(self.points)}"
         pairs = sorted((point.applied.si, point.indicated.si) for point in self.points)
         for (applied, indicated), (next_applied, next_indicated) in pairwise(pairs):
             # Else one indication would stand for two values, and could not be corrected.
@@ -211,7 +211,7 @@ class Instrument(Settings):
         count = calibration_curve.too_few_for_cubic(self._known)
         if count is not None:
             least = calibration_curve.DEGREE + 1
-            yield f"a cubic needs {least} points in each direction that has some; there are {count}"
+            yield f"a cubic needs {least} points in each direction that has any, got {count}"
             return
         for (low, low_off), (high, high_off) in pairwise(self.deviations):
             # Indicated less deviation is the applied value.
@@ -379,7 +379,10 @@ def torque_instruments(register: Iterable[Instrument]) -> dict[str, Instrument]:
 def __getattr__(name: str) -> Any:
     """Return names of version 0.1.0, with a warning."""
     if name in {"TorqueInstrument", "OtherInstrument"}:
-        message = f"rigrunner.api.instruments.{name} is Instrument now; the name goes with 0.3"
+        message = (
+            f"rigrunner.api.instruments.{name} is now Instrument; the old name will be"
+            " removed in 0.3"
+        )
         warnings.warn(message, DeprecationWarning, stacklevel=2)
         return Instrument
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

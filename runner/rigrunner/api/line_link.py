@@ -88,7 +88,7 @@ class LineLink:
             raise
         except TimeoutError as error:
             self._give_up(error)
-            raise DeviceTimeoutError(f"{self._name} did not take '{request}'") from error
+            raise DeviceTimeoutError(f"{self._name} did not accept '{request}'") from error
         except OSError as error:
             self._give_up(error)
             reason = error.strerror or error
@@ -112,7 +112,7 @@ class LineLink:
             raise DeviceLostError(f"{self._name} closed the connection")
         raise DeviceLostError(
             f"{self._name} sent {waiting[:40]!r} without being asked",
-            hint="an answer to an earlier line: does a line that is told have one?",
+            hint="is it the answer to an earlier command that should have none?",
         )
 
     def _line(self, request: str) -> str:
@@ -145,5 +145,5 @@ class LineLink:
         return DeviceTimeoutError(
             f"{self._name} answered '{request}' by {got[:40]!r}"
             f" and no {self._end!r} within {self._answer_s:g} s",
-            hint="is it the terminator that the instrument is set to?",
+            hint="does the instrument use this line terminator?",
         )

@@ -211,7 +211,7 @@ class _Simulated:
             kind = type(self._instrument).__name__
             raise PluginError(
                 f"`answer` of {kind} gave {answer!r} to '{request}', expected a str",
-                hint="is there a `return`? where the instrument keeps silent it is ''",
+                hint="is there a `return`? return '' where the instrument does not answer",
             )
         if not answer:
             raise DeviceTimeoutError(f"'{request}' was not answered by the simulator")

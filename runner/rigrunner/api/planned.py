@@ -1,4 +1,4 @@
-"""A run before it is made, for an analysis that looks at its plan: what is recorded and measured.
+"""A planned run, for an analysis that checks the plan: its recordings and measurements.
 
 The functions of an `AnalysisRecord` get it as a `PlannedRun`, and answer with data: `PlanProblem`,
 the names of channels, `ExpectedReading`.
@@ -46,7 +46,7 @@ class RecordingAction(Protocol):
 
     @property
     def setpoints(self) -> Mapping[str, float]:
-        """Every drive that is set by then, 'role.drive', in SI units."""
+        """Set-points of all drives set so far, by 'role.drive', in SI units."""
         ...
 
     @property
@@ -70,12 +70,12 @@ class PlannedRecording(Protocol):
 
     @property
     def record(self) -> RecordingAction:
-        """What is recorded, and under which set-points."""
+        """The recorded channels and the set-points."""
         ...
 
     @property
     def conditions(self) -> Sequence[str]:
-        """All channels, 'role.name', that are read beside it."""
+        """All channels, 'role.name', that are read with it."""
         ...
 
     @property
@@ -128,7 +128,7 @@ class PlannedLimit(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class PlannedRun:
-    """What is known of a run before it is made."""
+    """Data of a planned run."""
 
     rig_keys: Mapping[str, Any]
     """The keys under `rig` of the station; `own_keys` reads those of a plugin."""
@@ -153,16 +153,16 @@ class StationPart(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class PlanProblem:
-    """Why an analysis cannot use what a run will measure; the run is refused with its place."""
+    """Why an analysis cannot use the measurements of a run; the run is refused with this place."""
 
     message: str
     hint: str = ""
     key: tuple[str | int, ...] = ()
-    """Where it stands in the settings of the analysis, or in `of`; () for all of it."""
+    """Its place in the settings of the analysis, or in `of`; () for all of it."""
     of: PlannedRecording | PlannedLimit | StationPart | None = None
-    """The step, the limit or the part of the station in which it stands; None: the settings."""
+    """The step, the limit or the part of the station with that place; None: the settings."""
     at_key: bool = False
-    """Whether its place is the last key itself, and not the value of that key."""
+    """Whether the place is the last key itself, not the value of that key."""
     needed_by: PlannedRecording | None = None
     """Of a part of the station: the recording that needs it; None: the analysis."""
 

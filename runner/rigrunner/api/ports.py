@@ -23,13 +23,13 @@ class TcpPort:
             self._socket = socket.create_connection((host.strip("[]"), int(port)), connect_s)
         except TimeoutError as error:
             raise DeviceTimeoutError(
-                f"{address} did not take the connection within {connect_s:g} s",
+                f"{address} did not accept the connection within {connect_s:g} s",
                 hint="is it switched on, and on this network?",
             ) from error
         except OSError as error:
             raise DeviceNotFoundError(
                 f"{address} cannot be reached: {error.strerror or error}",
-                hint="is it switched on, is the address right, does another program hold it?",
+                hint="is it switched on, is the address correct, is it in use by another program?",
             ) from error
 
     def ready(self, within_s: float) -> bool:
@@ -61,7 +61,8 @@ class SerialPort:
         except (OSError, ValueError) as error:  # pyserial's SerialException is an OSError
             raise DeviceNotFoundError(
                 f"the serial port {name} cannot be opened: {error}",
-                hint="is the adapter plugged in, may you use it, does another program hold it?",
+                hint="is the adapter plugged in, do you have permission, is it in use by another"
+                " program?",
             ) from error
         # What came for whoever had the port before is no answer to us.
         self._port.reset_input_buffer()

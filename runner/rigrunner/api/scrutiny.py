@@ -1,6 +1,6 @@
-"""What a plugin gave, looked at before it is used: what is wrong is a PluginError that names it.
+"""Checks of objects from plugins before use: a defect is a PluginError that names the plugin.
 
-Who makes plugins of a kind of its own looks at what they give in this way, as the analysis does.
+Packages with their own kinds of plugins can use these checks too.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ _LONGEST = 80
 
 @dataclass(frozen=True)
 class Subject:
-    """Which plugin it is about."""
+    """The plugin under scrutiny."""
 
     kind: str
     name: str
 
     @contextmanager
     def named(self) -> Iterator[None]:
-        """Let whatever its author did not foresee name the plugin."""
+        """Add the name of the plugin to unexpected exceptions, as a note."""
         try:
             yield
         except RigrunnerError:
@@ -43,39 +43,39 @@ class Subject:
     def refuse(self, what: str) -> NoReturn:
         """Raise the PluginError."""
         kind = self.kind.replace("_", " ")
-        hint = f"its author is to fix that; see 'rigrunner check-plugin {self.name}'"
+        hint = f"report it to its author; see 'rigrunner check-plugin {self.name}'"
         raise PluginError(f"the {kind} '{self.name}' gave {what}", hint=hint)
 
     def need(self, holds: bool, what: str) -> None:  # noqa: FBT001  (reads as a sentence)
-        """Raise the PluginError unless it holds."""
+        """Raise the PluginError unless the condition is true."""
         if not holds:
             self.refuse(what)
 
 
 def protect(*arrays: object) -> None:
-    """Let nobody write into arrays that others use too."""
+    """Make shared arrays read-only."""
     for array in arrays:
         if isinstance(array, np.ndarray):
             array.flags.writeable = False
 
 
 def are_numbers(values: object, shape: tuple[int, ...]) -> bool:
-    """Say whether values are finite numbers of a shape."""
+    """Return whether values are finite numbers of a shape."""
     array = np.asarray(values)
     return array.shape == shape and array.dtype.kind in "fiu" and bool(np.isfinite(array).all())
 
 
 def is_real(value: object) -> bool:
-    """Say whether a value is a number, be it nan or infinite."""
+    """Return whether a value is a number, including nan and infinity."""
     return isinstance(value, (float, int, np.floating, np.integer)) and not isinstance(value, bool)
 
 
 def is_finite(value: object) -> bool:
-    """Say whether a value is a finite number."""
+    """Return whether a value is a finite number."""
     return is_real(value) and math.isfinite(value)  # type: ignore[arg-type]  # a number
 
 
 def shown(value: object) -> str:
-    """Return a value as a message shows it, cut where it is long."""
+    """Return a value as text for a message, shortened if long."""
     text = " ".join(repr(value).split())
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"

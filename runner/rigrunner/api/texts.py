@@ -44,5 +44,5 @@ def plain(text: str) -> str:
         return text
     raise ValueError(
         f"its character {found.start() + 1} is {name_of(found[0])}; expected a text without"
-        " control characters and marks that turn the order of letters"
+        " control characters and marks of text direction"
     )

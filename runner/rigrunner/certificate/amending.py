@@ -91,7 +91,7 @@ def _decided_otherwise(original: Certificate, decided: Conformity | None) -> Ite
     if decided is None:
         return
     if decided == original.conformity:
-        raise UsageError(f"{original.number} states the decision in force already")
+        raise UsageError(f"{original.number} already states the decision in force")
     before, after = _decision(original.conformity), _decision(decided)
     for name, value in after.items():
         if before[name] != value:

@@ -139,7 +139,7 @@ def _explained(path: Path, *passed: type[OSError]) -> Iterator[None]:
     except OSError as error:
         raise DataError(
             f"cannot keep the number in {path}: {error.strerror or error}",
-            hint="the letterhead's folder must be writable: it holds the sequence",
+            hint="the letterhead's folder must be writable: it holds the sequence of numbers",
         ) from error
 
 

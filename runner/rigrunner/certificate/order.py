@@ -77,9 +77,9 @@ FROM_INPUT = {"item_id": "specimen", "operator": "operator"}
 NEEDED = {
     "customer": "the customer's name",
     "customer_contact": "the customer's address or other contact",
-    "item": "what was tested, in words",
-    "item_id": "by what the item is told from others",
-    "item_condition": "the state in which the item was received",
+    "item": "a description of the item",
+    "item_id": "the identification of the item",
+    "item_condition": "the condition of the item when received",
     "received": "the date of receipt",
     "operator": "who measured",
 }
@@ -115,7 +115,8 @@ def complete(order: Order, given: Mapping[str, object], inputs: Mapping[str, str
     missing = [name for name in NEEDED if not str(getattr(merged, name) or "").strip()]
     if missing:
         raise UsageError(
-            "a certificate must say: " + "; ".join(f"{NEEDED[name]} ({name})" for name in missing),
+            "a certificate must state: "
+            + "; ".join(f"{NEEDED[name]} ({name})" for name in missing),
             hint=f"give {', '.join(_option(name) for name in missing)}, or an --order FILE",
             field=missing[0],
         )

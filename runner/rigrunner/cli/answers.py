@@ -60,7 +60,7 @@ class TerminalAnswers:
             message("")
             raise AbortedError(
                 "no answer: the input has ended",
-                hint="--unattended takes the procedure's own answers",
+                hint="--unattended uses the answers in the procedure",
             )
         return line.strip()
 

@@ -71,7 +71,7 @@ def _refuse_unprintable(arguments: list[str]) -> None:
         if refused:
             raise UsageError(
                 f"the word '{seen[:40]}' has the character {name_of(refused[0])}",
-                hint="type it again: it was copied from somewhere with what cannot be seen",
+                hint="type it again: the copied text contains an invisible character",
             )
 
 
@@ -120,7 +120,7 @@ def show_bug(error: BaseException) -> None:
 
     plugin = culprit(error)
     if plugin:
-        message(f"{error_label()} this is a bug in the plugin {plugin}, or in what that calls")
+        message(f"{error_label()} this is a bug in the plugin {plugin}, or in code that it calls")
     else:
         message(
             f"{error_label()} this is a bug in Rigrunner or in a plugin; the lines above say where"

@@ -43,7 +43,7 @@ def _tell_error(finished: FinishedRun) -> None:
         message(unsafe_rig(finished.unsafe))
     if finished.waits:
         message(
-            "It waits for the partner run after it: do that run, then"
+            "It waits for the partner run after it: make that run, then"
             f" 'rigrunner resume {_called(finished.folder)}' makes the result."
         )
     elif not finished.sealed:
@@ -55,10 +55,10 @@ def _tell_error(finished: FinishedRun) -> None:
     elif error is not None and finished.outcome is Outcome.COMPLETED and finished.result is None:
         message(
             f"Its data are kept: 'rigrunner reanalyse {finished.folder} --analysis FILE --out"
-            " FOLDER' analyses them in another way."
+            " FOLDER' analyses them with other settings."
         )
     for text in finished.passed_over:
-        message(f"The run went on after a failure: {text}")
+        message(f"The run continued after a failure: {text}")
 
 
 def _called(folder: Path) -> str:

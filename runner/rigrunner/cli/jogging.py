@@ -23,9 +23,9 @@ HELP: Mapping[str, str] = {
     "set DRIVE VALUE": "such as 'set frequency 5 Hz'; waits until it is there",
     "read [CHANNEL ...]": "all channels if none is named",
     "watch CHANNEL [TIME]": "its value again and again, for 10 s if no time is given",
-    "zero CHANNEL": "takes its present value for zero, in what is shown from now on",
-    "stands": "where each drive stands",
-    "safe": "brings every drive to its safe value",
+    "zero CHANNEL": "takes its present value as zero, for the values shown from now on",
+    "stands": "the positions of all drives",
+    "safe": "sets every drive to its safe value",
     "help": "shows this",
     "quit": "makes the rig safe and ends",
 }
@@ -92,14 +92,14 @@ def _do(jog: Jog, words: list[str]) -> None:
         "exit": _quit,
     }
     if name not in commands:
-        hint = did_you_mean(name, commands, "'help' shows what there is")
+        hint = did_you_mean(name, commands, "'help' lists the commands")
         raise UsageError(f"there is no command '{name}'", hint=hint)
     commands[name](jog, rest)
 
 
 def _set(jog: Jog, words: list[str]) -> None:
     if len(words) < 2:  # noqa: PLR2004  (drive and value)
-        raise UsageError("set what to what?", hint="such as 'set frequency 5 Hz'")
+        raise UsageError("'set' needs a drive and a value", hint="such as 'set frequency 5 Hz'")
     show_set(jog, words[0], jog.set(words[0], " ".join(words[1:])))
 
 

@@ -41,7 +41,7 @@ answers_option = click.option(
     "answers_file",
     type=click.Path(path_type=Path, dir_okay=False),
     metavar="FILE",
-    help="Take inputs from a YAML file; --set goes first.",
+    help="Take inputs from a YAML file; --set takes precedence.",
 )
 record_option = click.option(
     "--record",
@@ -66,7 +66,9 @@ def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
         metavar="INSTRUMENT",
         help="Start with this instrument's calibration overdue, missing or out of range.",
     )
-    by = click.option("--by", default="", metavar="NAME", help="Who answers for the override.")
+    by = click.option(
+        "--by", default="", metavar="NAME", help="Who is responsible for the override."
+    )
     reason = click.option("--reason", default="", metavar="TEXT", help="Why it is overridden.")
     return wanted(by(reason(command)))
 

@@ -55,7 +55,7 @@ def result(text: str) -> None:
         _silence(sys.stdout)
         raise DataError(
             f"the result cannot be printed: {error.strerror or error}",
-            hint="whatever was to be done is done; look at where the output was sent to",
+            hint="the command itself was carried out; check the destination of its output",
         ) from error
 
 

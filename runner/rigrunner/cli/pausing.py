@@ -22,9 +22,9 @@ _LOOK_EVERY_S = 0.5
 _HELP = {
     Choice.RESUME: "continue; settling and the interrupted step are repeated",
     Choice.OVERRIDE: "continue despite the interlock, with a reason",
-    Choice.REPEAT: "do {point} again from its start; what was recorded is kept",
-    Choice.SKIP: "leave out the rest of {point}, with a reason",
-    Choice.NOTE: "put a remark on record",
+    Choice.REPEAT: "repeat {point} from its start; what was recorded is kept",
+    Choice.SKIP: "skip the rest of {point}, with a reason",
+    Choice.NOTE: "record a remark",
     Choice.ABORT: "end the run: teardown, and the rig is made safe",
 }
 _WITH_REASON = (Choice.OVERRIDE, Choice.SKIP, Choice.NOTE)
@@ -72,7 +72,7 @@ class TerminalPauses:
             elif reason:
                 return reason
             else:
-                message("Please give it in words: it is recorded.")
+                message("Please enter a text: it is recorded.")
 
     def _answer(self, question: str, watch: Callable[[], None]) -> str:
         prompt(question)

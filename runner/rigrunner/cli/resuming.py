@@ -23,7 +23,7 @@ def tell_resumable(run: ResumableRun) -> None:
     message(f"{run.stored.header.run_id}: {how_it_ended(run.stored)}")
     message(on_disk(run.stored))
     if run.resume_at is None:
-        message("  the run had come to its end: only analysis, file and report are missing")
+        message("  the run had ended: only analysis, file and report are missing")
         return
     for line in _next(run.planned.plan, run.resume_at):
         message(f"  {line}")

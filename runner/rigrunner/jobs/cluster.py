@@ -140,7 +140,7 @@ def _connected(cluster: Cluster) -> Iterator[Client]:
         if not client.scheduler_info()["workers"]:
             raise UsageError(
                 f"the cluster at '{cluster.address}' has no worker",
-                hint=f"begin one on each machine: 'dask worker {cluster.address}'",
+                hint=f"start one on each machine: 'dask worker {cluster.address}'",
             )
         yield client
 

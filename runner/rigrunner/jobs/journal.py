@@ -99,7 +99,7 @@ def _read(path: Path, file: BinaryIO, of: dict[str, str]) -> dict[str, Any]:
     except (ValueError, TypeError, KeyError) as error:
         raise DataError(
             f"{path} is damaged, or is not a list of jobs",
-            hint="remove it to begin again",
+            hint="remove it to start again",
         ) from error
 
 
@@ -107,8 +107,9 @@ def _refuse_other_work(path: Path, then: Mapping[str, str], now: Mapping[str, st
     for name in sorted(then.keys() | now.keys()):
         if then.get(name) != now.get(name):
             raise UsageError(
-                f"{path} keeps other work: {name} was {then.get(name)}, is {now.get(name)}",
-                hint="remove it to begin again, or name another place",
+                f"{path} has results of other work: {name} was {then.get(name)}, is"
+                f" {now.get(name)}",
+                hint="remove it to start again, or choose another place",
             )
 
 
@@ -126,5 +127,5 @@ def _writing(path: Path) -> Iterator[None]:
     except OSError as error:
         raise DataError(
             f"cannot write {path}: {error.strerror or error}",
-            hint="is the disk full or read-only, or may you not write there?",
+            hint="is the disk full or read-only, or do you have no permission to write there?",
         ) from error

@@ -120,7 +120,7 @@ class Recorded:
     document: Document
     path: Path
     conditions: Sequence[str] = ()
-    """All channels, 'role.name', that are read beside it."""
+    """All channels, 'role.name', that are read with it."""
     coordinates: Mapping[str, Coordinate] = field(default_factory=dict)
     """As of its step."""
     coordinate_units: Mapping[str, str] = field(default_factory=dict)

@@ -148,7 +148,8 @@ class _Use:
         for one, other in combinations(known, 2):
             if self.made[one.name][0] == self.made[other.name][0]:
                 message = (
-                    f"'{one.name}' and '{other.name}' are of one analysis: their scatter is one"
+                    f"'{one.name}' and '{other.name}' are results of one analysis, with the same"
+                    " scatter"
                 )
                 hint = "compute it there, where their correlation is known"
                 self.complain(other.key, message, hint)
@@ -168,10 +169,10 @@ class _Use:
             known = [*names, *(coordinates if each.or_coordinate else ())]
             how = "measured or set" if each.or_coordinate else "measured"
             hint = did_you_mean(each.name, known, f"{how}: {', '.join(known) or 'nothing'}")
-            self.complain(each.key, f"{each.name} is {how} in no step", hint)
+            self.complain(each.key, f"{each.name} is not {how} in any step", hint)
         if missing or self.places or not self.needed:
             return not missing
-        message = f"{self.together} are measured in no step together"
+        message = f"{self.together} are not measured together in any step"
         self.problems.add(self.procedure.document, self.at, message, "name them in one step",
                           key=True)  # fmt: skip
         return False
@@ -206,7 +207,7 @@ class _Use:
                           self.made[each.name][1].per}  # fmt: skip
             for name in per:
                 if name not in of_results:
-                    message = f"'{name}' tells none of the results apart that it is made of"
+                    message = f"'{name}' does not distinguish any of the results that it is made of"
                     self.complain(("per",), message, f"there are: {', '.join(sorted(of_results))}")
             return
         chosen = [each for each in self.places if each.may_be_at(where)]
@@ -258,7 +259,7 @@ class _Use:
                 return
         if groups:
             labels = " and ".join(map(str, needed.values))
-            message = f"{name} is nowhere the same at {needed.name} = {labels}"
+            message = f"{name} is never the same at {needed.name} = {labels}"
             self.complain(needed.key, message, "set it to the same value at both")
 
     def _check_set_points(
@@ -277,7 +278,7 @@ class _Use:
                 margin = _SAME * max(abs(low), abs(high))
                 if first < low - margin or last > high + margin:
                     asked = _from_to(first, last, symbol)
-                    message = f"{needed.name} must reach {asked}, and is set"
+                    message = f"{needed.name} must reach {asked}, but is set"
                     hint = "set it there too, or ask for values within it"
                     self.complain(needed.key, f"{message} {_from_to(low, high, symbol)}", hint)
                     return
@@ -339,7 +340,7 @@ class _Use:
         chosen = [each.recorded for each in self.places if each.may_be_at(where)]
         recorded = [each for each in chosen if each is not None]
         if not recorded:
-            message = f"{name} needs a recording, and only single values are measured"
+            message = f"{name} needs a recording, but only single values are measured"
             self.complain((), message, "add a record step")
         for each in recorded:
             rate_hz = each.record.sample_rate_hz
@@ -360,7 +361,7 @@ class _Use:
             return
         at = str(whole) if recorded.in_cycles else f"{max(whole, 0)} at {frequency_hz:g} Hz"
         message = f"{name} needs at least {least} cycles in each recording, got {at}"
-        hint = f"{self.needs.cycles} whole ones are needed, and a spare one"
+        hint = f"{self.needs.cycles} whole cycles and one more are needed"
         path = (*recorded.path, "cycles" if recorded.in_cycles else "duration")
         self.problems.add(recorded.document, path, message, hint)
 
@@ -471,7 +472,7 @@ def _refuse_circles(uses: Iterable[_Use]) -> None:
         of, at = circle[-2], circle[-1]
         made = " -> ".join(dict.fromkeys(needed[b][a].name for a, b in pairwise(circle)))
         use, each = by_place[at], needed[at][of]
-        message = f"'{each.name}' is made of this result itself: {made}"
+        message = f"'{each.name}' is computed from this result itself: {made}"
         use.complain(each.key, message, "name a channel, or a result that needs none of these")
 
 

@@ -117,7 +117,7 @@ class Bench:
         if self.streams(member) or not isinstance(self._device_of(member), Streaming):
             return True
         message = f"{member} cannot be recorded: it is read as a single value"
-        hint = "it is on record with each recording as a condition; 'measure' reads it"
+        hint = "each recording stores it as a condition; 'measure' reads it"
         self._problems.add(self._document, path, message, hint)
         return False
 
@@ -197,7 +197,7 @@ class Bench:
             message = (
                 f"the device gives {what} '{name}' in '{info.unit}', which is not a known unit"
             )
-            hint = "this is for the author of the device's plugin to fix"
+            hint = "report it to the author of the device's plugin"
         elif told := self.reading(member):
             message, hint = f"{member} is a {told.kind}, not a number", "'measure' reads it"
         else:
@@ -222,7 +222,7 @@ def check_roles(
             problems.add(document, path, message, suggestion(role, devices, "roles"), key=True)
         elif devices[role].type != wanted:
             message = f"a {wanted} is needed, station '{station.model.id}' has a "
-            hint = f"the role is filled at {station.document.where(('devices', role, 'type'))}"
+            hint = f"the role is assigned at {station.document.where(('devices', role, 'type'))}"
             problems.add(document, path, message + devices[role].type, hint)
             other_types.add(role)
     return frozenset(other_types)

@@ -36,7 +36,7 @@ def build(procedure: LoadedProcedure, bench: Bench, problems: Problems) -> Draft
     actions = actions_in(procedure)
     if actions > MAX_ACTIONS:
         message = f"the procedure has {actions:,} actions, more than {MAX_ACTIONS:,}"
-        hint = "look at nested sweeps and repetitions"
+        hint = "check nested sweeps and repetitions"
         problems.add(procedure.document, ("main",), message, hint, key=True)
         problems.stop_if_any()
     asked = {name: each.expected for name, each in procedure.inputs.items()}
@@ -50,7 +50,7 @@ def build(procedure: LoadedProcedure, bench: Bench, problems: Problems) -> Draft
     if seconds > LONGEST_S:
         most = readable(LONGEST_S, "time")
         message = f"the procedure would take {seconds:.3g} s; the limit is {most}"
-        problems.add(procedure.document, ("main",), message, "look at its repetitions", key=True)
+        problems.add(procedure.document, ("main",), message, "check its repetitions", key=True)
     return draft
 
 

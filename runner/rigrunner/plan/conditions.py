@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rigrunner.plan.draft import Place, Scene
     from rigrunner.plan.planning import Planning
 
-_REFUSED = "the teardown is done whatever happened: it has no conditions"
+_REFUSED = "the teardown is always executed: it has no conditions"
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ def begin_choice(when: When, place: Place, scene: Scene) -> int | None:
     """Write down the condition of a step; return where, or None after adding what is wrong."""
     path, values = (*place.path, "when"), when.is_ or when.is_not
     if place.phase is Phase.TEARDOWN:
-        scene.complain(path, _REFUSED, "do the step in any case", key=True)
+        scene.complain(path, _REFUSED, "remove the condition", key=True)
         return None
     expected = scene.draft.answered.get(when.input)
     if expected is None:

@@ -192,7 +192,7 @@ def _check_measurand(
     giving = list(_giving(procedure.model, lookup))
     for path, record in giving[1:]:
         message = f"'{record.name}' is a second analysis of {record.measurand}"
-        problems.add(document, path[:-1], message, "a procedure has one of them")
+        problems.add(document, path[:-1], message, "a procedure has only one")
     if not giving:
         return
     dimension = giving[0][1].measurand

@@ -30,22 +30,22 @@ class DecisionRuleRef(PluginRef):
 
 
 class Acceptance(Settings):
-    """The limits and the rule by which they are decided; agreed before anything is measured."""
+    """Limits and decision rule, agreed before the measurement."""
 
     limits: Annotated[ListOf[Limit], Field(min_length=1)]
-    """What results may be, each by its name, in any unit."""
+    """Limits of results, by their names."""
     rule: Annotated[DecisionRuleRef, Field(validate_default=True)] = "simple"  # type: ignore[assignment]  # validated
-    """How far within its limit a result must be, and whether there is more than pass and fail."""
+    """Decision rule: the guard band, and the possible verdicts."""
     fraction: Annotated[float, Field(gt=0, le=5)] | None = None
     """The same as the setting `fraction` of the rule, such as of `guard_band_fraction`."""
     marginal: Difference | None = None
-    """A verdict that so small a difference would change is called marginal; of results of this kind
-    of quantity."""
+    """A verdict is marginal if a change of the result by this would change it; for results of this
+    kind of quantity."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
         if self.fraction is not None and self.rule.settings:
-            raise ValueError("'fraction' belongs to the other settings of the rule")
+            raise ValueError("write 'fraction' with the other settings of the rule")
         twice = [n for n, count in Counter(each.scope for each in self.limits).items() if count > 1]
         if twice:
             raise ValueError(f"there are two limits of {twice[0]}")
@@ -81,7 +81,7 @@ class AcceptanceFile(Settings):
     """A file with limits and rule alone, to decide a stored run again."""
 
     rigrunner: Literal["acceptance/1"]
-    """What this file is, and its version of the language."""
+    """Type and version of this file."""
     acceptance: Acceptance
 
 

@@ -14,7 +14,7 @@ class AnalysisFile(Settings):
     """What it names stands in place of what the procedure of a run has; the rest stays."""
 
     rigrunner: Literal["analysis/1"]
-    """What this file is, and its version of the language."""
+    """Type and version of this file."""
     analysis: dict[str, Any] = Field(default_factory=dict)
     """Settings of the analysis that gives the procedure's measurand."""
     named: ListOf[AnalysisRef] = ()

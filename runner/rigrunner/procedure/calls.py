@@ -92,7 +92,7 @@ class _Loader:
             raise _refused(caller, named_at, f"a procedure cannot call itself: {way}")
         self.calls += 1
         if self.calls > MAX_CALLS or self.characters > MAX_CHARACTERS:
-            most = f"{MAX_CALLS} calls, or {MAX_CHARACTERS:,} characters in all that is called"
+            most = f"{MAX_CALLS} calls, or {MAX_CHARACTERS:,} characters in the called files"
             raise _refused(caller, named_at, f"more than {most}")
         given = {each: (caller.document, (*at, "with", each)) for each in values}
         called = self.load(path, given, callers)

@@ -20,18 +20,19 @@ if TYPE_CHECKING:
 
 
 class Line(Settings):
-    """A limit that changes in proportion to how far the coordinate is from a value of it."""
+    """A limit that increases linearly with the distance of a coordinate from a given value."""
 
     base: AnyQuantity
-    """The limit there."""
+    """Limit at `from`."""
     rise: AnyQuantity
-    """By how much it is higher ..."""
+    """Increase of the limit for a distance `per` from `from`, to either side."""
     per: Difference
-    """... for each so much that the coordinate is away, to either side."""
+    """Distance of the coordinate for which `rise` is stated."""
     over: CoordinateKey
     """The coordinate of the result, such as chamber.temperature."""
     from_: Annotated[AnyQuantity | None, Field(alias="from")] = None
-    """From where it is counted; left out, from zero, of a temperature from 0 °C."""
+    """Value of the coordinate with the limit `base`; if omitted, zero, or 0 °C for a
+    temperature."""
 
     @model_validator(mode="after")
     def _is_of_one_kind(self) -> Self:
@@ -79,7 +80,7 @@ class Line(Settings):
 
 
 class Table(Settings):
-    """A limit that is known at some values of the coordinate, with straight lines between."""
+    """A limit given at some values of a coordinate, with linear interpolation between them."""
 
     over: CoordinateKey
     """The coordinate of the result, such as chamber.temperature."""
@@ -95,7 +96,7 @@ class Table(Settings):
                 raise ValueError(f"the points are of several kinds: {', '.join(sorted(kinds))}")
         for (before, _), (after, _) in pairwise(self.points):
             if after.si <= before.si:
-                raise ValueError(f"{after} is after {before}: write the points in rising order")
+                raise ValueError(f"{after} is after {before}: write the points in ascending order")
         return self
 
     @property

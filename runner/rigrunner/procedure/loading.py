@@ -132,7 +132,7 @@ def _answers(procedure: Procedure) -> Iterator[Complaint]:
     for path, step in steps_of(procedure):
         name = step.settings.answered()
         if name in procedure.inputs:
-            message = f"the input '{name}' is asked at the start already"
+            message = f"the input '{name}' is already asked at the start"
             yield (*path, step.kind, "into"), message, "choose another name, or drop the input"
 
 
@@ -140,5 +140,5 @@ def _tries(procedure: Procedure) -> Iterator[Complaint]:
     for path, step in steps_of(procedure):
         retries = getattr(step.settings, "retries", 0)
         if retries and not getattr(step.settings, "repeatable", True):
-            message = "the step is tried again, but is not repeatable"
+            message = "the step has retries, but is not repeatable"
             yield (*path, step.kind, "retries"), message, "leave one of them out"

@@ -26,42 +26,42 @@ class Measurand(Settings):
     name: Text
     """In words, such as 'starting torque'."""
     unit: UnitSymbol | None = None
-    """Of the dimension that the analysis gives; without such an analysis any."""
+    """Unit, of the dimension that the analysis yields; any unit without such an analysis."""
 
 
 class Procedure(Settings):
-    """A procedure: what is measured, what is done, how it is analysed, what is acceptable."""
+    """A procedure: measurand, steps, analysis and limits."""
 
     rigrunner: Literal["procedure/2"]
-    """What this file is, and its version of the language."""
+    """Type and version of this file."""
     id: Identifier
-    """How runs and other procedures name it."""
+    """Name of the procedure in runs and in other procedures."""
     revision: Text
-    """A text: put a number in quotes."""
+    """Revision, a text; put a number in quotes."""
     title: Text
     """One line for lists and for the report."""
     description: PlainText = ""
-    """Why, and how, in as many words as it takes."""
+    """Purpose and method, as a longer text."""
     automatic_start: YesNo = False
     """Whether the next run of a queue may start by itself; otherwise a person starts each one."""
     measurand: Measurand | None = None
-    """What the analysis gives that has no name of its own; others name their results themselves."""
+    """Symbol and name of the result, if the analysis does not name its results itself."""
     inputs: dict[Name, Input] = Field(default_factory=dict)
-    """What is asked at the start, by name."""
+    """Inputs that are asked at the start, by name."""
     uses: Annotated[dict[Name, Text], Field(min_length=1)]
-    """Role to the type of device that fills it."""
+    """Type of the device in each role."""
     interlocks: ListOf[Interlock] = ()
-    """What is watched throughout the run, beside the station's own interlocks."""
+    """Interlocks throughout the run, in addition to those of the station."""
     parameters: dict[Name, Parameter] = Field(default_factory=dict)
-    """Values by name; `$name` stands for one anywhere else in the file."""
+    """Values by name, to use as `$name` elsewhere in the file."""
     setup: ListOf[Step] = ()
-    """What is done before anything is measured."""
+    """Steps before the measurement."""
     main: Annotated[ListOf[Step], Field(min_length=1)]
-    """What is measured."""
+    """Steps of the measurement."""
     teardown: ListOf[Step] = ()
-    """What is done at the end, whatever happened before."""
+    """Steps at the end, which are always executed."""
     analysis: ListOf[AnalysisRef] = ()
-    """What is computed of what was recorded; without any, nothing."""
+    """Analyses of the recorded data; without any there are no results."""
     acceptance: Acceptance | None = None
 
     @property

@@ -21,26 +21,30 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 Timeout = Annotated[
-    PositiveDuration | None, Field(description="How long it may take; longer is a failure.")
+    PositiveDuration | None,
+    Field(description="Longest duration of the step; a longer one is a failure."),
 ]
 Retries = Annotated[
     int,
     Field(
         ge=0,
         le=100,
-        description="How often it is tried again after a failure. A value out of its limits is a"
+        description="Number of further attempts after a failure. A value out of its limits is a"
         " result, not a failure: it is not read again.",
     ),
 ]
 Repeatable = Annotated[
     YesNo,
-    Field(description="Whether it may be done twice; a pause inside one that may not aborts."),
+    Field(
+        description="Whether the step may be executed twice; if not, a pause within it aborts"
+        " the run."
+    ),
 ]
 OnFail = Annotated[
     Literal["stop", "continue"],
     Field(
-        description="What follows a value out of its limits, or the last failure: the end of the"
-        " run, or the next step."
+        description="Action after a value out of its limits, or after the last failure: end the"
+        " run, or continue with the next step."
     ),
 ]
 
@@ -51,14 +55,14 @@ Channels = Annotated[ListOf[Member], Field(min_length=1)]
 
 
 class Band(Settings):
-    """What a value may be, and how near to its limits it is put on record as marginal."""
+    """Limits of a value, and the distance from them within which it is marginal."""
 
     min: AnyQuantity | None = None
-    """The lowest that is allowed."""
+    """Lower limit."""
     max: AnyQuantity | None = None
-    """The highest that is allowed."""
+    """Upper limit."""
     marginal: Difference | None = None
-    """A value nearer than this to a limit, and within it, is put on record."""
+    """A value inside a limit by less than this is recorded as marginal."""
 
     @model_validator(mode="after")
     def _is_a_range(self) -> Self:
@@ -68,18 +72,18 @@ class Band(Settings):
 
 
 class ValueBand(Settings):
-    """What a value may be: a number `min` and `max`, a text or a yes or no `equals` or `one_of`."""
+    """Limits of a value: `min` and `max` of a number, `equals` or `one_of` of any other."""
 
     min: AnyQuantity | None = None
-    """The lowest that is allowed."""
+    """Lower limit."""
     max: AnyQuantity | None = None
-    """The highest that is allowed."""
+    """Upper limit."""
     marginal: Difference | None = None
-    """A value nearer than this to a limit, and within it, is put on record."""
+    """A value inside a limit by less than this is recorded as marginal."""
     equals: bool | str | None = None
-    """What a text, or a yes or no, has to be."""
+    """Required text, or yes or no."""
     one_of: Annotated[ListOf[bool | str], Field(max_length=100)] = ()
-    """What it has to be one of."""
+    """Accepted texts, or yes and no."""
 
     @property
     def texts(self) -> tuple[bool | str, ...]:
@@ -104,11 +108,11 @@ class Bounds(Protocol):
 
     @property
     def min(self) -> AnyQuantity | None:
-        """The lowest that is allowed."""
+        """Lower limit."""
 
     @property
     def max(self) -> AnyQuantity | None:
-        """The highest that is allowed."""
+        """Upper limit."""
 
     @property
     def marginal(self) -> Difference | None:
@@ -132,14 +136,14 @@ def objections(band: Bounds) -> Iterator[str]:
 
 
 class DifferenceBand(Settings):
-    """What a difference of two values may be."""
+    """Limits of a difference of two values."""
 
     min: Difference | None = None
-    """The lowest that is allowed."""
+    """Lower limit."""
     max: Difference | None = None
-    """The highest that is allowed."""
+    """Upper limit."""
     marginal: Difference | None = None
-    """A value nearer than this to a limit, and within it, is put on record."""
+    """A value inside a limit by less than this is recorded as marginal."""
 
     @model_validator(mode="after")
     def _is_a_range(self) -> Self:
@@ -149,27 +153,27 @@ class DifferenceBand(Settings):
 
 
 class RecordedBand(Settings):
-    """What a recorded channel may be: every sample of it, and statistics of all its samples.
+    """Limits of a recorded channel: of every sample, and of statistics of all samples.
 
     Of a channel that is read beside the recording, the value.
     """
 
     min: AnyQuantity | None = None
-    """The lowest that any sample may be."""
+    """Lower limit of every sample."""
     max: AnyQuantity | None = None
-    """The highest that any sample may be."""
+    """Upper limit of every sample."""
     marginal: Difference | None = None
-    """A value nearer than this to `min` or `max`, and within it, is put on record."""
+    """A value inside `min` or `max` by less than this is recorded as marginal."""
     mean: Band | None = None
-    """What the mean of all samples may be."""
+    """Limits of the mean of all samples."""
     minimum: Band | None = None
-    """What the lowest sample may be."""
+    """Limits of the lowest sample."""
     maximum: Band | None = None
-    """What the highest sample may be."""
+    """Limits of the highest sample."""
     peak_to_peak: DifferenceBand | None = None
-    """What the difference of the highest and the lowest sample may be."""
+    """Limits of the difference between the highest and the lowest sample."""
     rms: Band | None = None
-    """What the root mean square of all samples may be."""
+    """Limits of the root mean square of all samples."""
 
     @model_validator(mode="after")
     def _is_complete(self) -> Self:
@@ -200,14 +204,14 @@ class RecordedBand(Settings):
 RecordedLimits = Annotated[
     dict[Member, RecordedBand],
     Field(
-        description="What its values may be, by role.name; a value out of limits is kept, and the"
+        description="Limits of its values, by role.name; a value out of limits is kept, and the"
         " verdict on the run is fail."
     ),
 ]
 Limits = Annotated[
     dict[Member, ValueBand],
     Field(
-        description="What its values may be, by role.name; a value out of limits is kept, and the"
+        description="Limits of its values, by role.name; a value out of limits is kept, and the"
         " verdict on the run is fail."
     ),
 ]

@@ -24,18 +24,18 @@ Picture = Annotated[
 
 
 class Question(Settings):
-    """What may be answered, and what is answered where nobody is there."""
+    """Accepted answers, and the answer of an unattended run."""
 
     unattended: str | None = None
-    """The answer with `--unattended`; without one the question cannot be left unasked."""
+    """The answer with `--unattended`; without it the question needs a person."""
     choices: Annotated[ListOf[Text], Field(max_length=_MOST_CHOICES)] = ()
-    """The answers to choose from; without any, every answer is taken."""
+    """The answers to choose from; without any, every answer is accepted."""
     unit: UnitSymbol | None = None
-    """The answer is a number in this unit, or in another one of its kind."""
+    """The answer is a number in this unit or a compatible one."""
     min: AnyQuantity | None = None
-    """The lowest number that is taken."""
+    """Lowest accepted number."""
     max: AnyQuantity | None = None
-    """The highest number that is taken."""
+    """Highest accepted number."""
 
     @property
     def expected(self) -> Expected:

@@ -96,33 +96,34 @@ class MeasurandKey:
 
 
 class Limit(Settings):
-    """What a result of an analysis may be, by its name, and who says so."""
+    """Limits of a result of an analysis, with their source."""
 
     of: Name
     """The name of the result, as the analysis gives it."""
     where: Places = Field(default_factory=dict)
-    """Only the results there, such as {load.current: 2 A}, or at several, [1 A, 2 A]; left out,
+    """Only the results at these coordinates, such as {load.current: 2 A} or [1 A, 2 A]; if omitted,
     all."""
     except_: Annotated[Places, Field(alias="except")] = Field(default_factory=dict)
-    """Not the results there, such as those that have a limit of their own."""
+    """Except the results at these coordinates, such as those with another limit."""
     each: CoordinateKey | None = None
-    """Each of the results over this coordinate must be within it."""
+    """Each result over this coordinate must be within the limit."""
     mean: YesNo = False
-    """Their mean must be within it."""
+    """The mean of the results must be within the limit."""
     worst: YesNo = False
-    """The worst of them by the rule must be within it: one verdict over all, with its place."""
+    """The worst result by the rule must be within the limit: one verdict for all, with its
+    place."""
     max: End | None = None
-    """The highest that is allowed; one that follows a coordinate is a mapping."""
+    """Upper limit; a mapping if it depends on a coordinate."""
     min: End | None = None
-    """The lowest that is allowed; one that follows a coordinate is a mapping."""
+    """Lower limit; a mapping if it depends on a coordinate."""
     plus_minus: End | None = None
-    """In place of both: how far from zero a difference may be, such as a deviation."""
+    """In place of both: greatest amount of a difference, such as a deviation."""
     measurand: Annotated[
         Annotated[LimitedMeasurand, MeasurandKey] | None, Field(json_schema_extra={MEASURAND: True})
     ] = None
-    """Which quantity the limit is for: needed where the result states its own, else refused."""
+    """The quantity that the limit applies to; required if the result states one, else refused."""
     source: Text
-    """Who says so: a standard with its edition, a drawing, an agreement."""
+    """Source of the limit: a standard with its edition, a drawing, an agreement."""
 
     @model_validator(mode="after")
     def _is_a_range(self) -> Self:
@@ -141,7 +142,7 @@ class Limit(Settings):
         if self.mean and (self.worst or self.each is not None):
             raise ValueError("'mean' cannot be combined; 'each' and 'worst' can")
         if self.mean and self.follows:
-            raise ValueError("a limit that follows a coordinate is none of a mean")
+            raise ValueError("a mean has no limit that follows a coordinate")
         return self
 
     def _require_difference(self) -> None:
@@ -221,11 +222,11 @@ class Limit(Settings):
             message = f"'{self.of}' is the {found.measurand}, and the key 'measurand' is missing"
             models = measurand_models({} if asked is None else {ASKED: asked})
             keys = " or ".join(", ".join(_required(model)) for model in models)
-            return message, f"say of which one the limit is, by the keys {keys}" if keys else ""
+            return message, f"state it by the keys {keys}" if keys else ""
         if found.measurand is None:
             message = f"'{self.of}' does not say whether it is the {self.measurand}"
             return message, "leave 'measurand' out"
-        hint = "limits and results of two measurands have nothing to say to each other"
+        hint = "a limit applies only to results of the same measurand"
         return self.measurand.objection(found.measurand), hint
 
     def limits_at(self, coordinates: Mapping[str, CoordinateValue], symbol: str) -> Limits:
@@ -282,7 +283,7 @@ def _require_json(measurand: LimitedMeasurand) -> None:
         name = type(measurand).__name__
         raise PluginError(
             f"the measurand of a limit, {name}, gave a document that is no JSON: {error}",
-            hint="its author is to fix that: plain values, with a description as 'text'",
+            hint="its author must fix it: plain values, with a description as 'text'",
         ) from error
 
 

@@ -73,13 +73,13 @@ def read_private_key(path: Path, passphrase: str = "") -> Ed25519PrivateKey:
         wanted = "has no passphrase" if passphrase else "is protected by a passphrase"
         raise UsageError(f"the key {path} {wanted}") from error
     except (ValueError, UnsupportedAlgorithm) as error:
-        why = "or its passphrase is another" if passphrase else "in PEM"
+        why = "or the passphrase is wrong" if passphrase else "in PEM"
         raise UsageError(f"{path} is not a private key, {why}") from error
     if not isinstance(key, Ed25519PrivateKey):
-        raise UsageError(f"{path} is a key, but none for Ed25519")
+        raise UsageError(f"{path} is a key, but not for Ed25519")
     if os.name != "nt" and mode & OTHERS:
         raise UsageError(
-            f"the key {path} is open to others than its owner (its mode is {mode:04o})",
+            f"the key {path} is accessible to others than its owner (mode {mode:04o})",
             hint=f"chmod 600 '{path}'; if others could have copied it, make a new key: --new-key",
         )
     return key
@@ -102,7 +102,7 @@ def public_key_from(content: bytes, name: str) -> Ed25519PublicKey:
     except (ValueError, UnsupportedAlgorithm) as error:
         raise DataError(f"{name} cannot be read: it is not a public key in PEM") from error
     if not isinstance(key, Ed25519PublicKey):
-        raise DataError(f"{name} is a key, but none for Ed25519")
+        raise DataError(f"{name} is a key, but not for Ed25519")
     return key
 
 

@@ -91,7 +91,7 @@ def check_signature(signature: Signature) -> Ed25519PublicKey:
         key.verify(base64.b64decode(signature.signature, validate=True), _signed_text(signature))
     except (InvalidSignature, ValueError) as error:
         raise DataError(
-            "the signature is not valid: what was signed was changed, or it is another key's"
+            "the signature is not valid: the signed content was changed, or another key signed it"
         ) from error
     return key
 

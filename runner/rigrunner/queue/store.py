@@ -126,7 +126,7 @@ class Queue:
             if len(stored.entries) + len(drafts) > MOST_ENTRIES:
                 raise UsageError(
                     f"the queue has room for {MOST_ENTRIES} entries",
-                    hint="clear those that are over first",
+                    hint="clear finished entries first",
                 )
             everywhere = self._all()
             free = max((each.next for each in everywhere), default=1)
@@ -190,7 +190,7 @@ class Queue:
             old = self._in(stored, number, "done", "interrupted", "skipped", "closed")
             again = [each for each in stored.entries if each.repeats == number]
             if any(self._shown(each).status in OPEN for each in again):
-                raise UsageError(f"entry {number} is repeated already: entry {again[-1].id}")
+                raise UsageError(f"entry {number} was already repeated: entry {again[-1].id}")
             free = max(each.next for each in self._all())
             new = old.model_copy(
                 update={
@@ -209,7 +209,7 @@ class Queue:
         return made[0]
 
     def clear(self, station: str = "") -> int:
-        """Remove the entries that are over, and return their number; their runs stay."""
+        """Remove finished entries, and return their number; their runs stay."""
         removed = 0
 
         def change(stored: Stored) -> Stored:
@@ -238,7 +238,7 @@ class Queue:
             with self._looking():
                 lock.acquire(timeout=0)
         except Timeout as error:
-            raise UsageError(f"entry {number} is running already") from error
+            raise UsageError(f"entry {number} is already running") from error
         try:
             self._set(number, "started", by, entry.reason, "waiting")
             yield self.get(number)
@@ -356,7 +356,7 @@ class Queue:
         try:
             lock.acquire()
         except Timeout as error:
-            message = f"another process has {self._runs} open for longer than {PATIENCE_S:g} s"
+            message = f"another process has had {self._runs} open for longer than {PATIENCE_S:g} s"
             raise DataError(message, hint="try again") from error
         try:
             yield
@@ -407,8 +407,8 @@ def _duplicate(same: Shown, draft: Draft) -> Problem:
     hint = "repeat that entry, with a reason, to test it again"
     number, queue = f"entry {entry.id}, {same.status}", entry.station
     if queue != draft.station:
-        return Problem(f"{entry.specimen} is in the queue of {queue} already: {number}", hint=hint)
-    return Problem(f"{entry.specimen} is in the queue already: {number}", hint=hint)
+        return Problem(f"{entry.specimen} is already in the queue of {queue}: {number}", hint=hint)
+    return Problem(f"{entry.specimen} is already in the queue: {number}", hint=hint)
 
 
 def _unanswered(entry: Entry) -> UsageError:
@@ -438,7 +438,7 @@ def _read(path: Path) -> Stored:
         where = ".".join(map(str, first["loc"]))
         raise DataError(
             f"{path} is not a queue of this version: {where}: {first['msg']}",
-            hint="correct the file, or move it away to begin a new queue",
+            hint="correct the file, or move it away to start a new queue",
         ) from error
 
 

@@ -69,7 +69,8 @@ def with_drop_ins(registry: Registry, folder: Path) -> Registry:
         )
     if not os.access(folder, os.R_OK | os.X_OK):
         raise PluginError(
-            f"the plugin folder {folder} must not be read", hint="ask for the right to read it"
+            f"no permission to read the plugin folder {folder}",
+            hint="ask for permission to read it",
         )
     files = sorted(path for path in folder.glob("*.py") if not path.name.startswith("_"))
     sources = [

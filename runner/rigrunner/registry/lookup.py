@@ -361,7 +361,7 @@ class Registry:
         with _named(self.find("device", plugin)):
             problems = tuple(declaration_problems(device))
         if problems:
-            hint = f"its author is to fix that; see 'rigrunner check-plugin {plugin}'"
+            hint = f"report it to its author; see 'rigrunner check-plugin {plugin}'"
             raise PluginError(f"device '{plugin}': {'; '.join(problems)}", hint=hint)
         return device  # type: ignore[no-any-return]  # just looked at
 

@@ -407,7 +407,7 @@ class Rig:
         found = self.read_back(member.role, member.name)
         if not math.isfinite(found):  # compared with any limit it would seem to be within
             raise DeviceRejectedError(
-                f"{member.role}: {member.name} reads back {found:g}: it may be anywhere"
+                f"{member.role}: {member.name} reads back {found:g}: its position is unknown"
             )
         return found
 

@@ -106,7 +106,7 @@ def moment_of(day: date | None, now: datetime) -> str:
     if day is None:
         return utc_text(now)
     if day > now.date():
-        raise UsageError(f"{day} is still to come", hint="an approval is dated today or earlier")
+        raise UsageError(f"{day} is in the future", hint="an approval is dated today or earlier")
     return day.isoformat()
 
 

@@ -84,7 +84,7 @@ class _Register:
     def _of(self, each: Instrument, today: date) -> Iterator[Finding]:
         yield from self._missing(each)
         if each.calibrated is not None and each.calibrated > today:
-            message = f"{_named(each)} has its calibration on {each.calibrated}, which is to come"
+            message = f"{_named(each)} was calibrated on {each.calibrated}, which is in the future"
             yield self._entered(Lack.MISSING, each, "calibrated", message, "correct the date")
         if each.due is not None and each.due < today:
             days = (today - each.due).days
@@ -127,7 +127,7 @@ class _Register:
             worst = max(outside, key=lambda use: abs(use.value))
             value = _short(worst.value, each.quantity)
             message = f"{_named(each)} is calibrated {_span(bounds, each.quantity)}"
-            hint = "take an instrument that is calibrated that far, or have this one calibrated so"
+            hint = "use an instrument calibrated for this value, or have this one calibrated for it"
             field = "range" if each.range_ else "points" if each.points else "full_scale"
             message = f"{message}, but {worst.what} {value}"
             yield self._entered(Lack.RANGE, each, field, message, hint)

@@ -103,7 +103,7 @@ def later_decisions(stored: Digested, folder: Path) -> tuple[DecisionFile, ...]:
             raise DataError(
                 f"{each.path} does not follow {before}: it was decided after "
                 f"{each.document['before']['file']}",
-                hint=f"bring back {_name(number)}: a decision that is on record stays",
+                hint=f"bring back {_name(number)}: a recorded decision must stay",
             )
         before = each.path.name
     return found
@@ -138,7 +138,9 @@ def decide_again(
     before = acceptance_in_force(stored, folder)
     after = change(before).as_read_by(kinds_of(registry), _procedure(stored).analysis)
     if before is not None and after.as_written() == before.as_written():
-        raise UsageError("these limits and this rule hold already", hint="nothing was written")
+        raise UsageError(
+            "these limits and this rule are already in force", hint="nothing was written"
+        )
     result = analyse_run(folder, registry, acceptance=after)
     _refuse(result, after)
     _refuse_other_results(result, after)
@@ -167,7 +169,7 @@ def _refuse(result: Result, acceptance: Acceptance) -> None:
             if limit.of not in details.shown_results & given:
                 continue
             if objection := details.objection(limit.measurand):
-                hint = "limits and results of two measurands have nothing to say to each other"
+                hint = "a limit applies only to results of the same measurand"
                 words = f"{objection[:1].lower()}{objection[1:]}".rstrip(".")
                 raise DataError(f"{limit.source}: {words}", hint=hint)
 
@@ -278,5 +280,5 @@ def _read(path: Path, digest: str) -> DecisionFile:
 
 
 def _unreadable(path: Path) -> DataError:
-    hint = "move it away to continue without it; a decision that is on record is never deleted"
+    hint = "move it away to continue without it; a recorded decision is never deleted"
     return DataError(f"{path} is not a decision that can be read", hint=hint)

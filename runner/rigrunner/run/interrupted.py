@@ -25,7 +25,7 @@ def read_interrupted(folder: Path) -> StoredRun:
     if sealed_file_of(folder) is not None:
         name = folder.parent.name if folder.is_file() else folder.name
         raise DataError(
-            f"{name} is over and sealed: there is nothing to resume, and nothing to save",
+            f"{name} has ended and is sealed: there is nothing to resume or to save",
             hint=f"'rigrunner show {name}' shows what is in it",
         )
     return read(folder)

@@ -68,6 +68,6 @@ def _within(folder: Path, named: str) -> Path:
     except (OSError, RuntimeError, ValueError) as error:  # links in a circle, a name with a null
         raise PluginError(f"'{named}' cannot be looked up") from error
     if not inside:
-        hint = "plugins lie in the station's folder, or in one below"
+        hint = "plugins must be in the station's folder, or below"
         raise PluginError(f"'{named}' is outside this file's folder", hint=hint)
     return path

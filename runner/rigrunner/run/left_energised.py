@@ -154,6 +154,6 @@ def settle_by(marks: RigMarks, by: str, reason: str) -> None:
 def what_to_do(station_file: str) -> str:
     """Return the advice for a rig that cannot be confirmed safe."""
     return (
-        "go and look at the rig, switch it off by hand if need be; then"
-        f" 'rigrunner devices {station_file} --safe-by NAME --reason TEXT' says so"
+        "check the rig, and switch it off manually if necessary; then"
+        f" 'rigrunner devices {station_file} --safe-by NAME --reason TEXT' records that it is safe"
     )

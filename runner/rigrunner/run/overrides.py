@@ -33,7 +33,7 @@ def overrides_for(
     findings = calibration_findings(planned)
     for word in wanted:
         if not any(_means(word, finding) for finding in findings):
-            raise UsageError(f"'--override {word}' fits nothing", hint=_open(findings))
+            raise UsageError(f"'--override {word}' matches nothing", hint=_open(findings))
     found = tuple(
         Override(finding.key, finding.problem.message, by, reason)
         for finding in findings
@@ -64,8 +64,8 @@ def _check_answered_for(wanted: Sequence[str], by: str, reason: str) -> None:
         )
     if (by or reason) and not wanted:
         raise UsageError(
-            "--by and --reason belong to an override, and there is none",
-            hint="say what is overridden: --override INSTRUMENT, or leave them out",
+            "--by and --reason need --override",
+            hint="give --override INSTRUMENT, or leave them out",
         )
 
 
@@ -76,8 +76,8 @@ def _means(word: str, finding: Finding) -> bool:
 def _open(findings: Iterable[Finding]) -> str:
     what = [f"{finding.names[-1]} ({finding.lack})" for finding in findings]
     if not what:
-        return "nothing keeps this run from starting"
-    return f"what keeps this run from starting: {', '.join(what)}"
+        return "nothing prevents this run from starting"
+    return f"what prevents this run from starting: {', '.join(what)}"
 
 
 def without_time_limits(station: LoadedStation) -> tuple[Interference, ...]:

@@ -60,8 +60,8 @@ def run_files(stored: StoredRun, procedure: Path | None, station: Path | None) -
     """
     if stored.header.imported:
         raise UsageError(
-            f"{stored.header.run_id} is an import that was interrupted: its rig is not Rigrunner's",
-            hint="remove the folder, and import again: the recordings are where they were",
+            f"{stored.header.run_id} is an interrupted import, which cannot be resumed",
+            hint="remove the folder, and import again: the original recordings are unchanged",
         )
     found = procedure or _file(stored, "procedure"), station or _file(stored, "station")
     if station is None and load_station(found[1]).model.plugins is not None:
@@ -171,7 +171,7 @@ def _file(stored: StoredRun, what: str) -> Path:
     named = stored.header.files.get(what, "")
     if named and Path(named).is_file():
         return Path(named)
-    lost = f"its {what}, {named}, is not there any more" if named else f"it names no {what}"
+    lost = f"its {what}, {named}, no longer exists" if named else f"it names no {what}"
     raise UsageError(f"{stored.header.run_id}: {lost}", hint=f"give it: --{what} FILE")
 
 

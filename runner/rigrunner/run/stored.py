@@ -108,7 +108,7 @@ def analyse_stored(
         )
     except PluginError as error:
         if missing := _missing_providers(stored, registry):
-            what = f"the run was made with {missing}, which is not here"
+            what = f"the run was made with {missing}, which is not available"
             error.add_note(f"{what}: name its station by --station, or install it")
         raise
 

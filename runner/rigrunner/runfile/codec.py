@@ -70,7 +70,7 @@ def header_from(data: bytes, source: str) -> tuple[RunHeader, int]:
     document = _object(data)
     version = document.pop("format", None)
     if not isinstance(version, int):
-        raise DataError(f"{source} does not say in which format it is")
+        raise DataError(f"{source} does not state its format")
     check_format(version, source)
     return _checked(RunHeader, document), version
 
@@ -175,7 +175,7 @@ def block_from(data: bytes) -> tuple[str, Block]:
         shape = len(head.channels), head.samples
         table = np.frombuffer(data, "<f8", head.samples * len(head.channels), start).reshape(shape)
     except (struct.error, ValueError) as error:
-        raise DataError(f"a block of samples is not what it should be: {error}") from error
+        raise DataError(f"a block of samples is invalid: {error}") from error
     channels = dict(zip(head.channels, table, strict=True))
     return head.recording, Block(head.rate_hz, head.first_sample, head.monotonic_s, channels)
 
@@ -201,6 +201,4 @@ def _checked(kind: type[_T], value: object) -> _T:
     try:
         return msgspec.convert(value, kind)
     except msgspec.ValidationError as error:
-        raise DataError(
-            f"a record of the run is not what it should be: {kind.__name__}: {error}"
-        ) from error
+        raise DataError(f"a record of the run is invalid: {kind.__name__}: {error}") from error

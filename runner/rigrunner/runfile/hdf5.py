@@ -113,7 +113,9 @@ def there_is_none(path: Path) -> DataError:
 
 def must_not_be_read(path: Path) -> DataError:
     """Return the error of a file or folder that its rights keep from being read."""
-    return DataError(f"{path} must not be read", hint="ask whoever owns it for the right to")
+    return DataError(
+        f"no permission to read {path}", hint="ask its owner for permission to read it"
+    )
 
 
 def _damage(path: Path, error: Exception) -> str:

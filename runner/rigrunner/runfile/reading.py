@@ -108,7 +108,8 @@ def _sealed_file_of(path: Path) -> Path | None:
         return files.sealed_file
     if not files.events.exists():
         raise DataError(
-            f"{path} is not a run", hint="a run folder holds run.h5, or a journal while it lasts"
+            f"{path} is not a run",
+            hint="a run folder has a run.h5 or, until it is sealed, a journal",
         )
     return None
 

@@ -132,7 +132,7 @@ def write_recording(group: h5py.Group, facts: RecordingFacts, blocks: Iterable[B
         at += count
     if at != facts.samples:
         raise DataError(
-            f"of recording '{facts.name}' {at} samples can be read back, not {facts.samples}",
+            f"recording '{facts.name}': only {at} samples can be read back, not {facts.samples}",
             hint="its journal was damaged after it was written: is the disk sound?",
         )
     group.attrs["sha256"] = digest.hexdigest()

@@ -87,7 +87,7 @@ class Station(Settings):
     """One rig with its devices and instruments."""
 
     rigrunner: Literal["station/1"]
-    """What this file is, and its version of the language."""
+    """Type and version of this file."""
     id: Identifier
     """Name of the station in runs."""
     title: Text

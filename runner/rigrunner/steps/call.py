@@ -21,7 +21,7 @@ class CallStep(StepSettings):
     """Executes another procedure: its setup, main and teardown."""
 
     procedure: Text
-    """The file, beside this one or in a folder below."""
+    """The file, in the folder of this one or below."""
     with_: Annotated[dict[Name, Parameter], Field(alias="with", default_factory=dict)]
     """Values of its parameters, in place of its own."""
 

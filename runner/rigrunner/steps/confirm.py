@@ -32,7 +32,7 @@ class ConfirmStep(StepSettings):
     """The input that takes the answer, 'yes' or 'no'. The run continues with either."""
     picture: Picture = None
     unattended: YesNo | None = None
-    """The answer with `--unattended`; without one the step cannot be done then."""
+    """The answer with `--unattended`; without it the step needs a person."""
 
     def pictures(self) -> Iterable[tuple[str, str]]:
         """Return the picture, if there is one."""

@@ -35,7 +35,7 @@ class Note(Action):
 
 def plan(note: NoteStep, planning: Planning) -> None:
     """Plan the remark."""
-    planning.emit(Note(note.text), "Put a note on record")
+    planning.emit(Note(note.text), "Record a note")
 
 
 STEP = StepRecord(

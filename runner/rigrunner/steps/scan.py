@@ -50,9 +50,9 @@ class ScanStep(StepSettings):
     on_fail: Annotated[
         Literal["stop", "continue"],
         Field(
-            description="What follows a value out of its limits: the end of the run, or the next"
-            " point. A device that fails ends the run: the drive would stand elsewhere than the"
-            " steps that follow take for granted."
+            description="Action after a value out of its limits: end the run, or continue with"
+            " the next point. A device failure always ends the run: the drive would not be where"
+            " the next steps expect it."
         ),
     ] = "stop"
 

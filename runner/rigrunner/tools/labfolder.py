@@ -48,8 +48,8 @@ def _only(registry: Registry) -> str:
     names = registry.names("lab")
     if len(names) != 1:
         raise UsageError(
-            f"got no lab to begin with, expected one of: {', '.join(names) or 'none is installed'}",
-            hint="name it with --lab" if names else "install a package that brings one",
+            f"got no lab template, expected one of: {', '.join(names) or 'none is installed'}",
+            hint="name it with --lab" if names else "install a package that provides one",
         )
     return names[0]
 

@@ -22,7 +22,7 @@ def write_new_files(folder: Path, texts: Mapping[str, str]) -> None:
     if there:
         raise UsageError(
             f"{folder} has a {there[0]} already{_others(there)}",
-            hint="nothing was written, as nothing is ever overwritten; name a new folder",
+            hint="nothing was written, as files are never overwritten; name a new folder",
         )
     begun: list[Path] = []
     try:
@@ -34,7 +34,7 @@ def write_new_files(folder: Path, texts: Mapping[str, str]) -> None:
         full = error.errno in (errno.ENOSPC, errno.EDQUOT)
         raise UsageError(
             f"cannot write {error.filename or folder}: {error.strerror or error}",
-            hint="free some space on the disk" if full else "name a folder in which you may write",
+            hint="free some space on the disk" if full else "name a folder with write permission",
         ) from error
 
 

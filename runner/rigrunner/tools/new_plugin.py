@@ -180,7 +180,7 @@ def _check(plugin: NewPlugin, registry: Registry) -> None:
         near = f"such as '{usable}'" if _NAME.fullmatch(usable) and usable != name else ""
         raise UsageError(
             f"'{name}' cannot be the name of a plugin: small letters, digits and '_', a letter"
-            " first, no word of Python or YAML",
+            " first, not a keyword of Python or YAML",
             hint=near,
         )
     taken = [

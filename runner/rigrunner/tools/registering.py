@@ -195,7 +195,7 @@ def _reproducibility(result: Result, deviation: MeasurementResult) -> float:
         return abs(each.estimate.value) * stated.factor / wanted.factor
     raise DataError(
         f"there is no {REPRODUCIBILITY} at {deviation.place}",
-        hint=f"state it 'per: {next(iter(deviation.coordinates))}', or not at all",
+        hint=f"state it 'per: {next(iter(deviation.coordinates))}', or leave it out",
     )
 
 

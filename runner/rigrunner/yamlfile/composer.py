@@ -48,7 +48,7 @@ def read_plain(text: str) -> bool | float | str | None:
     if text in _CONSTANTS:
         return _CONSTANTS[text]
     if _NOT_FINITE.fullmatch(text):
-        raise ScalarError(f"{text} is not a number to work with", "write a finite number")
+        raise ScalarError(f"{text} is not a finite number", "write a finite number")
     if _FLOAT.fullmatch(text):
         return _number(text)
     return text
@@ -97,9 +97,7 @@ class _Composer:
         """Return the document. Raises InvalidFileError with all problems that were found."""
         self._next(yaml.StreamStartEvent)
         if isinstance(next(self._events), yaml.StreamEndEvent):
-            self._stop(
-                "the file is empty", None, "was it saved? 'rigrunner init' makes some to begin with"
-            )
+            self._stop("the file is empty", None, "was it saved? 'rigrunner init' creates examples")
         first = next(self._events)
         data = self._value(first, (), first)
         self._next(yaml.DocumentEndEvent)

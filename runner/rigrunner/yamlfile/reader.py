@@ -54,9 +54,9 @@ def parse(text: str, name: str) -> Document:
         raise _too_large(name)
     found = _NOT_TEXT.search(text)
     if found:
-        message = f"the character {name_of(found[0])} does not belong into a text file"
+        message = f"the character {name_of(found[0])} is not allowed in a text file"
         turning = re.match(f"[{TURNING}]", found[0])
-        hint = "it turns the order of letters: remove it" if turning else "is this a YAML file?"
+        hint = "it changes the text direction: remove it" if turning else "is this a YAML file?"
         raise _refused(name, message, _position(text, found.start()), hint)
     try:
         return compose(yaml.parse(text, Loader=LOADER), text, name)
@@ -101,7 +101,7 @@ def _syntax_hint(line: str, column: int, problem: str) -> str:
     if "end of stream" in problem:
         return "a quote or bracket is not closed"
     if "expected" in problem:
-        return "look at indentation, commas, brackets and quotes"
+        return "check indentation, commas, brackets and quotes"
     return ""
 
 

@@ -62,9 +62,9 @@ def upgraded(text: str, name: str) -> str:
         right = False
     if not right:
         part = "register" if of_station else "acceptance"
-        message = f"its {part} cannot be brought into today's form as it is laid out"
+        message = f"its {part} cannot be upgraded in this layout"
         if mark in TODAY:
-            message = f"it cannot be brought from '{mark}' to '{TODAY[mark]}' as it is laid out"
+            message = f"it cannot be upgraded from '{mark}' to '{TODAY[mark]}' in this layout"
         hint = "write each key and its value as 'key: value', or change the file by hand"
         raise InvalidFileError([Problem(message, Location(name), hint=hint)])
     return new

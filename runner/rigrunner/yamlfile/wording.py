@@ -36,7 +36,7 @@ _ALLOWED = {
     "string_too_short": "a text of {min_length} or more characters",
     "string_too_long": "a text of {max_length} or fewer characters",
 }
-_MARK_HINT = "it says what the file is, such as 'rigrunner: procedure/2'"
+_MARK_HINT = "it states the type of the file, such as 'rigrunner: procedure/2'"
 ALLOWED = ", expected "
 """Separates what was got from what is expected."""
 _FILE_MARK = re.compile(r"([a-z]+)/[0-9]+")

@@ -23,7 +23,7 @@ _WRITES = "rigrunner_writes"
 _DAMAGED = ("SQLITE_CORRUPT", "SQLITE_NOTADB")
 _OLDER = tuple(str(each) for each in range(1, VERSION))
 _NO_SERVER = "is the server running, and may this machine reach it? A file needs no server"
-_MAKES_ANEW = "'rigrunner archive index FOLDER' makes it again from the run files"
+_MAKES_ANEW = "'rigrunner archive index FOLDER' rebuilds it from the run files"
 
 
 class Database:
@@ -108,8 +108,8 @@ class Database:
             raise self._none()
         version = self._version(connection)
         if version != str(VERSION):
-            older = "'rigrunner archive index FOLDER' brings it up to date"
-            newer = "'rigrunner archive rebuild FOLDER' makes it again from the run files"
+            older = "'rigrunner archive index FOLDER' updates it"
+            newer = "'rigrunner archive rebuild FOLDER' rebuilds it from the run files"
             raise DataError(
                 f"the archive {self.shown} is of version {version}, this program's is {VERSION}",
                 hint=older if version in _OLDER else newer,
@@ -123,7 +123,7 @@ class Database:
 
     def _none(self) -> UsageError:
         return UsageError(
-            f"there is no archive {self.shown}", hint="'rigrunner archive index FOLDER' makes it"
+            f"there is no archive {self.shown}", hint="'rigrunner archive index FOLDER' creates it"
         )
 
     def _write_ahead(self) -> None:
@@ -140,7 +140,7 @@ class Database:
                 message = f"the database {self.shown} cannot be reached: {_words(error)}"
                 raise DataError(message, hint=_NO_SERVER) from error
             raise DataError(
-                f"the database {self.shown} did not do what it was asked", hint=_words(error)
+                f"the database {self.shown} reported an error", hint=_words(error)
             ) from error
 
 

@@ -95,7 +95,7 @@ def rebuild(
     """
     folders = folders or known_folders(database)
     if not folders:
-        raise UsageError("the archive knows no folder", hint="name the folders of runs")
+        raise UsageError("the archive has no folder", hint="name the folders of runs")
     for folder in folders:
         _check(folder)
     database.empty()

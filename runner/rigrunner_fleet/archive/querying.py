@@ -47,7 +47,7 @@ def query(
 def rows(archive: Database, table: str, filters: Filters, *, limit: int | None = None) -> Rows:
     """Return the rows of a table of an open archive; raises as `query` does."""
     if limit is not None and limit < 1:
-        raise UsageError(f"a limit of {limit} leaves nothing")
+        raise UsageError(f"a limit of {limit} selects nothing")
     with archive.reading() as connection:
         statement = select_rows(table, filters, connection.dialect, limit)
         found = connection.execute(statement).all()

@@ -44,7 +44,7 @@ def range_of(text: str, dimension: str | None = None, *, nominal: bool = False) 
     first, last = _end(low, text, dimension), _end(high, text, dimension)
     found = next(each for each in (first, last) if each is not None)
     if first is not None and last is not None and first[1] != last[1]:
-        raise UsageError(f"'{text}' goes from a {first[1]} to a {last[1]}")
+        raise UsageError(f"'{text}' combines a {first[1]} with a {last[1]}")
     result = Range(-inf if first is None else first[0], inf if last is None else last[0], found[1])
     if result.low > result.high:
         raise UsageError(f"'{text}' is empty", hint="the smaller value comes first")

@@ -148,7 +148,7 @@ def tell_indexed(found: Sequence[Indexed]) -> None:
     """Report for each folder its runs, those that cannot be read, and those that are gone."""
     for each in found:
         runs = "1 run" if each.runs == 1 else f"{each.runs} runs"
-        message(f"{each.folder}: {runs}, {each.new} new, {each.changed} looked at again.")
+        message(f"{each.folder}: {runs}, {each.new} new, {each.changed} updated.")
         _tell_list("Unreadable", (f"{path}: {problem}" for path, problem in each.unreadable))
         _tell_list("Gone since they were indexed", each.missing)
 

@@ -111,7 +111,7 @@ def _series(each: TrendSeries, trend: Trend) -> Iterator[str]:
     )
     yield from (f"  note: {text}" for text in each.warnings)
     if not each.after:
-        yield "  Nothing is beyond the baseline yet."
+        yield "  No value after the baseline yet."
     elif not each.alarms:
         yield f"  In control: no rule is met at {len(each.after)} values after the baseline."
     else:

@@ -88,7 +88,7 @@ def _warnings(observed: Sequence[Observed]) -> list[str]:
     if met:
         found.append(
             f"the process was not in control: a Nelson rule is met at {met} of {len(values)} "
-            "values. The indices say what was, and promise nothing (ISO 22514-1: performance, "
+            "values. The indices describe the past, not the future (ISO 22514-1: performance, "
             "Pp and Ppk, instead of capability)"
         )
     from scipy import stats  # noqa: PLC0415  (heavy, and needed here alone)
@@ -96,7 +96,7 @@ def _warnings(observed: Sequence[Observed]) -> list[str]:
     p = float(stats.shapiro(values).pvalue)
     if p < _NOT_NORMAL:
         found.append(
-            f"the values are not normal (Shapiro and Wilk: p = {p:.2g}): neither the indices nor "
-            "their intervals hold as they are"
+            f"the values are not normal (Shapiro and Wilk: p = {p:.2g}): the indices and their"
+            " intervals are not valid as stated"
         )
     return found

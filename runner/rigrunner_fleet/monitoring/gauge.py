@@ -81,7 +81,7 @@ def _torques(archive: Database, quantity: Quantity, filters: Filters) -> dict[st
     """Return the torque, or the raw peak, at each set-point of each run."""
     if quantity.name not in TORQUES:
         hint = f"there are {', '.join(TORQUES)}, and named results"
-        raise UsageError(f"no run that fits has a result '{quantity.name}'", hint=hint)
+        raise UsageError(f"no matching run has a result '{quantity.name}'", hint=hint)
     value, expanded = TORQUES[quantity.name]
     found: dict[str, list[Found]] = {}
     for row in rows(archive, "points", filters):
@@ -132,9 +132,9 @@ def gauge_study(
 def _unclear(run: Mapping[str, Any], trials: Sequence[Found]) -> str:
     missing = [name for name in ("specimen", "operator") if not run[name]]
     if missing:
-        return f"it says no {' and no '.join(missing)}"
+        return f"it has no {' and no '.join(missing)}"
     if not trials:
-        return "it has no set-point that fits"
+        return "it has no matching set-point"
     empty = sum(1 for each in trials if each.value is None)
     return f"{empty} of {len(trials)} trials have no value" if empty else ""
 
@@ -144,7 +144,7 @@ def _check_alike(found: Sessions) -> None:
         reasons = Counter(each.reason for each in found.excluded).most_common(_NAMED)
         told = "; ".join(f"{count} left out: {reason}" for reason, count in reasons)
         raise DataError(
-            f"there is no session of a gauge study: {told or 'no run fits'}",
+            f"there is no session of a gauge study: {told or 'no matching run'}",
             hint="the procedure gauge_rr makes them",
         )
     if len(found.kinds) > 1:

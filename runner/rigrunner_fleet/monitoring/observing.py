@@ -26,7 +26,7 @@ Bounds = tuple[float | None, float | None]
 """A lower and an upper limit; None for a missing one."""
 NOT_STATED = "not stated"
 _OF_POINTS = ("frequency", "load")
-_APART = "tell them apart: --by rig --by mandrel"
+_APART = "separate them: --by rig --by mandrel"
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ def observe(
 def _warnings(groups: Mapping[str, Group], doubtful: int, *, mixed: bool) -> list[str]:
     found = []
     if mixed:
-        found.append("simulated runs are among real ones: --real leaves them out")
+        found.append("the runs include simulated ones: --real leaves them out")
     if doubtful:
         counted = sum(len(each.observed) for each in groups.values())
         found.append(f"{doubtful} of {counted} runs did not pass all checks of the analysis")
@@ -210,7 +210,7 @@ def _figures(
     known |= {row["name"] for row in rows(archive, "results", filters, limit=limit)}
     if not found and known:
         raise UsageError(
-            f"no run that fits has a result or figure '{quantity.name}'",
+            f"no matching run has a result or figure '{quantity.name}'",
             hint=f"there are: {', '.join([*TORQUES, *sorted(known)])}",
         )
     return found
@@ -231,7 +231,7 @@ def unfit(run: Mapping[str, Any]) -> str:
         return "its files are gone"
     if run["outcome"] != "completed" or not run["sealed"]:
         return f"it was not completed: {run['outcome'] or 'not sealed'}"
-    return "it played a tape" if run["replayed"] else ""
+    return "it is the replay of a tape" if run["replayed"] else ""
 
 
 def _unclear(found: Sequence[Found], quantity: Quantity) -> str:
@@ -239,7 +239,7 @@ def _unclear(found: Sequence[Found], quantity: Quantity) -> str:
     if not found:
         return "it has no such value"
     if len(found) > 1 and not quantity.is_named:
-        return "several of its set-points fit"
+        return "several of its set-points match"
     finite = all(isfinite(each.value) for each in found)
     return "" if finite else "its value is not a finite number"
 
@@ -266,7 +266,7 @@ def _kind(run: Mapping[str, Any], quantity: Quantity) -> str:
 
 def _nothing(quantity: Quantity, excluded: Sequence[Excluded]) -> str:
     if not excluded:
-        return "no run fits"
+        return "no matching run"
     reasons = Counter(each.reason for each in excluded).most_common(3)
     told = "; ".join(f"{count} x {reason}" for reason, count in reasons)
-    return f"no run that fits has a '{quantity.name}' that counts: {told}"
+    return f"no matching run has a valid '{quantity.name}': {told}"

@@ -130,19 +130,19 @@ def _warnings(series: TrendSeries, count: int) -> list[str]:
     unstable = sum(1 for each in series.points if each.baseline and each.rules)
     if unstable:
         found.append(
-            f"the baseline itself meets a rule at {unstable} of {count} values: find out why, and "
-            "take another one if the rig was not as it should be"
+            f"the baseline itself meets a rule at {unstable} of {count} values: find the cause,"
+            " and choose another baseline if the rig was faulty"
         )
     if abs(series.lag_one) > 2.0 / sqrt(count):
         found.append(
-            f"neighbours in the baseline are correlated, by {series.lag_one:.2f}: alarms come "
-            "more often or less often than the rules say"
+            f"neighbours in the baseline are correlated, by {series.lag_one:.2f}: the rate of"
+            " false alarms differs from that of the rules"
         )
     stated = [each.observed.expanded for each in series.points if each.observed.expanded]
     if stated and 3.0 * series.individuals.sigma < median(stated):
         found.append(
-            "the limits are narrower than the expanded uncertainty of a value: what they show "
-            "may be real and still less than what a single result can tell"
+            "the limits are narrower than the expanded uncertainty of a value: an alarm may be"
+            " real and still smaller than the uncertainty of a single result"
         )
     return found
 

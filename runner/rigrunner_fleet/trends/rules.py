@@ -93,7 +93,7 @@ NELSON = (
     Rule("Nelson 1", "one value beyond 3 standard deviations", _beyond),
     Rule("Nelson 2", "nine in a row on the same side of the centre", _same_side(0.0, 9, 9)),
     Rule("Nelson 3", "six in a row that rise, or that fall", _trend),
-    Rule("Nelson 4", "fourteen in a row that go up and down by turns", _alternating),
+    Rule("Nelson 4", "fourteen in a row that alternate up and down", _alternating),
     Rule("Nelson 5", "two of three beyond 2 standard deviations on one side", _same_side(2, 2, 3)),
     Rule("Nelson 6", "four of five beyond 1 standard deviation on one side", _same_side(1, 4, 5)),
     Rule("Nelson 7", "fifteen in a row within 1 standard deviation", _within_one),

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     type=click.IntRange(0, 65535),
     default=8750,
     show_default=True,
-    help="The port to listen on; 0 takes a free one.",
+    help="The port to listen on; 0 uses a free one.",
 )
 @click.option(
     "--host",

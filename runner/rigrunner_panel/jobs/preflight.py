@@ -83,12 +83,12 @@ def _disk(planned: Planned, runs: Path) -> PreflightItem:
     free, need = free_bytes(runs), _TWICE * planned.prediction().disk_bytes
     text = f"{_size(free)} free, the run needs {_size(need)}"
     if free < need:
-        fix = f"make room where {runs.absolute()} is, or choose another folder with --runs"
+        fix = f"free space on the disk of {runs.absolute()}, or choose another folder with --runs"
         return PreflightItem(
             kind="disk", name="disk", state="fail", text=text, fix=fix, override="disk"
         )
     short = free < need + _PLENTY_BYTES
-    fix = "little is left for the next run: make room" if short else ""
+    fix = "little space is left for the next run: free some" if short else ""
     state = "warn" if short else "ok"
     return PreflightItem(kind="disk", name="disk", state=state, text=text, fix=fix)
 

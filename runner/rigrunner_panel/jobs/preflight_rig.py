@@ -95,19 +95,19 @@ def _stands(role: str, rig: Rig) -> Iterator[PreflightItem]:
     reports = rig.make_safe()
     if problem := unsafe_text(reports):
         text = "; ".join((*found, f"it could not be made safe: {problem}"))
-        fix = "switch it off by hand before anybody touches the rig"
+        fix = "switch it off manually before anyone touches the rig"
         yield PreflightItem(kind="device", name=role, state="fail", text=text, fix=fix)
     elif found:
         read = ", ".join(
             with_units(each.read_back, each.units) for each in reports if each.read_back
         )
         text = f"found energised: {'; '.join(found)}; made safe, read back now: {read}"
-        fix = "find out what left it on before anybody touches the rig"
+        fix = "find out why it was left on before anyone touches the rig"
         yield PreflightItem(kind="device", name=role, state="warn", text=text, fix=fix)
 
 
 def _unconnected(role: str, error: RigrunnerError) -> PreflightItem:
-    fix = error.hint or "look at its power, its cable and its settings in the station"
+    fix = error.hint or "check its power, its cable and its settings in the station"
     return PreflightItem(kind="device", name=role, state="fail", text=error.message, fix=fix)
 
 
@@ -150,7 +150,7 @@ def _zero(name: str, zero: Zero, rig: Rig) -> PreflightItem:
     try:
         mean = _mean(zero, rig)
     except RigrunnerError as error:
-        fix = error.hint or "look at the device"
+        fix = error.hint or "check the device"
         return PreflightItem(kind="zero", name=name, state="fail", text=error.message, fix=fix)
     text = f"reads {mean:.4g} {zero.unit} at rest (limit: ±{zero.within:g} {zero.unit})"
     if abs(mean) <= zero.within:

@@ -48,7 +48,7 @@ MOST_BYTES = 250_000_000
 """
 PACKED = 5
 """Typical compression ratio of a finished recording."""
-TOO_MUCH = "so much is recorded that all of it is analysed at the end alone"
+TOO_MUCH = "the recordings are so large that they are analysed only at the end"
 
 
 class Analyst:

@@ -57,9 +57,9 @@ if TYPE_CHECKING:
 
 UNKEPT = "-"
 """What a recording is called of which statistics alone are kept."""
-AFTER_LOSS = "look at the rig first; then resume the run, or close it as it is"
+AFTER_LOSS = "check the rig first; then resume the run, or close it as it is"
 AFTER_EARLY_LOSS = (
-    "no run had begun, so there is nothing to resume: look at the rig, then start again"
+    "no run had begun, so there is nothing to resume: check the rig, then start again"
 )
 
 

@@ -142,7 +142,7 @@ class Partner(BaseModel):
 
     name: str
     words: str
-    """It in words, such as 'dark run'."""
+    """The partner run in words, such as 'dark run'."""
     run: str = ""
     problem: str = ""
     hint: str = ""

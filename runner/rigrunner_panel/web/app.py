@@ -123,7 +123,7 @@ async def _given(request: Request, operation: Operation) -> BaseModel | None:
     if operation.method != "POST":
         return None
     if not CLIENT.fullmatch(request.headers.get("x-rigrunner-client", "")):
-        hint = "8 to 64 letters, digits, - and _, drawn at random by the client"
+        hint = "8 to 64 letters, digits, - and _, chosen at random by the client"
         raise PanelError(400, "bad_request", "X-Rigrunner-Client is missing or wrong", hint)
     return _parsed(await _body(request, operation.longest), operation.body)
 
@@ -188,7 +188,7 @@ def _parsed(content: bytes, model: type[BaseModel] | None) -> BaseModel | None:
     except ValidationError as error:
         told = "; ".join(_words(each) for each in error.errors(include_url=False)[:10])
         hint = "GET /api/v1/openapi.json describes it"
-        message = f"the body is not as it must be: {told}"
+        message = f"the body is invalid: {told}"
         raise PanelError(400, "bad_request", message, hint) from error
 
 

@@ -53,7 +53,7 @@ def close_manual(rig: Rig, asked: Asked) -> Done:
 def _drive(rig: Rig, name: str) -> DriveView:
     view: ManualView | None = rig.board.get("manual")
     if view is None:
-        raise wrong_state("the manual page has not got the rig", "open it first")
+        raise wrong_state("manual mode is not connected to the rig", "open it first")
     for each in view.drives:
         if each.name == name:
             return each

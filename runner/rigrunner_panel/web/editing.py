@@ -76,7 +76,7 @@ def edit(panel: Panel, asked: Asked) -> Done:
 
 
 def leave(panel: Panel, asked: Asked) -> Done:
-    """Tell others that it is not edited any more."""
+    """Tell others that it is no longer edited."""
     panel.editing.leave(asked.client)
     return Done()
 

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     Handler = Callable[[Any, Asked], Any]
 
-_SEARCH = {"search": "words that must all be there"}
+_SEARCH = {"search": "words that must all occur"}
 _TICKET = {"ticket": "as in the address that the panel gave, in place of the token"}
 _BEGUN = 202
 _A_PROCEDURE = 3 * MAX_BYTES
@@ -134,7 +134,7 @@ _EDITING = (
         requests.EditProcedure, answers.Done,
     ),
     _post(
-        "procedures/leave", "Tell others that it is not edited any more.", editing.leave,
+        "procedures/leave", "Tell others that it is no longer edited.", editing.leave,
         requests.Nothing, answers.Done,
     ),
     _post(
@@ -158,23 +158,23 @@ _RUNNING = _of_rig(
     _get("state", "The whole state.", _state, State),
     _get(
         "events", "The latest events of the present or last job, oldest first.", _events,
-        answers.Events, after="only those behind this number",
+        answers.Events, after="only those after this number",
     ),
     _post("control", "Take control.", running.take_control, requests.TakeControl, answers.Done),
-    _steer("control/release", "Give control up.", running.release_control, requests.Nothing),
+    _steer("control/release", "Release control.", running.release_control, requests.Nothing),
     _steer(
         "preflight", "Connect to the rig and check what a run needs.",
         running.start_preflight, requests.StartPreflight, status=_BEGUN,
     ),
     _steer(
-        "run/start", "Start a run that the preflight lets start, or queue it.",
+        "run/start", "Start a run after its preflight, or queue it.",
         queueing.start_run, requests.StartRun, answers.Started, status=_BEGUN,
     ),
     _steer(
         "runs/{run}/resume", "Resume an interrupted run of this rig.",
         running.resume_stored, requests.ResumeRun, status=_BEGUN,
     ),
-    _steer("run/answer", "Answer the prompt that is up.", running.answer, requests.GiveAnswer),
+    _steer("run/answer", "Answer the open prompt.", running.answer, requests.GiveAnswer),
     _steer("run/pause", "Pause at the next safe point.", running.pause, requests.Nothing),
     _steer(
         "run/resume", "Resume after a pause.",
@@ -209,7 +209,7 @@ _QUEUE = _of_rig(
         requests.AddEntries, answers.Added,
     ),
     _steer("queue/move", "Put an entry in front of another one.", queueing.move, requests.Move),
-    _steer("queue/hold", "Keep an entry back.", queueing.hold, requests.EntryBecause),
+    _steer("queue/hold", "Hold an entry.", queueing.hold, requests.EntryBecause),
     _steer(
         "queue/release", "Release an entry that is proposed or held.", queueing.release,
         requests.OneEntry,
@@ -223,7 +223,7 @@ _QUEUE = _of_rig(
         requests.EntryBecause, answers.Added,
     ),
     _steer(
-        "queue/clear", "Remove the entries that are over; their runs stay.", queueing.clear,
+        "queue/clear", "Remove finished entries; their runs stay.", queueing.clear,
         requests.Nothing, answers.Cleared,
     ),
     _steer(
@@ -275,7 +275,7 @@ _LOOKING = (
 )  # fmt: skip
 _STUDYING = (
     _get(
-        "overlay", "Results and a channel of several runs, laid over each other.",
+        "overlay", "Overlay results and a channel of several runs.",
         studying.overlay, answers.OverlayAnswer, runs="their names, with commas, at most 6",
         recording="its name", channel="such as tester.torque",
     ),
@@ -284,7 +284,7 @@ _STUDYING = (
         requests.Nothing, answers.ArchiveUpdated,
     ),
     _get(
-        "archive/quantities", "What there is to chart.", studying.quantities, answers.Quantities
+        "archive/quantities", "Quantities to chart.", studying.quantities, answers.Quantities
     ),
     _get(
         "trend", "Control charts of a quantity.", studying.trend, answers.TrendAnswer,

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger("rigrunner.panel")
 MOST_OVER = 200
-"""Entries that are over and still listed."""
+"""Finished entries that are still listed."""
 _OVER = ("done", "skipped", "closed")
 
 
@@ -67,7 +67,7 @@ def move(rig: Rig, asked: Asked) -> Done:
 
 
 def hold(rig: Rig, asked: Asked) -> Done:
-    """Keep an entry back."""
+    """Hold an entry."""
     body: EntryBecause = asked.body
     rig.queue.hold(_own(rig, body.entry).id, asked.by, body.reason.strip())
     refresh(rig)
@@ -100,7 +100,7 @@ def repeat(rig: Rig, asked: Asked) -> Added:
 
 
 def clear(rig: Rig, _: Asked) -> Cleared:
-    """Remove the entries that are over."""
+    """Remove finished entries."""
     removed = rig.queue.clear(rig.name)
     refresh(rig)
     return Cleared(removed=removed)
@@ -114,7 +114,7 @@ def start(rig: Rig, asked: Asked) -> Done:
         if body.entry:
             found = _own(rig, body.entry)
         if found is None:
-            raise wrong_state("no entry of the queue waits", "add or release one")
+            raise wrong_state("no entry of the queue is waiting", "add or release one")
         _start(rig, found, asked.by)
     return Done()
 
@@ -254,7 +254,7 @@ def _start(rig: Rig, entry: Entry, by: str) -> None:
     """Start an entry if the rig was looked at just now; else look first."""
     body = _body(entry)
     if entry.state != "waiting":
-        raise wrong_state(f"entry {entry.id} does not wait", "release or repeat it first")
+        raise wrong_state(f"entry {entry.id} is not waiting", "release or repeat it first")
     rig.sequence.problem = ""
     if ready_preflight(rig, body):
         _claim_and_start(rig, entry, by, body)
@@ -294,7 +294,7 @@ def _let_go(rig: Rig) -> None:
         return
     finished = rig.board.get("finished")
     why = finished.reason if finished is not None else ""
-    rig.queue.give_back(sequence.entry, why or "the run did not begin")
+    rig.queue.give_back(sequence.entry, why or "the run did not start")
     sequence.held.close()
     sequence.entry = None
     refresh(rig)
@@ -320,7 +320,7 @@ def _by_itself(rig: Rig) -> None:
     finished = rig.board.get("finished")
     try:
         if finished is not None and (finished.outcome not in CONCLUDED or finished.error):
-            raise wrong_state("the run before was not completed")
+            raise wrong_state("the previous run was not completed")
         if any(each.active or each.until_end for each in rig.board.get("alarms")):
             raise wrong_state("an alarm is active")
         entry = rig.queue.next(rig.name)

@@ -170,7 +170,7 @@ def resume_stored(rig: Rig, asked: Asked) -> Done:
 
 
 def answer(rig: Rig, asked: Asked) -> Done:
-    """Answer the prompt that is up."""
+    """Answer the open prompt."""
     body: GiveAnswer = asked.body
     rig.desk.answer(body.prompt, body.text, asked.by)
     return Done()
@@ -223,13 +223,13 @@ def _preflight(rig: Rig, body: Pair, digest: str) -> Preflight:
     looked = rig.looked_at
     hint = "POST /api/v1/preflight first"
     if found is None or not found.done or looked is None:
-        raise wrong_state("nothing was looked at yet", hint)
+        raise wrong_state("no preflight was made", hint)
     if (found.procedure, found.station) != (body.procedure, body.station):
         raise wrong_state("the preflight was of another procedure or station", hint)
     if looked.digest != digest:
         raise wrong_state("procedure or station has changed since the preflight", hint)
     if time.monotonic() - looked.at_s > FRESH_S:
-        raise wrong_state("the preflight is too long ago", hint)
+        raise wrong_state("the preflight is too old", hint)
     return found
 
 
@@ -238,12 +238,12 @@ def _overridden(found: Preflight, override: Overridden | None) -> tuple[Prefligh
     failed = [each for each in found.items if each.state == "fail"]
     words = set(override.what) if override else set()
     for word in words - {each.override for each in failed if each.override}:
-        message = f"'{word[:80]}' is nothing that can be overridden here"
+        message = f"'{word[:80]}' cannot be overridden here"
         raise PanelError(422, "invalid", message, "see override of the preflight's items")
     left = [each for each in failed if each.override not in words]
     if left:
         message = "; ".join(f"{each.name}: {each.text}" for each in left)
-        hint = "fix it, or override what has a word for it, with a name and a reason"
+        hint = "fix it, or override items that allow it, with a name and a reason"
         raise PanelError(409, "wrong_state", message, hint)
     return tuple(each for each in failed if each.override in words)
 

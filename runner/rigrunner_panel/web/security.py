@@ -82,7 +82,7 @@ class Guard:
         host = headers.get("host", "")
         if not self._is_own(host):
             hint = f"open the panel by the address that it printed, not by '{host[:80]}'"
-            raise PanelError(403, "foreign_origin", "this is not a name of the panel", hint)
+            raise PanelError(403, "foreign_origin", "the panel does not have this host name", hint)
         origin = headers.get("origin")
         if origin is not None and not self._is_same(origin, host):
             raise PanelError(403, "foreign_origin", *self._foreign(origin))
@@ -90,7 +90,9 @@ class Guard:
         if not path.startswith("/api") or path in _OPEN:
             return
         if headers.get("sec-fetch-site", "none") not in ("none", "same-origin"):
-            raise PanelError(403, "foreign_origin", "another site's page may not ask this")
+            raise PanelError(
+                403, "foreign_origin", "requests from pages of other sites are refused"
+            )
         if self._panel.settings.token and not self._has_token(scope, headers):
             hint = "Authorization: Bearer TOKEN, as the panel printed it"
             raise PanelError(401, "no_token", "the token is missing or wrong", hint)
@@ -109,8 +111,8 @@ class Guard:
         """Return what is wrong with an origin, and what to do where a proxy may be at fault."""
         if self._is_public(_parted(origin).netloc):
             hint = "the proxy must pass the Host on: proxy_set_header Host $http_host"
-            return "the request came by another name than its page", hint
-        return "another site's page may not ask this", ""
+            return "the host name of the request differs from that of its page", hint
+        return "requests from pages of other sites are refused", ""
 
     def _is_public(self, netloc: str) -> bool:
         """Say whether this is the public name, with its port; 443 need not be said."""
@@ -154,7 +156,7 @@ def check_public_name(name: str) -> None:
     """Raise UsageError for what is not a name of a host, with or without a port."""
     if _PUBLIC_NAME.fullmatch(name):
         return
-    hint = "as it stands in a browser between 'https://' and the next '/': rig.example.org"
+    hint = "as a browser shows it between 'https://' and the next '/': rig.example.org"
     raise UsageError(f"'{name[:80]}' is not the name of a host", hint=hint)
 
 

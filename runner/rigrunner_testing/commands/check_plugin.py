@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 WIDTH = 96
 INDENT = " " * 8
-LOADED = "It can be loaded, and its hooks return what it brings."
+LOADED = "It can be loaded, and its hooks return its records."
 LABELS = {"pass": "pass", "fail": "FAIL", "not applicable": "n/a"}
 
 
@@ -124,7 +124,7 @@ def _not_loaded(name: str, unloaded: DisabledPlugin, *, as_json: bool) -> ExitCo
     else:
         result(f"'{name}' of {provider}")
         result(_failure("is_loaded", LOADED, found, fix))
-        result("\n0 pass, 1 fail, 0 not applicable; nothing else is judged until that is fixed")
+        result("\n0 pass, 1 fail, 0 not applicable; fix that first; no other check was made")
     return ExitCode.FAIL
 
 
@@ -142,7 +142,7 @@ def _installed(
         raise PluginError(f"there is no plugin '{name}'", hint=registry.suggestion(name, names))
     if settings_file is not None and len(kinds) > 1:
         raise UsageError(
-            f"'{name}' is a {' and a '.join(kinds)}", hint="say with --kind whose settings they are"
+            f"'{name}' is a {' and a '.join(kinds)}", hint="name the kind of plugin with --kind"
         )
     given = _settings(settings_file)
     folder = settings_file.parent if settings_file else Path()
@@ -206,10 +206,10 @@ def _careful(
     message("No interlock is watched meanwhile. --read-only leaves these checks out.")
     if not yes and not sys.stdin.isatty():
         raise UsageError(
-            "nobody is there to say that its drives may move", hint="say --yes, or --read-only"
+            "no one can confirm that its drives may move", hint="give --yes or --read-only"
         )
     if not yes:
-        click.confirm("Is the rig clear, and may its drives move?", abort=True, err=True)
+        click.confirm("Is the rig clear, so that its drives may move?", abort=True, err=True)
     return subject
 
 
@@ -259,7 +259,7 @@ def _summary(findings: Sequence[Finding], left_out: int) -> str:
     words = [f"{count[state]} {state}" for state in ("pass", "fail", "not applicable")]  # type: ignore[index]  # a StrEnum
     more = f"; {left_out} left out, as they set drives" if left_out else ""
     not_judged = count["not judged"]  # type: ignore[index]  # a StrEnum
-    more += f"; {not_judged} not judged until what failed is fixed" if not_judged else ""
+    more += f"; {not_judged} not made until the failures are fixed" if not_judged else ""
     return f"\n{', '.join(words)}{more}"
 
 

@@ -53,28 +53,32 @@ def connects_and_says_who_it_is(subject: DeviceSubject) -> None:
     demand(not missing, f"the identity has no {', '.join(missing)}")
     demand(
         subject.simulated or not identity.simulated,
-        "its identity says that it is simulated, and its record does not",
+        "its identity says that it is simulated, but its record does not",
     )
     invents = isinstance(device, KnowsTruth) or "seed" in subject.record.settings_model.model_fields
     demand(
         identity.simulated or not (subject.simulated and invents),
-        "it makes its samples up, and its identity does not say that it is simulated",
+        "it generates its samples, but its identity does not say that it is simulated",
     )
 
 
 @check(
-    fix="hand the time-out on to the back end; say in `absent` with what settings nobody is there",
+    fix="pass the time-out to the back end; state in `absent` the settings for which no"
+    " instrument answers",
     needs=("connects_and_says_who_it_is",),
 )
 def gives_up_in_time(subject: DeviceSubject) -> None:
     """If nobody answers, connecting ends within its time-out with a DeviceError."""
-    applies(subject.record.absent, "its record says not with which settings nobody answers")
+    applies(
+        subject.record.absent, "its record does not state settings for which no instrument answers"
+    )
     device = subject.make(**subject.record.absent)
     began_s = time.monotonic()
-    refusal("connecting to nobody", lambda: device.connect(GIVEN_S))
+    refusal("connecting without an instrument", lambda: device.connect(GIVEN_S))
     took_s = time.monotonic() - began_s
     demand(
-        took_s <= GIVEN_S + GRACE_S, f"it took {took_s:.1f} s to give up, given were {GIVEN_S:g} s"
+        took_s <= GIVEN_S + GRACE_S,
+        f"it took {took_s:.1f} s to give up; the time-out was {GIVEN_S:g} s",
     )
     if not subject.read_only:
         safely("making safe after that", device.make_safe)
@@ -150,7 +154,7 @@ def _use(subject: DeviceSubject) -> None:
 
 def _fail(subject: DeviceSubject) -> None:
     device = subject.make(**subject.record.absent)
-    refusal("connecting to nobody", lambda: device.connect(GIVEN_S))
+    refusal("connecting without an instrument", lambda: device.connect(GIVEN_S))
     device.close()
 
 

@@ -153,7 +153,7 @@ def _lead(subject: DeviceSubject, device: Settable, info: DriveInfo, value: floa
     """Set a drive in small steps, no faster than the station allows."""
     rate_per_s = subject.rules.narrowed(Member(subject.role, info.name), info).rate_per_s
     if rate_per_s is None:
-        raise NotApplicable(f"{info.name} is led, and nothing says how fast")
+        raise NotApplicable(f"{info.name} is moved in steps, but its rate is not known")
     clock, start = subject.clock(), device.read_back(info.name)
     steps = max(1, math.ceil(abs(value - start) / (rate_per_s * LEAD_S)))
     for step in range(1, steps + 1):

@@ -107,7 +107,7 @@ def readings_are_true(subject: DeviceSubject) -> None:
         values = reader(device).read(wanted)
         demand(
             isinstance(values, Mapping) and list(values) == wanted,
-            f"asked for {wanted}, `read` gave {values!r}{at(device, 'read')}",
+            f"asked for {wanted}, `read` returned {values!r}{at(device, 'read')}",
         )
         for name, value in values.items():
             finite = isinstance(value, float) and math.isfinite(value)
@@ -129,7 +129,7 @@ def readings_are_true(subject: DeviceSubject) -> None:
 def readings_are_told(subject: DeviceSubject) -> None:
     """A reading that is not a number is of its declared kind: a text, a truth value, an array."""
     with subject.connected() as device:
-        applies(isinstance(device, Observing) and device.readings, "it tells nothing but numbers")
+        applies(isinstance(device, Observing) and device.readings, "all its readings are numbers")
         assert isinstance(device, Observing)  # noqa: S101  (just seen)
         wanted = [info.name for info in device.readings][::-1]
         shared = set(wanted) & set(names(device.channels))
@@ -137,7 +137,7 @@ def readings_are_told(subject: DeviceSubject) -> None:
         values = device.observe(wanted)
         demand(
             isinstance(values, Mapping) and list(values) == wanted,
-            f"asked for {wanted}, `observe` gave {values!r}{at(device, 'observe')}",
+            f"asked for {wanted}, `observe` returned {values!r}{at(device, 'observe')}",
         )
         for info in device.readings:
             value = values[info.name]
@@ -191,7 +191,7 @@ def drives_go_where_they_are_set(subject: DeviceSubject) -> None:
             longest_s = sum(info.longest_s for info in subject.drives_of(device)) + GRACE_S
             demand(
                 took_s <= longest_s,
-                f"setting {len(wanted)} drives took {took_s:.1f} s, stated is {longest_s:.1f} s",
+                f"setting {len(wanted)} drives took {took_s:.1f} s, expected {longest_s:.1f} s",
             )
 
 
@@ -221,7 +221,7 @@ def drives_are_waited_for_by_asking(subject: DeviceSubject) -> None:
         applies(ask, "its drives are there when `set` returns: it has no `begin`")
         assert isinstance(device, Approaching)  # noqa: S101  (just seen)
         by_themselves = [info for info in device.drives if not is_led(subject, info)]
-        applies(by_themselves, "the station leads its drives")
+        applies(by_themselves, "the station moves its drives in steps")
         for info in by_themselves:
             value = place(subject.rules.narrowed(Member(subject.role, info.name), info))
             began_s = clock.monotonic_s()

@@ -81,7 +81,9 @@ def _answers_compared(device: LineDriver, peer: _Peer) -> Iterator[None]:
 
     def compared(request: str) -> str:
         answer = ask(request)
-        demand(answer in peer.given[request], f"it took '{answer}' for the answer to '{request}'")
+        demand(
+            answer in peer.given[request], f"it accepted '{answer}' as the answer to '{request}'"
+        )
         return answer
 
     device.ask = compared  # type: ignore[method-assign]  # for the check alone

@@ -104,7 +104,7 @@ def safe_after_a_failed_call(subject: DeviceSubject) -> None:
 
 @check(
     moves=True,
-    fix="try every drive whatever one of them raises, as `rigrunner.api.cleanup.do_all` does",
+    fix="try every drive even if one of them raises, as `rigrunner.api.cleanup.do_all` does",
     needs=("safe_is_confirmed",),
 )
 def safe_though_one_drive_fails(subject: DeviceSubject) -> None:
@@ -202,7 +202,7 @@ def pauses_and_resumes(subject: DeviceSubject) -> None:
 
 @check(
     moves=True,
-    fix="see to it that `make_safe` works after all that was done before",
+    fix="make sure that `make_safe` works after every other call",
     needs=("safe_is_confirmed",),
     always=True,
 )
@@ -223,7 +223,7 @@ def _at_safe_values(device: Device, read_back: Mapping[str, float]) -> None:
         f"`make_safe` gave {read_back!r}{at(device, 'make_safe')}, expected what each drive reads",
     )
     missing = [info.name for info in device.drives if info.name not in read_back]
-    demand(not missing, f"making safe says nothing of {', '.join(missing)}")
+    demand(not missing, f"making safe returns nothing for {', '.join(missing)}")
     for info in device.drives:
         actual = read_back[info.name]
         demand(

@@ -82,21 +82,24 @@ def continues_after_streams(subject: DeviceSubject) -> None:
     demand(differ, "resumed after one stream, it gives the samples of the first once more")
 
 
-@check(fix="leave `truth` out of what is not simulated")
+@check(fix="do not implement `truth` in a device that is not simulated")
 def only_a_simulator_knows_the_truth(subject: DeviceSubject) -> None:
     """Only a simulator gives true values, and they are finite numbers."""
     with subject.connected() as device:
-        applies(isinstance(device, KnowsTruth), "it tells no truth")
+        applies(isinstance(device, KnowsTruth), "it has no true values")
         assert isinstance(device, KnowsTruth)  # noqa: S101  (just seen)
         told = device.truth()
-        demand(subject.simulated or not told, f"it is not simulated, and tells {', '.join(told)}")
+        demand(
+            subject.simulated or not told,
+            f"it is not simulated, but has true values of {', '.join(told)}",
+        )
         bad = [name for name, value in told.items() if not np.isfinite(value)]
-        demand(not bad, f"what it tells of {', '.join(bad)} is not a finite number")
+        demand(not bad, f"its true value of {', '.join(bad)} is not a finite number")
 
 
 @check(
     moves=True,
-    fix="let only what never waits say `non_blocking = True`; wait by `context.clock`",
+    fix="state `non_blocking = True` only if no call waits; wait by `context.clock`",
     needs=("readings_are_true", "drives_go_where_they_are_set", "blocks_are_whole"),
 )
 def non_blocking_is_true(subject: DeviceSubject) -> None:
@@ -104,7 +107,7 @@ def non_blocking_is_true(subject: DeviceSubject) -> None:
     applies(subject.make().non_blocking, "it may wait: it is called in a thread of its own")
     least = min((_waiting(subject) for _ in range(TRIES)), key=lambda found: found[0])
     waited_s, what = least
-    demand(waited_s <= WAITS_S, f"{what} waited for {waited_s:.2f} s, and it says it never waits")
+    demand(waited_s <= WAITS_S, f"{what} waited for {waited_s:.2f} s, but it states `non_blocking`")
 
 
 def _waiting(subject: DeviceSubject) -> tuple[float, str]:
@@ -151,7 +154,7 @@ def _samples(subject: DeviceSubject, **changes: Any) -> dict[str, Array]:
             found |= {f"reading of {name}": np.array([value]) for name, value in values.items()}
         if isinstance(device, Streaming):
             found |= _streamed(device)
-    applies(found, "it can neither be read nor streamed")
+    applies(found, "it can be neither read nor streamed")
     return found
 
 

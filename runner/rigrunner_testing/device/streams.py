@@ -117,7 +117,8 @@ def stops_in_time(subject: DeviceSubject) -> None:
         took_s = max(clock.monotonic_s() - asked_s, samples / rate_hz)
         demand(
             took_s <= latency_s,
-            f"a stream of {lasts_s:g} s went on for {took_s:.2f} s, stated are {latency_s:g} s",
+            f"a stream of {lasts_s:g} s continued for {took_s:.2f} s, expected at most"
+            f" {latency_s:g} s",
         )
 
 

@@ -42,7 +42,7 @@ def makes_a_file(subject: FormatSubject) -> None:
 def same_run_same_bytes(subject: FormatSubject) -> None:
     """The same run gives the same bytes, so that documents can be made again and compared."""
     for given, first in zip(subject.inputs, subject.written, strict=True):
-        demand(subject.writer(given) == first.made, "it makes other bytes each time")
+        demand(subject.writer(given) == first.made, "it writes different bytes each time")
 
 
 @check(
@@ -54,7 +54,7 @@ def names_are_escaped(subject: FormatSubject) -> None:
     for each in subject.written:
         text = _markup(each.made)
         at = text.find(TAG)
-        demand(at < 0, f"a specimen named {TAG} stands in it as it is: ...{text[at - 40 : at]}...")
+        demand(at < 0, f"a specimen named {TAG} is in it unescaped: ...{text[at - 40 : at]}...")
         demand("<img src=x" not in text, "a specimen's name opens a tag of its own")
 
 

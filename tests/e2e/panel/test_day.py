@@ -125,8 +125,8 @@ def test_a_day_with_two_rigs_and_twelve_specimens(new_screen, two_rigs):  # noqa
 
         # the scanner beeps twice, and a specimen of the other rig is scanned here
         for procedure, specimen, told in (
-            (LOADED, "SN-3", "SN-3 is in the queue already: entry 9"),
-            (ALONE, "SN-8", f"SN-8 is in the queue of {OTHER} already: entry 2"),
+            (LOADED, "SN-3", "SN-3 is already in the queue: entry 9"),
+            (ALONE, "SN-8", f"SN-8 is already in the queue of {OTHER}: entry 2"),
         ):
             page.locator("#queue-procedure").select_option(label=procedure)
             page.locator("#queue-scan").fill(specimen)
@@ -142,8 +142,8 @@ def test_a_day_with_two_rigs_and_twelve_specimens(new_screen, two_rigs):  # noqa
         page.locator(".banner", has_text="Paused").wait_for()
 
         # meanwhile the other one does its six by itself, the first by a person's word
-        theirs.get_by_label("Start by itself").click()
-        expect(theirs.get_by_label("Start by itself")).to_be_checked()
+        theirs.get_by_label("Start automatically").click()
+        expect(theirs.get_by_label("Start automatically")).to_be_checked()
         wait_until(lambda: panel.get("queue", OTHER)["entries"][0]["status"] != "waiting")
         page.keyboard.press("F8")
         page.locator(".prompt").get_by_role("button", name="Yes").click()

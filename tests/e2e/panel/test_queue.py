@@ -57,7 +57,7 @@ def test_scans_that_do_not_wait_for_each_other_are_all_added_in_order(open_queue
         scan(page, "SN-2", "SN-1", "SN-3")
         expect(page.locator(".queue-table tbody tr strong")).to_have_text(["SN-1", "SN-2", "SN-3"])
         note = page.locator("#queue-scan-note")
-        expect(note).to_contain_text("SN-1 is in the queue already: entry 1")
+        expect(note).to_contain_text("SN-1 is already in the queue: entry 1")
         expect(note).to_contain_text("Added: entry 3")
         expect(page.locator("#queue-scan")).to_have_value("SN-1")
         page.keyboard.type("SN-4\n")
@@ -101,7 +101,7 @@ def test_a_scan_where_no_field_has_the_focus_goes_to_the_queue_and_presses_nothi
         press_keys(page, "7", 0.01)
         expect(page.locator(".queue-table tbody tr")).to_have_count(4)
         press_keys(page, "7", 0.01)  # the scan field has the focus now
-        expect(page.locator("#queue-scan-note")).to_contain_text("7 is in the queue already")
+        expect(page.locator("#queue-scan-note")).to_contain_text("7 is already in the queue")
         page.get_by_label("Lot").focus()
         press_keys(page, "X", 0.01)  # a label of the lot
         expect(page.get_by_label("Lot")).to_have_value("L-7X")
@@ -176,7 +176,7 @@ def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(open_queue, lab):
         scan(page, "SN-2", "SN-3")
         page.locator("#queue-scan").fill("SN-2")
         page.keyboard.press("Enter")
-        expect(page.locator("#queue-scan-note")).to_contain_text("is in the queue already: entry 2")
+        expect(page.locator("#queue-scan-note")).to_contain_text("is already in the queue: entry 2")
         page.get_by_role("button", name="Move SN-3 up").click()
         expect(page.locator(".queue-table tbody tr strong")).to_have_text(["SN-1", "SN-3", "SN-2"])
         row(page, "SN-2").get_by_role("button", name="Hold").click()

@@ -112,7 +112,7 @@ def test_a_limit_of_another_kind_is_refused(accuracy, message):
 
 def test_a_share_of_full_scale_needs_a_range():
     entry = {key: METER[key] for key in METER if key != "range"}
-    with pytest.raises(ValidationError, match="no 'full_scale' or 'range' says of what"):
+    with pytest.raises(ValidationError, match="'full_scale' and 'range' are missing"):
         ENTRY.model_validate(entry)
 
 

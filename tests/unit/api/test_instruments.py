@@ -198,7 +198,7 @@ def test_a_force_is_mirrored_about_its_zero_as_a_torque_is():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"interpolation": "cubic"}, "a cubic goes through zero: of a temperature use 'linear'"),
+        ({"interpolation": "cubic"}, "a cubic goes through zero: for a temperature use 'linear'"),
         ({"points": THERMOMETER["points"][:1]}, "interpolation needs 2 points or more"),
         ({"points": [*THERMOMETER["points"], FALLEN]},
          "indicated must rise with applied"),

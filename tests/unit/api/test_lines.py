@@ -161,7 +161,7 @@ def test_an_answer_may_come_in_pieces(tmp_path):
 @pytest.mark.parametrize(
     ("answer", "kind", "text"),
     [
-        (b"0.25\r", DeviceTimeoutError, r"b'0.25\r' and no b'\n' within 0.2 s (is it the term"),
+        (b"0.25\r", DeviceTimeoutError, r"b'0.25\r' and no b'\n' within 0.2 s (does the instr"),
         (HANG_UP, DeviceLostError, "closed the connection at 'LEVEL?'"),
         (b"n/a\n", DeviceRejectedError, "'n/a'"),
         (b"\xff1\n", DeviceRejectedError, "expected one line of text"),

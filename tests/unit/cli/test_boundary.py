@@ -131,7 +131,7 @@ def test_a_bug_in_a_plugin_names_its_file_and_line(capsys, tmp_path):
     assert run_command(body, []) == ExitCode.BUG
     *_, last = capsys.readouterr().err.splitlines()
     place = f"{tmp_path / 'press.py'}:4"
-    assert last == f"error: this is a bug in the plugin {place}, or in what that calls"
+    assert last == f"error: this is a bug in the plugin {place}, or in code that it calls"
 
 
 @pytest.mark.parametrize("error", [SystemExit(0), CancelledError(), GeneratorExit()])

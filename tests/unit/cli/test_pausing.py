@@ -51,7 +51,7 @@ def test_all_that_matters_is_said(monkeypatch, capsys):
     said = capsys.readouterr().err
     assert "Paused at main[0].record: a pause was asked for." in said
     assert "press cannot pause: load stays at 1000 N" in said
-    assert "leave out the rest of main[0].sweep[3], with a reason" in said
+    assert "skip the rest of main[0].sweep[3], with a reason" in said
     assert "Please answer with one of: resume, repeat, skip, note, abort." in said
 
 

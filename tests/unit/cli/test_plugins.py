@@ -76,7 +76,7 @@ def test_settings_are_shown_with_those_of_nested_models():
 
 @pytest.mark.usefixtures("registry")
 def test_a_plugin_without_settings_says_so():
-    assert "nothing to set" in call("plugins", "spline").out
+    assert "no settings" in call("plugins", "spline").out
 
 
 @pytest.mark.usefixtures("registry")

@@ -166,7 +166,7 @@ def test_an_amendment_states_the_decision_in_force(made, certificate):
     of_other = certificate.evidence.model_copy(update={"run": other})
     with pytest.raises(DataError, match="is not the run of"):
         _decided(certificate.model_copy(update={"evidence": of_other}), loaded, load_registry())
-    with pytest.raises(UsageError, match="states the decision in force already"):
+    with pytest.raises(UsageError, match="already states the decision in force"):
         amended(certificate, {}, letterhead, issue, decided)
 
 

@@ -275,7 +275,7 @@ CASES = [
     (WAIT, ("input: side, is: left", "input: room, is: warm"), "main[0].wait.when.is",
      "'room' is a number with a unit, and compared with a text", "choices"),
     (WAIT, ("main:", "teardown:\n  - wait: {time: 1 s, when: {input: side, is: left}}\nmain:"),
-     "teardown[0].wait.when", "the teardown is done whatever happened", "in any case"),
+     "teardown[0].wait.when", "the teardown is always executed", "remove the condition"),
     (ANY, ("        - set: {tester.load: 0 N}\n", ""), "main[0].group.when",
      "tester.load is at 100 N after this step, or at its safe value without it", "set it back"),
     (LOOP, ("tester.load, above", "tester.laod, above"), "main[0].repeat.until.channel",

@@ -78,7 +78,7 @@ def test_other_work_is_refused(tmp_path):
     path = tmp_path / "done.jsonl"
     kept(path)
     with (
-        pytest.raises(UsageError, match="keeps other work: seed was 1, is 2"),
+        pytest.raises(UsageError, match="has results of other work: seed was 1, is 2"),
         journal(path, {**OF, "seed": "2"}),
     ):
         pass

@@ -65,7 +65,7 @@ def test_repetitions_that_take_years_are_refused_once():
     step = "  - repeat: {times: 2000, steps: [{wait: {time: 2 d}}]}\n"
     (problem,) = problems_of(planned, edited(PROCEDURE, (FIRST, f"{FIRST}{step}")))
     assert "the procedure would take 3.46e+08 s; the limit is 3653 d" in problem.message
-    assert problem.hint == "look at its repetitions"
+    assert problem.hint == "check its repetitions"
 
 
 @pytest.mark.parametrize("count", ["1000000001", "100000000000000000000"])

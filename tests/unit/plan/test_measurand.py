@@ -25,7 +25,7 @@ def checked(text):
          "the analysis of torque names it"),
         ("acceptance:\n", "  - swing_torque: {fits: [inertia]}\nacceptance:\n",
          "{fits", "analysis[1]", "'swing_torque' is a second analysis of torque",
-         "a procedure has one of them"),
+         "a procedure has only one"),
     ],
 )  # fmt: skip
 def test_an_analysis_of_the_measurand_needs_it(case):

@@ -63,7 +63,7 @@ CASES = [
      "a channel is listed twice", "name it once"),
     ("tester: swing_tester", "tester: press", "press", "uses.tester",
      "a press is needed, station 'bench-1' has a swing_tester",
-     "the role is filled at s.yaml:13:11"),
+     "the role is assigned at s.yaml:13:11"),
 ]  # fmt: skip
 
 

@@ -205,7 +205,7 @@ def test_a_step_that_is_tried_again_must_be_repeatable():
     text = edited(PROCEDURE, ("cycles: 30}", "cycles: 30, repeatable: no, retries: 1}"))
     problem = only_problem(parse_procedure, text, "p.yaml")
     assert problem.field == "main[1].sweep.steps[1].record.retries"
-    assert problem.message == "the step is tried again, but is not repeatable"
+    assert problem.message == "the step has retries, but is not repeatable"
 
 
 def test_an_interlock_outside_of_two_values_may_have_a_hysteresis():

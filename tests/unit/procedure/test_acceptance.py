@@ -39,7 +39,7 @@ def accept(*limits, **changes):
                 "rule": {"lab_s_own": {"fraction": 1}},
                 "fraction": 0.5,
             },
-            "'fraction' belongs to the other settings of the rule",
+            "write 'fraction' with the other settings of the rule",
         ),
         ({"limits": [limit(), limit(max="2 N·m")]}, "there are two limits of torque .mean."),
         (

@@ -62,7 +62,7 @@ CASES = [
      "got 'Guards closed', expected a mapping of names to values", ""),
     ("into: remarks, ", "", "ask: {text", "setup[1].ask.into", "the key 'into' is missing", ""),
     ("into: remarks", "into: specimen", "specimen, una", "setup[1].ask.into",
-     "the input 'specimen' is asked at the start already", "choose another name"),
+     "the input 'specimen' is already asked at the start", "choose another name"),
     ("confirm:", "confrim:", "confrim", "setup[0]", f"unknown step 'confrim'; {STEPS}",
      "did you mean 'confirm'?"),
     ("- zero:", "- zzz: 1\n    zero:", "zzz", "setup[3]",
@@ -122,7 +122,7 @@ CASES = [
     ("{cycles: 5}", "{cycles: 1_000}", "1_000", "main[1].sweep.steps[0].settle.cycles",
      "got '1_000', expected a whole number", ""),
     ("{cycles: 5}", "{cycles: .inf}", ".inf", "main[1].sweep.steps[0].settle.cycles",
-     ".inf is not a number to work with", "write a finite number"),
+     ".inf is not a finite number", "write a finite number"),
     ("{cycles: 5}", "{cycles: 5, time: 1 s}", "{cycles: 5,", "main[1].sweep.steps[0].settle",
      "got both, expected one of: cycles, time", ""),
     ("{cycles: 5}", "{}", "{}", "main[1].sweep.steps[0].settle",
@@ -265,7 +265,7 @@ def test_a_limit_of_another_quantity_is_refused():
 
     assert problem.field == "acceptance.limits[0].measurand"
     assert problem.message == "it is hardness HRB, not hardness HRC"
-    assert problem.hint == "limits and results of two measurands have nothing to say to each other"
+    assert problem.hint == "a limit applies only to results of the same measurand"
 
 
 def test_a_measurand_is_refused_where_the_result_states_none():

@@ -90,7 +90,7 @@ def test_a_key_with_a_passphrase_needs_it(tmp_path):
     assert read_private_key(path, "open sesame")
     with pytest.raises(UsageError, match="is protected by a passphrase"):
         read_private_key(path)
-    with pytest.raises(UsageError, match="or its passphrase is another"):
+    with pytest.raises(UsageError, match="or the passphrase is wrong"):
         read_private_key(path, "wrong")
 
 
@@ -105,7 +105,7 @@ def test_a_key_that_others_may_read_or_change_is_refused(key, mode):
     key.chmod(mode)
     with pytest.raises(UsageError) as caught:
         read_private_key(key)
-    assert f"open to others than its owner (its mode is {mode:04o})" in caught.value.message
+    assert f"accessible to others than its owner (mode {mode:04o})" in caught.value.message
     assert f"chmod 600 '{key}'" in caught.value.hint
     key.chmod(0o400)
     assert read_private_key(key)
@@ -151,8 +151,8 @@ def test_openssl_agrees_on_fingerprint_and_signature(key, tmp_path):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ([], "to sign needs a certificate, a key and a name"),
-        (["x.json", "--key", "k"], "to sign needs a certificate, a key and a name"),
+        ([], "signing needs a certificate, a key and a name"),
+        (["x.json", "--key", "k"], "signing needs a certificate, a key and a name"),
         (["x.json", "--key", "k", "--by", "Z"], "there is no certificate x.json"),
         (["x.txt", "--key", "k", "--by", "Z"], "x.txt is not a certificate"),
         (["x.json", "--new-key", "k"], "signs nothing"),

@@ -116,7 +116,7 @@ with Queue(Path({str(queue.path(STATION).parent)!r})).started(1, "Ann"):
     (told,) = again.told()
     assert (told.by, told.reason) == ("Ann", "the machine lost its power")
     assert specimens(queue, "closed") == ["SN-1"]
-    with pytest.raises(UsageError, match="repeated already: entry 4"):
+    with pytest.raises(UsageError, match="already repeated: entry 4"):
         queue.repeat(1, "Ann", "once more", NOW)
 
 
@@ -179,7 +179,7 @@ def test_the_same_specimen_twice_is_refused_and_nothing_of_the_list_is_added(que
     with pytest.raises(InvalidFileError) as refused:
         queue.add([draft("SN-9"), draft(" sn-2".strip()), draft("SN-9")], "Ann", NOW)
     assert [each.message for each in refused.value.problems] == [
-        "SN-2 is in the queue already: entry 2, waiting",
+        "SN-2 is already in the queue: entry 2, waiting",
         "SN-9 is in the list twice",
     ]
     assert len(queue.entries()) == 3
@@ -301,7 +301,7 @@ def test_each_station_has_a_file_and_a_number_belongs_to_one_entry(queue, tmp_pa
 
 
 def test_a_specimen_that_waits_at_another_station_is_refused(queue):
-    with pytest.raises(InvalidFileError, match=r"SN-2 is in the queue of s\.yaml already: entry 2"):
+    with pytest.raises(InvalidFileError, match=r"SN-2 is already in the queue of s\.yaml: entry 2"):
         queue.add([draft("sn-2", station=OTHER)], "Ann", NOW)
     queue.skip(2, "Ann", "goes to the other rig")
     assert queue.add([draft("SN-2", station=OTHER)], "Ann", NOW)[0].station == OTHER
@@ -319,7 +319,7 @@ def test_a_specimen_twice_in_one_list_is_refused(queue):
 )
 def test_a_specimen_is_the_same_where_it_looks_the_same(queue, one, other):
     queue.add([draft(one)], "Ann", NOW)
-    with pytest.raises(InvalidFileError, match="in the queue already: entry 4"):
+    with pytest.raises(InvalidFileError, match="already in the queue: entry 4"):
         queue.add([draft(other)], "Ann", NOW)
 
 

@@ -398,7 +398,7 @@ def test_a_reading_that_is_no_mapping_is_the_drivers_fault(given):
 def test_where_a_drive_stands_must_be_known_to_say_what_leads_away_from_safe(given):
     device = FakeTester()
     device.read_back = lambda _: given
-    with pytest.raises(DeviceRejectedError, match="may be anywhere"):
+    with pytest.raises(DeviceRejectedError, match="position is unknown"):
         rig_of(device).leads_away("tester", "load", 3000.0)
 
 

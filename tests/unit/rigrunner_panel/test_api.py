@@ -533,7 +533,7 @@ class TestHistory:
         client.post("/api/v1/control", json={"name": "Ann"})
         answer = client.post(f"/api/v1/runs/{demo.loaded.name}/{how}", json={})
         assert (answer.status_code, answer.json()["code"]) == (422, "data")
-        assert "is over and sealed" in answer.json()["message"]
+        assert "has ended and is sealed" in answer.json()["message"]
         assert client.post("/api/v1/runs/nothing/recover", json={}).status_code == 404
 
     @pytest.mark.parametrize(

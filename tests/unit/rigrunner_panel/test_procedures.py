@@ -146,7 +146,7 @@ def test_what_a_link_leads_to_outside_is_neither_read_nor_written(client, lab, t
 def test_what_is_no_text_of_a_procedure_is_refused(client, lab):
     digest = opened(client).json()["digest"]
     answer = save(client, "rigrunner: station/1\n", digest)
-    assert "does not say that it is a procedure" in answer.json()["message"]
+    assert "is not marked as a procedure" in answer.json()["message"]
     long = TEXT + "#" + "ü" * (MAX_BYTES // 2)
     assert save(client, long, digest).status_code == 413
     assert save(client, TEXT + "#" * MAX_BYTES, digest).status_code == 400
@@ -249,7 +249,7 @@ def test_changes_are_told_against_the_last_run_and_then_against_the_approved_one
     assert any("30" in each["text"] and "10" in each["text"] for each in found["changes"])
     same = post(client, "compare", text=TEXT + "# only a remark\n").json()
     assert (same["same"], same["changes"]) == (True, [])
-    assert same["verdict"].startswith("no difference")
+    assert same["verdict"].startswith("the only differences")
     (lab / "procedures" / "sweep.approval.json").unlink()
     found = post(client, "compare", text=TEXT.replace("cycles: 30", "cycles: 10")).json()
     assert found["against"] == "run"

@@ -65,7 +65,7 @@ def test_a_list_is_added_moved_held_released_and_skipped(client):
 def test_what_a_program_proposes_waits_for_a_person(client):
     post(client, "propose", **PAIR, list="SN-1", headers=PROGRAM)
     assert entries(client) == [("SN-1", "proposed")]
-    assert "does not wait" in post(client, "start", status=409, entry=1)["message"]
+    assert "is not waiting" in post(client, "start", status=409, entry=1)["message"]
     assert "no entry" in post(client, "start", status=409)["message"]
     refused = post(client, "release", status=403, entry=1, headers=PROGRAM)
     assert refused["code"] == "not_in_control"
@@ -103,7 +103,7 @@ def test_a_specimen_twice_is_refused_with_its_entry(client):
     post(client, "add", **PAIR, list="SN-1")
     refused = post(client, "add", status=422, **PAIR, list="SN-0\nsn-1")
     (problem,) = refused["problems"]
-    assert problem["message"] == "SN-1 is in the queue already: entry 1, waiting"
+    assert problem["message"] == "SN-1 is already in the queue: entry 1, waiting"
     assert entries(client) == [("SN-1", "waiting")]
 
 

@@ -155,7 +155,7 @@ NAMES = {  # of things and threads, and what stands in the log alone
     "a bug in the panel: the queue has stopped",
     *("nesting depth", "mapping values", "end of stream"),  # words of PyYAML
     *("no mapping at Q", "module Q has no attribute Q"),  # for programs
-    "rigrunner.api.instruments.Q is Instrument now; the name goes with 0.3",
+    "rigrunner.api.instruments.Q is now Instrument; the old name will be removed in 0.3",
     *("5 deg", "2 mm", "45 mm", "0.002 kg·m²", "0.3 N·m·s/rad"),
     *("Q per Q, within Q", "reading of Q", "Q, order Q, Q HzQ", ", Q dB ripple"),
     *("FIR of Q taps at Q Hz", "measured up to Q Hz (Q)"),  # in a budget of uncertainty
@@ -286,7 +286,7 @@ def translated(tmp_path_factory):
         ("Wait for 300 s: warm up", "300 s warten: warm up"),
         ("Settle for 1 cycle (0.2 s)", "1 Zyklus einschwingen lassen (0,2 s)"),
         (
-            "B-101 is in the queue already: entry 2, held",
+            "B-101 is already in the queue: entry 2, held",
             "B-101 steht schon in der Warteschlange: Eintrag 2, zurückgestellt",
         ),
         ("type GE20, lot L-1", "Typ GE20, Los L-1"),
@@ -402,8 +402,8 @@ def translated(tmp_path_factory):
         ("DOES NOT MATCH: 1 difference", "STIMMT NICHT ÜBEREIN: 1 Unterschied"),
         (
             (
-                "bytes of run.h5: SHA-256 ab, and the certificate names cd; what differs in it is"
-                " told above"
+                "bytes of run.h5: SHA-256 ab, and the certificate names cd; its differences are"
+                " listed above"
             ),
             "Bytes von run.h5: SHA-256 ab, das Zertifikat nennt cd; was abweicht, steht oben",
         ),
@@ -536,7 +536,7 @@ def translated(tmp_path_factory):
             ),
         ),
         (
-            "say of which one the limit is, by the keys nature, condition",
+            "state it by the keys nature, condition",
             "mit den Schlüsseln nature, condition angeben, für welche der Grenzwert gilt",
         ),
         ("load is an issue", "load is an issue"),  # no kind of quantity

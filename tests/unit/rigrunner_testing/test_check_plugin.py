@@ -73,7 +73,7 @@ def test_drives_of_a_real_device_are_moved_only_when_somebody_says_so(folder, mo
     assert called.code == ExitCode.USAGE
     assert "This is not a simulator." in called.err
     assert "load up to 50 N" in called.err
-    assert "say --yes, or --read-only" in called.err
+    assert "give --yes or --read-only" in called.err
 
 
 def test_with_yes_they_are_moved_and_left_safe(folder):

@@ -41,7 +41,7 @@ def test_what_makes_its_samples_up_must_say_so():
 
     known = subject("device", "press", registry=press(factory=SaysItIsReal))
     found = examine_one(known, CHECKS["connects_and_says_who_it_is"])
-    assert "makes its samples up" in found.text
+    assert "generates its samples" in found.text
     known = subject("device", "press", registry=press(simulated=False))
     found = examine_one(known, CHECKS["connects_and_says_who_it_is"])
     assert "its record does not" in found.text

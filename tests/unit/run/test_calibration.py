@@ -114,7 +114,7 @@ CASES = {
     ),
     "calibrated tomorrow": (
         ("calibrated: 2025-06-01", "calibrated: 2026-03-02"),
-        "missing", "has its calibration on 2026-03-02, which is to come",
+        "missing", "was calibrated on 2026-03-02, which is in the future",
         "instruments[0].calibrated",
     ),
     "torque beyond": (
@@ -294,9 +294,9 @@ def test_what_was_overridden_for_the_no_load_run_is_told_with_the_result(tmp_pat
         (["overdue"], "", "", "needs --by NAME and --reason TEXT"),
         (["overdue"], "A. Jones", "  ", "needs --reason TEXT"),
         (["overdue"], " ", "why", "needs --by NAME"),
-        ([], "A. Jones", "", "belong to an override"),
-        (["overdue", "range"], "A. Jones", "why", "'--override range' fits nothing"),
-        (["TQ-8"], "A. Jones", "why", "'--override TQ-8' fits nothing"),
+        ([], "A. Jones", "", "need --override"),
+        (["overdue", "range"], "A. Jones", "why", "'--override range' matches nothing"),
+        (["TQ-8"], "A. Jones", "why", "'--override TQ-8' matches nothing"),
     ],
 )
 def test_an_override_that_is_none(tmp_path, wanted, by, reason, message):

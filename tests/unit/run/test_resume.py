@@ -252,7 +252,7 @@ def named(stored, **files):
 
 def test_a_file_that_was_moved_is_asked_for(killed, tmp_path):
     stored = named(read(killed), procedure=tmp_path / "moved.yaml")
-    with pytest.raises(UsageError, match="is not there any more") as caught:
+    with pytest.raises(UsageError, match="no longer exists") as caught:
         run_files(stored, None, None)
     assert "--procedure FILE" in caught.value.hint
 
@@ -289,7 +289,7 @@ def test_recover_closes_a_run_as_it_is(killed):
     assert stored.digest == before.digest
     assert [one.samples for one in stored.incomplete] == [one.samples for one in before.incomplete]
     assert verify_run(killed, load_registry()).matches
-    with pytest.raises(DataError, match="over and sealed"):
+    with pytest.raises(DataError, match="has ended and is sealed"):
         recover(killed, resumable, "A. Jones")
 
 

@@ -109,7 +109,7 @@ def test_what_a_newer_version_knows_besides_is_passed_over():
 def test_a_record_of_another_shape_is_refused_with_its_place():
     document = json.loads(event_text(Answer(**STAMP, step="s", text="5", by="Zoë")))
     for read, write in ((event_from, json.dumps), (event_unpacked, msgspec.msgpack.encode)):
-        with pytest.raises(DataError, match=r"not what it should be: Answer: .*\$\.seq"):
+        with pytest.raises(DataError, match=r"is invalid: Answer: .*\$\.seq"):
             read(write(document | {"seq": "third"}))
 
 
@@ -122,7 +122,7 @@ def test_the_truth_is_in_no_event():
 @pytest.mark.parametrize(
     ("document", "told"),
     [
-        ({"run_id": "a"}, "the journal does not say in which format it is"),
+        ({"run_id": "a"}, "the journal does not state its format"),
         ({"format": FORMAT + 1}, "the journal was written by a newer version of Rigrunner"),
     ],
 )
@@ -137,7 +137,7 @@ def test_a_block_that_was_cut_off_is_refused():
     name, found = block_from(whole)
     assert (name, found.channels["tester.torque"].tolist()) == ("001", [0.0, 1.0, 2.0])
     for length in (1, len(whole) - 1):
-        with pytest.raises(DataError, match="a block of samples is not what it should be"):
+        with pytest.raises(DataError, match="a block of samples is invalid"):
             block_from(whole[:length])
 
 

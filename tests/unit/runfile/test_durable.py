@@ -117,7 +117,9 @@ def test_where_nothing_may_be_written_that_is_told_and_not_that_nothing_was(tmp_
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(Path, "write_bytes", refused)
-    with pytest.raises(DataError, match=r"cannot write .*a: Permission denied.*you may not write"):
+    with pytest.raises(
+        DataError, match=r"cannot write .*a: Permission denied.*no permission to write"
+    ):
         durable.write_whole(tmp_path / "a", b"text")
 
 

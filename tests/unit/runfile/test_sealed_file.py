@@ -159,7 +159,7 @@ def test_truncated_file_is_told(folder, share):
 def test_what_is_not_a_run_is_told(tmp_path):
     with pytest.raises(DataError, match="there is no run"):
         read(tmp_path / "nowhere")
-    with pytest.raises(DataError, match=r"is not a run.*run folder holds"):
+    with pytest.raises(DataError, match=r"is not a run.*run folder has"):
         read(tmp_path)
     (tmp_path / "text.h5").write_text("hello")
     with pytest.raises(DataError, match="not an HDF5 file"):

@@ -120,7 +120,7 @@ def test_a_clock_that_is_behind_is_noticed(tmp_path, now, state):
 def test_the_runs_folder_need_not_be_there_yet(tmp_path):
     finding = only("runs folder", tmp_path / "deep" / "runs")
     assert finding.state == "ok"
-    assert finding.found.endswith("will be made by the first run")
+    assert finding.found.endswith("will be created by the first run")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -184,7 +184,7 @@ ASKED = [
             {"pymodbus": "3.17.0"},
             "modbus",
             "warn",
-            "pymodbus 3.17.0 is too new: tested is what comes before 3.17",
+            "pymodbus 3.17.0 is too new: expected a version below 3.17",
         ),
         ({}, "modbus", "warn", "not installed (optional): pymodbus"),
         ({"pyvisa": "1.16", "pyvisa-py": "0.8"}, "visa", "ok", "pyvisa 1.16, pyvisa-py 0.8"),
@@ -250,7 +250,7 @@ def test_without_its_extra_a_driver_is_not_looked_for(tmp_path, monkeypatch, nam
     monkeypatch.setitem(sys.modules, package, None)
     finding = only(name, tmp_path)
     assert (finding.state, finding.found) == (
-        "ok", f"not looked for: the extra {extra} is not installed",
+        "ok", f"not checked: the extra {extra} is not installed",
     )  # fmt: skip
 
 
@@ -308,7 +308,7 @@ def test_serial_ports_that_may_not_be_opened_say_in_which_group_to_be(tmp_path, 
     usable, barred = found("serial ports", tmp_path)
     assert (usable.state, usable.found) == ("ok", "/dev/ttyUSB0")
     assert barred.state == "warn"
-    assert barred.found == "you may not open /dev/ttyUSB1, which belongs to the group dialout"
+    assert barred.found == "no permission to open /dev/ttyUSB1, which belongs to the group dialout"
     assert barred.fix == "sudo usermod -aG dialout jones, then log in again"
     ports.clear()
     assert only("serial ports", tmp_path).found == "none is seen"

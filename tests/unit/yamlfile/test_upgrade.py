@@ -68,7 +68,7 @@ def test_what_cannot_be_edited_is_refused_and_not_misread():
     text = HEAD + "? analysis\n:\n  outliers: mad\n"
     problem = only_problem(upgraded, text, "p.yaml")
 
-    assert "it cannot be brought from 'procedure/1' to 'procedure/2'" in problem.message
+    assert "it cannot be upgraded from 'procedure/1' to 'procedure/2'" in problem.message
     assert problem.location.file == "p.yaml"
 
 

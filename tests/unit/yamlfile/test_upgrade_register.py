@@ -48,7 +48,7 @@ def test_errors_stand_under_accuracy_with_their_comments(before, after):
 
 def test_what_cannot_be_edited_is_refused():
     text = HEAD + "  - errors: {creep: {limit: 1 mN·m}}\n    accuracy: 1 % FS\n"
-    with pytest.raises(InvalidFileError, match="its register cannot be brought into today's form"):
+    with pytest.raises(InvalidFileError, match="its register cannot be upgraded"):
         upgraded(text, "s.yaml")
 
 

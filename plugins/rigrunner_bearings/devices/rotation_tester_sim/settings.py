@@ -55,7 +55,7 @@ class RotationTesterSettings(Settings):
 
     seed: Annotated[int, Field(ge=0, description="names the bench and its random errors")] = 0
     simulate: Annotated[
-        Literal["ready", "unplugged"], Field(description="unplugged: nobody answers")
+        Literal["ready", "unplugged"], Field(description="unplugged: no answer")
     ] = "ready"
     max_frequency: Frequency = quantity("60 rpm", "fastest rotation that can be set", gt=0)
     frequency_rate: FrequencyRate = quantity("0.5 Hz/s", "how fast the rotation changes", gt=0)

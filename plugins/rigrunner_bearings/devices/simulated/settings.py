@@ -40,7 +40,7 @@ class TesterSettings(Settings):
 
     seed: Annotated[int, Field(ge=0, description="names the rig and its random errors")] = 0
     simulate: Annotated[
-        Literal["ready", "unplugged"], Field(description="unplugged: nobody answers")
+        Literal["ready", "unplugged"], Field(description="unplugged: no answer")
     ] = "ready"
     eccentric: Length = quantity("2 mm", "e of the guide bar", gt=0)
     centre_distance: Length = quantity("45 mm", "L of the guide bar", gt=0)

@@ -150,7 +150,7 @@ def _sum(node: Operation, of: list[Kind]) -> Kind:
     (first, second), (left, right) = of, node.operands
     if node.function == "+" and first.is_point and second.is_point:
         what = f"'{_clipped(right)}' is added to '{_clipped(left)}', and both are temperatures"
-        _refuse(right, what, "add a difference, in K; of several take mean(...)")
+        _refuse(right, what, "add a difference, in K; for several use mean(...)")
     if first.is_point and second.is_point:
         return DIFFERENCE
     for point, other in ((first, second), (second, first)):
@@ -178,7 +178,7 @@ def _power(node: Operation, of: list[Kind]) -> Kind:
     base, exponent = of
     if not exponent.is_number:
         right = _clipped(node.operands[1])
-        _refuse(node.operands[1], f"the power '{right}' is {exponent.words}; allowed is a number")
+        _refuse(node.operands[1], f"the power '{right}' is {exponent.words}; expected a number")
     if not any(base.exponents):
         return base
     value = _constant(node.operands[1])
@@ -227,7 +227,8 @@ def _alike(node: Operation, of: list[Kind]) -> Kind:
             first = f"'{_clipped(node.operands[0])}', {of[0].words}"
             _refuse(
                 each,
-                f"'{_clipped(each)}', {kind.words}, stands in {node.function}(...) beside {first}",
+                f"'{_clipped(each)}', {kind.words}, is in {node.function}(...) together with"
+                f" {first}",
             )
     return _RADIAN if node.function == "atan2" else of[0]
 

@@ -124,9 +124,7 @@ class ConstantSettings(Settings):
         if (self.U is None) != (self.k is None):
             raise ValueError("'U' and 'k' belong together")
         if not given and (self.distribution or self.degrees_of_freedom):
-            raise ValueError(
-                "a constant that is exact has neither distribution nor degrees of freedom"
-            )
+            raise ValueError("an exact constant has neither distribution nor degrees of freedom")
         if self.limits is not None and self.distribution == "normal":
             raise ValueError("limits bound it: for a normal distribution give 'u', or 'U' with 'k'")
         for key in given:
@@ -280,7 +278,7 @@ class EquationSettings(Settings):
     def _are_no_functions(cls, value: Mapping[str, Any]) -> Mapping[str, Any]:
         for name in value:
             if name in RESERVED:
-                raise ValueError(f"'{name}' is a name of the language; call it otherwise")
+                raise ValueError(f"'{name}' is a name of the language; choose another one")
         return value
 
     @field_validator("model")
@@ -324,7 +322,7 @@ class EquationSettings(Settings):
             left_over = row[k] <= _ROUNDING and any(abs(each) > _ROUNDING for each in row[k:])
             if row[k] < -_ROUNDING or left_over:
                 raise _PartError(
-                    f"{', '.join(names)} cannot be correlated like that together", "correlations"
+                    f"{', '.join(names)} cannot have these correlations together", "correlations"
                 )
             for below in rows[k + 1 :]:
                 share = below[k] / row[k] if row[k] > _ROUNDING else 0.0
@@ -346,10 +344,10 @@ class EquationSettings(Settings):
         if one in self.constants:
             first, second = self.constants[one], self.constants[other]
             if not (first.standard_uncertainty and second.standard_uncertainty):
-                raise _PartError("a constant that is exact is correlated with nothing", *where)
+                raise _PartError("an exact constant cannot be correlated", *where)
             if first.dof != second.dof:
                 raise _PartError(
-                    "their degrees of freedom differ, and are to be those of one estimation", *where
+                    "their degrees of freedom differ, but must be those of one estimation", *where
                 )
 
     @property

@@ -99,7 +99,7 @@ def reference_of(
         raise PluginError(
             f"clocks: {reference} has {rates[reference]:g} samples per second,"
             f" {fastest} {rates[fastest]:g}",
-            hint=f"the reference has to be the fastest: 'reference: {fastest}'",
+            hint=f"the reference must be the fastest: 'reference: {fastest}'",
         )
     for part, name in clocks.common.items():
         route = _channel("clocks: common", name, f"{part}.{name}", parts)

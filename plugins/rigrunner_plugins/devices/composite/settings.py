@@ -37,23 +37,23 @@ class DriveSource(Settings):
     set: Place
     """The drive that is set, such as press.load."""
     read_back: Place
-    """The channel that says where it stands, such as cell.force."""
+    """The channel of its actual value, such as cell.force."""
     tolerance: Difference | None = None
-    """How far that may be from the set-point; left out, what the drive itself allows."""
+    """Allowed deviation from the set-point; if omitted, that of the drive."""
 
 
 class ClockSettings(Settings):
     """How the clocks of parts that are recorded together are brought onto one time base."""
 
     reference: QuantityName | None = None
-    """The part whose samples' times a recording has, the fastest; left out, that of the first
+    """The part whose sample times a recording uses, the fastest; if omitted, that of the first
     channel."""
     common: dict[QuantityName, QuantityName] = Field(default_factory=dict)
-    """Part to its channel in which all of them record one and the same signal."""
+    """For each part, the channel in which all record the same signal."""
     lead: PositiveDuration = 1.0
     """How long the clocks are compared before a recording begins."""
     latency: Annotated[Duration, Field(ge=0)] = 0.01
-    """How late the earliest block of a stream may come after its last sample was taken."""
+    """Greatest delay of the earliest block of a stream after its last sample."""
 
 
 class CompositeSettings(MadeOfOthers):
@@ -62,11 +62,11 @@ class CompositeSettings(MadeOfOthers):
     parts: Annotated[dict[QuantityName, PartSettings], Field(min_length=1)]
     """The instruments by name; they are connected in this order."""
     channels: dict[QuantityName, Place] = Field(default_factory=dict)
-    """Each channel of the role, and of which part it is: torque: daq.torque."""
+    """Each channel of the role and its part: torque: daq.torque."""
     readings: dict[QuantityName, Place] = Field(default_factory=dict)
-    """Each reading of the role that is not a number, and of which part it is: door: plc.door."""
+    """Each reading of the role that is not a number, and its part: door: plc.door."""
     drives: dict[QuantityName, Place | DriveSource] = Field(default_factory=dict)
-    """Each drive of the role, and which part's it is; parts are made safe in this order."""
+    """Each drive of the role and its part; parts are made safe in this order."""
 
     clocks: ClockSettings = Field(default_factory=ClockSettings)
     """How channels of several parts are recorded together."""
@@ -88,7 +88,7 @@ class CompositeSettings(MadeOfOthers):
         for what, place in self._places():
             if split(place)[0] not in self.parts:
                 known = ", ".join(self.parts)
-                raise ValueError(f"{what}: '{place}' is of no part; the parts are: {known}")
+                raise ValueError(f"{what}: '{place}' belongs to no part; the parts are: {known}")
         return self
 
     @model_validator(mode="after")

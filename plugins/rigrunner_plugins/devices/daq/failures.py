@@ -56,11 +56,11 @@ def _of_code(what: str, code: str, words: str, *, running: bool) -> DeviceError:
     if code in OVERRUN:
         return DeviceLostError(
             f"{what}: samples were lost, they came faster than they were read: {words}",
-            hint="record at a lower rate, give a longer buffer, or relieve the computer",
+            hint="record at a lower rate, use a longer buffer, or reduce the load of the computer",
         )
     if code in NOT_THERE:
         kind = DeviceLostError if running else DeviceNotFoundError
-        return kind(f"{what}: {words}", hint="is it plugged in, and named so in NI MAX?")
+        return kind(f"{what}: {words}", hint="is it plugged in, and has it this name in NI MAX?")
     if code in LATE:
         hint = "does the sample clock run? see sample_clock, and the chassis of the module"
         return DeviceTimeoutError(f"{what}: {words}", hint=hint)

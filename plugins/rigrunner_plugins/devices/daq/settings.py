@@ -20,31 +20,31 @@ class BridgePoint(Settings):
     """One point of a transducer's characteristic, from its certificate."""
 
     ratio: VoltageRatio
-    """What the bridge gives, per volt of excitation."""
+    """Output of the bridge per volt of excitation."""
     torque: Torque
-    """At which torque."""
+    """Torque at this output."""
 
 
 class TorqueChannel(Settings):
     """A torque transducer with a strain gauge bridge."""
 
     kind: Literal["torque"]
-    """What it is."""
+    """Kind of the input or output."""
     source: Physical
     """The analogue input."""
     range: Annotated[Torque, Field(gt=0)]
-    """The greatest torque, of either sign, that the input has to take."""
+    """The greatest torque, of either sign, that the input must measure."""
     points: Annotated[ListOf[BridgePoint], Field(min_length=1)]
-    """The characteristic: one point besides 0 (a sensitivity), two, or a table."""
+    """The characteristic: one point in addition to 0 (a sensitivity), two, or a table."""
     bridge: Literal["full", "half", "quarter"] = "full"
-    """How many arms of the bridge are gauges."""
+    """Number of arms of the bridge with gauges."""
     resistance: Annotated[float, Field(gt=0, strict=False)] = 350.0
-    """Of the bridge, in ohm."""
-    excitation: Voltage = quantity("2.5 V", "with which it is fed", gt=0)
+    """Resistance of the bridge, in ohm."""
+    excitation: Voltage = quantity("2.5 V", "excitation voltage", gt=0)
     excited: Literal["internal", "external"] = "internal"
-    """Whether the device feeds it."""
+    """Whether the device supplies the excitation."""
     title: str = ""
-    """Its name in plots and reports."""
+    """Name in plots and reports."""
 
     @property
     def table(self) -> tuple[tuple[float, float], ...]:
@@ -56,7 +56,7 @@ class TorqueChannel(Settings):
     def _rises(self) -> Self:
         for (left, low), (right, high) in pairwise(self.table):
             if right <= left or (high - low) * (self.table[-1][1] - self.table[0][1]) <= 0:
-                raise ValueError("points: ratio and torque have to rise, or fall, together")
+                raise ValueError("points: torque must always rise, or always fall, with the ratio")
         return self
 
 
@@ -64,13 +64,13 @@ class VoltageChannel(DeclaredChannel):
     """Any instrument with a voltage output; the number that is scaled is in volts."""
 
     kind: Literal["voltage"]
-    """What it is."""
+    """Kind of the input or output."""
     source: Physical
     """The analogue input."""
-    low: Voltage = quantity("-10 V", "the least voltage")
-    high: Voltage = quantity("10 V", "the greatest voltage")
+    low: Voltage = quantity("-10 V", "the lowest voltage")
+    high: Voltage = quantity("10 V", "the highest voltage")
     terminal: Literal["default", "differential", "rse", "nrse", "pseudo_differential"] = "default"
-    """How it is wired."""
+    """Wiring of the input."""
 
     @model_validator(mode="after")
     def _has_a_range(self) -> Self:
@@ -83,25 +83,25 @@ class EncoderChannel(Settings):
     """An incremental encoder on a counter, read at each edge of the analogue sample clock."""
 
     kind: Literal["encoder"]
-    """What it is."""
+    """Kind of the input or output."""
     source: Physical
     """The counter."""
     pulses: Annotated[int, Field(gt=0)]
     """Pulses per revolution, of one track."""
     decoding: Literal["x1", "x2", "x4"] = "x4"
-    """How many edges of a pulse are counted."""
+    """Number of counted edges of a pulse."""
     index: YesNo = False
-    """Whether the angle is set again at the index pulse."""
+    """Whether the index pulse resets the angle."""
     index_angle: Angle = 0.0
-    """To which angle."""
+    """Angle at the index pulse."""
     index_when: Literal["high_high", "high_low", "low_high", "low_low"] = "high_high"
-    """At which levels of the tracks A and B the index pulse counts."""
+    """Levels of the tracks A and B at which the index pulse counts."""
     start: Angle = 0.0
-    """The angle when a recording begins: without an index nobody knows it."""
+    """The angle at the start of a recording, which is unknown without an index."""
     scale: Annotated[float, Field(strict=False)] = 1.0
-    """What the encoder's angle is multiplied with: -1 turns it round, a gear is its ratio."""
+    """Factor of the encoder's angle: -1 reverses it; for a gear, its ratio."""
     title: str = ""
-    """Its name in plots and reports."""
+    """Name in plots and reports."""
 
 
 Channel = Annotated[TorqueChannel | VoltageChannel | EncoderChannel, Field(discriminator="kind")]
@@ -111,19 +111,19 @@ class VoltageOutput(DeclaredDrive):
     """A drive that follows a voltage."""
 
     kind: Literal["voltage"]
-    """What it is."""
+    """Kind of the input or output."""
     source: Physical
     """The analogue output."""
     read_back: QuantityName | None = None
-    """The channel that says where the drive stands; left out, what was written last, which no
-    instrument has measured."""
+    """The channel of the drive's actual value; if omitted, the value that was written last, which
+    is not measured."""
 
 
 class DigitalOutput(DeclaredDrive):
     """A drive that a line switches: its number is 0 or 1."""
 
     kind: Literal["digital"]
-    """What it is."""
+    """Kind of the input or output."""
     source: Physical
     """The line."""
 
@@ -148,18 +148,18 @@ class DaqSettings(Settings):
     rate: Annotated[Frequency, Field(gt=0)]
     """Samples per second and channel."""
     channels: dict[QuantityName, Channel]
-    """What is recorded."""
+    """The recorded channels."""
     drives: dict[QuantityName, Output] = Field(default_factory=dict)
-    """What is set, in the order of making safe."""
+    """The drives, in the order of making safe."""
     expect: Expected = Field(default_factory=Expected)
-    """Which device is refused."""
+    """Expected device; any other is refused."""
     sample_clock: Annotated[str, Field(pattern=r"^/[^\s]+$")] | None = None
     """The terminal whose edges counters follow; left out, the analogue inputs' own, such as
     /Dev1/ai/SampleClock."""
     remove_filter_delay: YesNo = False
-    """Whether the device takes the delay of its digital filter out of the data, where it can."""
+    """Whether the device removes the delay of its digital filter from the data, if it can."""
     buffer: PositiveDuration = 10.0
-    """How much is kept for a computer that is late; what is later loses the recording."""
+    """Length of the buffer for a delayed computer; a longer delay ends the recording."""
 
     def physical_addresses(self) -> tuple[str, ...]:
         """Return the device, or the chassis of its modules: one run at a time may reach it."""

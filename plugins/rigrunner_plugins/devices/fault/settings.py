@@ -77,10 +77,10 @@ class FaultSettings(Settings):
 
     kind: Annotated[Kind, Field(description="what goes wrong")]
     on: Annotated[
-        Call | None, Field(description="in which call; left out, in what is usual for the kind")
+        Call | None, Field(description="in which call; if omitted, the usual one of the kind")
     ] = None
     channel: Annotated[str, Field(description="the channel of a stream that it affects")] = "torque"
-    drive: Annotated[str, Field(description="of set and read back; left out, any")] = ""
+    drive: Annotated[str, Field(description="drive of set and read back; if omitted, any")] = ""
     at: Annotated[
         dict[str, AnyQuantity],
         Field(description="drive to set-point: only while these are set, such as 10 Hz"),
@@ -140,5 +140,5 @@ class FaultSettings(Settings):
 class FaultyDeviceSettings(WrapperSettings):
     """A device of another plugin, and the faults that it has."""
 
-    seed: Annotated[int, Field(ge=0, description="names what is left to chance")] = 0
+    seed: Annotated[int, Field(ge=0, description="seed of the random numbers")] = 0
     faults: Annotated[ListOf[FaultSettings], Field(description="what goes wrong, and when")] = ()

@@ -206,7 +206,7 @@ class ModbusDevice(Driver):
         """Return maker, product and revision by Read Device Identification."""
         found = self.exchange("read device identification", self._ask_identification)
         if len(found) != len(_BASIC_OBJECTS) or not any(found):
-            raise DeviceNotFoundError(f"{self._settings.where} does not say who it is")
+            raise DeviceNotFoundError(f"{self._settings.where} does not identify itself")
         return found
 
     @property

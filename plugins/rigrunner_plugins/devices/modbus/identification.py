@@ -50,7 +50,7 @@ def identify(settings: ModbusSettings, unit: Asks) -> Identity:
         if texts[name] != expected:
             raise DeviceNotFoundError(
                 f"{settings.where} has the {name} '{texts[name]}', expected '{expected}'",
-                hint="is it another instrument, or the station out of date?",
+                hint="is it another instrument, or must the station be updated?",
             )
     return Identity(
         maker=texts["maker"] or _NOT_TOLD,

@@ -246,7 +246,7 @@ class Line:
         if not holds:
             self._late = True
             raise DeviceRejectedError(
-                f"{request.asked}: {self._where(request)} answers something else: {got}",
+                f"{request.asked}: {self._where(request)} gives a wrong answer: {got}",
                 hint="are there two masters, or two units with the same address?",
             )
 
@@ -256,12 +256,12 @@ class Line:
         if not self._heard:
             return DeviceTimeoutError(
                 f"{request.asked}: no answer from {where} {within}",
-                hint=f"is it on, and are the wiring, unit_id{serial} right?",
+                hint=f"is it switched on, and are wiring, unit_id{serial} correct?",
             )
         heard = self._heard[:_SHOWN_BYTES].hex(" ")
         return DeviceTimeoutError(
             f"{request.asked}: no readable answer from {where} {within}, only: {heard}",
-            hint=f"are unit_id{serial} right, and does it talk Modbus at all?",
+            hint=f"are unit_id{serial} correct, and does it use Modbus?",
         )
 
     def _where(self, request: Request) -> str:

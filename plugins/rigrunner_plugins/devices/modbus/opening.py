@@ -48,12 +48,13 @@ def _open_tcp(
     except TimeoutError as error:
         raise DeviceTimeoutError(
             f"{tcp.host}:{tcp.port} does not answer within {timeout_s:g} s",
-            hint="is it on, in the same network, and not behind a firewall?",
+            hint="is it switched on, in the same network, and not behind a firewall?",
         ) from error
     except OSError as error:
         raise DeviceNotFoundError(
             f"{tcp.host}:{tcp.port} cannot be reached: {error.strerror or error}",
-            hint="is it on, are host and port right, and has no other master the only connection?",
+            hint="is it switched on, are host and port correct, or does another master use its"
+            " only connection?",
         ) from error
     return client
 
@@ -88,8 +89,8 @@ def _open_rtu(
     except (OSError, ValueError) as error:
         raise DeviceNotFoundError(
             f"the serial port {rtu.port} cannot be opened: {error}",
-            hint="is the adapter plugged in, does another program hold it, and are you allowed to"
-            " use it (on Linux the group dialout)?",
+            hint="is the adapter plugged in, is it in use by another program, and do you have"
+            " permission (on Linux the group dialout)?",
         ) from error
     # A port that fails here fails at the first request as well, which can tell by whom.
     with suppress(OSError):

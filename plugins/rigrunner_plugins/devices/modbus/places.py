@@ -89,10 +89,10 @@ class Place(Settings):
     discrete: Word | None = None
     """Address of a discrete input, counted from 0."""
     reference: int | None = None
-    """As many manuals write it, counted from 1: 40003 is the holding register with address 2."""
+    """Notation of many manuals, counted from 1: 40003 is the holding register with address 2."""
 
     unit_id: Annotated[int, Field(ge=0, le=255)] | None = None
-    """Of another unit on the same line; left out, the instrument's."""
+    """Address of another unit on the same line; if omitted, that of the instrument."""
 
     @model_validator(mode="after")
     def _is_one_place(self) -> Self:
@@ -125,13 +125,13 @@ class Number(Place):
     """A number in one or several registers, or a single bit."""
 
     type: words.Type | None = None
-    """Of the registers; left out, uint16."""
+    """Type of the registers; if omitted, uint16."""
     bit: Annotated[int, Field(ge=0, le=15)] | None = None
     """One bit of a register instead of a number; 0 is the lowest."""
     word_order: Literal["big", "little"] = "big"
     """Of a number of several registers: big is the high word first."""
     byte_order: Literal["big", "little"] = "big"
-    """Within each register: big, unless the instrument breaks the standard."""
+    """Within each register: big, unless the instrument deviates from the standard."""
 
     @model_validator(mode="after")
     def _is_one_number(self) -> Self:

@@ -8,16 +8,16 @@ from __future__ import annotations
 from rigrunner_plugins.devices.modbus.places import Table
 
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, BUSY = 1, 2, 6
-NO_IDENTIFICATION = "if it does not know function 43 / 14, leave `standard` out"
+NO_IDENTIFICATION = "if it does not support function 43 / 14, leave `standard` out"
 _DIGITS = 4
 """Of a register behind the digit of its table; more where they do not suffice."""
-_UNKNOWN = ("an exception that the standard does not know", "see the instrument's manual")
+_UNKNOWN = ("an exception that is not in the standard", "see the instrument's manual")
 _FUNCTION = (
-    "the unit does not know this kind of request: is it a holding or an input register, and does it"
-    " take `write: multiple` or `single`?"
+    "the unit does not support this kind of request: is it a holding or an input register, and"
+    " does it accept `write: multiple` or `single`?"
 )
 _FAILURE = (
-    "the unit failed while it did what was asked: see its display, its mode (local or remote), and"
+    "the unit failed to execute the request: see its display, its mode (local or remote), and"
     " whether the register may be written now"
 )
 _MEANINGS = {
@@ -31,8 +31,8 @@ _MEANINGS = {
         "the unit refuses the value: see the limits set in the unit itself, scale, type and order",
     ),
     4: ("device failure", _FAILURE),
-    5: ("acknowledge: it needs long for this", "give it time, and see `timeout`"),
-    BUSY: ("device busy", "it is occupied with something else: see `retries`"),
+    5: ("acknowledge: it needs more time for this", "increase `timeout`"),
+    BUSY: ("device busy", "it is busy: see `retries`"),
     8: ("memory parity error", "the unit needs repair"),
     10: ("gateway path unavailable", "see the settings of the gateway"),
     11: (

@@ -40,22 +40,22 @@ class Rtu(Settings):
     parity: Literal["even", "odd", "none"] = "even"
     """The check bit of each character."""
     stop_bits: Annotated[int, Field(ge=1, le=2)] = 1
-    """The standard wants 2 where the parity is none."""
+    """The standard requires 2 without parity."""
 
 
 class Write(Place):
     """A word that is written into a register, or a 0 or 1 into a coil."""
 
     value: Word
-    """What is written: 1151 or 0x047F, in a coil 0 or 1."""
+    """Written value: 1151 or 0x047F, in a coil 0 or 1."""
     wait: Annotated[Duration, Field(ge=0)] = 0.0
-    """How long the instrument needs until the next one."""
+    """Waiting time before the next one."""
 
     @model_validator(mode="after")
     def _can_be_written(self) -> Self:
         _need_writable(self.table)
         if self.table is Table.COIL and self.value > 1:
-            raise ValueError(f"value is {self.value}, allowed in a coil is 0 or 1")
+            raise ValueError(f"value is {self.value}, expected 0 or 1 in a coil")
         return self
 
 
@@ -63,16 +63,16 @@ class Fault(Number):
     """Where the instrument says that it is in a fault."""
 
     ok: Word = 0
-    """What stands there while there is none."""
+    """Value without a fault."""
     codes: dict[str, str] = Field(default_factory=dict)
-    """What a number there means, from the manual."""
+    """Meaning of each number, from the manual."""
 
 
 class IdentityPart(Number):
     """Where a part of the identity stands: a number, or a text."""
 
     text: Annotated[int, Field(ge=1, le=125)] | None = None
-    """How many registers a text of two characters each takes."""
+    """Number of registers of a text, of two characters each."""
 
     @model_validator(mode="after")
     def _is_number_or_text(self) -> Self:
@@ -87,12 +87,12 @@ class Identification(Settings):
     """How the instrument is asked who it is, and who it must be."""
 
     standard: YesNo = False
-    """Whether it knows Read Device Identification (function 43 / 14)."""
+    """Whether it supports Read Device Identification (function 43 / 14)."""
     model: IdentityPart | None = None
     serial: IdentityPart | None = None
     firmware: IdentityPart | None = None
     expect: dict[Literal["maker", "model", "serial", "firmware"], str] = Field(default_factory=dict)
-    """What must answer; a run does not start with any other."""
+    """Expected instrument; a run does not start with another one."""
 
     @model_validator(mode="after")
     def _asks_for_what_it_expects(self) -> Self:
@@ -115,7 +115,7 @@ class Watchdog(Place):
     every: PositiveDuration
     """At most a third of the time after which the instrument stops."""
     write: ListOf[Word] = ()
-    """What is written in turn, such as [0, 1]; left out, the register is read."""
+    """Values that are written in rotation, such as [0, 1]; if omitted, the register is read."""
 
     @model_validator(mode="after")
     def _can_be_written(self) -> Self:
@@ -132,13 +132,13 @@ class ModbusReading(Number, DeclaredReading):
     """What is not a number, and its place: a yes or no in a bit, texts, arrays in registers."""
 
     text: Annotated[int, Field(ge=1, le=125)] | None = None
-    """How many registers a text of two characters each takes."""
+    """Number of registers of a text, of two characters each."""
     values: Annotated[int, Field(ge=1, le=0x10000)] | None = None
-    """How many numbers of an array follow upon each other."""
+    """Number of consecutive numbers of an array."""
     scale: Annotated[float, Field(strict=False)] = 1.0
-    """Of an array: what each number is multiplied with."""
+    """Of an array: factor of each number."""
     offset: Annotated[float, Field(strict=False)] = 0.0
-    """Of an array: what is added to it after that."""
+    """Of an array: summand, added after scaling."""
 
     @model_validator(mode="after")
     def _is_array(self) -> Self:
@@ -169,13 +169,13 @@ class ModbusDrive(Number, DeclaredDrive):
     """A drive, and where its set-point stands."""
 
     read_back: ReadBack | None = None
-    """Where its actual value stands; left out, the set-point's own register is read."""
+    """Register of the actual value; if omitted, that of the set-point is read."""
     write: Literal["single", "multiple"] | None = None
     """Function 6 (of coils 5) or 16 (15); left out, single where it is one register."""
     run: ListOf[Write] = ()
-    """What is written after a set-point, such as the control word that lets the motor run."""
+    """Written after a set-point, such as the control word that enables the motor."""
     stop: ListOf[Write] = ()
-    """What is written before the safe value, such as the control word that stops the motor."""
+    """Written before the safe value, such as the control word that stops the motor."""
 
     @model_validator(mode="after")
     def _can_be_driven(self) -> Self:
@@ -230,29 +230,29 @@ class ModbusSettings(SimulableSettings):
     """An instrument that talks Modbus."""
 
     tcp: Tcp | None = None
-    """Where it listens, if it talks Modbus TCP."""
+    """Address, if it uses Modbus TCP."""
     rtu: Rtu | None = None
-    """The serial line, if it talks Modbus RTU."""
+    """Serial line, if it uses Modbus RTU."""
     simulator: Simulator | None = None
-    """Which simulated instrument is served on loopback instead, with `simulated: yes`."""
+    """Simulated instrument on loopback, for `simulated: yes`."""
     unit_id: Annotated[int, Field(ge=0, le=255)] = 1
-    """Its address on the line or behind the gateway; of a TCP instrument often 1, 255 or 0."""
+    """Its address on the line or behind the gateway; for a TCP instrument often 1, 255 or 0."""
     timeout: PositiveDuration = 1.0
-    """How long an answer is waited for."""
+    """Time limit of an answer."""
     retries: Annotated[int, Field(ge=0, le=10)] = 1
-    """How often a request is repeated that was not answered."""
+    """Number of repetitions of a request without an answer."""
     group_reads: YesNo = True
     """Whether neighbouring registers are read together."""
     identification: Identification = Field(default_factory=Identification)
     watchdog: Watchdog | None = None
     fault: Fault | None = None
-    """Told when a drive does not arrive."""
+    """Fault register, shown when a drive does not reach its set-point."""
     channels: dict[QuantityName, ModbusChannel] = Field(default_factory=dict)
-    """What is read, by name."""
+    """The channels, by name."""
     readings: dict[QuantityName, ModbusReading] = Field(default_factory=dict)
-    """What is read that is not a number: a text, a yes or no, an array."""
+    """Readings that are not numbers: a text, a yes or no, an array."""
     drives: dict[QuantityName, ModbusDrive] = Field(default_factory=dict)
-    """In the order in which they are made safe."""
+    """The drives, in the order of making safe."""
 
     @model_validator(mode="after")
     def _is_complete(self) -> Self:
@@ -268,7 +268,7 @@ class ModbusSettings(SimulableSettings):
         if not self.channels and not self.drives and not self.readings:
             raise ValueError("there are neither channels nor drives, expected at least one")
         if self.rtu is not None and not 1 <= self.unit_id <= _HIGHEST_ON_A_LINE:
-            raise ValueError(f"unit_id is {self.unit_id}, allowed on a serial line is 1 to 247")
+            raise ValueError(f"unit_id is {self.unit_id}, expected 1 to 247 on a serial line")
         return self
 
     def physical_addresses(self) -> tuple[str, ...]:

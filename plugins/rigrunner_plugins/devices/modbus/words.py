@@ -41,7 +41,7 @@ def decode(registers: Sequence[int], type_: Type, word_order: Order, byte_order:
     if not math.isfinite(number):
         raise DeviceRejectedError(
             f"the registers hold {raw.hex(' ', 2)}, no finite {type_}",
-            hint="are type, word_order and byte_order those of the manual?",
+            hint="do type, word_order and byte_order match the manual?",
         )
     return number
 

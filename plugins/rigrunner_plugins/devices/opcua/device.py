@@ -122,7 +122,7 @@ class OpcUa(Driver):
                 raise DeviceNotFoundError(
                     f"{self._settings.endpoint} has the {part} '{texts.get(part, '')}',"
                     f" expected '{expected}'",
-                    hint="is it another instrument, or the station out of date?",
+                    hint="is it another instrument, or must the station be updated?",
                 )
         maker, model, serial, firmware = (texts.get(part) or _NOT_TOLD for part in _PARTS)
         return Identity(maker, model, serial, firmware)
@@ -151,14 +151,14 @@ class OpcUa(Driver):
         type_, symbol, rights = self._describe(node.node)
         if node.type not in (None, type_):
             raise DeviceRejectedError(
-                f"{node.node} is a {type_}, the station says {node.type}",
+                f"{node.node} is a {type_}, the station states {node.type}",
                 hint="is it the right node? `type` may be left out",
             )
         if self._settings.check_units and symbol and _differs(node, symbol):
             raise DeviceRejectedError(
                 f"{node.node} is in {symbol}, as its EngineeringUnits say;"
                 f" the station says {node.unit}",
-                hint="fix `unit`, or the server: then `check_units: no` passes over it",
+                hint="correct `unit`, or write `check_units: no` if the server is wrong",
             )
         return rights
 

@@ -35,12 +35,12 @@ async def open_client(settings: OpcUaSettings, folder: Path) -> Client:
     except TimeoutError as error:
         raise DeviceTimeoutError(
             f"{settings.endpoint} does not answer within {settings.timeout:g} s",
-            hint="is the server on, and is it an OPC UA server (opc.tcp)?",
+            hint="is the server running, and is it an OPC UA server (opc.tcp)?",
         ) from error
     except OSError as error:
         raise DeviceNotFoundError(
             f"{settings.endpoint} cannot be reached: {_reason(error)}",
-            hint="is the server on, are host and port right, and does it speak opc.tcp there?",
+            hint="is the server running, are host and port correct, and does it use opc.tcp?",
         ) from error
     except ua.UaError as error:
         raise DeviceRejectedError(
@@ -90,7 +90,7 @@ async def _secure(client: Client, security: Security, folder: Path) -> None:
     except OSError as error:
         raise DeviceRejectedError(
             f"{error.filename} cannot be read: {error.strerror}",
-            hint="files of `security` lie beside the station",
+            hint="files of `security` must be in the station's folder",
         ) from error
     except (ValueError, TypeError, ua.UaError) as error:
         raise DeviceRejectedError(
@@ -123,5 +123,6 @@ def _text(path: Path) -> str:
         return path.read_text(encoding="utf-8").rstrip("\r\n")
     except (OSError, UnicodeDecodeError) as error:
         raise DeviceRejectedError(
-            f"the password file {path} cannot be read: {error}", hint="put it beside the station"
+            f"the password file {path} cannot be read: {error}",
+            hint="put it into the station's folder",
         ) from error

@@ -157,7 +157,7 @@ class Session:
         except TimeoutError as error:
             raise DeviceTimeoutError(
                 f"{asked}: no answer from {self._settings.endpoint}",
-                hint="is the server on, and the cable in?",
+                hint="is the server running, and the cable connected?",
             ) from error
         except OSError as error:
             raise DeviceLostError(
@@ -228,7 +228,7 @@ class Session:
             return
         if found.SourceTimestamp is None:
             raise DeviceRejectedError(
-                f"{wanted.node} does not say how old its value is", hint="leave `stale` out"
+                f"{wanted.node} does not state the age of its value", hint="leave `stale` out"
             )
         age_s = (datetime.now(UTC) - found.SourceTimestamp).total_seconds()
         # Also one from the future: then the clocks do not agree, and no age can be told.

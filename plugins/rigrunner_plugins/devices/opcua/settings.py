@@ -53,11 +53,11 @@ class Security(Settings):
     policy: Literal["Basic256Sha256", "Aes128Sha256RsaOaep", "Aes256Sha256RsaPss"] = (
         "Basic256Sha256"
     )
-    """Which algorithms are used."""
+    """The security policy."""
     mode: Literal["sign", "sign_and_encrypt"] = "sign_and_encrypt"
     """Whether messages are also encrypted."""
     certificate: str
-    """File of our own certificate, PEM or DER, beside the station."""
+    """File of Rigrunner's certificate, PEM or DER, in the station's folder."""
     private_key: str
     """File of the key that belongs to it."""
     server_certificate: str
@@ -79,9 +79,9 @@ class NodeValue(Settings):
     node: NodeId
     """Its identifier."""
     type: Type | None = None
-    """Its type, which must be the server's; left out, the server's is taken."""
+    """Its type, which must be that of the server; if omitted, that of the server is used."""
     stale: PositiveDuration | None = None
-    """How old its source timestamp may be; left out, its age is not looked at."""
+    """Greatest age of its source timestamp; if omitted, its age is not checked."""
 
 
 class Write(Settings):
@@ -92,7 +92,7 @@ class Write(Settings):
     value: Annotated[float, Field(strict=False)]
     """What is written; 0 or 1 where the node is a Boolean."""
     wait: Annotated[Duration, Field(ge=0)] = 0.0
-    """How long the instrument needs until the next one."""
+    """Waiting time before the next one."""
 
 
 class IdentityNodes(Settings):
@@ -107,7 +107,7 @@ class IdentityNodes(Settings):
     firmware: NodeId | None = None
     """Left out, the software version of the server."""
     expect: dict[Literal["maker", "model", "serial", "firmware"], str] = Field(default_factory=dict)
-    """What must answer; a run does not start with any other."""
+    """Expected instrument; a run does not start with another one."""
 
 
 class OpcUaChannel(NodeValue, DeclaredChannel):
@@ -122,11 +122,11 @@ class OpcUaDrive(NodeValue, DeclaredDrive):
     """A drive, and the node of its set-point."""
 
     read_back: ReadBack | None = None
-    """The node of its actual value; left out, the set-point's own node is read."""
+    """The node of its actual value; if omitted, that of the set-point is read."""
     run: ListOf[Write] = ()
-    """What is written after a set-point, such as an enable."""
+    """Written after a set-point, such as an enable."""
     stop: ListOf[Write] = ()
-    """What is written before the safe value."""
+    """Written before the safe value."""
 
     @model_validator(mode="after")
     def _can_be_driven(self) -> Self:
@@ -160,19 +160,19 @@ class OpcUaSettings(Settings):
     ]
     """Such as opc.tcp://192.168.1.30:4840."""
     timeout: PositiveDuration = 2.0
-    """How long an answer is waited for."""
+    """Time limit of an answer."""
     security: Security | None = None
-    """Left out, the channel is neither signed nor encrypted."""
+    """Security; if omitted, the channel is neither signed nor encrypted."""
     user: User | None = None
-    """Left out, nobody logs in."""
+    """Login; if omitted, there is none."""
     identification: IdentityNodes = Field(default_factory=IdentityNodes)
-    """Who must answer."""
+    """The expected server."""
     check_units: YesNo = True
-    """Whether a node's EngineeringUnits, where it has them, must be the unit that is said here."""
+    """Whether the EngineeringUnits of a node, if it has any, must be the unit stated here."""
     channels: dict[QuantityName, OpcUaChannel] = Field(default_factory=dict)
-    """What can be read."""
+    """The channels."""
     drives: dict[QuantityName, OpcUaDrive] = Field(default_factory=dict)
-    """What can be set, in the order in which it is made safe."""
+    """The drives, in the order of making safe."""
 
     def physical_addresses(self) -> tuple[str, ...]:
         """Return where the server listens: one run at a time may drive what is behind it."""

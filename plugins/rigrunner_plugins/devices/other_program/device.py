@@ -71,6 +71,6 @@ class OtherProgram:
 
     def _refuse(self) -> Never:
         raise DeviceNotFoundError(
-            f"{self._settings.program} drives this rig, not Rigrunner",
-            hint="record with that program, and import what it wrote: 'rigrunner import MAPPING'",
+            f"{self._settings.program} controls this rig, not Rigrunner",
+            hint="record with that program, and import its files: 'rigrunner import MAPPING'",
         )

@@ -17,7 +17,7 @@ class OtherChannel(Settings):
     unit: UnitSymbol
     """The unit of its values."""
     title: str = ""
-    """Its name in plots and reports."""
+    """Name in plots and reports."""
 
     def info(self, name: str) -> ChannelInfo:
         """Return the description of the channel."""
@@ -33,9 +33,9 @@ class OtherDrive(Settings):
     max: AnyQuantity
     """The highest set-point."""
     title: str = ""
-    """Its name in plots and reports."""
+    """Name in plots and reports."""
     sets_cycle_frequency: YesNo = False
-    """Whether its value is the frequency of the cyclic motion."""
+    """Whether it sets the frequency of the cyclic motion."""
 
     @model_validator(mode="after")
     def _is_a_range(self) -> Self:

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 
 _T = TypeVar("_T")
-_HINT = "is the instrument on, and is it the one that the class is for?"
+_HINT = "is the instrument switched on, and is it the one for this class?"
 
 
 def make(settings: PyMeasureSettings, context: DeviceContext) -> PyMeasureDevice:
@@ -219,7 +219,7 @@ class PyMeasureDevice(CommandedDriver):
 
 
 def _refused(request: str, error: Exception) -> DeviceRejectedError:
-    return DeviceRejectedError(f"PyMeasure does not {request}: {type(error).__name__}: {error}")
+    return DeviceRejectedError(f"PyMeasure failed to {request}: {type(error).__name__}: {error}")
 
 
 def _owner(instrument: Any, name: str) -> tuple[Any, str]:
@@ -249,7 +249,7 @@ def number_of(value: object, name: str, item: int | None = None) -> float:
     if not abs(number) < OVERLOAD:
         raise DeviceRejectedError(
             f"the property {name} gives {number:g}: overload or 'not a number'",
-            hint="choose a larger range, or look at the wiring",
+            hint="choose a larger range, or check the wiring",
         )
     return number
 
@@ -260,9 +260,9 @@ def _one_of(value: Any, name: str, item: int | None) -> object:
     count = len(value)
     if item is None:
         raise DeviceRejectedError(
-            f"the property {name} gives {count} values", hint="say which one by `item`, from 1"
+            f"the property {name} gives {count} values", hint="select one with `item`, from 1"
         )
     if item > count:
-        raise DeviceRejectedError(f"the property {name} gives {count} values, there is no {item}")
+        raise DeviceRejectedError(f"the property {name} gives {count} values, not {item} or more")
     one: object = value[item - 1]
     return one

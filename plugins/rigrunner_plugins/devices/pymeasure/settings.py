@@ -45,7 +45,7 @@ class PropertyChannel(DeclaredChannel):
     property: PropertyName
     """The property that is read."""
     item: Annotated[int, Field(ge=1)] | None = None
-    """Which one, counted from 1, where the property gives several numbers."""
+    """Which number, from 1, if the property gives several."""
 
 
 class PropertyDrive(DeclaredDrive):
@@ -54,7 +54,7 @@ class PropertyDrive(DeclaredDrive):
     property: PropertyName
     """The property that is set, and read back."""
     read_back: PropertyName | None = None
-    """The property that tells where the drive really stands; left out, the same."""
+    """The property of the drive's actual value; if omitted, the same."""
 
 
 class PyMeasureSettings(SimulableSettings):
@@ -67,23 +67,23 @@ class PyMeasureSettings(SimulableSettings):
     backend: Backend = "@py"
     """@py is pyvisa-py, @ivi the library of a vendor, FILE.yaml@sim a simulation of pyvisa-sim."""
     timeout: PositiveDuration = 2.0
-    """How long an answer is waited for."""
+    """Time limit of an answer."""
     connection: dict[MethodName, Plain] = Field(default_factory=dict)
     """Further settings of the connection, such as {baud_rate: 9600}."""
     expect: Regex = ""
-    """What the answer to *IDN? fits as a whole; left out, nobody is asked."""
+    """Regular expression for the whole answer to *IDN?; if omitted, it is not asked."""
     setup: dict[PropertyName, Plain] = Field(default_factory=dict)
-    """Properties that are set after connecting."""
+    """Properties to set after connecting."""
     calls: ListOf[MethodName] = ()
-    """Methods that are called after that, without arguments."""
+    """Methods to call after that, without arguments."""
     safe_calls: ListOf[MethodName] = ()
-    """Methods that are called once all drives are safe, such as shutdown."""
+    """Methods to call once all drives are safe, such as shutdown."""
     check_errors: YesNo = False
-    """Whether the class is asked for the instrument's errors whenever something was set."""
+    """Whether the instrument's errors are checked after each setting."""
     channels: dict[QuantityName, PropertyChannel] = Field(default_factory=dict)
-    """What can be read."""
+    """The channels."""
     drives: dict[QuantityName, PropertyDrive] = Field(default_factory=dict)
-    """What can be set, in the order of making safe."""
+    """The drives, in the order of making safe."""
 
     def physical_addresses(self) -> tuple[str, ...]:
         """Return where the instrument is reached: one run at a time may."""
@@ -101,7 +101,7 @@ class PyMeasureSettings(SimulableSettings):
     def _belongs_together(self) -> Self:
         if self.instrument.startswith(FAKES):
             if not self.simulated:
-                raise ValueError(f"{self.instrument} is a simulation: say 'simulated: yes'")
+                raise ValueError(f"{self.instrument} is a simulation: write 'simulated: yes'")
         else:
             check_simulation(self.backend, simulated=self.simulated)
         if not self.channels and not self.drives:

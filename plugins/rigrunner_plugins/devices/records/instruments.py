@@ -48,7 +48,7 @@ def _opcua(settings: OpcUaSettings, context: DeviceContext) -> Device:
 INSTRUMENTS = (
     DeviceRecord(
         name="other_program",
-        help="Rig that another program drives: its recordings are imported, it cannot be run",
+        help="Rig that another program controls: its recordings are imported, it cannot be run",
         settings="rigrunner_plugins.devices.other_program.settings:OtherProgramSettings",
         factory=_other_program,
     ),
@@ -61,7 +61,7 @@ INSTRUMENTS = (
     ),
     DeviceRecord(
         name="modbus",
-        help="Instrument that talks Modbus TCP or RTU: registers and coils, no code",
+        help="Modbus TCP or RTU instrument: registers and coils, without code",
         settings="rigrunner_plugins.devices.modbus.settings:ModbusSettings",
         factory=_modbus,
         wired=True,
@@ -70,7 +70,7 @@ INSTRUMENTS = (
     ),
     DeviceRecord(
         name="opcua",
-        help="Nodes of an OPC UA server as channels and drives, no code",
+        help="Nodes of an OPC UA server as channels and drives, without code",
         settings="rigrunner_plugins.devices.opcua.settings:OpcUaSettings",
         factory=_opcua,
         wired=True,

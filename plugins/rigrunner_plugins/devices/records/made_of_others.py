@@ -50,7 +50,7 @@ MADE_OF_OTHERS = (
     ),
     DeviceRecord(
         name="composite",
-        help="One role from several instruments, each of a plugin of its own",
+        help="One role made of several instruments, each with its own plugin",
         settings="rigrunner_plugins.devices.composite.settings:CompositeSettings",
         trial=PARTS,
         factory=_composite,

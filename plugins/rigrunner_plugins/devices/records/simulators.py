@@ -49,7 +49,7 @@ SIMULATORS = (
     ),
     DeviceRecord(
         name="tabulated",
-        help="Single values from a table, chosen by set-points: a publication's, for one",
+        help="Single values from a table, chosen by set-points, such as published ones",
         settings="rigrunner_plugins.devices.tabulated.settings:TabulatedSettings",
         trial=TABLE,
         factory=_tabulated,

@@ -41,7 +41,7 @@ def _pymeasure(settings: PyMeasureSettings, context: DeviceContext) -> Device:
 TEXT_DEVICES = (
     DeviceRecord(
         name="visa",
-        help="Instrument that talks SCPI or other ASCII, over a socket, serial line, GPIB, USB",
+        help="SCPI or other ASCII instrument, over a socket, serial line, GPIB or USB",
         settings="rigrunner_plugins.devices.visa.settings:VisaSettings",
         factory=_visa,
         wired=True,

@@ -120,7 +120,8 @@ class SerialAscii(Driver):
             )
         except DeviceTimeoutError as error:
             raise DeviceNotFoundError(
-                f"nothing that fits '{wanted.expect}' answers '{wanted.query}': {error.message}",
+                f"no instrument that matches '{wanted.expect}' answers '{wanted.query}':"
+                f" {error.message}",
                 hint="is it the right instrument? in `expect`, .* matches anything",
             ) from error
 

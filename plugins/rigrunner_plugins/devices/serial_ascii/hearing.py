@@ -142,7 +142,7 @@ class Hearing:
         # With `request`, whoever asked reads the line, and fails by it.
         elif self._rubbish >= self._settings.rubbish and not self._settings.request:
             self._problem = DeviceRejectedError(
-                f"{self._rubbish} lines in a row are not understood; the last: {error.message}",
+                f"{self._rubbish} lines in a row could not be read; the last: {error.message}",
                 hint=error.hint,
             )
 
@@ -153,7 +153,7 @@ class Hearing:
         elif len(self._recorded) < _MOST_LINES:
             self._recorded.append(line)
         else:
-            self._problem = DeviceLostError(f"{_MOST_LINES} lines came that nobody fetched")
+            self._problem = DeviceLostError(f"{_MOST_LINES} lines arrived that were not read")
 
     def _wait(self, ready: Callable[[], bool], within_s: float) -> None:
         done = self._changed.wait_for(lambda: self._problem is not None or ready(), within_s)
@@ -171,17 +171,17 @@ class Hearing:
         port, named = self._settings.port, termination_name(self._settings.termination)
         if self._last is not None:
             return DeviceTimeoutError(
-                f"{port}: no line that can be used within {within_s:g} s; the last one,"
+                f"{port}: no valid line within {within_s:g} s; the last one,"
                 f" {shown(self._last.text)}, came {self._age_s(self._last):.3g} s ago",
-                hint="is the instrument still on, and set to send?",
+                hint="is the instrument still switched on, and set to send?",
             )
         if self._tail:
             return DeviceTimeoutError(
                 f"{port}: characters come, {shown(decoded(self._tail))}, but no {named}",
-                hint="is `termination` right? do baud rate, data bits and parity agree?",
+                hint="is `termination` right? do baud rate, data bits and parity match?",
             )
         return DeviceTimeoutError(
             f"{port}: nothing came within {within_s:g} s",
-            hint="is it the right port, is the instrument on and set to send,"
-            " or does it need a `start` or a `request`?",
+            hint="is it the right port, is the instrument switched on and set to send, or does"
+            " it need a `start` or a `request`?",
         )

@@ -86,7 +86,7 @@ class PortLines:
         if self._settings.request and (unasked := self._hearing.unasked()):
             raise DeviceRejectedError(
                 f"before '{text}' was sent, {shown(unasked)} arrived unrequested",
-                hint="do the lines come by themselves? then leave out `request`",
+                hint="if the instrument sends lines by itself, leave out `request`",
             )
         return self._hearing.answer(lambda: self.send(text), is_answer, within_s)
 
@@ -174,7 +174,7 @@ def _open(settings: SerialAsciiSettings) -> Any:
     except (OSError, ValueError) as error:
         hint = "is it plugged in, and not in use by another program?"
         if "denied" in str(error).lower():
-            hint = "on Linux become a member of the port's group, often 'dialout'"
+            hint = "on Linux, join the group of the port, often 'dialout'"
         raise DeviceNotFoundError(
             f"{settings.port} cannot be opened: {error}", hint=hint
         ) from error

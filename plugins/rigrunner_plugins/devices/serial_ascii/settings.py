@@ -34,33 +34,33 @@ class SerialAsciiSettings(SimulableSettings):
     port: PortName
     """/dev/ttyUSB0, or COM3; on Linux better by its name under /dev/serial/by-id."""
     serial: SerialLine = Field(default_factory=SerialLine)
-    """How both ends have to be set."""
+    """Settings of the serial line."""
     termination: Termination
-    """What ends a line: CRLF, LF, CR, ETX, ..."""
+    """Terminator of a line: CRLF, LF, CR, ETX, ..."""
     write_termination: Termination | None = None
-    """What ends what is sent; left out, the same."""
+    """Terminator of sent lines; if omitted, the same."""
     channels: Annotated[dict[QuantityName, LineChannel], Field(min_length=1)]
-    """What every line holds."""
+    """The channels in every line."""
     readings: dict[QuantityName, LineReading] = Field(default_factory=dict)
-    """What every line holds beside them that is not a number: a text, a yes or no, an array."""
+    """Further readings in every line that are not numbers: a text, a yes or no, an array."""
     example: str = ""
-    """A line as the instrument's manual has it: refused unless every channel can be read."""
+    """Example of a line from the manual; every channel must be readable in it."""
     ignore: Regex = ""
-    """The regular expression that a whole line fits which is no measurement: left out, none is."""
+    """Regular expression for whole lines to ignore; if omitted, none."""
     stale: PositiveDuration = 1.0
-    """How old a value may be when it is read; no line for so long is an error."""
+    """Greatest age of a value; a longer time without a line is an error."""
     rubbish: Annotated[int, Field(ge=1)] = 5
-    """How many lines in a row may not be understood; while recording, none."""
+    """Accepted number of consecutive unreadable lines; none while recording."""
     identification: Identification | None = None
-    """Who has to answer; left out, nobody is asked."""
+    """The expected instrument; if omitted, it is not asked."""
     start: str = ""
-    """What is sent to begin; left out, nothing."""
+    """Sent at the start; if omitted, nothing."""
     stop: str = ""
-    """What is sent before the port is given back."""
+    """Sent before the port is closed."""
     request: str = ""
-    """What is sent for each line; left out, the lines come by themselves."""
+    """Sent for each line; if omitted, the instrument sends lines by itself."""
     rate: Annotated[Frequency, Field(gt=0)] | None = None
-    """How many lines come in a second; left out, nothing can be recorded."""
+    """Number of lines per second; if omitted, nothing can be recorded."""
 
     def physical_addresses(self) -> tuple[str, ...]:
         """Return the port: one run at a time may have it."""
@@ -70,13 +70,13 @@ class SerialAsciiSettings(SimulableSettings):
     def _belongs_together(self) -> Self:
         refuse_shared_names(self.channels, self.readings)
         if not self.termination:
-            raise ValueError("termination is none, but nothing else ends a line")
+            raise ValueError("termination is none, but a line needs a terminator")
         if self.request and self.rate is not None:
             raise ValueError(
-                "rate is of lines that come by themselves; with request there are none"
+                "rate is for lines that the instrument sends by itself, not for 'request'"
             )
         if self.simulated and not self.example:
-            raise ValueError("simulated: yes needs an example, which is what then comes")
+            raise ValueError("simulated: yes needs an example, the line to simulate")
         if self.example:
             self._check_example()
         return self

@@ -92,6 +92,6 @@ class _Pace:
         if abs(took_s - due_s) > _UNEVEN_S + _UNEVEN * max(took_s, due_s):
             raise DeviceRejectedError(
                 f"{self._came} lines came in {took_s:.3g} s, at {self._rate_hz:g} Hz they take"
-                f" {due_s:.3g} s: lines are lost, or `rate` is another one",
-                hint="count the lines of a minute; is the baud rate high enough for them?",
+                f" {due_s:.3g} s: lines are lost, or `rate` is wrong",
+                hint="count the lines per minute; is the baud rate high enough?",
             )

@@ -67,7 +67,7 @@ class TabulatedSettings(Settings):
                 f" the first row has: {', '.join(self.columns)}"
             )
         if not self.channels:
-            raise ValueError("every column is a set-point: there is nothing to read")
+            raise ValueError("every column is a set-point: no column is left to read")
         if self.cycle_frequency and self.cycle_frequency not in self.set_points:
             raise ValueError(
                 f"cycle_frequency names '{self.cycle_frequency}', which is not among set_points"

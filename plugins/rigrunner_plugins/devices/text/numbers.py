@@ -30,13 +30,13 @@ class NumberInText(Settings):
     field: Annotated[int, Field(ge=1)] | None = None
     """Which field of a list it is, counted from 1."""
     separator: Annotated[str, Field(min_length=1)] = ","
-    """What stands between the fields; a blank stands for any number of blanks."""
+    """Separator of the fields; a blank matches any number of blanks."""
     number: Literal["decimal", "hexadecimal"] = "decimal"
-    """How it is written."""
+    """Notation of the number."""
     overload: Annotated[float, Field(gt=0, strict=False)] = OVERLOAD
-    """From which number on, of either sign, the instrument says overload; SCPI says 9.9E37."""
+    """Least number, of either sign, that means overload; in SCPI 9.9E37."""
     unit_in_answer: str = ""
-    """The unit that is written behind it, which is checked; left out, nothing may follow."""
+    """The unit after the number, which is checked; if omitted, nothing may follow."""
 
     @model_validator(mode="after")
     def _says_one_place(self) -> Self:
@@ -56,7 +56,7 @@ class NumberInText(Settings):
         if match is None:
             raise DeviceRejectedError(
                 f"{what} is {shown(text)}: {shown(place)} is not a {self.number} number",
-                hint="`pattern` or `field` says where the number is",
+                hint="select the number with `pattern` or `field`",
             )
         sign, digits, rest = match.groups()
         self._check_unit(rest.strip(), what, text)
@@ -85,8 +85,8 @@ class NumberInText(Settings):
         # Not `>=`: a NaN compares with nothing, and is refused too.
         if not abs(number) < self.overload:
             raise DeviceRejectedError(
-                f"{what} is {number:g}: the instrument says overload or 'not a number'",
-                hint="choose a larger range, or look at the wiring",
+                f"{what} is {number:g}: the instrument reports overload or 'not a number'",
+                hint="choose a larger range, or check the wiring",
             )
         return number
 
@@ -95,7 +95,7 @@ class NumberInText(Settings):
             return
         wanted = f"'{self.unit_in_answer}'" if self.unit_in_answer else "nothing more"
         raise DeviceRejectedError(
-            f"{what} is {shown(text)}: behind the number stands {shown(rest)}, expected {wanted}",
+            f"{what} is {shown(text)}: after the number is {shown(rest)}, expected {wanted}",
             hint="a unit? set the instrument to the station's, or change `unit_in_answer`"
             " together with `unit`",
         )

@@ -39,7 +39,7 @@ def shaped(pattern: str, allowed: str) -> tuple[AfterValidator, WithJsonSchema]:
 
 Regex = Annotated[str, AfterValidator(_compilable)]
 Command = Annotated[str, Field(min_length=1)]
-"""A text that the instrument is sent, without its termination."""
+"""A text to send, without its terminator."""
 
 
 def fits(pattern: str, text: str) -> bool:
@@ -51,15 +51,15 @@ class Check(Settings):
     """A query whose answer has to be good."""
 
     query: Command
-    """What the instrument is asked."""
+    """The query."""
     good: Regex
-    """The regular expression that the whole answer fits if all is well."""
+    """Regular expression for the whole good answer."""
 
 
 class Identification(Settings):
     """How the instrument says who it is."""
 
     query: Command = "*IDN?"
-    """What it is asked."""
+    """The query."""
     expect: Regex
-    """The regular expression that the whole answer fits; .* stands for anything."""
+    """Regular expression for the whole answer; .* matches anything."""

@@ -26,11 +26,11 @@ class ReadingInText(DeclaredReading):
     pattern: Regex = ""
     """A regular expression whose one group is the reading."""
     yes: Regex = "1|ON|on|TRUE|true|YES|yes"
-    """Of a boolean: the regular expression that a yes fits as a whole."""
+    """Of a boolean: regular expression for the whole text of a yes."""
     no: Regex = "0|OFF|off|FALSE|false|NO|no"
-    """Of a boolean: the regular expression that a no fits as a whole."""
+    """Of a boolean: regular expression for the whole text of a no."""
     separator: Annotated[str, Field(min_length=1)] = ","
-    """Of an array: what stands between two numbers; a blank stands for any number of blanks."""
+    """Of an array: separator of the numbers; a blank matches any number of blanks."""
 
     @model_validator(mode="after")
     def _has_one_group(self) -> Self:
@@ -60,7 +60,7 @@ class ReadingInText(DeclaredReading):
         if yes == no:
             raise DeviceRejectedError(
                 f"{what} is {shown(place)}: {'both' if yes else 'neither'} yes and no",
-                hint="`yes` and `no` say which text means which",
+                hint="`yes` and `no` state the texts",
             )
         return yes
 

@@ -17,8 +17,8 @@ class SerialLine(Settings):
     data_bits: Literal[5, 6, 7, 8] = 8
     """Of a character."""
     parity: Literal["none", "even", "odd", "mark", "space"] = "none"
-    """How the parity bit is made."""
+    """Parity."""
     stop_bits: Literal[1, 2] = 1
-    """How many of them."""
+    """Number of stop bits."""
     flow_control: Literal["none", "xon_xoff", "rts_cts"] = "none"
-    """How one end tells the other to wait."""
+    """Flow control."""

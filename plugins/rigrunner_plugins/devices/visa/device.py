@@ -96,14 +96,16 @@ class Visa(CommandedDriver):
             if re.match(r"[+-]?[0-9]", errors[0]):
                 raise DeviceRejectedError(told)
             self._link.drop()  # no number of an error: the answer may be to something else
-            raise DeviceRejectedError(told, hint="an answer to it? `acknowledge` says which")
+            raise DeviceRejectedError(
+                told, hint="if it answers commands, state the answer in `acknowledge`"
+            )
 
     def _send_and_hear(self, command: str) -> None:
         answer = self.ask(command)
         if not fits(self._settings.acknowledge, answer):
             raise DeviceRejectedError(
                 f"the instrument does not accept '{command}': it answers {shown(answer)}",
-                hint=f"good is what fits '{self._settings.acknowledge}'",
+                hint=f"expected an answer that matches '{self._settings.acknowledge}'",
             )
 
     def ask(self, query: str) -> str:
@@ -120,7 +122,7 @@ class Visa(CommandedDriver):
         if not fits(check.good, answer):
             raise DeviceRejectedError(
                 f"{problem}: it answers '{check.query}' with {shown(answer)}",
-                hint=f"good is what fits '{check.good}'",
+                hint=f"expected an answer that matches '{check.good}'",
             )
 
     def _number(self, query: str, asked: VisaChannel | VisaDrive) -> float:

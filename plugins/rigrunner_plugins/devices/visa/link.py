@@ -42,7 +42,8 @@ class VisaLink:
         self._clock = clock
         self._one = OneAtATime()
         self._hint = (
-            "is the instrument on, does it know this message, and does it end its own with"
+            "is the instrument switched on, does it support this message, and does it end its"
+            " messages with"
             f" {termination_name(settings.termination)}, as `termination` says?"
         )
         self._resource: Any = None
@@ -108,7 +109,7 @@ class VisaLink:
         if left := self._unread(resource):
             raise DeviceRejectedError(
                 f"before '{text}' was sent, the instrument had sent {shown(left)} unasked",
-                hint="does it answer commands, as `acknowledge` can say? is `termination` right?",
+                hint="does it answer commands (see `acknowledge`)? is `termination` right?",
             )
         ending = self._settings.write_termination
         if ending is None:

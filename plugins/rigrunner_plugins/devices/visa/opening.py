@@ -91,7 +91,10 @@ def _set_up_serial_line(resource: Any, line: SerialLine) -> None:
 
 def _hint(name: str, told: str) -> str:
     if "denied" in told.lower():
-        return "you may not use that port; on Linux become a member of its group, often 'dialout'"
+        return "no permission to use that port; on Linux, join its group, often 'dialout'"
     if name.startswith("TCPIP"):
-        return "is the instrument on, the address right, and its network port enabled?"
-    return "is the instrument on and plugged in? the command `list` of `pyvisa-shell` shows what is"
+        return "is the instrument switched on, the address correct, and its network port enabled?"
+    return (
+        "is the instrument switched on and plugged in? the command `list` of `pyvisa-shell`"
+        " lists connected ones"
+    )

@@ -54,7 +54,7 @@ Backend = Annotated[str, *shaped(r"@py|@ivi|([^@]*\.yaml)?@sim", "@py, @ivi or F
 def check_simulation(backend: str, *, simulated: bool) -> None:
     """Raise ValueError unless the settings say the same: nothing simulated is a measurement."""
     if backend.endswith("@sim") != simulated:
-        problem = "is a simulation: say 'simulated: yes'"
+        problem = "is a simulation: write 'simulated: yes'"
         if simulated:
             problem = "talks to an instrument: simulated needs @sim"
         raise ValueError(f"backend {backend} {problem}")
@@ -64,23 +64,23 @@ class VisaChannel(DeclaredChannel, NumberInText):
     """A channel that is asked for."""
 
     query: Command
-    """What the instrument is asked for the present value."""
+    """Query of the present value."""
 
 
 class VisaReading(ReadingInText):
     """What is asked for that is not a number."""
 
     query: Command
-    """What the instrument is asked for it."""
+    """Query of the reading."""
 
 
 class VisaDrive(DeclaredDrive, NumberInText):
     """A drive that is set by a command."""
 
     command: SettingCommand
-    """What sets it: 'SOUR:FREQ {value}', or with a format, 'SOUR:FREQ {value:.3f}'."""
+    """Command that sets it: 'SOUR:FREQ {value}', or with a format, 'SOUR:FREQ {value:.3f}'."""
     read_back: Command
-    """What the instrument is asked for where the drive stands."""
+    """Query of the drive's actual value."""
 
     @model_validator(mode="after")
     def _is_sent_as_exactly_as_it_is_read_back(self) -> Self:
@@ -101,16 +101,16 @@ class ErrorQueue(Settings):
     """How the instrument tells its errors, which is asked after every command."""
 
     query: Command = "SYST:ERR?"
-    """What it is asked for the next error."""
+    """Query of the next error."""
     good: Regex = r"[+-]?0(,.*)?"
-    """The regular expression that the whole answer fits if there is none."""
+    """Regular expression for the whole answer without an error."""
 
 
 class Stream(Settings):
     """How the instrument records channels on one clock and hands them over in blocks."""
 
     rate: Annotated[Frequency, Field(gt=0)]
-    """Samples per second and channel, which the instrument has been set to."""
+    """Samples per second and channel, as set in the instrument."""
     channels: Annotated[ListOf[QuantityName], Field(min_length=1)]
     """The channels of each sample, in the order in which they are sent."""
     start: Command
@@ -118,15 +118,15 @@ class Stream(Settings):
     stop: Command
     """The command that ends it; also sent after an error."""
     fetch: Command
-    """The query for the next samples; {samples} stands for how many."""
+    """The query for the next samples; {samples} is their number."""
     format: Literal["float32", "float64", "int16", "int32", "ascii"]
-    """Of the samples: a block of IEEE 488.2, or a list with commas."""
+    """Format of the samples: a block of IEEE 488.2, or a list with commas."""
     byte_order: Literal["little", "big"] | None = None
     """Of the samples in a block: the lowest byte first, or the highest."""
     samples: Annotated[int, Field(ge=1)] = 1000
-    """How many to fetch at a time."""
+    """Number of samples per query."""
     overrun: Check | None = None
-    """What is asked after each block: whether the instrument lost samples."""
+    """Check after each block, whether the instrument lost samples."""
     paced: YesNo = True
     """Whether samples cannot come faster than `rate`, as from a buffer that was full before."""
 
@@ -153,35 +153,35 @@ class VisaSettings(SimulableSettings):
     backend: Backend = "@py"
     """@py is pyvisa-py, @ivi the library of a vendor, FILE.yaml@sim a simulation of pyvisa-sim."""
     termination: Termination
-    """What ends the instrument's messages: LF, CR, CRLF, ...; none where the bus marks the end."""
+    """Terminator of the instrument's messages: LF, CR, CRLF, ...; none if the bus marks the end."""
     write_termination: Termination | None = None
-    """What ends ours; left out, the same."""
+    """Terminator of sent messages; if omitted, the same."""
     timeout: PositiveDuration = 2.0
-    """How long an answer is waited for."""
+    """Time limit of an answer."""
     pause: Annotated[Duration, Field(ge=0)] = 0.0
-    """How long the instrument is left alone before each message."""
+    """Waiting time before each message."""
     serial: SerialLine = Field(default_factory=SerialLine)
-    """Of a serial line (ASRL) alone."""
+    """Settings of a serial line (ASRL) only."""
     identification: Identification | None = None
-    """Who has to answer; left out, nobody is asked."""
+    """The expected instrument; if omitted, it is not asked."""
     on_connect: ListOf[Command] = ()
-    """Commands that are sent after connecting."""
+    """Commands to send after connecting."""
     verify: ListOf[Check] = ()
-    """What has to be so after that: units, ranges, sample rates that the station relies on."""
+    """Checks after that: units, ranges and sample rates that the station needs."""
     acknowledge: Regex = ""
-    """The regular expression that its answer to every command fits; left out, it gives none."""
+    """Regular expression for its answer to every command; if omitted, it gives none."""
     error_queue: ErrorQueue | None = None
-    """How it tells errors; left out, it is not asked."""
+    """Query of errors; if omitted, it is not asked."""
     channels: dict[QuantityName, VisaChannel] = Field(default_factory=dict)
-    """What can be read."""
+    """The channels."""
     readings: dict[QuantityName, VisaReading] = Field(default_factory=dict)
-    """What can be read that is not a number: a text, a yes or no, an array."""
+    """Readings that are not numbers: a text, a yes or no, an array."""
     drives: dict[QuantityName, VisaDrive] = Field(default_factory=dict)
-    """What can be set, in the order of making safe."""
+    """The drives, in the order of making safe."""
     safe_commands: ListOf[Command] = ()
-    """Commands that are sent once all drives are safe."""
+    """Commands to send once all drives are safe."""
     stream: Stream | None = None
-    """How it records; left out, it cannot."""
+    """How it records; if omitted, it cannot record."""
 
     def physical_addresses(self) -> tuple[str, ...]:
         """Return where the instrument is reached: one run at a time may."""
@@ -197,7 +197,7 @@ class VisaSettings(SimulableSettings):
         check_simulation(self.backend, simulated=self.simulated)
         if not self.termination and not self.has_messages:
             raise ValueError(
-                f"termination is none, but on {self.resource} nothing else ends a message"
+                f"termination is none, but messages on {self.resource} need a terminator"
             )
         if self.serial != SerialLine() and not self.resource.startswith("ASRL"):
             raise ValueError(f"serial is said, but {self.resource} is not a serial line (ASRL)")

@@ -114,7 +114,7 @@ class StreamingVisa(Visa):
             raise DeviceRejectedError(
                 f"{samples} samples came after {elapsed_s:.3g} s; at {self._stream.rate:g} Hz"
                 f" they take {needed_s:.3g} s",
-                hint="is the instrument set to another sample rate than the station says?",
+                hint="is the sample rate of the instrument that of the station?",
             )
 
 
@@ -142,8 +142,8 @@ def samples_in(data: bytes, stream: Stream, query: str) -> Array:
         sample, channel = wrong[0]
         raise DeviceRejectedError(
             f"{stream.channels[channel]} is {values[sample, channel]:g} in sample {sample} of a"
-            " block: the instrument says overload or 'not a number'",
-            hint="choose a larger range, or look at the wiring",
+            " block: the instrument reports overload or 'not a number'",
+            hint="choose a larger range, or check the wiring",
         )
     return values
 

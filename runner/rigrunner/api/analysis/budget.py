@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Component:
-    """One line of an uncertainty budget (GUM 8): an input, and what it contributes."""
+    """One line of an uncertainty budget (GUM 8): an input and its contribution."""
 
     name: str
     u: float
@@ -31,7 +31,7 @@ class Component:
     input_u: float = nan
     """The input's standard uncertainty."""
     sensitivity: float = nan
-    """The result's change over the input's; 1 for a line of several inputs."""
+    """Sensitivity: change of the result per change of the input; 1 for a line of several inputs."""
     shared: bool = True
     """Whether a line of this name in another result is the same error. False of an error that may
     be another one at each reading: nobody states what two results have of it in common."""
@@ -42,16 +42,16 @@ class Consequence(StrEnum):
 
     NOTHING = ""
     NOTE = "note"
-    """Something was found that moves no result by as much as matters."""
+    """The finding has no relevant effect on a result."""
     BUDGET = "budget"
-    """What was found has a line of its own in the uncertainty budget."""
+    """The finding has its own line in the uncertainty budget."""
     INCONCLUSIVE = "inconclusive"
-    """Nothing can be decided on the result."""
+    """No decision on the result is possible."""
 
 
 @dataclass(frozen=True)
 class Bias:
-    """By how much what a check found moves a result that is not corrected for it (VIM 2.18)."""
+    """Bias of a result by the finding of a check, without correction (VIM 2.18)."""
 
     of: str
     """'mean', or the set-point: '35 Hz'."""
@@ -61,7 +61,7 @@ class Bias:
 
     @property
     def contribution(self) -> float:
-        """The root mean square of what the result may be wrong by: a standard uncertainty."""
+        """The root mean square error of the result: a standard uncertainty."""
         return hypot(self.value, self.u)
 
 
@@ -69,9 +69,8 @@ class Bias:
 class Check:
     """A named check: its finding, its limit and its advice.
 
-    A method says in `ok` whether it found anything, and in `biases` by how much that moves each of
-    its points. What follows from it, the analysis decides; from then on `ok`
-    is False only of a check that binds.
+    A method states in `ok` whether the check passed, and in `biases` its effect on each point. The
+    analysis decides the consequence; then `ok` is False only for a check with a consequence.
     """
 
     name: str
@@ -79,20 +78,20 @@ class Check:
     text: str
     advice: str = ""
     value: float | None = None
-    """What was found, or the worst of it; None where it is not a number."""
+    """The finding, or the worst one; None if it is not a number."""
     threshold: float | None = None
-    """What it may be at most or at least."""
+    """The limit of the value."""
     unit: str = ""
-    """Of both: '1' for a bare number."""
+    """Unit of value and limit; '1' for a number without unit."""
     decisive: bool = False
-    """Whether its effect cannot be estimated, so that nothing can be decided where it failed."""
+    """Whether its effect cannot be estimated, so that no decision is possible if it fails."""
     biases: tuple[Bias, ...] = ()
     """Of each point, in the order of the points; once it was judged, that of the mean first."""
     common: bool = True
     """Whether the biases are of one error, the same in all points: those do not average out."""
     covered_by: tuple[str, ...] = ()
-    """Lines of the budget that have a part of the effect already."""
+    """Lines of the budget that already include part of the effect."""
     consequence: Consequence = Consequence.NOTHING
     of: tuple[tuple[str, Mapping[str, CoordinateValue]], ...] = ()
-    """The results on which nothing can be decided if it failed, each by its name and coordinates;
-    empty: all of the run."""
+    """The results without a decision if it fails, each by name and coordinates; empty: all of the
+    run."""

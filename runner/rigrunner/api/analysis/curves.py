@@ -1,4 +1,4 @@
-"""Fits: what a plugin of that kind is, and the curves that it gives."""
+"""The contract of fits, and of the curves that they return."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Curve(Protocol):
 
     @property
     def formula(self) -> str:
-        """The curve as a person writes it, with its parameters' names."""
+        """The curve as a formula, with the names of its parameters."""
         ...
 
     @property
@@ -87,27 +87,27 @@ class Spreading(Protocol):
 
 @runtime_checkable
 class Extrapolating(Protocol):
-    """What a Curve can have besides: its values outside `valid_x`."""
+    """An optional ability of a Curve: values outside `valid_x`."""
 
     def extrapolate(self, x: Array) -> tuple[Array, Array]:
         """Return the curve and its standard uncertainty as `predict`, at any x.
 
-        The uncertainty is that of the coefficients: that the curve holds there, nobody knows.
+        The uncertainty is that of the coefficients; whether the curve is valid there is unknown.
         """
         ...
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """One of the curves that a fit chose from."""
+    """A candidate of a fit that chooses a curve."""
 
     formula: str
     parameters: int
-    """How many coefficients it has."""
+    """Number of coefficients."""
     score: float
-    """By the criterion, less is better; nan where the curve could not be fitted."""
+    """Value of the criterion, lower is better; nan if the curve could not be fitted."""
     residual_s: float
-    """The residual standard deviation, in the unit of y; nan where there is none."""
+    """The residual standard deviation, in the unit of y; nan if there is none."""
     chosen: bool = False
     problem: str = ""
     """Why the curve could not be fitted."""
@@ -119,12 +119,12 @@ class Chosen(Protocol):
 
     @property
     def criterion(self) -> str:
-        """What the candidates were compared by, such as 'AICc'."""
+        """The criterion of the comparison, such as 'AICc'."""
         ...
 
     @property
     def candidates(self) -> Sequence[Candidate]:
-        """All that were tried, in the order of the procedure, the chosen one among them."""
+        """All candidates in the order of the procedure, including the chosen one."""
         ...
 
 

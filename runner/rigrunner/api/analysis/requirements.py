@@ -1,7 +1,7 @@
-"""What an analysis needs of a run, as data: `check`, `plan`, the panel and `run` refuse in time.
+"""Requirements of an analysis as data: `check`, `plan`, the panel and `run` refuse in advance.
 
-Each number by which the analysis refuses a run has its only home here, or beside the plugin whose
-number it is.
+Each number by which the analysis refuses a run is defined only here, or in the plugin that it
+belongs to.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from rigrunner.api.quantity import Quantity
 
 LEAST_CYCLES = 5
-"""Whole cycles in a recording, after gross errors: with fewer, neither a gross error nor the
-scatter of a mean can be determined."""
+"""Minimum number of whole cycles in a recording without gross errors: with fewer, neither a gross
+error nor the scatter of a mean can be determined."""
 SPARE_CYCLES = 1
-"""Cycles to record beyond those that are needed: the drive may turn slower than it is set."""
+"""Cycles to record in addition to the required ones: the drive may be slower than its set-point."""
 LATEST = "latest"
-"""Of a partner run: the latest that fits."""
+"""Selects the latest matching partner run."""
 STATION = "station"
 _HOUR_S = 3600.0
 _AFTER = "_after"
@@ -33,45 +33,45 @@ _FILES = ("procedure", STATION)
 
 @dataclass(frozen=True, kw_only=True)
 class NeededChannel:
-    """A channel that an analysis cannot do without."""
+    """A channel that an analysis requires."""
 
     name: str
     """role.name; of a counter or label its name."""
     key: tuple[str | int, ...]
-    """Where the settings name it, such as ('of',)."""
+    """Its place in the settings, such as ('of',)."""
     enters: tuple[str, ...] = ()
-    """The results that its values enter."""
+    """The results that depend on its values."""
     or_coordinate: bool = False
-    """Whether a set-point, counter or label of that name serves where no such channel is read."""
+    """Whether a set-point, counter or label of that name replaces the channel if it is not read."""
     quantity: str = ""
-    """The kind of quantity that it must be, such as 'voltage'; '' for any."""
+    """The required kind of quantity, such as 'voltage'; '' for any."""
     spans: tuple[float, float] | None = None
-    """The least and the greatest value that it must reach, in the SI unit. It is asked of
-    set-points: what is read is not known beforehand."""
+    """The lowest and the highest value that it must reach, in the SI unit. Checked for set-points
+    only, since readings are not known in advance."""
     values: tuple[Quantity | str, ...] = ()
-    """Values at each of which something must be measured; asked of set-points, counters and labels
+    """Values at which a measurement is required; checked for set-points, counters and labels
     only."""
     shared: str = ""
-    """A set-point, counter or label that must have one of its values, at least, at all `values`."""
+    """A set-point, counter or label that must have at least one common value at all `values`."""
     within: float = 0.0
-    """By how much values of `shared` may differ to count as one, as a share of their range."""
+    """Allowed difference of equal values of `shared`, as a share of their range."""
     x_of: str = ""
-    """Of the x of a fit, the field of the settings that names the fit: as many different set-points
-    are asked for as that fit needs."""
+    """For the x of a fit: the field of the settings that names the fit, whose number of different
+    set-points is required."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class NeededResult:
-    """A result of another analysis, which is made first."""
+    """A required result of another analysis, which is calculated first."""
 
     name: str
     key: tuple[str | int, ...]
-    """Where the settings name it, such as ('inputs', 'R')."""
+    """Its place in the settings, such as ('inputs', 'R')."""
     per: tuple[str, ...] | None = None
-    """The only coordinates that may tell its values apart; None: any."""
+    """The only coordinates that may distinguish its values; None: any."""
     independent: bool = False
-    """Whether it counts as independent of the others, but for the lines that their budgets share:
-    two such results of one analysis are refused, as their scatter is one."""
+    """Whether it is independent of the others except for shared lines of the budgets: two such
+    results of one analysis are refused, since they have the same scatter."""
 
 
 def partner_words(name: str) -> str:
@@ -82,36 +82,36 @@ def partner_words(name: str) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class NeededRun:
-    """A partner run that an analysis cannot do without.
+    """A partner run that an analysis requires.
 
     It must be completed, and be no replay of a tape, unless this run is one too. Raises ValueError
     for a name that cannot be one.
     """
 
     name: str
-    """By which the analysis has it, `run.partners[name]`, and people name one: letters, digits and
-    '_'. One name is one run: analyses that use a name must ask for the same run by it."""
+    """Name of the partner run in `run.partners[name]` and `--partner`: letters, digits and '_'.
+    Analyses that use the same name must require the same run."""
     key: tuple[str | int, ...]
-    """Where the settings ask for it, such as ('tare',)."""
+    """Its place in the settings, such as ('tare',)."""
     procedure: str = ""
-    """The id of the procedure that it must be a run of; '' for any."""
+    """The id of its procedure; '' for any."""
     run: str = LATEST
     """'latest', or a run by its folder or name."""
     max_age_s: float = 8 * _HOUR_S
-    """How long before this run it may have begun; of one after it, how long after."""
+    """Longest time between its start and that of this run, before or after it."""
     same: tuple[str, ...] = (STATION,)
-    """What both must have in common: 'station', and keys of the rig."""
+    """What both runs must share: 'station', and keys of the rig."""
     after: bool = False
-    """Whether it is made after this run, which is kept open until `resume` takes it in."""
+    """Whether it is made after this run, which stays open until `resume` adds it."""
     channels: tuple[NeededChannel, ...] = ()
-    """What must be measured in it, in one step together; their keys are not used."""
+    """Channels that must be measured in it, together in one step; their keys are not used."""
     at: tuple[str, ...] = ()
-    """Set-points, counters or labels: at each of their values in this run its channels must have
-    been measured in it too."""
+    """Set-points, counters or labels: the channels must have been measured in it at each of their
+    values in this run."""
     within: float = 1e-6
-    """How far, relatively, such a value of both may differ."""
+    """Allowed relative difference of such a value between both runs."""
     optional: bool = False
-    """Whether the analysis is made without it too, and says itself what it then lacks."""
+    """Whether the analysis is also made without it, and reports what is missing."""
 
     def __post_init__(self) -> None:
         """Refuse a name that cannot be one."""
@@ -120,29 +120,29 @@ class NeededRun:
 
     @property
     def words(self) -> str:
-        """It in words, such as 'dark run'."""
+        """The partner run in words, such as 'dark run'."""
         return partner_words(self.name)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Requirements:
-    """What an analysis, an outlier rule or a fit needs, from its settings alone.
+    """Requirements of an analysis, an outlier rule or a fit, from its settings alone.
 
-    The defaults ask for nothing.
+    The defaults require nothing.
     """
 
     channels: tuple[NeededChannel, ...] = ()
-    """What must be measured, in one step together."""
+    """Channels that must be measured together in one step."""
     results: tuple[NeededResult, ...] = ()
-    """Results of other analyses of the procedure: these are made first."""
+    """Results of other analyses of the procedure, which are calculated first."""
     partners: tuple[NeededRun, ...] = ()
-    """Other runs that it is given beside this one."""
+    """Partner runs."""
     cycles: int = 0
-    """Whole cycles in each recording."""
+    """Minimum number of whole cycles in each recording."""
     rate_hz: float = 0.0
-    """Samples per second, in each recording of its channels."""
+    """Minimum samples per second in each recording of its channels."""
     points: int = 0
-    """Different x of the values that a fit is through."""
+    """Minimum number of different x of a fit."""
     parameters: Mapping[str, str] = field(default_factory=dict)
-    """Of a fit, its parameters, each with its unit in SI, or '' where that follows from the points;
-    empty where the settings alone do not tell them."""
+    """Parameters of a fit, each with its SI unit, or '' if that follows from the points; empty if
+    they do not follow from the settings."""

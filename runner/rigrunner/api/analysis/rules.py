@@ -1,4 +1,4 @@
-"""Rules for gross errors: what a plugin of that kind is."""
+"""The contract of rules for gross errors."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Rejection:
-    """One value that a rule rejected, with the numbers that made it do so."""
+    """One value that a rule rejected, with its test statistic."""
 
     index: int
     value: float

@@ -37,7 +37,9 @@ def command(procedure: str, by: str | None, on: datetime | None, *, show: bool) 
     from rigrunner.run.approval import approval_state, approve, moment_of
 
     if show == bool(by or on):
-        raise UsageError("say who approves, or --show", hint="such as --by 'A. Jones'")
+        raise UsageError(
+            "name the approver with --by, or give --show", hint="such as --by 'A. Jones'"
+        )
     loaded = load_procedure(find_procedure(procedure))
     if not show:
         day = on.date() if on else None

@@ -76,7 +76,7 @@ def command(
     from rigrunner.run.lab_plugins import lab_registry
 
     if (file is None) == (rule is None):
-        raise UsageError("give --acceptance FILE or --rule RULE, one of them")
+        raise UsageError("give either --acceptance FILE or --rule RULE")
     if rule is None and fraction is not None:
         raise UsageError("--fraction is a setting of --rule", hint="give both, or a file")
     registry = lab_registry(station)
@@ -128,7 +128,7 @@ def _other_rule(held: Acceptance | None, rule: str | None, fraction: float | Non
 
     if held is None:
         hint = "give limits and rule with --acceptance FILE"
-        raise UsageError("no limit holds for this run, so a rule has nothing to apply", hint=hint)
+        raise UsageError("the run has no limits to which a rule could apply", hint=hint)
     changed = {**held.as_written(), "rule": rule, "fraction": fraction}
     return Acceptance.model_validate(changed, context={STORED: True})
 

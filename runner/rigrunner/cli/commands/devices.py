@@ -94,7 +94,7 @@ def _unconfirmed(marks: RigMarks | None, station: str, safe_by: str | None, reas
     roles = ", ".join(sorted(marks.unconfirmed))
     if safe_by is not None:
         settle_by(marks, safe_by, reason)
-        message(f"On record with the next run: {safe_by.strip()} says that {roles} is safe.")
+        message(f"{safe_by.strip()} states that {roles} is safe; the next run records it.")
         return False
     message(f"{warning_label()} not read back as safe since the rig was left energised: {roles}")
     message(f"  {what_to_do(station)}")

@@ -12,7 +12,7 @@ from rigrunner.cli.output import message, result
 
 @click.command(name="init")
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path, file_okay=False))
-@click.option("--lab", default="", help="With which lab to begin, where packages bring several.")
+@click.option("--lab", default="", help="The lab template, if packages provide several.")
 def command(folder: Path, lab: str) -> None:
     """Create a lab folder with a station, procedures and a plugin.
 
@@ -22,7 +22,7 @@ def command(folder: Path, lab: str) -> None:
     from rigrunner.tools.labfolder import STATION, make_lab
 
     procedures = make_lab(folder, load_registry(), lab)
-    message(f"Made the lab folder {folder}; its README.md says what is where. To try it:")
+    message(f"Created the lab folder {folder}; its README.md describes the files. To try it:")
     if folder.resolve() != Path.cwd():
         result(f"cd {shlex.quote(str(folder))}")
     for procedure in procedures:

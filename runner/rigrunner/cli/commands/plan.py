@@ -58,7 +58,7 @@ def _sections(planned: Planned, prediction: Prediction) -> Iterator[str]:
     rows = [
         [str(i), each.phase, _short(each.text), _seconds(each)] for i, each in enumerate(steps, 1)
     ]
-    header, align = ["step", "phase", "what is done", "time"], "rllr"
+    header, align = ["step", "phase", "action", "time"], "rllr"
     if any(each.coordinates for each in steps):
         header, align = [*header, "coordinates"], f"{align}l"
         where = [

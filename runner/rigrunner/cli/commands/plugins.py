@@ -78,7 +78,7 @@ def _details(plugin: Plugin) -> str:
     from rigrunner.tools.schemas.fields import all_fields
 
     settings = [_setting(name, field) for name, field in all_fields(plugin.record.settings_model)]
-    return "\n".join([head, plugin.record.help, "", *(settings or ["  nothing to set"])])
+    return "\n".join([head, plugin.record.help, "", *(settings or ["no settings"])])
 
 
 def _setting(name: str, field: Field) -> str:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 @partner_option
 @click.option("--by", default="", metavar="NAME", help="Who resumes it; by default who began it.")
 @click.option("--dry-run", is_flag=True, help="Check, and show where it would continue.")
-@click.option("--unattended", is_flag=True, help="Take the answers in the procedure.")
+@click.option("--unattended", is_flag=True, help="Use the answers in the procedure.")
 @click.option("--realtime", is_flag=True, help="Run a simulated rig in real time.")
 @json_option
 def command(

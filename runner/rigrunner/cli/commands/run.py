@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 @set_option
 @answers_option
 @partner_option
-@click.option("--unattended", is_flag=True, help="Take the answers in the procedure.")
+@click.option("--unattended", is_flag=True, help="Use the answers in the procedure.")
 @click.option("--realtime", is_flag=True, help="Run a simulated rig in real time.")
 @click.option("--operator", metavar="NAME", help="Who does the run.")
 @override_options

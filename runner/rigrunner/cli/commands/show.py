@@ -65,7 +65,7 @@ def command(run: str, runs: Path, *, as_json: bool) -> ExitCode:
         result(f"\n{measured(stored.measurements)}")
     if stored.superseded_measurements:
         rows = len(stored.superseded_measurements)
-        result(f"\nKept beside, of steps that were repeated: {rows} rows; --json prints them")
+        result(f"\nRows of repeated steps, not evaluated: {rows} (--json prints them)")
     if stored.result_document is not None:
         result(f"\n{summary(stored.result_document)}")
     if later:

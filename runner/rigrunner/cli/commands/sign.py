@@ -50,12 +50,12 @@ def command(
     """
     if new_key is not None:
         if certificate is not None or key is not None:
-            raise UsageError("--new-key makes a key and signs nothing", hint="do one at a time")
+            raise UsageError("--new-key creates a key and signs nothing", hint="do one at a time")
         _make(new_key, protected=protected)
         return
     if certificate is None or key is None or not by.strip():
         raise UsageError(
-            "to sign needs a certificate, a key and a name",
+            "signing needs a certificate, a key and a name",
             hint="rigrunner sign CERTIFICATE --key FILE --by NAME; --new-key FILE makes a key",
         )
     from rigrunner.clock import WallClock
@@ -75,7 +75,7 @@ def _make(path: Path, *, protected: bool) -> None:
     public = new_key(path, _passphrase(new=True) if protected else "")
     message(f"Wrote {path}: keep it secret, and keep a copy. {public} is for everyone.")
     if not protected:
-        message("The key has no passphrase: whoever can read the file can sign with it.")
+        message("The key has no passphrase: anyone who can read the file can sign with it.")
     result(fingerprint(read_public_keys(public)[0]))
 
 

@@ -79,7 +79,7 @@ def command(
     elif run is not None:
         raise UsageError(
             f"'{what}' is not a certificate",
-            hint=f"it is a file {', '.join(FORMS)}, before the run",
+            hint=f"the certificate comes first: a file {', '.join(FORMS)}",
         )
     else:
         found = verify_run(_run(what, runs), registry)

@@ -110,7 +110,7 @@ def _decided(original: Certificate, run: Path, registry: Registry) -> Conformity
     if other:
         raise DataError(
             f"the decision cannot be taken over from {header.run_id}: {'; '.join(other)}",
-            hint="its numbers would be by one revision, its verdict by another",
+            hint="its numbers and its verdict would be by different revisions",
         )
     return conformity_of(source.result.decision, source.decided_again)
 
@@ -142,7 +142,7 @@ def _refuse_not_issued(original: Certificate, sha256: str, folder: Path) -> None
     replaced = numbers.replaced_by(original.number)
     if replaced:
         raise UsageError(
-            f"{original.number} was replaced by {replaced} already", hint="amend that one"
+            f"{original.number} was already replaced by {replaced}", hint="amend that one"
         )
 
 

@@ -159,7 +159,7 @@ def _refuse_early_issue(source: Source, now: datetime) -> None:
         raise UsageError(
             f"the run ended on {ended[:19]}, and it is {utc_text(now)[:19]} (UTC): a certificate"
             " cannot be dated before its test",
-            hint="set the clock right that is wrong; if it was the rig's, repeat the run",
+            hint="correct the wrong clock; if it was that of the rig, repeat the run",
         )
 
 
@@ -184,7 +184,7 @@ def _further_copy(
         return None
     if not is_specimen:
         raise UsageError(
-            f"{number} was issued on {run_id} already, and is in force",
+            f"{number} was already issued on {run_id}, and is in force",
             hint=f"'rigrunner amend' replaces {number}, and the further document says so",
         )
     if not reason:
@@ -207,7 +207,7 @@ def _refuse_beyond_calibration(source: Source) -> None:
                 hint="enter the instrument with its certificate and accuracy in the station's"
                 " register, and repeat the run",
             )
-        beyond = f"{found.where} went beyond its calibrated range: {found.text}"
+        beyond = f"{found.where} exceeded its calibrated range: {found.text}"
         raise UsageError(
             f"{run_id} cannot be certified: {beyond}",
             hint="have it calibrated up to there, or repeat the run within the range;"

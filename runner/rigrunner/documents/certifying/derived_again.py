@@ -65,9 +65,9 @@ def _compare(
     if then is not None and now is not None and _same(then, now):
         return
     raise DataError(
-        f"{stored.header.run_id} gives other numbers today than when it was sealed:"
+        f"{stored.header.run_id} gives different numbers than when it was sealed:"
         f" {name} was {_text(then)}, is {_text(now)}",
-        hint=f"{why}; certify with those of the run, or measure again",
+        hint=f"{why}; certify with the versions of the run, or repeat it",
     )
 
 

@@ -67,7 +67,7 @@ class Office:
             make(CertificateInput(draft, self.letterhead))
             self.progress(MAKING, done, 2 * len(makers))
         numbers = Numbers(self.folder, self._prefix(draft))
-        broken = [f"{each} was taken, and nothing was issued" for each in numbers.interrupted()]
+        broken = [f"{each} was reserved, but not issued" for each in numbers.interrupted()]
         number = numbers.reserve(self.now.year, self._known(draft))
         try:
             certificate = content(number)

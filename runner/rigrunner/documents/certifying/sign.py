@@ -79,7 +79,8 @@ def _refuse_unknown(document: Document, letterhead: Path) -> None:
     """Raise DataError if no record shows that the document was issued."""
     if not Numbers(letterhead, prefix_of(document.certificate.number)).kept:
         raise DataError(
-            f"{document.path} is not signed: {letterhead} keeps no numbers, so it is not known"
+            f"{document.path} is not signed: {letterhead} has no record of numbers, so it is not"
+            " known"
             " whether it was issued",
             hint="name the laboratory's folder with --letterhead",
         )

@@ -70,11 +70,13 @@ def parse_contents(text: bytes) -> Contents:
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"])) or "it"
-        raise DataError(f"its list of files is none: {where}: {first['msg']}") from error
+        raise DataError(f"its list of files is not valid: {where}: {first['msg']}") from error
     names = [each.name for each in found.files]
     odd = next((name for name in [found.folder, *names] if not is_safe(name)), None)
     if odd is not None or "/" in found.folder:
-        raise DataError(f"a name in it leads elsewhere, or is none on every system: {odd!r}")
+        raise DataError(
+            f"a name in it leads out of the folder, or is not allowed on every system: {odd!r}"
+        )
     # Some systems take names that differ in case alone for one file.
     if len({name.casefold() for name in names}) < len(names):
         raise DataError("its list names a file twice")

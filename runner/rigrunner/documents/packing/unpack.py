@@ -66,7 +66,7 @@ def _contents(packed: Path, file: ZipFile) -> Contents:
         raise DataError(f"{packed}: {error.message}") from error
     names = [each.filename for each in entries]
     if names != found.members or RUN_FILE not in {each.name for each in found.files}:
-        raise DataError(f"{packed} does not hold what its list names")
+        raise DataError(f"{packed} does not contain the files in its list")
     return found
 
 
@@ -76,10 +76,10 @@ def _refuse_odd(packed: Path, entries: list[ZipInfo]) -> None:
         if each.compress_type != ZIP_STORED or each.flag_bits & _ENCRYPTED:
             raise DataError(
                 f"{packed}: '{each.filename}' is compressed or encrypted",
-                hint="'rigrunner pack' makes files that are neither",
+                hint="'rigrunner pack' writes neither",
             )
     if sum(each.file_size for each in entries) > packed.stat().st_size:
-        raise DataError(f"{packed} says that it holds more than it is large")
+        raise DataError(f"{packed} states more data than the file has")
 
 
 def _take_out(packed: Path, file: ZipFile, contents: Contents, place: Path) -> None:
@@ -97,7 +97,7 @@ def _take_out(packed: Path, file: ZipFile, contents: Contents, place: Path) -> N
 
 def _require_digest(packed: Path, each: PackedFile, found: str) -> None:
     if found != each.sha256:
-        raise DataError(f"{packed}: '{each.name}' is not what was packed, by its SHA-256")
+        raise DataError(f"{packed}: '{each.name}' does not match its SHA-256")
 
 
 def _require_same(packed: Path, contents: Contents, sealed: Path) -> None:

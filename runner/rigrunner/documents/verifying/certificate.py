@@ -94,7 +94,7 @@ def _check_run(found: Verification, certificate: Certificate, path: Path, means:
     if run is None:
         found.unchecked.append(
             f"the run {evidence.run_id} is neither beside the certificate nor in {means.runs}:"
-            " no number was derived again"
+            " no number was recomputed"
         )
         return
     sealed = sealed_file_of(run)
@@ -220,7 +220,7 @@ def _bytes_differ(digest: str, evidence: RunEvidence, *, sound: bool) -> Iterato
             "nothing recorded in it differs from its manifest: the change is in the layout of"
             " the file, or manifest and content were changed together"
             if sound
-            else "what differs in it is told above"
+            else "its differences are listed above"
         )
         yield f"SHA-256 {digest}, and the certificate names {evidence.file_sha256}; {where}"
 

@@ -41,8 +41,8 @@ def check_decisions(
     missing = [each.file for each in records if each.file not in there]
     if missing:
         found.unchecked.append(
-            f"{', '.join(missing)} is not beside the run: the decision was derived again, but who"
-            " decided it and why is on the certificate alone"
+            f"{', '.join(missing)} is not beside the run: the decision was derived again, but"
+            " only the certificate states who decided it and why"
         )
     differs = [*_different(records, there), *_left_out(certificate, others)]
     if (records and not missing) or differs:

@@ -129,7 +129,7 @@ def _check_appended(found: Verification, form: Form) -> None:
         found.unproven.extend(f"{each} may cover what was issued" for each in appended.drawn)
         found.information.append(
             f"{form.name} is as issued, plus a seal ({', '.join(appended.seals)}):"
-            " whose it is, and whether it is valid, a PDF reader says"
+            " a PDF reader shows who made it and whether it is valid"
         )
 
 
@@ -150,7 +150,7 @@ def check_name(found: Verification, path: Path, number: str) -> None:
             f"name of {path.name}: the document in it is {number}, not {named[0]}"
         )
     elif path.stem != number:
-        found.information.append(f"{path.name} is a file name of its own: the document is {number}")
+        found.information.append(f"{path.name} is not the name as issued: the document is {number}")
 
 
 def check_number(
@@ -166,7 +166,9 @@ def check_number(
         if numbers.kept:
             found.take(f"record of {number}", _differs(numbers, number, forms))
         else:
-            found.information.append(f"{letterhead} keeps no numbers: the record was not looked at")
+            found.information.append(
+                f"{letterhead} has no record of numbers, so it was not checked"
+            )
     other = numbers.replaced_by(number) if numbers else ""
     beside = "" if other else _replaced_beside(forms, number)
     if other:

@@ -137,7 +137,7 @@ def _letterhead(certificate: Certificate, folder: Path | None) -> Letterhead:
         own = [name for name in files if name != LETTERHEAD_FILE]
         if own:
             raise NotMadeAgainError(
-                f"it shows the laboratory's own {', '.join(own)}, which is not here",
+                f"it shows the laboratory's own {', '.join(own)}, which is not available",
                 hint="name the laboratory's folder with --letterhead, or its key with --trust",
             )
         return Letterhead(laboratory=certificate.laboratory, language=language, prefix="")
@@ -180,7 +180,7 @@ def check_page(found: Verification, form: Form, maker: PageMaker, *, signed: boo
 def _compare_html(shown: bytes, made: bytes) -> tuple[list[str], str]:
     """Return differences in words and structure, and differences in drawings."""
     other = _FIGURE.findall(shown) != _FIGURE.findall(made)
-    why = "its figure is not the one that is drawn here" if other else ""
+    why = "its figure differs from the one made here" if other else ""
     return list(_different_lines(shown, made)), why
 
 
@@ -198,7 +198,7 @@ def _compare_pdf(shown: bytes, made: bytes) -> tuple[list[str], str]:
         return [error.message], ""
     if not where:
         return [], ""
-    why = f"it is drawn otherwise than here, first at {where}"
+    why = f"it differs from the page made here, first at {where}"
     return list(_different_numbers(shown, made)), why
 
 

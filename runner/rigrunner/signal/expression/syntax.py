@@ -162,7 +162,7 @@ def _refuse_words(text: str) -> None:
         if word["number"] and (after.isalnum() or after in ("_", ".")):
             _refuse(text, word.end() + 1, "follows a number", "write * between them")
         if word["name"] and keyword.iskeyword(word["name"]):
-            _refuse(text, position + 1, "is a word of programs, and no name of a quantity")
+            _refuse(text, position + 1, "is a reserved word, not the name of a quantity")
         position = word.end()
 
 
@@ -175,7 +175,7 @@ def _refuse_character(text: str, position: int) -> NoReturn:
     raise ExpressionError(
         f"column {position + 1}: the character{shown} ({name}) is not allowed",
         column=position + 1,
-        hint="allowed are letters a to z and A to Z, digits, _ . , + - * / ( )",
+        hint="expected letters a to z and A to Z, digits, _ . , + - * / ( )",
     )
 
 
@@ -254,7 +254,7 @@ class _Reading:
 
     def _call(self, name: str, node: ast.Call, column: int, depth: int) -> Node:
         if name not in _KNOWN_FUNCTIONS:
-            what = "is not a function" if name not in self.names else "is a quantity, no function"
+            what = "is a quantity, not a function" if name in self.names else "is not a function"
             known = ", ".join(_KNOWN_FUNCTIONS)
             hint = did_you_mean(name, _KNOWN_FUNCTIONS, f"functions are {known}")
             _refuse(self.text, column, what, hint)

@@ -67,7 +67,7 @@ def compare_runs(before: Path, after: Path) -> Comparison:
         _named(first.header),
         _named(second.header),
         tuple(run_changes(first, second)),
-        "no difference that matters",
+        "no relevant difference",
     )
 
 
@@ -106,7 +106,7 @@ def _of_texts(before: str, first: ProcedureTexts, after: str, second: ProcedureT
 def _layout(identical: bool) -> str:  # noqa: FBT001  (a verdict's one question)
     if identical:
         return "no difference: the texts are the same"
-    return "no difference but in comments, layout, or ways to write the same"
+    return "the only differences are in comments, layout or notation"
 
 
 def _texts(loaded: LoadedProcedure) -> ProcedureTexts:

@@ -40,7 +40,7 @@ def visa(_: Surroundings) -> Iterator[Finding]:
     if paths:
         yield Finding(_VISA, "ok", f"{', '.join(paths)} (backend @ivi)")
         return
-    fix = "where pyvisa-py will not do: install NI-VISA or Keysight IO Libraries"
+    fix = "if pyvisa-py is not sufficient: install NI-VISA or Keysight IO Libraries"
     yield Finding(_VISA, "warn", "no vendor's library (optional; backend @ivi)", fix)
 
 
@@ -84,12 +84,12 @@ def serial_ports(_: Surroundings) -> Iterator[Finding]:
     if barred:
         group = _group(barred[0])
         fix = f"sudo usermod -aG {group} {getpass.getuser()}, then log in again"
-        found = f"you may not open {', '.join(barred)}, which belongs to the group {group}"
+        found = f"no permission to open {', '.join(barred)}, which belongs to the group {group}"
         yield Finding(_SERIAL, "warn", found, fix)
 
 
 def _not_looked_for(name: str, extra: str) -> Finding:
-    return Finding(name, "ok", f"not looked for: the extra {extra} is not installed")
+    return Finding(name, "ok", f"not checked: the extra {extra} is not installed")
 
 
 def _may_open(port: str) -> bool:

@@ -85,7 +85,7 @@ def _wrong(package: str, found: dict[str, str], bounds: str) -> str:
         if sign == ">=" and numbers(installed) < numbers(bound):
             return f"{package} {installed} is too old: expected {bound}"
         if sign == "<" and numbers(installed) >= numbers(bound):
-            return f"{package} {installed} is too new: tested is what comes before {bound}"
+            return f"{package} {installed} is too new: expected a version below {bound}"
     return ""
 
 

@@ -59,7 +59,7 @@ def plugins(of: Surroundings) -> Iterator[Finding]:
     state: State = "ok" if count else "fail"
     yield Finding("plugins", state, listing or "none", "" if count else "reinstall Rigrunner")
     for disabled in of.registry.disabled:
-        fix = "fix or uninstall it; its plugins are not there"
+        fix = "fix or uninstall it; its plugins are not available"
         text = f"{disabled.provider} is disabled: {disabled.reason}"
         yield Finding("plugins", "warn", text, fix)
     yield from _claimed_twice(of.registry)

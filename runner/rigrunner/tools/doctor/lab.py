@@ -19,13 +19,13 @@ _NAME = "station"
 def station(of: Surroundings) -> Iterator[Finding]:
     """Create the devices of the station. No instrument is accessed."""
     if of.station is None:
-        yield Finding(_NAME, "ok", "not looked at: --station names one")
+        yield Finding(_NAME, "ok", "not checked: name one with --station")
         return
     try:
         ready = ready_station(of.station)
     except InvalidFileError as error:
         for each in error.problems:
-            fix = each.hint or "'rigrunner check' tells all that is wrong in it"
+            fix = each.hint or "'rigrunner check' lists all problems in it"
             where = f"{each.location}: " if each.location else ""
             yield Finding(_NAME, "fail", f"{where}{each.message}", fix)
         return

@@ -32,7 +32,7 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome", "msedge",
 def clock(of: Surroundings) -> Iterator[Finding]:
     """Check the clock, as far as a machine can by itself."""
     text = f"{of.now:%Y-%m-%d %H:%M:%S} UTC"
-    fix = "set the clock; let it be kept by NTP"
+    fix = "set the clock, and synchronise it by NTP"
     newest = _newest_run(of.runs)
     if of.now < RELEASED:
         yield Finding("clock", "fail", f"{text} is before this program was written", fix)
@@ -56,10 +56,10 @@ def runs_folder(of: Surroundings) -> Iterator[Finding]:
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        fix = "give yourself the right to write there, or name another folder with --runs"
+        fix = "get write permission there, or name another folder with --runs"
         yield Finding("runs folder", "fail", f"{folder}: {error.strerror or error}", fix)
     else:
-        made = "can be written" if there else "will be made by the first run"
+        made = "can be written" if there else "will be created by the first run"
         yield Finding("runs folder", "ok", f"{of.runs.absolute()} {made}")
 
 
@@ -117,7 +117,7 @@ def text(_: Surroundings) -> Iterator[Finding]:
 def browser(_: Surroundings) -> Iterator[Finding]:
     """Look for a browser."""
     yield _optional(
-        "browser", BROWSERS, "install chromium to print reports; to look at one any will do"
+        "browser", BROWSERS, "install chromium to print reports; any browser displays them"
     )
 
 

@@ -113,7 +113,7 @@ def _checked(mapping: LoadedMapping, name: str, column: object) -> Column:
 
 def _not_given(mapping: LoadedMapping, what: str) -> PluginError:
     name = mapping.model.format.name
-    hint = f"its author is to fix that; see 'rigrunner check-plugin {name}'"
+    hint = f"report it to its author; see 'rigrunner check-plugin {name}'"
     return PluginError(f"the importer '{name}' gave {what}", hint=hint)
 
 

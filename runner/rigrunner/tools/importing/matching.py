@@ -66,7 +66,7 @@ class _Matcher:
             what = self._planned.procedure.model.id
             self._complain(("procedure",), f"{what} records nothing: there is nothing to import")
         if self._planned.plan.has_conditions:
-            message = "its procedure has conditions, and what was left out is not known"
+            message = "its procedure has conditions, and which steps were skipped is not known"
             self._complain(("procedure",), message, "import by one without 'when' and 'until'")
         self._problems.stop_if_any()
         self._channels()
@@ -123,14 +123,15 @@ class _Matcher:
         for member in dict.fromkeys(zeroed):
             if member not in self._mapping.zeros:
                 self._complain(
-                    ("zeros",), f"the procedure zeroes '{member}': what did it read at rest?",
-                    "0 in its unit where the program had taken it off already", key=True,
+                    ("zeros",), f"the procedure zeroes '{member}', but its reading at rest is"
+                    " missing",
+                    "0 in its unit if the program had already subtracted it", key=True,
                 )  # fmt: skip
             elif (given := len(self._mapping.zeros_of(member))) != zeroed.count(member):
                 self._complain(
                     ("zeros", member),
                     f"the procedure zeroes it {zeroed.count(member)} times, given: {given}",
-                    "a list with what it read each time, in that order",
+                    "give a list of its readings at rest, in this order",
                 )
 
     def _zeros_of(self, member: Member, needed: str) -> None:
@@ -155,7 +156,7 @@ class _Matcher:
                     at: Path = (*path, "values", member)
                     self._fits(at, value.unit.symbol, action.units[member], member)
         for action in steps[len(entries) :]:
-            text = f"what was measured is missing: '{action.name}' of {', '.join(action.channels)}"
+            text = f"the measurement '{action.name}' is missing, of {', '.join(action.channels)}"
             self._complain(("measurements",), text, key=True)
         for index in range(len(steps), len(entries)):
             text = "the procedure measures nothing, or nothing more"
@@ -266,7 +267,7 @@ class _Matcher:
         action = next(iter(self._records.values()))
         unset = [member for member in action.setpoints if member not in given]
         if unset:
-            return f"nothing says to what it was set: {', '.join(unset)}"
+            return f"the set-point is missing of: {', '.join(unset)}"
         text = ", ".join(f"{member} {quantity}" for member, quantity in given.items())
         return f"the procedure records nothing, or nothing more, at {text}"
 

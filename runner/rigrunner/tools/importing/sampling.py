@@ -79,8 +79,8 @@ def _refuse_gaps(name: str, column: Column, begun: datetime, rate_hz: float, whe
         late_s = (taken - begun).total_seconds() - sample / rate_hz
         if abs(late_s) > max(_GAP / rate_hz, _RESOLUTION_S):
             raise DataError(
-                f"'{name}' has a gap: sample {sample + 1} was taken {late_s:.6g} s later than the"
-                " samples before it say",
+                f"'{name}' has a gap: sample {sample + 1} was taken {late_s:.6g} s later than"
+                " the samples before it imply",
                 location=Location(where),
                 hint="segments make one recording only without gaps between them",
             )
@@ -132,11 +132,11 @@ def _from_intervals(columns: Mapping[str, Column], place: Location) -> float:
                 "the file writes its interval with too few digits: the rate may be"
                 f" {low_hz:.6g} Hz to {high_hz:.6g} Hz",
                 location=place,
-                hint="say what it is, such as sampling: {rate: 10 kHz}",
+                hint="state it, such as sampling: {rate: 10 kHz}",
             )
         return 1 / column.interval_s
     raise DataError(
-        "nothing says how often was sampled",
+        "the sampling rate is missing",
         location=place,
         hint="such as sampling: {rate: 10 kHz}, or sampling: {time: {column: Time, unit: s}}",
     )

@@ -213,8 +213,8 @@ class _Import:
             raise DataError(
                 f"the recording is only {length_s:.6g} s long; asked for is: {step.text}",
                 location=Location(str(self._checked.mapping.file(part.file))),
-                hint="import by a procedure that asks for what was done; as a recording may begin"
-                " anywhere in a cycle, there has to be one more than is counted",
+                hint="use a procedure that matches the recording; a recording may begin anywhere"
+                " in a cycle, so it needs one cycle more than is counted",
             )
 
     def _start_of(self, part: Part, at: DocumentPath, read: Read) -> datetime:

@@ -143,7 +143,7 @@ def _other_file(run: RunCheck, path: Path, name: str, count: _Count) -> Iterator
         yield Finding(place, Kind.DAMAGED, f"it cannot be read: {error.strerror}")
         return
     if sha256 != run.files[name]:
-        yield Finding(place, Kind.CHANGED, "its SHA-256 is another one than when indexed")
+        yield Finding(place, Kind.CHANGED, "its SHA-256 has changed since it was indexed")
 
 
 def _run_file(run: RunCheck, path: Path, count: _Count) -> tuple[list[Finding], str]:
@@ -171,7 +171,7 @@ def _inside(run: RunCheck, path: Path) -> tuple[Kind, str] | None:
         more = f" and {len(differences) - 1} more" if len(differences) > 1 else ""
         return Kind.DAMAGED, f"{differences[0]}{more}"
     if read_info(path).manifest_sha256 != run.manifest_sha256:
-        return Kind.CHANGED, "it is whole, but another file than was indexed"
+        return Kind.CHANGED, "it is intact, but not the file that was indexed"
     if run.sha256:
-        return Kind.CHANGED, "its bytes are others than at the last look, though it is whole"
+        return Kind.CHANGED, "its bytes have changed since the last check, but it is intact"
     return None

@@ -6,7 +6,7 @@ from rigrunner.cli.lazy import lazy_group
 
 SUMMARIES = {
     "index": "Bring the archive up to date with folders of runs.",
-    "search": "Find runs by what they were made on and what they found.",
+    "search": "Find runs by specimen, rig, procedure and results.",
     "export": "Write runs or set-points to a CSV or Parquet file.",
     "check": "Read all files, and list what is damaged, missing, changed or unknown.",
     "rebuild": "Rebuild the archive from the run files.",

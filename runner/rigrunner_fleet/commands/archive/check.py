@@ -74,7 +74,7 @@ def command(
         _show(found, as_json=as_json)
         if stop.is_set():
             raise AbortedError(
-                f"{found.looked} of {found.due} runs were looked at",
+                f"{found.looked} of {found.due} runs were checked",
                 hint="findings are kept: the same command continues with the rest",
             )
     return ExitCode.FAIL if found.grave else ExitCode.PASS

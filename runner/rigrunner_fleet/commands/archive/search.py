@@ -53,7 +53,7 @@ def command(
     elif as_csv:
         result(found.to_csv(raw=raw).removesuffix("\n"))
     elif not len(found):
-        message("No run fits.")
+        message("No matching runs.")
     else:
         result(table_of_results(found) if results else table_of_runs(found))
         message(_count(found, "result" if results else "run"))

@@ -5,8 +5,8 @@ from __future__ import annotations
 from rigrunner.cli.lazy import lazy_group
 
 SUMMARIES = {
-    "record": "Make runs golden: what they give now becomes the reference.",
-    "check": "Analyse golden runs again, and tell what moved.",
+    "record": "Record the results of runs as the reference.",
+    "check": "Analyse golden runs again, and list differences.",
 }
 
 command = lazy_group(

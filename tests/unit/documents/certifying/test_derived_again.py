@@ -84,7 +84,7 @@ def test_an_uncertainty_that_was_not_known_is_another_number(known):
         content["headline"]["compensated"]["standard_uncertainty"] = None
 
     stored, result = known
-    with pytest.raises(DataError, match="other numbers today"):
+    with pytest.raises(DataError, match="different numbers"):
         refuse_other_numbers(sealed_with(stored, changed), result)
 
 
@@ -102,5 +102,5 @@ def test_another_revision_of_a_method_is_named(known):
     newer = replace(result, revisions={**result.revisions, "analysis": 7})
     with pytest.raises(DataError) as caught:
         refuse_other_numbers(sealed_with(stored, changed), newer)
-    said = "analysis has revision 7, the run was computed by revision 1; certify with those"
+    said = "analysis has revision 7, the run was computed by revision 1; certify with the versions"
     assert caught.value.hint.startswith(said)

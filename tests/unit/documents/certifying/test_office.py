@@ -48,7 +48,7 @@ def test_a_number_that_a_crash_broke_off_is_told_at_the_next(quick, lab, tmp_pat
     (lab / "numbers" / "SPECIMEN-DEMO-2026-0001.json").write_text("")
     issued = issue(quick.loaded, lab, tmp_path / "out", registry=without_pdf)
     assert issued.certificate.number == "SPECIMEN-DEMO-2026-0002"
-    assert issued.notes == ("SPECIMEN-DEMO-2026-0001 was taken, and nothing was issued",)
+    assert issued.notes == ("SPECIMEN-DEMO-2026-0001 was reserved, but not issued",)
 
 
 def test_nothing_is_overwritten(quick, lab, tmp_path, without_pdf):

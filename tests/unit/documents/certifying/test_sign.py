@@ -101,7 +101,7 @@ def test_a_form_of_another_certificate_is_refused(issued, certificate, key):
 def test_what_is_not_on_record_is_refused(issued, certificate, key, tmp_path):
     copy = shutil.copytree(issued[0], tmp_path / "copy")
     shutil.rmtree(copy / "numbers")
-    assert "keeps no numbers" in refused(certificate, key, copy)
+    assert "has no record of numbers" in refused(certificate, key, copy)
     for path in (certificate.with_suffix(each) for each in (".html", ".pdf")):
         path.unlink()
     resealed(certificate, lambda content: content.replace(b"Muster", b"Master"))

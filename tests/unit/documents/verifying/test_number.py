@@ -87,5 +87,5 @@ def test_a_copy_of_the_letterhead_without_its_numbers_says_nothing(issued, tmp_p
     found = checked(issued[0], tmp_path / "copy")
     assert (found.held, found.differences) == ([], [])
     assert found.information == [
-        f"{tmp_path / 'copy'} keeps no numbers: the record was not looked at"
+        f"{tmp_path / 'copy'} has no record of numbers, so it was not checked"
     ]

@@ -54,11 +54,11 @@ def test_a_choice_is_shown_with_all_that_it_was_made_from(result):
 
 def test_the_report_has_a_table_of_the_candidates(result):
     words = read_html(html(report_input(result))).words
-    assert "What aicc chose from: the least AICc is the best" in words
+    assert "the lowest AICc is the best" in words
     assert "T = c0 + c1·f + c2·f² 50.6 −30.2 chosen T = c0 + c2·f² 159 −19.7 T" in words  # noqa: RUF001  (a minus sign)
     assert "not fitted: 9 points are too few" in words
 
 
 def test_without_a_choice_there_is_no_such_table():
     words = read_html(html(report_input(no_load_result()))).words
-    assert "chose from" not in words
+    assert "lowest AICc" not in words

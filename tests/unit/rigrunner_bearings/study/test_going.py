@@ -66,7 +66,7 @@ def test_a_larger_study_takes_what_is_there(tmp_path):
 def test_findings_of_another_program_are_not_mixed_in(tmp_path, monkeypatch):
     Study(tmp_path / "part").run()
     monkeypatch.setattr(module, "code_digest", lambda: "another")
-    with pytest.raises(UsageError, match="keeps other work: code was"):
+    with pytest.raises(UsageError, match="has results of other work: code was"):
         Study(tmp_path / "part").run()
 
 

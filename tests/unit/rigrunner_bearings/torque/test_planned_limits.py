@@ -58,7 +58,7 @@ def test_the_hint_names_keys_of_the_procedure_s_own_analyses_alone():
     message, hint = limit.objection_to(found, ["readings"])
     assert (message, hint) == ("'h' is the hardness HRC, and the key 'measurand' is missing", "")
     _, hint = limit.objection_to(found, ["swing_torque"])
-    assert hint == "say of which one the limit is, by the keys nature, condition"
+    assert hint == "state it by the keys nature, condition"
 
 
 def test_a_method_that_does_not_say_what_it_yields_has_no_limits():
@@ -76,7 +76,7 @@ def test_a_limit_that_does_not_say_of_which_torque_it_is_is_told_how():
         "'torque' is the load-induced torque at the reversals of a swing, and the key 'measurand' "
         "is missing"
     )
-    assert problem.hint == "say of which one the limit is, by the keys nature, condition"
+    assert problem.hint == "state it by the keys nature, condition"
 
 
 def test_an_unknown_method_is_left_to_the_check_of_plugins():

@@ -161,10 +161,10 @@ def test_the_limit_of_error_of_a_cubic_is_of_what_it_misses():
 @pytest.mark.parametrize(
     ("points", "message"),
     [
-        (POINTS, "a cubic needs 4 points in each direction that has some; there are 3"),
+        (POINTS, "a cubic needs 4 points in each direction that has any, got 3"),
         (
             [*on_the_cubic(2.0, 4.0, 6.0, 8.0), *on_the_cubic(-3.0)],
-            "a cubic needs 4 points in each direction that has some; there are 1",
+            "a cubic needs 4 points in each direction that has any, got 1",
         ),
     ],
 )
@@ -176,7 +176,7 @@ def test_points_that_give_no_cubic_are_refused(points, message):
 @pytest.mark.parametrize(
     ("points", "message"),
     [
-        (POINTS[:1], "interpolation needs 2 points or more; there are 1"),
+        (POINTS[:1], "interpolation needs 2 points or more, got 1"),
         ([POINTS[0], {**POINTS[1], "indicated": "1.9 N·m"}], "must rise with applied"),
         ([POINTS[0], POINTS[0]], "must rise with applied, and does not at 2 N·m"),
     ],

@@ -404,9 +404,9 @@ def test_an_archive_of_another_version_is_refused_and_can_be_rebuilt(archive, ru
 
 def test_a_file_that_is_no_archive_is_refused(tmp_path):
     (tmp_path / "text.sqlite").write_text("no database at all, but text\n" * 50)
-    with pytest.raises(DataError, match="did not do what it was asked") as caught:
+    with pytest.raises(DataError, match="reported an error") as caught:
         query(database=str(tmp_path / "text.sqlite"))
-    assert "remove the file; 'rigrunner archive index FOLDER' makes it again" in caught.value.hint
+    assert "remove the file; 'rigrunner archive index FOLDER' rebuilds it" in caught.value.hint
     with pytest.raises(UsageError, match="there is no archive"):
         query(database=str(tmp_path / "none.sqlite"))
 

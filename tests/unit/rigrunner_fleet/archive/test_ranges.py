@@ -62,7 +62,7 @@ def test_what_is_no_range_is_refused_with_what_is_allowed(text, what):
 
 
 def test_ends_of_two_dimensions_are_refused():
-    with pytest.raises(UsageError, match="goes from a torque to a force"):
+    with pytest.raises(UsageError, match="combines a torque with a force"):
         range_of("1 N·m..2 N")
 
 

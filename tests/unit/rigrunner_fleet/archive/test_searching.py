@@ -233,7 +233,7 @@ def test_a_limit_leaves_the_newest_runs_in_their_order(database):
         stored(archive, _few())
         found = rows(archive, "runs", filters_of(), limit=2)
         assert found.column("run_id") == ["run-1", "run-2"]
-        with pytest.raises(UsageError, match="leaves nothing"):
+        with pytest.raises(UsageError, match="selects nothing"):
             rows(archive, "runs", filters_of(), limit=0)
 
 

@@ -208,7 +208,7 @@ def test_another_nominal_rate_is_brought_to_that_of_the_reference(rate_hz):
 
 def test_a_reference_that_is_not_the_fastest_is_refused():
     bench = Bench(sample_rate_hz=20_000.0)
-    with pytest.raises(PluginError, match=r"reference has to be the fastest: 'reference: enc'"):
+    with pytest.raises(PluginError, match=r"reference must be the fastest: 'reference: enc'"):
         bench.device()
     bench.settings["clocks"] = {**COMMON, "reference": "enc"}
     assert bench.device().sample_rate_hz == 20_000.0

@@ -332,7 +332,7 @@ def test_failures_while_it_records_end_in_a_message_and_release_the_device(
 
 def test_a_device_that_is_not_there_leaves_nothing_open(bench):
     device, driver = bench(connect=False, fails={"create_ai_voltage_chan": NO_DEVICE})
-    with pytest.raises(DeviceNotFoundError, match="named so in NI MAX"):
+    with pytest.raises(DeviceNotFoundError, match="this name in NI MAX"):
         device.connect(1.0)
     assert driver.open_tasks == 0
 
@@ -387,7 +387,7 @@ def test_the_names_of_its_errors_are_those_of_the_library():
         (
             ("channels", "torque", "points"),
             [{"ratio": "2 mV/V", "torque": "10 N·m"}, {"ratio": "2 mV/V", "torque": "20 N·m"}],
-            "have to rise, or fall, together",
+            "must always rise, or always fall",
         ),
         (("channels", "load", "low"), "20 V", "expected low < high"),
         (("drives", "frequency", "read_back"), "speed", "no channel 'speed'"),

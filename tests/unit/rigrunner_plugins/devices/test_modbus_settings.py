@@ -60,7 +60,7 @@ def test_the_defaults_are_those_of_the_standards():
         ),
         (drive(read_back={"input": 1, "unit": "N"}), "read_back is in N, the drive in Hz"),
         (drive(run=[{"input": 0, "value": 1}]), "an input is only read"),
-        (drive(run=[{"coil": 0, "value": 2}]), "allowed in a coil is 0 or 1"),
+        (drive(run=[{"coil": 0, "value": 2}]), "expected 0 or 1 in a coil"),
         (drive(run=[{"holding": 0, "value": "0x10000"}]), "less than or equal to 65535"),
         (drive(run=[{"holding": 0, "value": "0xG"}]), "valid integer"),
     ],

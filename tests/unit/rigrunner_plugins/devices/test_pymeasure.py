@@ -216,7 +216,7 @@ def test_a_set_point_that_pymeasure_would_quietly_cut_off_is_noticed():
 
 def test_a_value_that_a_validator_refuses():
     device = simulated(KEITHLEY, setup={"voltage_nplc": 1, "mode": "torque"})
-    with pytest.raises(DeviceRejectedError, match=r"PyMeasure does not set mode torque: \w+Error"):
+    with pytest.raises(DeviceRejectedError, match=r"PyMeasure failed to set mode torque: \w+Error"):
         device.connect(2.0)
 
 
@@ -317,7 +317,7 @@ def test_the_trial_of_the_record():
         ({"calls": ["__init__"]}, "calls"),
         ({"channels": {}}, "neither channels nor drives"),
         ({"simulated": "yes"}, "simulated needs @sim"),
-        ({"instrument": "pymeasure.instruments.fakes.SwissArmyFake"}, "say 'simulated: yes'"),
+        ({"instrument": "pymeasure.instruments.fakes.SwissArmyFake"}, "write 'simulated: yes'"),
     ],
 )
 def test_wrong_settings_are_told_before_anything_is_connected(changes, told):

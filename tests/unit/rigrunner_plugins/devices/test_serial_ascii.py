@@ -187,8 +187,8 @@ class TestSilence:
 class TestRubbish:
     def test_another_unit(self):
         with cell(make=lambda n: line(n).replace(b"kN", b"lbf")) as device:
-            told = r"[3-9] lines in a row are not understood; the last: for load, a line is '.*':"
-            told += r" behind the number stands 'lbf', expected 'kN'"
+            told = r"[3-9] lines in a row could not be read; the last: for load, a line is '.*':"
+            told += r" after the number is 'lbf', expected 'kN'"
             with pytest.raises(DeviceRejectedError, match=told):
                 device.connect(1.0)
 
@@ -236,8 +236,8 @@ class TestInARunOnAnotherRig:
     @pytest.mark.parametrize(
         ("spoilt", "kind", "told"),
         [
-            (lambda n: line(n).replace(b"kN", b"lbf"), DeviceRejectedError, "behind the number"),
-            (lambda _: SILENCE, DeviceTimeoutError, "no line that can be used within 0.3 s"),
+            (lambda n: line(n).replace(b"kN", b"lbf"), DeviceRejectedError, "after the number"),
+            (lambda _: SILENCE, DeviceTimeoutError, "no valid line within 0.3 s"),
         ],
         ids=["another unit", "silence"],
     )
@@ -295,7 +295,7 @@ class TestRecordings:
     def test_another_rate_than_the_declared_one_is_told(self, rate_hz):
         with cell(rate_hz=rate_hz) as device:
             device.connect(1.0)
-            with pytest.raises(DeviceRejectedError, match=r"lines are lost, or `rate` is another"):
+            with pytest.raises(DeviceRejectedError, match=r"lines are lost, or `rate` is wrong"):
                 list(device.stream(["load"], 2.0, Stop()))
 
     def test_silence_ends_them(self):
@@ -375,14 +375,16 @@ class TestTalkingBack:
 
         far = SerialPeer(Lines(answer, b"\r\n"))
         device = self.device(far, identification={"query": "ID", "expect": "ACME.*"})
-        with pytest.raises(DeviceTimeoutError, match="no line that can be used"):
+        with pytest.raises(DeviceTimeoutError, match="no valid line"):
             device.connect(1.0)
         far.close()
 
     def test_another_instrument(self):
         far = SerialPeer(Lines(lambda _said: b"OTHER 1\r\n", b"\r\n"))
         device = self.device(far, identification={"query": "ID", "expect": "ACME.*"})
-        with pytest.raises(DeviceNotFoundError, match=r"nothing that fits 'ACME\.\*'.*'OTHER 1'"):
+        with pytest.raises(
+            DeviceNotFoundError, match=r"no instrument that matches 'ACME\.\*'.*'OTHER 1'"
+        ):
             device.connect(1.0)
         far.close()
 
@@ -447,9 +449,9 @@ def test_the_trial_of_the_record():
     [
         ({"port": "socket://10.0.0.1:4001"}, "port"),
         ({"port": "ttyUSB0"}, "port"),
-        ({"termination": "none"}, "nothing else ends a line"),
+        ({"termination": "none"}, "a line needs a terminator"),
         ({"channels": {}}, "channels"),
-        ({"request": "P"}, "rate is of lines that come by themselves"),
+        ({"request": "P"}, "rate is for lines that the instrument sends by itself"),
         ({"simulated": "yes"}, "needs an example"),
         ({"example": "1.0 lbf; 2 Nm"}, "example: for load, a line is .* 'lbf', expected 'kN'"),
         ({"serial": {"parity": "evn"}}, "parity"),

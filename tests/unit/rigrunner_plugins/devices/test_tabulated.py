@@ -83,7 +83,7 @@ def test_a_set_point_can_be_the_frequency_of_a_motion():
             {"set_points": ["load", "speed"]},
             "'speed', which is not a column.*load, frequency, torque",
         ),
-        ({"set_points": ["load", "frequency", "torque"]}, "nothing to read"),
+        ({"set_points": ["load", "frequency", "torque"]}, "no column is left to read"),
         ({"cycle_frequency": "torque"}, "'torque', which is not among set_points"),
         ({"rows": [*ROWS, ROWS[0]]}, "rows 1 and 4 have the same set-points"),
         (

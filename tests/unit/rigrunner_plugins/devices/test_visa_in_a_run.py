@@ -189,7 +189,7 @@ def test_without_trouble_the_run_completes(device, tester):
         pytest.param(
             Trouble("MEAS:LOAD?", 0, b"12.0 kN\n"),
             DeviceRejectedError,
-            r"behind the number stands 'kN', expected nothing more",
+            r"after the number is 'kN', expected nothing more",
             id="another unit",
         ),
         pytest.param(
@@ -201,7 +201,7 @@ def test_without_trouble_the_run_completes(device, tester):
         pytest.param(
             Trouble("MEAS:LOAD?", 0, b"+9.9E37\n"),
             DeviceRejectedError,
-            r"9.9e\+37: the instrument says overload",
+            r"9.9e\+37: the instrument reports overload",
             id="overload",
         ),
     ],

@@ -473,5 +473,5 @@ def test_correlations_that_nothing_can_have_are_refused(r):
     pairs = [["a", "b"], ["a", "c"], ["b", "c"]]
     constants = {name: {"value": 1.0, "limits": 0.1} for name in "abc"}
     correlations = [{"between": pair, "r": each} for pair, each in zip(pairs, r, strict=True)]
-    with pytest.raises(PluginError, match="cannot be correlated like that together"):
+    with pytest.raises(PluginError, match="cannot have these correlations together"):
         of_constants("a + b + c + x", constants, correlations=correlations)

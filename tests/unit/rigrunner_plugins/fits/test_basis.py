@@ -67,7 +67,7 @@ def test_zeros_alone_are_too_few():
     [
         ({}, "Field required"),
         ({"powers": []}, "at least 1 item"),
-        ({"powers": [0, 2, 2]}, "2 stands 2 times; name it once"),
+        ({"powers": [0, 2, 2]}, "2 is listed 2 times; list it once"),
         ({"powers": [0, -1]}, "greater than or equal to 0"),
         ({"powers": [0, 9]}, "less than or equal to 8"),
         ({"powers": [0, 0.5]}, "valid integer"),

@@ -137,7 +137,7 @@ def test_what_was_written_in_several_goes_needs_its_x_values(tmp_path):
     text = lvm_text([NUMBERS], many=False) + "0.003\t1\t2\n"
     with pytest.raises(DataError, match="has 4 samples, its header says 3") as caught:
         read(tmp_path, text)
-    assert "only X values can say whether there are gaps" in caught.value.hint
+    assert "gaps can be detected only in X values" in caught.value.hint
     found = read(tmp_path, text, {**BOTH, "time": "X_Value"})
     assert found["time"].values.tolist() == [0.0, 0.001, 0.002, 0.003]
 

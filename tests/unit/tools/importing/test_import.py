@@ -223,11 +223,11 @@ WRONG = {
     "tester.angle: { -> tester.angel: {": "map.yaml:11:3: error: channels.tester.angel: the proced",
     "Angle, unit: deg -> Angle, unit: N": "'N' is a unit of force, but tester.angle needs one",
     "column: Angle -> column: Angel": "map.yaml:11:26: error: channels.tester.angle.column: ",
-    "zeros: {tester.torque: 10 mN·m} -> zeros: {}": "zeroes 'tester.torque': what did it read",
+    "zeros: {tester.torque: 10 mN·m} -> zeros: {}": "zeroes 'tester.torque', but its reading",
     "zeros: {tester.torque -> zeros: {tester.angle": "does not zero this channel",
     "10 mN·m} -> 10 N}": "'N' is a unit of force, but tester.torque needs one of torque",
     "10 mN·m} -> 60 mN·m}": "map.yaml:13:24: error: zeros.tester.torque: tester.torque read 0.06",
-    "{tester.load: 1 kN} -> {}": "nothing says to what it was set: tester.load",
+    "{tester.load: 1 kN} -> {}": "the set-point is missing of: tester.load",
     "{tester.load: 1 kN} -> {tester.lode: 1 kN}": "the procedure does not set this drive",
     "tester.oil: 40 -> tester.soil: 40": "the station has no such channel",
     "tester.oil: 40 -> tester.torque: 40": "this channel is recorded already",
@@ -338,7 +338,7 @@ def test_an_import_that_was_killed_is_not_resumed(lab, monkeypatch):
     (folder,) = (lab / "runs").iterdir()
     called = call("resume", folder, "--unattended")
     assert called.code == 2
-    assert "is an import that was interrupted" in called.err
+    assert "is an interrupted import" in called.err
 
 
 def test_a_file_that_changes_meanwhile_is_refused(lab, monkeypatch):
@@ -399,7 +399,7 @@ def test_single_values_and_several_zeros_are_imported(lab):
         ),
         ("415 mN·m", "415 N", "'N' is a unit of force, but tester.torque needs one of torque"),
         ("{tester.torque: 41", "{tester.force: 41", "the procedure measures here: tester.torque"),
-        (HELD, "", "what was measured is missing: 'held' of tester.torque"),
+        (HELD, "", "the measurement 'held' is missing, of tester.torque"),
         (HELD, HELD + HELD.partition("\n")[2], "measurements[1]: the procedure measures nothing"),
         ("[10 mN·m, {file: rest.csv, to: 3 ms}]", "10 mN·m", "zeroes it 2 times, given: 1"),
         ("[10 mN·m, {file: rest.csv, to: 3 ms}]", "[10 mN·m, 5 N]", "'N' is a unit of force"),
@@ -485,7 +485,7 @@ def test_each_point_of_a_scan_is_stated(lab):
     ("line", "instead", "told"),
     [
         (3, "", "measurements[2].name: the procedure measures 'held' here"),
-        (4, "", "what was measured is missing: 'after' of tester.torque"),
+        (4, "", "the measurement 'after' is missing, of tester.torque"),
         (1, "  - {name: held, values: {tester.load: 5.5 N}}\n",
          "the procedure measures here: tester.torque"),
         (4, STATED[14:], "the procedure measures nothing"),
@@ -502,7 +502,7 @@ def test_a_procedure_that_measures_or_records_nothing_is_refused(lab):
     measure = ("cycles: 10}}]", "cycles: 10}}, {measure: {channels: [tester.torque]}}]")
     text = (lab / "short.yaml").read_text(encoding="utf-8")
     bring_in(lab, measure, file="short.yaml")
-    assert "what was measured is missing" in bring_in(lab).err
+    assert "is missing, of" in bring_in(lab).err
     wait = (
         "{record: {channels: [tester.angle, tester.torque], cycles: 10}}",
         "{wait: {time: 1 s}}",
@@ -528,7 +528,7 @@ def test_the_rig_of_another_program_cannot_be_run(lab):
     called = call("run", lab / "short.yaml", *station, "--unattended",
                   "--override", "overdue", "--by", "x", "--reason", "y")  # fmt: skip
     assert called.code == 4
-    assert "Old.vi drives this rig, not Rigrunner" in called.err
+    assert "Old.vi controls this rig, not Rigrunner" in called.err
 
 
 def test_dates_of_the_file_must_be_those_of_the_run(lab):

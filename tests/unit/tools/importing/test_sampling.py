@@ -46,7 +46,7 @@ def test_times_give_the_rate_to_their_own_digits():
 @pytest.mark.parametrize(
     ("columns", "times_s", "stated_hz", "told"),
     [
-        (column(), None, None, "nothing says how often was sampled"),
+        (column(), None, None, "the sampling rate is missing"),
         (column(0.0001, 5e-7), None, None, "the rate may be 9950.25 Hz to 10050.3 Hz"),
         (column(1e-4), None, 9_999.0, "states an interval of 0.0001 s for 'x', which is not that"),
         (column(2e-4), times(10_000.0), None, "states an interval of 0.0002 s"),

@@ -103,7 +103,7 @@ def test_a_limit_may_have_the_key_of_any_analysis(shipped):
         others = [each for each in shipped.plugins if each.kind != "analysis"]
         schema = language_schema("procedure", Registry([*others, *made]))
         found = schema["$defs"]["Limit"]["properties"]["measurand"]
-        assert found.pop("description").startswith("Which quantity the limit is for")
+        assert found.pop("description").startswith("The quantity that the limit applies to")
         return found, schema["$defs"]
 
     none, _ = keys(analysis(model=None))

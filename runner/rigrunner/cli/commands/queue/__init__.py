@@ -13,7 +13,7 @@ SUMMARIES = {
     "release": "Release an entry that is proposed or held.",
     "skip": "Skip an entry, or close one whose run was interrupted.",
     "repeat": "Test the specimen of an entry again.",
-    "clear": "Remove the entries that are over.",
+    "clear": "Remove finished entries.",
 }
 
 command = lazy_group(

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 @click.command(name="clear")
 @runs_option
 def command(*, runs: Path) -> None:
-    """Remove the entries that are over. Their runs stay."""
+    """Remove finished entries. Their runs stay."""
     from rigrunner.cli.output import message
     from rigrunner.queue import Queue
 

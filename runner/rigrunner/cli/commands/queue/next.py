@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @click.command(name="next")
 @click.option("--station", default="", help="Whose queue; needed where entries of several wait.")
-@click.option("--unattended", is_flag=True, help="Take the answers in the procedure.")
+@click.option("--unattended", is_flag=True, help="Use the answers in the procedure.")
 @click.option("--realtime", is_flag=True, help="Run a simulated rig in real time.")
 @by_option
 @runs_option
@@ -44,7 +44,7 @@ def command(
     queue = Queue(runs)
     entry = queue.next(station)
     if entry is None:
-        raise UsageError("no entry of the queue waits", hint="see 'rigrunner queue list'")
+        raise UsageError("no entry of the queue is waiting", hint="see 'rigrunner queue list'")
     file = find_station(entry.station)
     planned = planned_run(find_procedure(entry.procedure), file, realtime=realtime)
     here = TerminalPerson(attended=not unattended)
@@ -66,7 +66,7 @@ def command(
                 told=entry.told(),
             )
         except BaseException as error:
-            queue.give_back(entry.id, f"the run did not begin: {error}")
+            queue.give_back(entry.id, f"the run did not start: {error}")
             raise
     tell_finished(finished, as_json=as_json)
     return finished.exit_code

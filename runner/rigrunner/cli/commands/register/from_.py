@@ -26,7 +26,9 @@ if TYPE_CHECKING:
 @click.option("--serial", default="", help="Its serial number; by default the run's specimen.")
 @click.option("--laboratory", default="", help="Who calibrated it; by default the run's station.")
 @click.option(
-    "--full-scale", default="", help="Of a torque transducer; by default the highest torque."
+    "--full-scale",
+    default="",
+    help="Full scale of a torque transducer; by default the highest torque.",
 )
 @runs_option
 @lab_option
