@@ -142,8 +142,8 @@ def test_a_day_with_two_rigs_and_twelve_specimens(new_screen, two_rigs):  # noqa
         page.locator(".banner", has_text="Paused").wait_for()
 
         # meanwhile the other one does its six by itself, the first by a person's word
-        theirs.get_by_label("Start by itself").click()
-        expect(theirs.get_by_label("Start by itself")).to_be_checked()
+        theirs.get_by_label("Start automatically").click()
+        expect(theirs.get_by_label("Start automatically")).to_be_checked()
         wait_until(lambda: panel.get("queue", OTHER)["entries"][0]["status"] != "waiting")
         page.keyboard.press("F8")
         page.locator(".prompt").get_by_role("button", name="Yes").click()
