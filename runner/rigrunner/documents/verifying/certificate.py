@@ -93,7 +93,7 @@ def _check_run(found: Verification, certificate: Certificate, path: Path, means:
     if run is None:
         found.unchecked.append(
             f"the run {evidence.run_id} is neither beside the certificate nor in {means.runs}:"
-            " no number was derived again"
+            " no number was recomputed"
         )
         return
     sealed = sealed_file_of(run)
@@ -179,10 +179,10 @@ def _check_numbers(
         return _derived_differs(certificate, source)
 
     if content:
-        what = "results and verdict derived again from the run"
+        what = "results and verdict recomputed from the run"
         found.attempt(what, lambda: _results_differ(certificate, derived()))
     else:
-        found.attempt("certificate made again from the run", differs)
+        found.attempt("certificate regenerated from the run", differs)
 
 
 def _results_differ(certificate: Certificate, result: Result) -> Iterator[object]:

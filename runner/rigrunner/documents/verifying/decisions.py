@@ -39,7 +39,7 @@ def check_decisions(
     missing = [each.file for each in records if each.file not in there]
     if missing:
         found.unchecked.append(
-            f"{', '.join(missing)} is not beside the run: the decision was derived again, but who"
+            f"{', '.join(missing)} is not beside the run: the decision was recomputed, but who"
             " decided it and why is on the certificate alone"
         )
     differs = [
