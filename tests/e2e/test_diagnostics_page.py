@@ -41,7 +41,7 @@ def rows_of(title, page=PAGE):
 
 
 def test_every_check_is_listed_with_its_limit():
-    rows = rows_of("The checks", DOCS / "reference/diagnostics.md")[2:]
+    rows = rows_of("Checks of a run", DOCS / "reference/diagnostics.md")[2:]
     assert [(row[0], row[1]) for row in rows] == list(CHECKS)
 
 

@@ -183,7 +183,7 @@ def test_results_are_derived_again_where_only_the_content_has_another_revision(
         resealed(forged, lambda content, old=old, new=new: content.replace(old, new, 1))
         found = verify_certificate(forged, means)
         assert any("certificate revision 1, installed 99" in why for why in found.not_recomputed)
-        if revisions()[1] != {1}:  # of a method that improved, results cannot be derived again
+        if revisions()[1] != {1}:  # of a method that improved, results cannot be recomputed
             assert any("'template_inverse' revision 1" in why for why in found.not_recomputed)
             continue
         assert len(found.differences) == len(differs), found.differences

@@ -165,7 +165,12 @@ def test_by_another_revision_its_numbers_are_not_recomputed(laboratory, version,
         assert "OK       manifest of the run file" in done.out
     (_, *words) = laboratory.certificate
     done = laboratory.verify(version, laboratory.certificate[0], *words)
-    for checked in ("seal of", "record of", "bytes of run.h5", ".html made again from its content"):
+    for checked in (
+        "seal of",
+        "record of",
+        "bytes of run.h5",
+        ".html regenerated from its content",
+    ):
         assert f"{checked}" in done.out, done.out
 
 

@@ -61,7 +61,7 @@ def test_a_certificate_matches_its_run_wherever_that_lies(certified, tmp_path):
         done = verified(certified, certificate, *words)
         assert done.code == 0, done.out
         assert done.out.startswith("MATCH\n")
-        assert "certificate made again from the run" in done.out
+        assert "certificate regenerated from the run" in done.out
         assert "unsigned: nothing shows who issued it" in done.out
 
 
@@ -166,7 +166,7 @@ def test_a_picture_that_is_not_the_logo_of_issue_is_told(certified, copies, pict
     resealed(page, replacing(b"<h1", picture + b"\n<h1"))
     for done in (verified(certified, page), call("verify", page)):
         assert done.code == 1
-        assert f"{page.name} made again from its content" in done.out
+        assert f"{page.name} regenerated from its content" in done.out
 
 
 @pytest.mark.thorough
@@ -186,7 +186,7 @@ def test_a_number_that_was_changed_everywhere_does_not_follow_from_the_run(copie
         path.unlink(missing_ok=True)
     done = call("verify", copies)
     assert done.code == 1
-    assert "certificate made again from the run: results/headline/printed: '0.7000'" in done.out, (
+    assert "certificate regenerated from the run: results/headline/printed: '0.7000'" in done.out, (
         done.out
     )
 
@@ -194,9 +194,9 @@ def test_a_number_that_was_changed_everywhere_does_not_follow_from_the_run(copie
 @pytest.mark.thorough
 def test_pages_are_made_again_with_the_letterhead_of_their_issue(certified, copies):
     done = verified(certified, copies)
-    assert (done.code, ".html made again from its content" in done.out) == (0, True)
+    assert (done.code, ".html regenerated from its content" in done.out) == (0, True)
     if copies.with_suffix(".pdf").exists():
-        assert ".pdf made again from its content" in done.out
+        assert ".pdf regenerated from its content" in done.out
     copied = copies.parent / "letterhead"
     shutil.copytree(folder_of(certified), copied)
     (copied / "logo.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>", encoding="utf-8")

@@ -94,7 +94,7 @@ def test_the_verdict_is_derived_again_by_the_decision_in_force(made, tmp_path):
     text = issued.files[0].read_text("utf-8")
     forged.write_text(text.replace('"verdict": "fail"', '"verdict": "pass"'), "utf-8")
     differs = "\n".join(verify_certificate(forged, means).differences)
-    assert "certificate made again from the run: conformity/verdict: 'pass' is recorded" in differs
+    assert "certificate regenerated from the run: conformity/verdict: 'pass' is recorded" in differs
 
 
 def test_a_record_that_was_changed_is_named(certificate, folder):

@@ -412,7 +412,7 @@ def translated(tmp_path_factory):
             "Rigrunner: 0.1.0 bei der Ausstellung, jetzt 0.2.0",
         ),
         (
-            "S-1.pdf made again from its content: it shows '7.2', its content does not",
+            "S-1.pdf regenerated from its content: it shows '7.2', its content does not",
             "S-1.pdf aus seinem Inhalt neu erstellt: es zeigt „7.2“, der Inhalt nicht",
         ),
         (

@@ -57,7 +57,7 @@ EVIL = "'\"></td><script>alert(1)</script><img src=x onerror=alert(1)>{{ 7*7 }}"
 AT = {"seq": 1, "monotonic_s": 0.0, "utc": "2026-03-01T12:00:00.000Z"}
 
 ISSUED_RULES = ("simple", "guard_band_u", "guard_band_fraction", "non_binary")
-"""Of certificates that were issued: their pages are made again; other rules bring their words."""
+"""Of certificates that were issued: their pages are regenerated; other rules bring their words."""
 
 
 OLD = Path(__file__).parents[2] / "data/0.1.0/certificates/SPECIMEN-DEMO-2026-0001.json"

@@ -181,10 +181,10 @@ def _check_numbers(
         return _derived_differs(certificate, source)
 
     if content:
-        what = "results and verdict derived again from the run"
+        what = "results and verdict recomputed from the run"
         found.attempt(what, lambda: _results_differ(certificate, derived()))
     else:
-        found.attempt("certificate made again from the run", differs)
+        found.attempt("certificate regenerated from the run", differs)
 
 
 def _results_differ(certificate: Certificate, result: Result) -> Iterator[object]:

@@ -41,7 +41,7 @@ def check_decisions(
     missing = [each.file for each in records if each.file not in there]
     if missing:
         found.unchecked.append(
-            f"{', '.join(missing)} is not beside the run: the decision was derived again, but"
+            f"{', '.join(missing)} is not beside the run: the decision was recomputed, but"
             " only the certificate states who decided it and why"
         )
     differs = [*_different(records, there), *_left_out(certificate, others)]

@@ -1,6 +1,6 @@
-"""Checks that a page shows its content: it is made again and compared.
+"""Checks that a page shows its content: it is regenerated and compared.
 
-A page that cannot be made again here is not proven: it needs a signature over its bytes. What is
+A page that cannot be regenerated here is not proven: it needs a signature over its bytes. What is
 visible in it is checked nevertheless.
 """
 
@@ -48,7 +48,7 @@ _FAR_MORE = 3
 
 
 class NotMadeAgainError(RigrunnerError):
-    """A page cannot be made again here, and why."""
+    """A page cannot be regenerated here, and why."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,10 +154,10 @@ def _letterhead(certificate: Certificate, folder: Path | None) -> Letterhead:
 def check_page(found: Verification, form: Form, maker: PageMaker, *, signed: bool) -> None:
     """Make one page again and compare it; `signed`: a trusted key signed its bytes.
 
-    Different words or structure are a difference. A page that cannot be made again, or has other
+    Different words or structure are a difference. A page that cannot be regenerated, or has other
     drawings, is proven only by the signature.
     """
-    what = f"{form.name} made again from its content"
+    what = f"{form.name} regenerated from its content"
     differs: list[str] = []
     try:
         made = maker.page(form.suffix)
@@ -172,7 +172,7 @@ def check_page(found: Verification, form: Form, maker: PageMaker, *, signed: boo
         found.held.append(what)
     elif signed:
         found.held.append(f"{form.name} is as a trusted key signed it")
-        found.information.append(f"{form.name} was not made again: {why}")
+        found.information.append(f"{form.name} was not regenerated: {why}")
     else:
         found.unproven.append(f"{form.name}: {why}")
 
@@ -203,7 +203,7 @@ def _compare_pdf(shown: bytes, made: bytes) -> tuple[list[str], str]:
 
 
 def _contradictions(form: Form, maker: PageMaker) -> Iterator[str]:
-    """Yield what a page that cannot be made again shows and its content does not give.
+    """Yield what a page that cannot be regenerated shows and its content does not give.
 
     Without logo and style of the laboratory its words are known; with its own texts and templates
     only that they show the results.
@@ -243,7 +243,7 @@ def _same_certificate(one: bytes, other: bytes) -> bool:
 
 
 def _missing(form: Form, certificate: Certificate) -> Iterator[str]:
-    """Yield results missing on a page that cannot be made again."""
+    """Yield results missing on a page that cannot be regenerated."""
     try:
         text = _plain(_text(form))
     except MissingPackageError:  # the page stays unproven all the same

@@ -29,7 +29,7 @@ RESULT_FILE = "result.json"
 
 @dataclass(frozen=True, eq=False)
 class CheckedRun:
-    """A readable run, with its result derived again, if possible."""
+    """A readable run, with its result recomputed, if possible."""
 
     path: Path
     stored: StoredRun
@@ -64,7 +64,7 @@ def check_run(found: Verification, path: Path, registry: Registry) -> CheckedRun
     except DataError as error:
         if found.matches:  # else the manifest told already what is wrong
             found.take("run file", [error])
-        found.information.append("its result was not derived again: the file must be sound first")
+        found.information.append("its result was not recomputed: the file must be sound first")
         return None
     found.held.append(f"recordings: {len(stored.recordings)} with the digest {stored.digest}")
     if salvaged := stored.header.salvaged:
@@ -102,9 +102,9 @@ def _check_result(
     """
     recorded = stored.result_document
     if recorded is None:
-        found.information.append("the run holds no result, so none was derived again")
+        found.information.append("the run holds no result, so none was recomputed")
         return None
-    what = "result derived again from the raw samples"
+    what = "result recomputed from the raw samples"
     result = None
     try:
         other = list(_other_revisions(stored, recorded, registry))

@@ -20,7 +20,7 @@ class Verification:
     replaced: list[str] = field(default_factory=list)
     """The document that replaces this one."""
     unproven: list[str] = field(default_factory=list)
-    """Pages that could not be made again and that no trusted key signed, and why."""
+    """Pages that could not be regenerated and that no trusted key signed, and why."""
     not_recomputed: list[str] = field(default_factory=list)
     """Numbers by another revision of a method than the installed one."""
     unchecked: list[str] = field(default_factory=list)

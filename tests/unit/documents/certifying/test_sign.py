@@ -79,14 +79,14 @@ def test_a_changed_form_is_refused_with_its_place(issued, certificate, key):
 def test_a_page_that_contradicts_its_content_is_refused(issued, certificate, key):
     page = certificate.with_suffix(".html")
     resealed(page, lambda content: content.replace(b'<p class="value">', b'<p class="value">0.1 '))
-    assert ".html made again from its content: at bytes" in refused(certificate, key, issued[0])
+    assert ".html regenerated from its content: at bytes" in refused(certificate, key, issued[0])
 
 
 @pytest.mark.thorough
 def test_a_pdf_that_contradicts_its_content_is_refused(issued, certificate, key):
     """Its data are those of the JSON; the page shows another result."""
     printed = forged_pdf(certificate.with_suffix(".pdf"))
-    assert f".pdf made again from its content: it shows '{printed}'" in refused(
+    assert f".pdf regenerated from its content: it shows '{printed}'" in refused(
         certificate, key, issued[0]
     )
 

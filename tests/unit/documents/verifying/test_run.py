@@ -45,7 +45,7 @@ def test_a_run_matches(quick):
     found = verify_run(quick.loaded, load_registry())
     assert found.differences == []
     assert found.matches
-    assert "result derived again from the raw samples" in found.held
+    assert "result recomputed from the raw samples" in found.held
     assert "result.json" in found.held
 
 
@@ -53,7 +53,7 @@ def test_a_zero_that_was_changed_is_found_in_the_file(folder):
     found = edited(folder, lambda entry: entry["zeros/tester_torque"].__setitem__((), 0.5))
     assert [each for each in found.differences if "/entry/zeros/tester_torque (zero)" in each]
     assert not found.matches
-    assert any("not derived again" in each for each in found.information)
+    assert any("not recomputed" in each for each in found.information)
 
 
 @pytest.mark.thorough
@@ -64,7 +64,7 @@ def test_a_parameter_that_was_changed_and_sealed_anew_gives_other_numbers(folder
 
     found = edited(folder, edit)
     assert "manifest of the run file" in found.held
-    assert any(each.startswith("result derived again") for each in found.differences)
+    assert any(each.startswith("result recomputed") for each in found.differences)
 
 
 def test_a_result_that_does_not_follow_from_the_samples_is_found(folder):
@@ -75,7 +75,7 @@ def test_a_result_that_does_not_follow_from_the_samples_is_found(folder):
     found = edited(folder, edit)
     assert found.differences == [
         f"{what}: verdict/verdict: 'fail' is recorded, 'pass' was derived"
-        for what in ("result derived again from the raw samples", "result.json")
+        for what in ("result recomputed from the raw samples", "result.json")
     ]
 
 
