@@ -169,7 +169,12 @@ class _Use:
             known = [*names, *(coordinates if each.or_coordinate else ())]
             how = "measured or set" if each.or_coordinate else "measured"
             hint = did_you_mean(each.name, known, f"{how}: {', '.join(known) or 'nothing'}")
-            self.complain(each.key, f"{each.name} is not {how} in any step", hint)
+            where = (
+                "not measured or set in any step"
+                if each.or_coordinate
+                else "not measured in any step"
+            )
+            self.complain(each.key, f"{each.name} is {where}", hint)
         if missing or self.places or not self.needed:
             return not missing
         message = f"{self.together} are not measured together in any step"

@@ -405,7 +405,7 @@ def translated(tmp_path_factory):
                 "bytes of run.h5: SHA-256 ab, and the certificate names cd; its differences are"
                 " listed above"
             ),
-            "Bytes von run.h5: SHA-256 ab, das Zertifikat nennt cd; was abweicht, steht oben",
+            "Bytes von run.h5: SHA-256 ab, das Zertifikat nennt cd; die Abweichungen stehen oben",
         ),
         (
             "Rigrunner: 0.1.0 when it was issued, 0.2.0 now",

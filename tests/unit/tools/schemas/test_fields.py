@@ -69,7 +69,7 @@ FIELDS = {field.key: field for field in fields_of(Example)}
         ("side", "both | high", (), "", "both"),
         ("weighted", "true | false", (), "", False),
         ("sure", "yes | no", (), "", True),
-        ("window", "angle", ("rad", "mrad", "deg"), "more than 0", None),
+        ("window", "angle", ("rad", "mrad", "deg", "arcmin", "arcsec"), "more than 0", None),
         ("over", "list of frequency", ("Hz", "kHz", "rpm"), "", ["1 Hz", "2 kHz"]),
         ("words", "list of text", (), "", None),
         ("value", "quantity", (), "", None),

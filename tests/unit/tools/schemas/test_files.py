@@ -185,7 +185,7 @@ def test_a_quantity_says_its_units_and_bounds(procedure):
     window = procedure["$defs"]["TemplateInverseSettings"]["properties"]["window"]
     assert window["$ref"] == "#/$defs/angle"
     assert window["description"].endswith(
-        "Angle in rad or mrad or deg, more than 0. Default: 1 deg."
+        "Angle in rad or mrad or deg or arcmin or arcsec, more than 0. Default: 1 deg."
     )
-    message = "expected a number with its unit: rad, mrad, deg"
+    message = "expected a number with its unit: rad, mrad, deg, arcmin, arcsec"
     assert procedure["$defs"]["angle"]["errorMessage"] == message
