@@ -100,7 +100,7 @@ def open_file(path: Path) -> Iterator[h5py.File]:
         raise DataError(
             f"{path} cannot be read: it is not an HDF5 file, or truncated or damaged",
             hint=f"{_damage(path, error)}; restore it from a copy or a backup; 'rigrunner recover"
-            " --salvage' saves what is sound of a run",
+            " --salvage' saves the intact recordings of a run",
         ) from error
     except _NO_RUN as error:
         raise DataError(f"{path} is not a run of Rigrunner, or damaged", hint=str(error)) from error
@@ -127,7 +127,9 @@ def _damage(path: Path, error: Exception) -> str:
         return "it is empty"
     if stored is not None:
         return f"it ends after {size:,} of its {int(stored[1]):,} bytes"
-    return "it does not begin as one" if "signature not found" in str(error) else str(error)
+    if "signature not found" in str(error):
+        return "it does not start with the signature of HDF5"
+    return str(error)
 
 
 def members(group: h5py.Group) -> list[str]:

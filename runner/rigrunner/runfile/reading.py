@@ -138,7 +138,7 @@ def _refuse_changed(entry: h5py.Group, path: Path) -> None:
         raise DataError(
             f"{path}: {found}",
             hint=f"'rigrunner verify {path}' lists all that differs, and"
-            " 'rigrunner recover --salvage' saves what is sound",
+            " 'rigrunner recover --salvage' saves the intact recordings",
         )
 
 

@@ -46,7 +46,7 @@ def test_a_file_that_does_not_begin_as_hdf5_is_described_so(tmp_path):
     path.write_text("hello, this is no HDF5 file at all")
     with pytest.raises(DataError) as caught, open_file(path):
         pass
-    assert caught.value.hint.startswith("it does not begin as one;")
+    assert caught.value.hint.startswith("it does not start with the signature of HDF5;")
 
 
 def test_a_file_that_is_cut_off_is_described_by_its_sizes(tmp_path):

@@ -114,7 +114,7 @@ def _show_damaged(path: Path, error: DataError, *, as_json: bool) -> ExitCode:
     for name, text in lost:
         message(f"lost: {name}: {text}")
     message(
-        f"hint: take the file from a copy or a backup, or save what is sound:"
+        f"hint: restore the file from a copy or a backup, or save the intact recordings:"
         f" 'rigrunner recover --salvage {header.run_id}'"
     )
     return ExitCode.DATA
