@@ -189,7 +189,7 @@ DEVICE = {
     ),
     "read that gives a list": (
         [method("    def read(self, channels):\n        return [*map(self.get, channels)]\n")],
-        ["asked for ['force'], `read` gave [0.0]", "spring.py:27"],
+        ["asked for ['force'], `read` returned [0.0]", "spring.py:27"],
     ),
     "make_safe that gives nothing": (
         [method('    def make_safe(self):\n        self.put("force", 0.0)\n')],

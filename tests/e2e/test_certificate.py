@@ -456,7 +456,7 @@ def test_peaks_beyond_the_calibrated_range_are_not_certified(source):
             _refuse_beyond_calibration(changed)
             continue
         assert "(109 %)" in beyond[0].text
-        with pytest.raises(UsageError, match=r"tester.torque went beyond .*\(109 %\)"):
+        with pytest.raises(UsageError, match=r"tester.torque exceeded .*\(109 %\)"):
             _refuse_beyond_calibration(changed)
 
 

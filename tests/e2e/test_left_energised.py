@@ -191,7 +191,7 @@ def test_a_rig_that_cannot_be_reached_starts_nothing_until_a_person_has_looked(l
     assert read_marker("supply") is not None
     assert call("devices", lab.station).code == ExitCode.DEVICE
     said = call("devices", lab.station, "--safe-by", "Ann", "--reason", "unplugged, and replaced")
-    assert "Ann says that psu is safe" in said.err
+    assert "Ann states that psu is safe" in said.err
     lab.state.write_text(json.dumps(json.loads(state) | {"voltage": 0.0, "speed": 0.0}))
     assert call(*words(lab, "--unattended")).code == ExitCode.PASS
     found = found_of(lab, run_names(lab.runs)[-1])

@@ -53,7 +53,7 @@ def test_its_own_tests_pass(kind, tmp_path):
     failed = re.findall(r"^FAILED \S+\[(\w+)\]", done.stdout, re.MULTILINE)
     assert failed == NEW_SINCE.get(kind, []), done.stdout + done.stderr
     assert int(re.search(r"(\d+) passed", done.stdout)[1]) > len(failed)
-    assert "DeprecationWarning: import rigrunner_testing in place of it" in done.stdout
+    assert "DeprecationWarning: import rigrunner_testing instead" in done.stdout
 
 
 def test_its_device_runs_its_procedure_once_that_is_upgraded(tmp_path):

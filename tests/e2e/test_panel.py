@@ -395,7 +395,7 @@ def test_a_panel_that_is_killed_leaves_a_run_that_ends_in_order(lab):
     ("options", "told"),
     [
         (["--host", "0.0.0.0"], "there is no token"),  # noqa: S104  (refused before it listens)
-        (["--token", "short"], "less than 16 characters"),
+        (["--token", "short"], "fewer than 16 characters"),
         (["--port", "70000"], "70000"),
         (["--procedures", "/nowhere-at-all"], "/nowhere-at-all"),
     ],

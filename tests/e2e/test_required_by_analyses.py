@@ -117,7 +117,7 @@ def test_results_of_results_are_made_limited_and_reported(tmp_path):
             "acceptance:",
             CURVE.replace("4 A", "6 A")[1:] + "acceptance:",
             "over: bench.current",
-            "bench.current must reach 6 A, and is set 0 A to 5 A",
+            "bench.current must reach 6 A, but is set 0 A to 5 A",
         ),
         (
             "acceptance:",
@@ -205,7 +205,7 @@ def test_two_results_of_one_curve_are_refused(tmp_path):
     )
     called = checked(tmp_path, ("acceptance:", several + "acceptance:"))
     assert called.code == 3
-    assert "'at' and 'slope' are of one analysis" in called.err
+    assert "'at' and 'slope' are results of one analysis" in called.err
 
 
 FRICTION = """
@@ -270,10 +270,10 @@ def test_a_run_that_could_not_be_analysed_says_how_its_data_are(tmp_path):
 @pytest.mark.parametrize(
     ("steps", "refused"),
     [
-        ("sweep: {set: bench.current, label: {way: down}, steps: [READ], over: [1.5 A]}", True),
-        ("sweep: {set: bench.current, label: {way: down}, steps: [READ], over: [2 A]}", False),
-        ("group: {label: {way: down}, steps: [SCAN [1.5 A, 0.5 A]]}", True),
-        ("group: {label: {way: down}, steps: [SCAN [1.5 A, 1000 mA]]}", False),
+        ("sweep: {set: bench.current, label: {way: down}, steps: [READ], over: [2 A]}", True),
+        ("sweep: {set: bench.current, label: {way: down}, steps: [READ], over: [1 A]}", False),
+        ("group: {label: {way: down}, steps: [SCAN [2 A]]}", True),
+        ("group: {label: {way: down}, steps: [SCAN [2 A, 1000 mA]]}", False),
     ],
 )
 def test_a_hysteresis_needs_one_set_point_that_both_ways_share(tmp_path, steps, refused):
@@ -282,7 +282,10 @@ def test_a_hysteresis_needs_one_set_point_that_both_ways_share(tmp_path, steps, 
     steps = steps.replace("]]}", "]}]}")
     curve = CURVE.replace("{value", HYSTERESIS.replace("dwn", "down") + ", value")[1:]
     called = checked(
-        tmp_path, ("analysis:", f"  - {steps}\nanalysis:"), ("acceptance:", curve + "acceptance:")
+        tmp_path,
+        ("over: [0 A, 1 A, 2 A, 5 A]", "over: [0 A, 1 A, 5 A]"),
+        ("analysis:", f"  - {steps}\nanalysis:"),
+        ("acceptance:", curve + "acceptance:"),
     )
     assert called.code == (3 if refused else 0), called.err
     if refused:

@@ -15,6 +15,7 @@ from rigrunner.api.devices import (
     Observing,
     Pausable,
     Readable,
+    ReadableInPlaces,
     Settable,
     Streaming,
 )
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from rigrunner.api.devices import ChannelInfo, Device, DriveInfo, ReadingInfo, StopToken, Wire
+    from rigrunner.api.errors import DeviceRejectedError
     from rigrunner.api.readings import Reading
 
 
@@ -92,6 +94,12 @@ class _Readable(TapedDevice):
         return self._wire.exchange(
             f"read {_listing(channels)}", lambda: dict(self._inner.read(channels))
         )
+
+
+class _ReadableInPlaces(_Readable):
+    def unreadable_at(self, set_points: Mapping[str, float]) -> DeviceRejectedError | None:
+        """Ask the device itself: this is asked of a plan, before there is a tape."""
+        return cast("DeviceRejectedError | None", self._inner.unreadable_at(set_points))
 
 
 class _Observing(TapedDevice):
@@ -191,6 +199,7 @@ class _KnowsTruth(TapedDevice):
 
 
 _PARTS: dict[type, type[TapedDevice]] = {
+    ReadableInPlaces: _ReadableInPlaces,  # before Readable, which it includes
     Readable: _Readable,
     Observing: _Observing,
     Approaching: _Approaching,  # before Settable, which it includes

@@ -67,7 +67,7 @@ def test_where_one_file_is_there_nothing_is_written(tmp_path, name):
     mine = tmp_path / "lab" / name
     mine.parent.mkdir(parents=True)
     mine.write_text("mine")
-    with pytest.raises(UsageError, match=rf"has a {name} already.*nothing is ever overwritten"):
+    with pytest.raises(UsageError, match=rf"has a {name} already.*files are never overwritten"):
         make_lab(tmp_path / "lab", load_registry())
     assert mine.read_text() == "mine"
     assert files(tmp_path / "lab") == {name}

@@ -112,7 +112,7 @@ def test_without_name_or_reason_nothing_is_decided(folder, name):
 
 def test_what_holds_already_is_no_decision(folder):
     again(folder)
-    with pytest.raises(UsageError, match="hold already"):
+    with pytest.raises(UsageError, match="already in force"):
         again(folder)
 
 

@@ -20,7 +20,13 @@ from rigrunner.api import (
     Streaming,
     unit,
 )
-from rigrunner.api.devices import CountsStreams, KnowsStream, KnowsTruth, Observing
+from rigrunner.api.devices import (
+    CountsStreams,
+    KnowsStream,
+    KnowsTruth,
+    Observing,
+    ReadableInPlaces,
+)
 from rigrunner.api.samples import as_samples
 from rigrunner.api.units import with_article
 from rigrunner_plugins.devices.channels import named
@@ -324,14 +330,21 @@ class _FaultyObserving(FaultyDevice):
         return cast("Mapping[str, Reading]", self._inner.observe(readings))
 
 
+class _FaultyReadableInPlaces(_FaultyReadable):
+    def unreadable_at(self, set_points: Mapping[str, float]) -> DeviceRejectedError | None:
+        """Return why the wrapped device cannot be read at these set-points; None if it can."""
+        return cast("DeviceRejectedError | None", self._inner.unreadable_at(set_points))
+
+
 class _FaultyKnowsTruth(FaultyDevice):
     def truth(self) -> Mapping[str, float]:
         """Return what the wrapped simulator knows: of the rig, whatever the faults make of it."""
         return cast("Mapping[str, float]", self._inner.truth())
 
 
-# KnowsStream comes before Streaming, whose class is its base: Python takes no other order of bases.
+# A class comes before that which is its base: Python takes no other order of bases.
 _PARTS: dict[type, type[FaultyDevice]] = {
+    ReadableInPlaces: _FaultyReadableInPlaces,
     Readable: _FaultyReadable,
     Settable: _FaultySettable,
     KnowsStream: _FaultyKnowsStream,

@@ -36,7 +36,7 @@ def test_a_second_certificate_on_a_run_must_name_what_it_replaces(tmp_path):
     numbers = Numbers(tmp_path, "RR")
     numbers.issued(numbers.reserve(2026, {"run": "r"}), {})
     for reason in ("", "in German"):
-        with pytest.raises(UsageError, match="RR-2026-0001 was issued on r already") as caught:
+        with pytest.raises(UsageError, match="RR-2026-0001 was already issued on r") as caught:
             _further_copy(SOURCE, letterhead, wanted(tmp_path, reason), is_specimen=False)
         assert "rigrunner amend" in caught.value.hint
 

@@ -534,7 +534,7 @@ def test_what_a_part_lacks_is_told(change, message):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"channels": {"torque": "dak.torque"}}, "channel torque: 'dak.torque' is of no part"),
+        ({"channels": {"torque": "dak.torque"}}, "channel torque: 'dak.torque' belongs to no part"),
         ({"channels": {"torque": "torque"}}, "is not of the form part.name"),
         ({"parts": {}}, "at least 1 item"),
     ],

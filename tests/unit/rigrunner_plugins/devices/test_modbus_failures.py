@@ -203,9 +203,9 @@ FINE = "04 02 00 07"
         (b"HTTP/1.1 400 Bad Request\r\n", DeviceTimeoutError, r"no readable answer .* only: 48 54"),
         (mbap(2, 1, "84 06"), DeviceRejectedError, r"device busy \(exception 6\)"),
         (mbap(2, 1, "84 0B"), DeviceRejectedError, "gateway's target does not answer"),
-        (mbap(2, 1, "84 63"), DeviceRejectedError, r"does not know \(exception 99\)"),
+        (mbap(2, 1, "84 63"), DeviceRejectedError, r"not in the standard \(exception 99\)"),
         (mbap(2, 1, "03 02 00 07"), DeviceRejectedError, "an answer to function 3"),
-        (mbap(2, 1, "04 04 00 07 00 08"), DeviceRejectedError, "something else: 2 registers"),
+        (mbap(2, 1, "04 04 00 07 00 08"), DeviceRejectedError, "a wrong answer: 2 registers"),
         (mbap(2, 9, FINE), DeviceTimeoutError, "no readable answer"),  # another unit's
         (mbap(1, 1, FINE), DeviceTimeoutError, "no readable answer"),  # of the request before
         (mbap(2, 1, FINE)[:-1], DeviceTimeoutError, "no readable answer"),
@@ -224,7 +224,7 @@ def test_an_answer_that_is_none_over_tcp(answer, error, told):
 @pytest.mark.parametrize(
     ("answer", "error", "told"),
     [
-        (SILENCE, DeviceTimeoutError, "baud, parity and stop_bits right"),
+        (SILENCE, DeviceTimeoutError, "baud, parity and stop_bits correct"),
         (HANG_UP, DeviceLostError, "closed the connection or was unplugged"),
         (rtu(1, FINE)[:-1] + b"\0", DeviceTimeoutError, r"no readable answer .* only: 01 04 02"),
         (rtu(9, FINE), DeviceTimeoutError, "no readable answer"),

@@ -171,7 +171,7 @@ def test_certificates_that_are_none(bench):
     [
         ({"channels": {"torque": {**TORQUE, "unit": "N"}}}, "is in N·m, as its EngineeringUnits"),
         ({"channels": {"torque": {**TORQUE, "unit": "mN·m"}}}, "the station says mN·m"),
-        ({"channels": {"torque": {**TORQUE, "type": "Float"}}}, "is a Double, the station says"),
+        ({"channels": {"torque": {**TORQUE, "type": "Float"}}}, "is a Double, the station states"),
         ({"channels": {"torque": {**TORQUE, "node": "ns=2;s=Torqe"}}}, "BadNodeIdUnknown"),
         ({"channels": {"torque": {**TORQUE, "node": "nsu=urn:x;s=T"}}}, "no namespace 'urn:x'"),
         ({"channels": {"label": {"node": "ns=2;s=Label", "unit": "1"}}}, "holds String, expected"),

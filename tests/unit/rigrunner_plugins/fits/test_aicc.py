@@ -70,8 +70,8 @@ def test_no_candidate_is_an_error():
     [
         ([], "at least 1 item"),
         ([[]], "at least 1 item"),
-        ([[0, 1], [1, 0]], "stands 2 times"),
-        ([[0, 1], [2, 2]], "2 stands 2 times"),
+        ([[0, 1], [1, 0]], "is listed 2 times"),
+        ([[0, 1], [2, 2]], "2 is listed 2 times"),
         ([0, 1], "valid tuple"),
     ],
 )

@@ -27,7 +27,7 @@ def fitted(points, **settings):
         ({"model": "a*exp(b)"}, "it does not have 'f'"),
         ({"over": ["a"]}, "'a': a variable and a parameter"),
         ({"over": []}, "at least 1 item"),
-        ({"over": ["f", "f"]}, "f stands 2 times"),
+        ({"over": ["f", "f"]}, "f is listed 2 times"),
         ({"start": {}}, "at least 1 item"),
         ({"start": {"a": "one", "b": 1}}, "'one' is not a number"),
         ({"start": {"a": True, "b": 1}}, "'True' is not a number"),
