@@ -211,6 +211,7 @@ def test_report_and_sealed_file_show_no_number_there(judged):
     assert b"NaN" not in sealed
 
 
+@pytest.mark.thorough
 def test_its_certificate_passes_nothing_there_and_verifies(judged, tmp_path):
     _, run = judged
     letterhead = make_letterhead(tmp_path / "letterhead")

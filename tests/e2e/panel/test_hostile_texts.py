@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import httpx
+import pytest
 from playwright.sync_api import expect
 
 HOSTILE = '<img src=x onerror="window.hit=1"><script>window.hit=1</script>'
@@ -31,6 +32,7 @@ def hostile_lab(lab):
     (lab / "hostile.yaml").write_text("\n".join(lines), encoding="utf-8")
 
 
+@pytest.mark.thorough
 def test_no_text_of_a_file_a_person_or_a_program_becomes_a_script(new_screen, lab, panel):
     hostile_lab(lab)
     pair = {"procedure": "procedures/quick_torque.yaml", "station": "hostile_station.yaml"}

@@ -108,6 +108,7 @@ def test_every_page_can_be_used_by_everybody(  # noqa: PLR0915  (a walk through 
     assert grave == []
 
 
+@pytest.mark.thorough
 def test_on_an_upright_tablet_state_and_stop_are_seen_whole(new_screen):
     screen = new_screen(viewport={"width": 820, "height": 1180}, locale="de-DE")
     screen.open()
@@ -153,6 +154,7 @@ CUT_OFF = """(selector) => [...document.querySelectorAll(selector)]
 """What of these is wider than its frame."""
 
 
+@pytest.mark.thorough
 def test_plan_and_channels_are_as_wide_as_their_frames(new_screen, lab):
     station = lab / "station.yaml"
     text = station.read_text(encoding="utf-8")

@@ -46,6 +46,7 @@ def test_from_choosing_to_the_certificate_by_mouse(screen, panel):
     )
 
 
+@pytest.mark.thorough
 def test_the_result_has_its_points_and_the_checks_of_every_method(screen, panel):
     page = screen.page
     run = next(each for each in panel.get("runs")["items"] if each["verdict"] == "pass")
@@ -165,6 +166,7 @@ def test_pause_repeat_skip_and_abort(screen, panel):
     assert "wrong bearing" in told
 
 
+@pytest.mark.thorough
 def test_stop_is_in_reach_while_a_question_is_up(screen, panel):
     page = screen.page
     screen.open()

@@ -34,6 +34,7 @@ def type_at_the_end(page, text):
     page.keyboard.type(text, delay=20)
 
 
+@pytest.mark.thorough
 def test_a_mistake_is_shown_at_its_line_and_what_may_stand_there_is_offered(new_screen, panel):
     page = open_text(new_screen(panel))
     type_at_the_end(page, "# a remark\nint")
@@ -121,6 +122,7 @@ def test_two_who_edit_one_procedure_are_told_and_nothing_is_lost(new_screen, pan
     expect(first.locator(".editor-notes .warn")).to_have_count(0)
 
 
+@pytest.mark.thorough
 @pytest.mark.thorough
 def test_problems_are_listed_in_the_order_of_their_lines(new_screen, panel):
     page = open_text(new_screen(panel))

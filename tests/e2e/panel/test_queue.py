@@ -85,6 +85,7 @@ def test_a_scan_while_a_reason_is_asked_for_goes_to_the_queue(open_queue, lab):
 
 
 @pytest.mark.thorough
+@pytest.mark.thorough
 def test_a_scan_where_no_field_has_the_focus_goes_to_the_queue_and_presses_nothing(open_queue, lab):
     with running_panel(lab) as panel:
         page = open_queue(panel).page
@@ -114,6 +115,7 @@ def test_a_scan_where_no_field_has_the_focus_goes_to_the_queue_and_presses_nothi
         assert panel.phase() == "idle"
 
 
+@pytest.mark.thorough
 @pytest.mark.thorough
 def test_a_list_opens_in_the_coding_of_a_spreadsheet_and_a_workbook_is_refused(open_queue, lab):
     with running_panel(lab) as panel:

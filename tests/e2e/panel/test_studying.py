@@ -95,6 +95,7 @@ def test_results_and_curves_of_two_runs_are_drawn_over_each_other(new_screen, pa
 
 
 @pytest.mark.thorough
+@pytest.mark.thorough
 def test_a_comparison_says_first_that_no_result_differs(new_screen, panel):
     run = next(each.name for each in panel.runs.iterdir() if "QUICK-ST" in each.name)
     screen = new_screen()

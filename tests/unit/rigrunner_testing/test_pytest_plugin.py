@@ -45,6 +45,7 @@ def rigrunner_devices():
 """
 
 
+@pytest.mark.thorough
 def test_a_plugin_goes_through_every_check_and_what_does_not_apply_is_skipped(pytester):
     pytester.makepyfile(test_good=GOOD)
     done = pytester.runpytest_subprocess(*PLUGIN, "-rs")

@@ -82,6 +82,7 @@ def many_set_points():
     return long_result(points=400, cycles=10, rejected=1)
 
 
+@pytest.mark.thorough
 def test_the_size_is_bounded_whatever_the_number_of_swings(hours):
     twice = long_result(points=12, cycles=8000, rejected=600)
     sizes = [len(html(report_input(each))) for each in (hours, twice)]

@@ -153,6 +153,7 @@ def one_rig():
     return examine(Case(SIM, "", 3, 0))
 
 
+@pytest.mark.thorough
 def test_a_rig_is_measured_with_and_without_the_sensor_term(one_rig):
     for method in METHODS:
         whole, silent = one_rig.whole[method], one_rig.no_sensor[method]
