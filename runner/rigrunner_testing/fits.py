@@ -114,7 +114,7 @@ def curve_is_whole(subject: Subject) -> None:
 def units_are_kept(subject: Subject) -> None:
     """In other units the curve is the same, or the points are refused."""
     fit, given = _fit(subject), _noisy(2)
-    assert given.u_y is not None  # noqa: S101  (`_points` gives it)
+    assert given.u_y is not None  # noqa: S101  (`_noisy` gives it)
     value, u = fit(given).predict(BETWEEN_HZ)
     turns = 2 * np.pi
     other = Points(turns * X_HZ, 1e3 * given.y, 1e3 * given.u_y, x_unit="rad/s", y_unit="mN·m")
@@ -163,7 +163,7 @@ def _scatters(what: str, found: Array, stated: Array) -> None:
 def order_does_not_matter(subject: Subject) -> None:
     """The order of the points does not matter."""
     fit, given = _fit(subject), _noisy(3)
-    assert given.u_y is not None  # noqa: S101  (`_points` gives it)
+    assert given.u_y is not None  # noqa: S101  (`_noisy` gives it)
     order = np.random.default_rng(2).permutation(len(X_HZ))
     shuffled = Points(given.x[order], given.y[order], given.u_y[order])
     _same_curve(fit(given), fit(shuffled), "in another order the points give")
@@ -173,7 +173,7 @@ def order_does_not_matter(subject: Subject) -> None:
 def scale_does_not_matter(subject: Subject) -> None:
     """Points three times as high give such a curve; a larger u(y) alone, the same curve."""
     fit, given = _fit(subject), _noisy(4)
-    assert given.u_y is not None  # noqa: S101  (it was made so)
+    assert given.u_y is not None  # noqa: S101  (`_noisy` gives it)
     curve = fit(given)
     value, u = curve.predict(BETWEEN_HZ)
     scaled_value, scaled_u = fit(Points(X_HZ.copy(), 3 * given.y, 3 * given.u_y)).predict(
@@ -215,7 +215,7 @@ def never_extrapolates(subject: Subject) -> None:
 def too_few_points_refused(subject: Subject) -> None:
     """Too few points are refused; any result is finite."""
     fit, given = _fit(subject), _noisy(6)
-    assert given.u_y is not None  # noqa: S101  (it was made so)
+    assert given.u_y is not None  # noqa: S101  (`_noisy` gives it)
     p = len(fit(given).coefficients) if not _interpolates(fit, given) else 1
     for n in range(len(X_HZ)):
         few = Points(given.x[:n], given.y[:n], given.u_y[:n])
@@ -248,7 +248,7 @@ def not_a_number_refused(subject: Subject) -> None:
 def leaves_the_points_alone(subject: Subject) -> None:
     """It does not change the points."""
     given = _noisy(7)
-    assert given.u_y is not None  # noqa: S101  (it was made so)
+    assert given.u_y is not None  # noqa: S101  (`_noisy` gives it)
     before = [array.copy() for array in (given.x, given.y, given.u_y)]
     _fit(subject)(given).predict(BETWEEN_HZ)
     after = (given.x, given.y, given.u_y)
