@@ -17,6 +17,7 @@ export function certificateList(run) {
   const base = `runs/${encodeURIComponent(run)}`;
   const list = h("div", { class: "stack" });
   const told = h("div", { class: "told", role: "status" });
+  const places = new Map(); // what is said of each certificate, by number: stays when the list is read again
   const whole = button(t("certificates.verify_run"), () => verify(`${base}/verify`, told));
   load();
 
@@ -26,7 +27,8 @@ export function certificateList(run) {
   }
 
   function row(item, canSign) {
-    const place = h("div", { class: "told", role: "status" });
+    if (!places.has(item.number)) places.set(item.number, h("div", { class: "told", role: "status" }));
+    const place = places.get(item.number);
     const one = `${base}/certificates/${encodeURIComponent(item.number)}`;
     const marks = [
       item.for_certification ? null : h("span", { class: "mark warn" }, t("certificates.not_for")),
