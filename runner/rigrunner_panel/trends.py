@@ -7,10 +7,12 @@ from math import nan
 from typing import TYPE_CHECKING
 
 from rigrunner.api.figures import Axis, Figure, Mark, Series
+from rigrunner.api.studies import Trend
 from rigrunner_fleet.archive.filters import filters_of
 from rigrunner_fleet.archive.indexing import index
 from rigrunner_fleet.archive.querying import open_archive, rows
 from rigrunner_fleet.monitoring.baseline import baseline_of
+from rigrunner_fleet.monitoring.each_group import NoStudyError
 from rigrunner_fleet.monitoring.observing import observe
 from rigrunner_fleet.monitoring.quantities import TORQUES
 from rigrunner_fleet.monitoring.trending import trend
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from rigrunner.api.studies import Trend, TrendSeries
+    from rigrunner.api.studies import TrendSeries
     from rigrunner_fleet.archive.indexing import Indexed
 
 
@@ -56,10 +58,23 @@ def quantities(runs: Path) -> list[str]:
 def charts(
     runs: Path, quantity: str, by: tuple[str, ...], words: Mapping[str, str], how: Charting
 ) -> Trend:
-    """Return the charts of a quantity; raises the errors of `trend` and `observe`."""
+    """Return the charts of a quantity, and why groups have none; raises the errors of `observe`."""
     with closing(open_archive(runs)) as archive:
         found = observe(archive, quantity, filters_of(**words), by)
-    return trend(found, how, {"quantity": quantity})
+    try:
+        return trend(found, how, {"quantity": quantity})
+    except NoStudyError as error:  # too few runs so far are no failure
+        return Trend(
+            quantity=found.quantity.name,
+            unit=found.unit,
+            asked={},
+            excluded=found.excluded,
+            warnings=found.warnings,
+            chart=how.chart,
+            rules={},
+            series=(),
+            not_charted=error.refused,
+        )
 
 
 def charting(chart: str, rules: str, baseline: str) -> Charting:

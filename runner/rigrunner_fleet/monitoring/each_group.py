@@ -15,12 +15,21 @@ if TYPE_CHECKING:
 _Series = TypeVar("_Series")
 
 
+class NoStudyError(DataError):
+    """No group has a study; `refused` has the reason of each, by its name."""
+
+    def __init__(self, nothing: str, refused: dict[str, str], hint: str) -> None:
+        told = "; ".join(f"{name}: {reason}" for name, reason in refused.items())
+        super().__init__(f"{nothing}. {told}", hint=hint)
+        self.refused = refused
+
+
 def each_group(
     found: Observations, made: Callable[[str, Group], _Series], nothing: str
 ) -> tuple[tuple[_Series, ...], dict[str, str]]:
     """Return the study of each group, by its name, and the reasons of groups without one.
 
-    Raises DataError that begins with `nothing` if no group has a study.
+    Raises NoStudyError that begins with `nothing` if no group has a study.
     """
     series, refused, hint = [], {}, ""
     for name, group in sorted(found.groups.items()):
@@ -30,6 +39,5 @@ def each_group(
         except DataError as error:
             refused[name], hint = error.message, error.hint
     if not series:
-        told = "; ".join(f"{name}: {reason}" for name, reason in refused.items())
-        raise DataError(f"{nothing}. {told}", hint=hint)
+        raise NoStudyError(nothing, refused, hint)
     return tuple(series), refused

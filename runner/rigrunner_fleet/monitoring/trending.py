@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def trend(found: Observations, how: Charting, asked: Mapping[str, str]) -> Trend:
-    """Return the chart of each group; raise DataError if there is none."""
+    """Return the chart of each group; raise NoStudyError if there is none."""
     series, refused = each_group(
         found,
         lambda name, group: charted(name, group.observed, how),

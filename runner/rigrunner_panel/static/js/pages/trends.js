@@ -48,7 +48,7 @@ export function trendsPage() {
       const found = await working(told, t("trends.charting"), () => get("trend", query));
       if (mine !== asked) return; // something else was asked meanwhile
       clear();
-      fill(charts, found.charts.map((each) => group(each, found)));
+      fill(charts, found.charts.length ? found.charts.map((each) => group(each, found)) : h("p", { class: "nothing" }, t("trends.no_chart")));
       fill(told, found.warnings.map((text) => h("p", { class: "banner warn" }, said(text))), left(found));
     } catch (error) {
       if (mine === asked) refuse(error, { baseline }, told);
@@ -80,7 +80,7 @@ export function trendsPage() {
   // What is in no chart, and why.
   function left(found) {
     const rows = [...Object.entries(found.not_charted).map(([name, reason]) => `${name}: ${said(reason)}`), ...found.excluded.map((each) => `${each.run}: ${said(each.reason)}`)];
-    return rows.length ? h("details", {}, h("summary", {}, t("trends.left_out", { count: rows.length })), h("ul", {}, rows.map((text) => h("li", {}, text)))) : null;
+    return rows.length ? h("details", { open: !found.charts.length }, h("summary", {}, t("trends.left_out", { count: rows.length })), h("ul", {}, rows.map((text) => h("li", {}, text)))) : null;
   }
 
   open();
