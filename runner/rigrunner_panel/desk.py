@@ -5,11 +5,15 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from rigrunner.api.errors import RigrunnerError
 from rigrunner.api.events import Samples
 from rigrunner.engine import Choice, Decision
 from rigrunner.procedure.answers import AnswerError
+from rigrunner.runfile import read
+from rigrunner.runfile.folder import RunFolder
 from rigrunner_panel.errors import PanelError, wrong_state
 from rigrunner_panel.live.story import Story
 from rigrunner_panel.live.watcher import Watcher
@@ -30,6 +34,9 @@ if TYPE_CHECKING:
 _log = logging.getLogger("rigrunner_panel")
 
 RIG_PROCESS = "rigrunner_panel.jobs.main"
+GUARDIAN_S = 3600.0
+"""How long a run whose process died is looked at for what the guardian records in it."""
+LOOK_S = 0.5
 
 
 class Desk:
@@ -201,8 +208,25 @@ class Desk:
         with self._lock:
             story.left(self._left_energised())
             story.lost(code)
+            is_lost = story.follows_record
             if self._watcher is not None and story is self._story:
                 self._watcher.close()
+        if is_lost:
+            self._follow_record(story)
+
+    def _follow_record(self, story: Story) -> None:
+        """Show what is recorded in a run after its process died: what the guardian read back."""
+        run, size = self.runs / story.job.run, -1
+        until_s = time.monotonic() + GUARDIAN_S
+        while story is self._story and time.monotonic() < until_s:
+            with suppress(OSError, RigrunnerError):  # it was closed as it is, or is being written
+                if (now := RunFolder(run).events.stat().st_size) != size:
+                    events, size = read(run).events, now
+                    with self._lock:
+                        for each in events:
+                            if each.seq > story.latest:
+                                self._show(story, each)
+            time.sleep(LOOK_S)
 
     def _refuse_second(self) -> None:
         if self.is_busy:

@@ -453,6 +453,10 @@ def test_of_two_rigs_at_the_panel_the_killed_one_is_made_safe_and_the_other_runs
             assert time.monotonic() < until_s
             time.sleep(0.01)
         assert (other.state["phase"], other_stands_at()) == ("asking", 40.0), "untouched"
+        # what the guardian has read back, with its time
+        found = killed.until(lambda state: state["readings"]["psu.voltage"]["value"] == 0.0)
+        (safe,) = (each for each in found["channels"] if each["name"] == "psu.voltage")
+        assert (safe["value"], safe["utc"] > found["job"]["started_utc"]) == (0.0, True)
 
         other.answer()
         finished = other.phase("finished")["finished"]

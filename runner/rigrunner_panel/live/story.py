@@ -88,6 +88,10 @@ class Story:
         self.curves = Curves()
         self.recording = ""
         self.is_over = False
+        self.latest = -1
+        """The number of the latest event."""
+        self.follows_record = False
+        """Whether the process died in a run: what was recorded since is on the disk alone."""
         self._begun: StepStarted | None = None
         self._board = board
         self._links = links
@@ -123,6 +127,8 @@ class Story:
 
     def take(self, message: object) -> None:
         """Handle a message of the job's process."""
+        if isinstance(message, Event):
+            self.latest = message.seq
         match message:
             case Samples():
                 self._take_samples(message)
@@ -203,6 +209,7 @@ class Story:
         """Handle a process that ended without its final message."""
         if not self.is_over:
             how = f"with code {code}" if code is not None else "without a word"
+            self.follows_record = bool(self.job.run)
             hint = AFTER_LOSS if self.job.run else AFTER_EARLY_LOSS  # nothing else is resumed
             self.take(Failed(f"the process of the run ended {how}", hint))
 
