@@ -148,7 +148,7 @@ def test_another_statistic_moves_the_results_and_golden_runs_tell(tested, tmp_pa
     changed.write_text(MAXIMUM, encoding="utf-8")
     one = ("--jobs", "1")
     assert call("golden", "record", tested[0].parent, "--out", golden, *one).code == 0
-    assert "Nothing moved in 1 golden run" in call("golden", "check", golden, *one).out
+    assert "No change in 1 golden run" in call("golden", "check", golden, *one).out
     page = tmp_path / "golden.html"
     found = call("golden", "check", golden, *one, "--analysis", changed, "--json", "--html", page)
     assert found.code == 1, found.err

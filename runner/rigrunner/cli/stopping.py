@@ -132,7 +132,7 @@ class SignalStop:
         else:
             _say("Pausing at the next safe point. Ctrl-C aborts the run.")
             if self._asking:
-                raise PauseWantedError("a pause was asked for", KEYBOARD)
+                raise PauseWantedError("pause requested", KEYBOARD)
 
     def _interrupt_end(self) -> None:
         """Handle a Ctrl-C after the run: its analysis ends, and it is sealed all the same."""

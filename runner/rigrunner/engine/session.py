@@ -103,7 +103,7 @@ class Session:
             if self.guard.watching:
                 self.guard.check(read_all=read_all)
             if self.pauses is not None and (by := self.pauses.wanted()):
-                raise PauseWantedError("a pause was asked for", by)
+                raise PauseWantedError("pause requested", by)
             if self.reads and self.drives is not None:
                 self.drives.look()
         if self.timeout_s is not None:

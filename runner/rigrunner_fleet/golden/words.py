@@ -23,7 +23,7 @@ def conclusion(found: Overall) -> str:
     total, moved = len(found.runs), len(found.moved)
     runs = "1 golden run" if total == 1 else f"{total} golden runs"
     if not moved:
-        return f"Nothing moved in {runs}"
+        return f"No change in {runs}"
     return f"{moved} of {runs} {'has' if moved == 1 else 'have'} to be looked at"
 
 

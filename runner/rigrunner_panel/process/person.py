@@ -71,7 +71,7 @@ class PanelAnswers:
                 if self._link.switch.is_set():
                     raise stopped(self._link.switch)
                 if by := self._link.commands.pause_wanted:
-                    raise PauseWantedError("a pause was asked for", by)
+                    raise PauseWantedError("pause requested", by)
         finally:
             self._link.show(prompt=None)
         self.by = answer.by

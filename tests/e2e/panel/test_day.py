@@ -227,7 +227,7 @@ def test_stop_of_a_rig_is_one_click_on_the_overview_and_stops_no_other(new_scree
         page = new_screen(panel).page
         page.goto(panel.url)
         expect(page.locator(".rig-word")).to_have_text(["Waits for an answer"] * 2)
-        expect(first.page.get_by_label("1 other rigs need attention")).to_be_visible()
+        expect(first.page.get_by_label("1 other rig needs attention")).to_be_visible()
         card(page, STATION).get_by_role("button", name="STOP").click()
         panel.wait_for("finished")
         expect(card(page, STATION).locator(".rig-word")).to_have_text("Aborted")

@@ -16,7 +16,7 @@ from rigrunner.engine import Choice, Paused
 PAUSED = Paused(
     "main[0].record",
     "main[0].sweep[3]",
-    "a pause was asked for",
+    "pause requested",
     ("press cannot pause: load stays at 1000 N",),
     (Choice.RESUME, Choice.REPEAT, Choice.SKIP, Choice.NOTE, Choice.ABORT),
 )
@@ -49,7 +49,7 @@ def test_an_answer_is_taken_when_it_is_clear(monkeypatch, typed, choice, reason)
 def test_all_that_matters_is_said(monkeypatch, capsys):
     decide(monkeypatch, "maybe\nresume\n")
     said = capsys.readouterr().err
-    assert "Paused at main[0].record: a pause was asked for." in said
+    assert "Paused at main[0].record: pause requested." in said
     assert "press cannot pause: load stays at 1000 N" in said
     assert "skip the rest of main[0].sweep[3], with a reason" in said
     assert "Please answer with one of: resume, repeat, skip, note, abort." in said

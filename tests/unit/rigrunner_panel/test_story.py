@@ -100,7 +100,7 @@ def story(board):
 PAUSE = PauseView(
     step="main[1]",
     point="a",
-    reason="a pause was asked for",
+    reason="pause requested",
     moving=(),
     choices=("resume", "abort"),
 )

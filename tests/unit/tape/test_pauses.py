@@ -11,7 +11,7 @@ from rigrunner.tape.pauses import RecordedPauses, ReplayedPauses
 from rigrunner.tape.recording import RecordingWire, Trouble
 from rigrunner.tape.replaying import Replay, ReplayWire
 
-PAUSED = Paused("main[0]", "main[0]", "a pause was asked for", (), tuple(Choice))
+PAUSED = Paused("main[0]", "main[0]", "pause requested", (), tuple(Choice))
 RESUME = Decision(Choice.RESUME, "A. Jones")
 
 

@@ -140,7 +140,7 @@ def _total(reports: Sequence[DeviceReport], failed: Sequence[str]) -> str:
     count = f"{len(reports)} device{'s' if len(reports) != 1 else ''}"
     if failed:
         return f"{count}, of which {len(failed)} failed: {', '.join(failed)}"
-    return f"{count}: all answer, and are left safe"
+    return f"{count}: all answer and were made safe"
 
 
 def _document(report: DeviceReport) -> dict[str, Any]:

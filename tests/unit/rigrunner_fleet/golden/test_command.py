@@ -95,7 +95,7 @@ def check(lab, *more):
 def test_nothing_moved(lab, quick):
     found = check(lab)
     assert found.code == 0, found.err
-    assert found.out == "equal bit for bit  2\n\nNothing moved in 2 golden runs\n"
+    assert found.out == "equal bit for bit  2\n\nNo change in 2 golden runs\n"
     reference = json.loads((lab.golden / quick.loaded.name / "reference.json").read_text())
     assert reference["found"]["method"] == METHOD
     assert reference["at"] == f"{quick.loaded.name}/run.h5"

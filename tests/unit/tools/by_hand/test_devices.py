@@ -152,7 +152,7 @@ def test_the_command_ends_with_0_where_all_answer(tmp_path):
     assert called.code == ExitCode.PASS
     assert "Rigrunner swing_tester_sim, serial SIM-0001 (simulated)" in called.out
     assert "frequency is at 0 Hz, which is safe" in called.out
-    assert called.out.endswith("1 device: all answer, and are left safe\n")
+    assert called.out.endswith("1 device: all answer and were made safe\n")
 
 
 def test_the_command_ends_with_4_where_one_fails_and_shows_the_others(tmp_path):

@@ -53,7 +53,7 @@ export function topBar() {
     const waiting = store.rigs.filter((rig) => rig.station !== station() && (rig.waits_for || rig.alarms.length)).length;
     show(count, Boolean(station()) && waiting > 0);
     setText(count, String(waiting));
-    count.setAttribute("aria-label", t("nav.rigs_waiting", { count: waiting }));
+    count.setAttribute("aria-label", waiting === 1 ? t("nav.rig_waiting") : t("nav.rigs_waiting", { count: waiting }));
   }
 
   function mark() {
