@@ -55,7 +55,7 @@ def test_a_certificate_goes_through_its_whole_life(  # noqa: PLR0915  (a walk th
         first.get_by_role("button", name="Verify").click()
         expect(first.locator(".told")).to_contain_text("Match:")
         pending = []
-        page.route("**/verify*", lambda route: pending.append(route))
+        page.route("**/verify*", lambda route: pending.extend([route]))
         first.get_by_role("button", name="Verify").click()  # its answer comes after the amendment
         first.get_by_role("button", name="Amend").click()
         page.locator(".dialog").get_by_role("button", name="Amend").click()
