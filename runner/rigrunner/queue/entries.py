@@ -36,6 +36,8 @@ class Draft(BaseModel):
     partners: dict[str, str] = {}
     """Partner runs by name, in place of the latest that fit."""
     realtime: bool = True
+    again: str = ""
+    """Why a specimen is tested again."""
 
     @model_validator(mode="before")
     @classmethod
@@ -54,8 +56,8 @@ class Draft(BaseModel):
 
     def is_same_test(self, other: Draft) -> bool:
         """Return whether both are the same specimen in the same procedure."""
-        return bool(self.specimen) and (_seen(self.specimen), self.procedure) == (
-            _seen(other.specimen),
+        return bool(self.specimen) and (looks(self.specimen), self.procedure) == (
+            looks(other.specimen),
             other.procedure,
         )
 
@@ -73,19 +75,22 @@ class Entry(Draft):
     repeats: int | None = None
     """The entry that it repeats."""
     repeated_by: str = ""
-    """Who repeated it."""
+    """Who repeats the test."""
     run: str = ""
     """Id of its run, once started."""
 
     def told(self) -> tuple[Interference, ...]:
         """Return the remark for its run: why a test is repeated."""
-        if self.repeats is None:
+        if self.repeats is None and not self.again:
             return ()
-        subject = f"entry {self.id} of the queue repeats entry {self.repeats}"
-        return (Interference("repeat test", self.repeated_by, self.reason, subject),)
+        what = f"tests {self.specimen} again"
+        if self.repeats is not None:
+            what = f"repeats entry {self.repeats}"
+        subject, why = f"entry {self.id} of the queue {what}", self.again or self.reason
+        return (Interference("repeat test", self.repeated_by, why, subject),)
 
 
-def _seen(specimen: str) -> str:
+def looks(specimen: str) -> str:
     """Return what texts have in common that look the same: case, spaces and accents aside."""
     return " ".join(normalize("NFKC", specimen).casefold().split())
 

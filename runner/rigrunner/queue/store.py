@@ -136,7 +136,8 @@ class Queue:
                 if self._same_test(made, draft) is not None:
                     problems.append(Problem(f"{draft.specimen} is in the list twice"))
                     continue
-                if (same := self._same_test(known, draft)) is not None:
+                same = self._same_test(known, draft)
+                if same is not None and not (draft.again and same.status == "done"):
                     problems.append(_duplicate(same, draft))
                     continue
                 entry = Entry(
@@ -145,6 +146,7 @@ class Queue:
                     state="proposed" if proposed else "waiting",
                     by=by,
                     added_utc=utc_text(now),
+                    repeated_by=by if draft.again else "",
                 )
                 made.append(entry)
             if problems:
@@ -195,7 +197,8 @@ class Queue:
             new = old.model_copy(
                 update={
                     "id": free, "state": "waiting", "by": by, "added_utc": utc_text(now),
-                    "reason": reason, "repeats": number, "repeated_by": by, "run": "",
+                    "reason": reason, "again": reason, "repeats": number, "repeated_by": by,
+                    "run": "",
                 }
             )  # fmt: skip
             made.append(new)
@@ -405,10 +408,12 @@ def _with(stored: Stored, new: Entry) -> Stored:
 def _duplicate(same: Shown, draft: Draft) -> Problem:
     entry = same.entry
     hint = "repeat that entry, with a reason, to test it again"
+    about = "again" if same.status == "done" else ""
     number, queue = f"entry {entry.id}, {same.status}", entry.station
     if queue != draft.station:
-        return Problem(f"{entry.specimen} is already in the queue of {queue}: {number}", hint=hint)
-    return Problem(f"{entry.specimen} is already in the queue: {number}", hint=hint)
+        message = f"{entry.specimen} is already in the queue of {queue}: {number}"
+        return Problem(message, field=about, hint=hint)
+    return Problem(f"{entry.specimen} is already in the queue: {number}", field=about, hint=hint)
 
 
 def _unanswered(entry: Entry) -> UsageError:

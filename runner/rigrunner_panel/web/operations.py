@@ -202,7 +202,7 @@ _QUEUE = _of_rig(
     _get("queue", "The queue.", queueing.queue, QueueView),
     _post(
         "queue/propose", "Add specimens that a person has to release; for everyone.",
-        queueing.propose, requests.AddEntries, answers.Added,
+        queueing.propose, requests.ProposeEntries, answers.Added,
     ),
     _steer(
         "queue/add", "Add specimens that wait for their turn.", queueing.add,

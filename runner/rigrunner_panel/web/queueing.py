@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import RigrunnerError, UsageError
 from rigrunner.api.events import CONCLUDED
 from rigrunner.procedure import load_procedure
-from rigrunner.queue import Draft, accepted_inputs, read_list
+from rigrunner.queue import Draft, accepted_inputs, allowed, read_list
 from rigrunner_panel.errors import PanelError, wrong_state
 from rigrunner_panel.sequence import Wanted
 from rigrunner_panel.view.queue import EntryView, QueueView
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
         EntryBecause,
         Move,
         OneEntry,
+        ProposeEntries,
         SetAutomatic,
     )
 
@@ -50,12 +51,13 @@ def queue(rig: Rig, _: Asked) -> QueueView:
 
 def add(rig: Rig, asked: Asked) -> Added:
     """Add specimens that wait for their turn."""
-    return _add(rig, asked, proposed=False)
+    return _add(rig, asked.body, asked.by, proposed=False)
 
 
 def propose(rig: Rig, asked: Asked) -> Added:
     """Add specimens that a person has to release first."""
-    return _add(rig, asked, proposed=True)
+    body: ProposeEntries = asked.body
+    return _add(rig, body, body.by.strip() or asked.by, proposed=True)
 
 
 def move(rig: Rig, asked: Asked) -> Done:
@@ -202,8 +204,9 @@ def _view(rig: Rig, shown: Shown) -> EntryView:
     entry = shown.entry
     return EntryView(
         **entry.model_dump(
-            include={"id", "procedure", "station", "inputs", "realtime", "by", "reason", "repeats"}
+            include={"id", "procedure", "station", "inputs", "realtime", "by", "repeats"}
         ),
+        reason=entry.reason or entry.again,
         specimen=entry.specimen,
         run=entry.run,
         status=shown.status,
@@ -212,14 +215,18 @@ def _view(rig: Rig, shown: Shown) -> EntryView:
     )
 
 
-def _add(rig: Rig, asked: Asked, *, proposed: bool) -> Added:
-    body: AddEntries = asked.body
+def _add(rig: Rig, body: AddEntries, by: str, *, proposed: bool) -> Added:
     procedure, _ = files(rig.panel, body)
-    inputs = load_procedure(procedure).inputs
+    loaded = load_procedure(procedure)
+    inputs = loaded.inputs
     common = accepted_inputs(body.inputs, inputs)
     rows = [item.inputs for item in read_list(body.list, inputs)] if body.list.strip() else [{}]
-    drafts = [_draft(rig, body, {**common, **row}) for row in rows]
-    return _added(rig, drafts, asked.by, proposed=proposed)
+    drafts = [
+        _draft(rig, body, {**common, **row}).model_copy(update={"again": body.again.strip()})
+        for row in rows
+    ]
+    drafts = allowed(rig.panel.settings.runs, loaded.model.id, drafts)
+    return _added(rig, drafts, by, proposed=proposed)
 
 
 def _added(rig: Rig, drafts: list[Draft], by: str, *, proposed: bool) -> Added:

@@ -147,6 +147,14 @@ class AddEntries(Pair):
     partners: Annotated[dict[Name, Name], Field(max_length=20)] = {}
     """Partner runs by name, in place of those that are found by themselves."""
     realtime: bool = True
+    again: Words = ""
+    """Why specimens are tested again that have a run."""
+
+
+class ProposeEntries(AddEntries):
+    """Specimens that a person releases first, and who or which program proposes them."""
+
+    by: Annotated[str, Field(max_length=100), AfterValidator(plain)] = ""
 
 
 class OneEntry(Body):

@@ -66,6 +66,23 @@ def test_scans_that_do_not_wait_for_each_other_are_all_added_in_order(open_queue
 
 
 @pytest.mark.thorough
+def test_a_specimen_that_a_run_has_tested_is_added_with_a_reason_alone(open_queue, lab):
+    """Its entry may be cleared: the runs know it, and those of the lab are of DEMO-0001."""
+    with running_panel(lab) as panel:
+        page = open_queue(panel).page
+        scan_note = page.locator("#queue-scan-note")
+        page.locator("#queue-scan").fill("DEMO-0001")
+        page.keyboard.press("Enter")
+        expect(scan_note).to_contain_text("DEMO-0001 has already been tested: run ")
+        scan_note.get_by_role("button", name="Test again").click()
+        page.locator("#dialog-text").fill("customer asks")
+        page.keyboard.press("Enter")
+        expect(row(page, "DEMO-0001")).to_contain_text("customer asks")
+        expect(scan_note).to_contain_text("Added: entry 1")
+        expect(page.locator("#queue-scan")).to_have_value("")
+
+
+@pytest.mark.thorough
 def test_a_scan_while_a_reason_is_asked_for_goes_to_the_queue(open_queue, lab):
     with running_panel(lab) as panel:
         page = open_queue(panel).page
@@ -84,7 +101,6 @@ def test_a_scan_while_a_reason_is_asked_for_goes_to_the_queue(open_queue, lab):
         assert [each["specimen"] for each in panel.get("queue")["entries"]] == ["SN-1", "SN-2"]
 
 
-@pytest.mark.thorough
 @pytest.mark.thorough
 def test_a_scan_where_no_field_has_the_focus_goes_to_the_queue_and_presses_nothing(open_queue, lab):
     with running_panel(lab) as panel:
@@ -115,7 +131,6 @@ def test_a_scan_where_no_field_has_the_focus_goes_to_the_queue_and_presses_nothi
         assert panel.phase() == "idle"
 
 
-@pytest.mark.thorough
 @pytest.mark.thorough
 def test_a_list_opens_in_the_coding_of_a_spreadsheet_and_a_workbook_is_refused(open_queue, lab):
     with running_panel(lab) as panel:

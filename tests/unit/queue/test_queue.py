@@ -16,8 +16,9 @@ from rigrunner.api.events import Outcome, RunEnded, RunStarted
 from rigrunner.bus import EventStamp
 from rigrunner.clock import SimulatedClock
 from rigrunner.procedure.questions import Input
-from rigrunner.queue import Draft, Queue, accepted_inputs, list_text, read_list
+from rigrunner.queue import Draft, Queue, accepted_inputs, allowed, list_text, read_list
 from rigrunner.runfile import RunHeader, RunWriter
+from rigrunner.runfile.folder import create_run_folder
 
 NOW = datetime(2026, 11, 23, 12, tzinfo=UTC)
 STATION = "s.yaml"
@@ -173,6 +174,44 @@ def test_a_run_that_could_not_begin_gives_its_entry_back(queue):
         queue._replace(2, run="20261123_X")
         queue.give_back(2, "its run has begun")
     assert queue.get(2).state == "started"
+
+
+def leave_run(folder, specimen, procedure="P", outcome=Outcome.COMPLETED, day=1):
+    """Leave a run of a specimen in a folder of runs."""
+    started = NOW.replace(day=day)
+    path = create_run_folder(folder, started, procedure, specimen)
+    header = RunHeader(
+        run_id=path.name, started_utc=started.isoformat(), procedure_id=procedure,
+        procedure_revision="1", procedure_title="", station_id="s", procedure_text="",
+        station_text="", inputs={"specimen": specimen},
+    )  # fmt: skip
+    stamp = EventStamp(SimulatedClock(started))
+    with RunWriter(path, header) as writer:
+        writer(stamp(RunStarted, run_id=path.name, steps=1, estimated_s=1.0))
+        writer(stamp(RunEnded, outcome=outcome))
+    return path.name
+
+
+def test_a_specimen_that_a_run_has_tested_needs_a_reason(queue, tmp_path):
+    runs = tmp_path / "runs"
+    leave_run(runs, "SN 7/é", day=1)
+    newest = leave_run(runs, "SN 7/é", day=2)
+    leave_run(runs, "SN-8", outcome=Outcome.ABORTED)
+    leave_run(runs, "SN-9", procedure="Q")
+    leave_run(runs, "SN-70")
+    others = [draft("SN-8"), draft("SN-9"), draft("SN-7"), draft("")]
+    assert allowed(runs, "P", others) == others
+    asked = [draft("sn 7/É"), draft("SN-8")]
+    with pytest.raises(InvalidFileError, match=f"already been tested: run {newest}") as refused:
+        allowed(runs, "P", asked)
+    assert [each.field for each in refused.value.problems] == ["again"]
+    again = [each.model_copy(update={"again": "customer asks"}) for each in asked]
+    first, second = queue.add(allowed(runs, "P", again), "Ann", NOW)
+    queue.hold(first.id, "Bob", "dirty")
+    queue.release(first.id, "Bob")
+    (told,) = queue.get(first.id).told()
+    assert (told.by, told.reason) == ("Ann", "customer asks")
+    assert second.told() == ()
 
 
 def test_the_same_specimen_twice_is_refused_and_nothing_of_the_list_is_added(queue):

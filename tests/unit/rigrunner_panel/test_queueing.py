@@ -63,8 +63,9 @@ def test_a_list_is_added_moved_held_released_and_skipped(client):
 
 
 def test_what_a_program_proposes_waits_for_a_person(client):
-    post(client, "propose", **PAIR, list="SN-1", headers=PROGRAM)
+    post(client, "propose", **PAIR, list="SN-1", by="LIMS", headers=PROGRAM)
     assert entries(client) == [("SN-1", "proposed")]
+    assert client.get("/api/v1/queue").json()["entries"][0]["by"] == "LIMS"
     assert "is not waiting" in post(client, "start", status=409, entry=1)["message"]
     assert "no entry" in post(client, "start", status=409)["message"]
     refused = post(client, "release", status=403, entry=1, headers=PROGRAM)
@@ -120,6 +121,7 @@ def test_a_specimen_twice_is_refused_with_its_entry(client):
         ({**PAIR, "procedure": "../../etc/passwd"}, 404),
         ({**PAIR, "station": "/etc/passwd"}, 404),
         ({**PAIR, "state": "started"}, 400),
+        ({**PAIR, "list": "SN-1", "by": "Ann\u202e"}, 400),
     ],
 )
 @pytest.mark.parametrize("path", ["add", "propose"])

@@ -38,6 +38,7 @@ LONGEST_FILE = 1_000_000
     type=click.Path(path_type=Path, allow_dash=True, dir_okay=False),
     help="A list of specimens, one a line, or a CSV whose first line names inputs; - for stdin.",
 )
+@click.option("--again", default="", help="Why specimens are tested again that have a run.")
 @click.option("--propose", is_flag=True, help="Let a person release the entries first.")
 @by_option
 def command(
@@ -48,6 +49,7 @@ def command(
     *,
     runs: Path,
     listed: Path | None,
+    again: str,
     propose: bool,
     by: str,
 ) -> None:
@@ -60,15 +62,16 @@ def command(
     from rigrunner.cli.output import result
     from rigrunner.clock import WallClock
     from rigrunner.procedure import load_procedure
-    from rigrunner.queue import Draft, Queue
+    from rigrunner.queue import Draft, Queue, allowed
 
     loaded = load_procedure(find_procedure(procedure))
     find_station(station)
     common = named_values(given)
     drafts = [
-        Draft(procedure=procedure, station=PurePath(station).as_posix(), inputs=each)
+        Draft(procedure=procedure, station=PurePath(station).as_posix(), inputs=each, again=again)
         for each in _inputs(loaded, specimens, listed, common)
     ]
+    drafts = allowed(runs, loaded.model.id, drafts)
     for entry in Queue(runs).add(drafts, by, WallClock().utc(), proposed=propose):
         result(f"{entry.id}  {entry.specimen}  {entry.state}")
 

@@ -36,7 +36,8 @@ def command(*, runs: Path, as_json: bool) -> None:
     rows = [
         (
             str(each.entry.id), each.entry.specimen, each.entry.procedure, each.entry.station,
-            each.outcome or each.status, each.entry.by, each.entry.reason or each.entry.run,
+            each.outcome or each.status, each.entry.by,
+            each.entry.reason or each.entry.again or each.entry.run,
         )
         for each in shown
     ]  # fmt: skip

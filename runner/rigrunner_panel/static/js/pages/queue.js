@@ -174,19 +174,27 @@ function addCard() {
 
   const plain = button(t("queue.add"), () => add("", note, field), { kind: "primary big", hidden: true });
 
-  async function add(list, told, where) {
+  async function add(list, told, where, again = "") {
     const inputs = Object.fromEntries(Object.entries(common?.values() ?? {}).filter(([, text]) => text.trim()));
     try {
-      const made = await steerOrRefuse("queue/add", { ...chosen, list, inputs, operator: inputs.operator ? "" : personName(), realtime: realtime.checked });
+      const made = await steerOrRefuse("queue/add", { ...chosen, list, inputs, operator: inputs.operator ? "" : personName(), realtime: realtime.checked, again });
       if (!made) return false;
       where.className = "field good";
       fill(told, t("queue.added", { count: made.entries.length, entries: made.entries.length > 1 ? `${made.entries[0]}–${made.entries.at(-1)}` : made.entries[0] }));
       return true;
     } catch (error) {
       where.className = "field bad";
-      fill(told, error.problems?.length ? problemList(error.problems) : [error.message, error.hint].filter(Boolean).map(said).join(" · "));
+      const tested = error.problems?.length && error.problems.every((each) => each.field === "again");
+      fill(told, error.problems?.length ? problemList(error.problems.map((each) => (tested ? { ...each, field: "", hint: "" } : each))) : [error.message, error.hint].filter(Boolean).map(said).join(" · "));
+      if (tested) told.append(button(t("queue.again"), () => addAgain(list, told, where), { kind: "small" }));
       return false;
     }
+  }
+
+  // What was tested before, once there is a reason.
+  async function addAgain(list, told, where) {
+    const reason = await askReason(t("queue.again.title"), { confirm: t("queue.add") });
+    if (reason && (await add(list, told, where, reason)) && scan.value === list) scan.value = "";
   }
 
   const scans = []; // waiting to be added: a scanner does not wait for the answer to its last one

@@ -1,0 +1,54 @@
+"""Specimens that a run of the same procedure has tested before."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import InvalidFileError, Problem
+from rigrunner.api.events import CONCLUDED
+from rigrunner.queue.entries import SPECIMEN, looks
+from rigrunner.run.locate import run_names
+from rigrunner.run.runs import listed_run
+from rigrunner.runfile.folder import safe_name
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from rigrunner.queue.entries import Draft
+
+
+def allowed(runs: Path, procedure_id: str, drafts: Sequence[Draft]) -> list[Draft]:
+    """Return drafts, with the reason of a test that is repeated only where it is.
+
+    Raises InvalidFileError for each specimen that a run of the procedure has tested, unless the
+    draft says why it is tested again.
+    """
+    names = run_names(runs)
+    found = [(each, _tested(runs, names, procedure_id, each)) for each in drafts]
+    problems = [
+        Problem(
+            f"{draft.specimen} has already been tested: run {run}",
+            field="again",
+            hint="give a reason to test it again",
+        )
+        for draft, run in found
+        if run and not draft.again
+    ]
+    if problems:
+        raise InvalidFileError(problems)
+    return [draft if run else draft.model_copy(update={"again": ""}) for draft, run in found]
+
+
+def _tested(runs: Path, names: Sequence[str], procedure_id: str, draft: Draft) -> str:
+    """Return the newest run that has tested a specimen; '' for none."""
+    if not draft.specimen:
+        return ""
+    # The name of a folder has both, shortened: few files have to be read.
+    begin = f"_{safe_name(procedure_id)}_{safe_name(draft.specimen)}".rstrip("_").casefold()
+    for name in reversed(names):
+        if begin in name.casefold() and (info := listed_run(runs, name).info) is not None:
+            tested = (info.header.procedure_id, looks(info.header.inputs.get(SPECIMEN, "")))
+            if info.outcome in CONCLUDED and tested == (procedure_id, looks(draft.specimen)):
+                return name
+    return ""
