@@ -13,7 +13,7 @@ from rigrunner.run.finish import RESULT_FILE
 from rigrunner.run.locate import run_names
 from rigrunner.run.log import event_text
 from rigrunner.run.runs import listed_run
-from rigrunner.run.set_points import other_results
+from rigrunner.run.set_points import other_results, results_in
 from rigrunner.run.stored import run_data
 from rigrunner.runfile import read
 from rigrunner_panel.errors import not_found
@@ -89,6 +89,7 @@ class History:
     def detail(self, run: str) -> RunDetail:
         """Return everything about a run except its samples; raise PanelError or DataError."""
         stored = read(self.folder(run))
+        document = stored.result_document
         return RunDetail(
             item=self.item(run),
             inputs=dict(stored.header.inputs),
@@ -99,7 +100,7 @@ class History:
             sealed=stored.info.sealed,
             recordings=stored.info.recording_names,
             digest_sha256=stored.digest,
-            result=None if stored.result_document is None else dict(stored.result_document),
+            result=None if document is None else {**document, "results": results_in(document)},
             events=tuple(_events(stored)),
             notes=stored.notes,
         )

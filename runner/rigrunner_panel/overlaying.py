@@ -1,4 +1,4 @@
-"""Several stored runs in one figure: results over set-points, and a channel over time."""
+"""Several stored runs in one figure: results over a coordinate, and a channel over time."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from rigrunner.api.figures import Axis, Figure, Series
 from rigrunner.api.units import unit
-from rigrunner.run.set_points import coordinates_in, named_place, other_results
+from rigrunner.run.set_points import coordinates_in, named_place, results_in
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -28,10 +28,7 @@ COLUMNS = 500
 
 
 def result_figures(runs: Mapping[str, StoredRun]) -> Iterator[Figure]:
-    """Yield figures of the torque over set-points, and of each named result over a coordinate."""
-    torque = [each for name, run in runs.items() if (each := _torque(name, run)) is not None]
-    if torque:
-        yield Figure("torque", Axis("frequency", "Hz"), Axis("torque", "N·m"), tuple(torque))
+    """Yield a figure of each named result over a coordinate."""
     found: dict[tuple[str, Axis, Axis], list[Series]] = defaultdict(list)
     for name, run in runs.items():
         for key, (at, values, half) in _named(run).items():
@@ -44,7 +41,7 @@ def result_rows(runs: Mapping[str, StoredRun]) -> list[tuple[str, str, dict[str,
     """Return each named result that is in no figure: name with place, unit, value and U by run."""
     found: dict[tuple[str, str], dict[str, Pair]] = defaultdict(dict)
     for name, run in runs.items():
-        for each in other_results(run.result_document or {}):
+        for each in results_in(run.result_document or {}):
             estimate = each["estimate"]
             if _axis(each) is None and estimate["value"] is not None:
                 pair = estimate["value"], estimate["expanded_uncertainty_95"]
@@ -75,27 +72,10 @@ def recorded(runs: Mapping[str, StoredRun]) -> dict[str, list[str]]:
     return {name: list(channels) for name, channels in found.items()}
 
 
-def _torque(name: str, run: StoredRun) -> Series | None:
-    """Return the torque by the primary method over the set frequency."""
-    document: Any = run.result_document or {}
-    method = (document.get("headline") or {}).get("method")
-    points = ((document.get("compensations") or {}).get(method) or {}).get("points") or ()
-    known = [each for each in points if each["set_frequency"]["value"] is not None]
-    if not known:
-        return None
-    return Series.over(
-        [each["set_frequency"]["value"] for each in known],
-        [each["torque"]["value"] for each in known],
-        name,
-        "joined",
-        [_expanded(each["torque"]) for each in known],
-    )
-
-
 def _named(run: StoredRun) -> dict[tuple[str, Axis, Axis], Columns]:
     """Return x, y and U of each named result whose first numeric coordinate is x."""
     found: dict[tuple[str, Axis, Axis], Columns] = {}
-    for each in other_results(run.result_document or {}):
+    for each in results_in(run.result_document or {}):
         at = _axis(each)
         estimate = each["estimate"]
         if at is None or estimate["value"] is None:

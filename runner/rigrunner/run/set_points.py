@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from rigrunner.analysis.document import primary_points
 from rigrunner.api.coordinates import CoordinateValue, place_text
 
 if TYPE_CHECKING:
@@ -43,3 +44,20 @@ def other_results(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """Return the named results of a document, without the torque, which is in its points."""
     torque = (document.get("headline") or {}).get("name")
     return [each for each in document.get("results") or () if each["name"] != torque]
+
+
+def results_in(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Return the named results of a document; of one of 0.1.0, the torque of its set-points."""
+    found = list(document.get("results") or ())
+    if (document.get("headline") or {}).get("name"):
+        return found
+    torque = [
+        {
+            "name": "torque",
+            "coordinates": {"frequency": {"value": each["set_frequency"]["value"], "unit": "Hz"}},
+            "estimate": each["torque"],
+        }
+        for each in primary_points(document)
+        if each["set_frequency"]["value"] is not None
+    ]
+    return [*torque, *found]

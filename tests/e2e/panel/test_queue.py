@@ -194,7 +194,12 @@ def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(open_queue, lab):
         page.locator("#queue-scan").fill("SN-2")
         page.keyboard.press("Enter")
         expect(page.locator("#queue-scan-note")).to_contain_text("is already in the queue: entry 2")
-        page.get_by_role("button", name="Move SN-3 up").click()
+        page.get_by_role("button", name="Move SN-3 up").focus()
+        page.keyboard.press("Enter")
+        expect(page.locator(".queue-table tbody tr strong")).to_have_text(["SN-1", "SN-3", "SN-2"])
+        page.keyboard.press("Enter")  # the keyboard stays at its row, also at the top
+        expect(page.get_by_role("button", name="Move SN-3 down")).to_be_focused()
+        page.keyboard.press("Enter")
         expect(page.locator(".queue-table tbody tr strong")).to_have_text(["SN-1", "SN-3", "SN-2"])
         row(page, "SN-2").get_by_role("button", name="Hold").click()
         page.locator("#dialog-text").fill("dirty")
@@ -256,6 +261,8 @@ def test_the_page_of_the_queue_is_looked_at(  # noqa: PLR0917  (fixtures)
         page.screenshot(path=pictures / f"queue-{size}-{locale}.png")
         wide = page.evaluate("document.documentElement.scrollWidth")
         assert wide <= width
+        first = page.locator(".queue-table tbody tr").first.bounding_box()
+        assert first["y"] + first["height"] <= height, "the first entry is seen without scrolling"
 
 
 @pytest.mark.thorough

@@ -63,7 +63,7 @@ export function queuePage() {
     shown = newest;
     const focused = document.activeElement?.id;
     fill(rows, queue.entries.map((entry, i) => row(entry, i, queue, titles)));
-    if (focused?.startsWith("queue-")) document.getElementById(focused)?.focus();
+    if (focused?.startsWith("queue-")) refocus(document.getElementById(focused));
   }
 
   const forget = listen((changed) => {
@@ -89,6 +89,11 @@ export function queuePage() {
       takeScans(null);
     },
   };
+}
+
+// At either end there is no way further: the other button of the row is next.
+function refocus(element) {
+  (element?.disabled ? element.parentElement.querySelector("button:enabled") : element)?.focus();
 }
 
 function named(entry) {

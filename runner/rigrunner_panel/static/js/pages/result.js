@@ -4,7 +4,7 @@ import { go, goToRig, station } from "../address.js";
 import { get } from "../client.js";
 import { button, fill, h } from "../dom.js";
 import { newDraft } from "../draft.js";
-import { bytes, localTime, plain, shownNumber, shownQuantity, withUncertainty } from "../format.js";
+import { bytes, localTime, shownNumber, shownQuantity, withUncertainty } from "../format.js";
 import { certificateForm } from "../parts/certificate.js";
 import { certificateList } from "../parts/certificates.js";
 import { askForm, askReason } from "../parts/dialogs.js";
@@ -79,7 +79,7 @@ export function resultPage(run) {
     fill(body,
       head(found, again, found.item.interrupted ? unfinished() : null),
       h("div", { class: "result-columns" },
-        h("div", { class: "stack" }, facts(found), results(found), limits(found), points(found), checks(found), files(found), documents.element, CONCLUDED.includes(found.item.outcome) ? certificateForm(run, found.inputs, documents.load) : null),
+        h("div", { class: "stack" }, facts(found), results(found), limits(found), checks(found), files(found), documents.element, CONCLUDED.includes(found.item.outcome) ? certificateForm(run, found.inputs, documents.load) : null),
         h("section", { class: "card report-card" },
           h("div", { class: "head" }, h("h2", {}, t("result.report")), report ? h("a", { class: "button", href: report.url, target: "_blank", rel: "noopener" }, t("result.open_report")) : null), frame)));
   }
@@ -134,16 +134,6 @@ function limits(found) {
 function results(found) {
   const rows = storedResults(found.result);
   return rows.length ? h("section", { class: "card" }, h("h2", {}, t("results.title")), h("div", { class: "live-results" }, resultTables(rows))) : null;
-}
-
-function points(found) {
-  const { analysis, compensations } = found.result ?? {};
-  const rows = compensations?.[analysis?.primary]?.points ?? [];
-  if (!rows.length) return null;
-  return h("section", { class: "card" },
-    h("details", {}, h("summary", {}, h("h2", {}, t("result.points"))),
-      h("table", {}, h("thead", {}, h("tr", {}, h("th", {}, t("setup.frequency")), h("th", {}, said("compensated")))),
-        h("tbody", {}, rows.map((row) => h("tr", {}, h("td", {}, `${plain(row.set_frequency.value)} Hz`), h("td", {}, withUncertainty(row.torque.value, row.torque.expanded_uncertainty_95, row.torque.unit))))))));
 }
 
 // Those of the run and those of each method, as the report has them.

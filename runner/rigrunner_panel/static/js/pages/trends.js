@@ -48,8 +48,8 @@ export function trendsPage() {
       const found = await working(told, t("trends.charting"), () => get("trend", query));
       if (mine !== asked) return; // something else was asked meanwhile
       clear();
-      fill(charts, found.charts.length ? found.charts.map((each) => group(each, found)) : h("p", { class: "nothing" }, t("trends.no_chart")));
-      fill(told, found.warnings.map((text) => h("p", { class: "banner warn" }, said(text))), left(found));
+      fill(charts, found.charts.map((each) => group(each, found)));
+      fill(told, found.charts.length ? null : h("p", { class: "nothing" }, t("trends.no_chart")), found.warnings.map((text) => h("p", { class: "banner warn" }, said(text))), left(found));
     } catch (error) {
       if (mine === asked) refuse(error, { baseline }, told);
     }

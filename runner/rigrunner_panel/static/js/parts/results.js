@@ -58,11 +58,11 @@ export function liveResults() {
   };
 }
 
-// Those of a stored run, from its result document; the torque has a table of its own.
+// Those of a stored run, from its result document.
 export function storedResults(result) {
   const parts = result?.decision?.parts ?? [];
   const own = (each) => parts.find((part) => part.named === each.name && part.result?.value === each.estimate.value && part.result.expanded_uncertainty_95 === each.estimate.expanded_uncertainty_95);
-  return (result?.results ?? []).filter((each) => each.name !== result.headline?.name).map((each) => {
+  return (result?.results ?? []).map((each) => {
     const part = own(each);
     return {
       name: each.name, text: each.text, symbol: each.symbol, unit: each.estimate.unit, place: placeWords(each.coordinates),
