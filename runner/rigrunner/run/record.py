@@ -233,7 +233,7 @@ def into_folder(
             RunFinished,
             outcome=finished.outcome,
             reason=finished.reason,
-            verdict=str(finished.result.verdict) if finished.result else "",
+            verdict=str((finished.result and finished.result.verdict) or ""),
             report=str(finished.report or ""),
         )
         return replace(finished, unsafe=summary.unsafe)

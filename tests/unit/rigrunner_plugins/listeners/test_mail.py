@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
+import gc
+import ssl
+import warnings
+from datetime import UTC, datetime, timedelta
+from ipaddress import IPv4Address
+
 import pytest
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.x509.oid import NameOID
 
 from rigrunner.api import PluginError
 from rigrunner.registry import load_registry
@@ -23,6 +33,7 @@ from unit.rigrunner_plugins.listeners.helpers_listeners import (
 
 controllers = pytest.importorskip("aiosmtpd.controller")
 smtp = pytest.importorskip("aiosmtpd.smtp")
+DAY = timedelta(days=1)
 
 
 @pytest.fixture(autouse=True)
@@ -61,6 +72,8 @@ def served():
     yield serve
     for each in running:
         each.stop()
+    with warnings.catch_warnings(action="ignore", category=ResourceWarning):
+        gc.collect()  # asyncio does not close the socket of a handshake that failed
 
 
 def to(port, **more):
@@ -160,6 +173,48 @@ def test_an_answer_that_never_ends_is_given_up(first, again, pause_s):
         until(lambda: sink.lost)
         sink.close()
     assert sink.lost == 1
+
+
+@pytest.fixture
+def own_certificate(tmp_path):
+    """A certificate that the laboratory made itself, and a context of a server that has it."""
+    key = ec.generate_private_key(ec.SECP256R1())
+    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "127.0.0.1")])
+    now = datetime.now(UTC)
+    named = x509.SubjectAlternativeName([x509.IPAddress(IPv4Address("127.0.0.1"))])
+    made = (
+        x509.CertificateBuilder(name, name, key.public_key(), 1, now - DAY, now + DAY)
+        .add_extension(named, critical=False)
+        .add_extension(x509.BasicConstraints(ca=True, path_length=None), critical=True)
+        .sign(key, hashes.SHA256())
+    )
+    path, plain = tmp_path / "own.pem", serialization.NoEncryption()
+    form = (serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, plain)
+    (tmp_path / "key.pem").write_bytes(key.private_bytes(*form))
+    path.write_bytes(made.public_bytes(serialization.Encoding.PEM))
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(path, tmp_path / "key.pem")
+    return path, context
+
+
+@pytest.mark.parametrize("security", ["starttls", "tls"])
+def test_a_mail_goes_over_tls_to_a_server_whose_certificate_is_trusted(
+    served, own_certificate, monkeypatch, caplog, security
+):
+    path, context = own_certificate
+    handler = Handler()
+    of_tls = {"tls_context": context, "require_starttls": True}
+    port = served(handler, **(of_tls if security == "starttls" else {"ssl_context": context}))
+    stranger = to(port, security=security, attempts=1, timeout="30 s")
+    stranger(alarm())
+    until(lambda: stranger.lost)
+    assert (handler.got, stranger.lost) == ([], 1)
+    assert "was not delivered" in caplog.text
+    monkeypatch.setenv("SSL_CERT_FILE", str(path))
+    sink = to(port, security=security, attempts=1, timeout="30 s")
+    sink(alarm())
+    until(lambda: handler.got or sink.lost)
+    assert (len(handler.got), sink.lost) == (1, 0)
 
 
 def test_a_server_without_tls_gets_nothing_in_clear(served):

@@ -50,6 +50,7 @@ def test_a_receiver_is_told_of_a_real_run_and_its_secret_is_in_no_file_of_it(tmp
     assert [each["kind"] for each in told] == ["disk_low", "run_ended"]
     assert (told[1]["outcome"], told[1]["run"]) == ("completed", finished.folder.name)
     assert told[1]["station"] == "bench"
+    assert (told[1]["verdict"], "Verdict" in told[1]["text"]) == ("", False), "it has none"
     files = [each for each in tmp_path.rglob("*") if each.is_file()]
     assert len(files) > 5
     assert not [each for each in files if SECRET.encode() in each.read_bytes()]
