@@ -83,6 +83,23 @@ def test_a_specimen_that_a_run_has_tested_is_added_with_a_reason_alone(open_queu
 
 
 @pytest.mark.thorough
+def test_the_keyboard_stays_at_the_row_that_it_moves(open_queue, lab):
+    with running_panel(lab) as panel:
+        page = open_queue(panel).page
+        scan(page, "SN-1", "SN-2")
+        specimens = page.locator(".queue-table tbody tr strong")
+        page.get_by_role("button", name="Move SN-2 up").focus()
+        page.keyboard.press("Enter")
+        expect(specimens).to_have_text(["SN-2", "SN-1"])
+        expect(
+            page.get_by_role("button", name="Move SN-2 down")
+        ).to_be_focused()  # it is at the top
+        page.keyboard.press("Enter")
+        expect(specimens).to_have_text(["SN-1", "SN-2"])
+        expect(page.get_by_role("button", name="Move SN-2 up")).to_be_focused()
+
+
+@pytest.mark.thorough
 def test_a_scan_while_a_reason_is_asked_for_goes_to_the_queue(open_queue, lab):
     with running_panel(lab) as panel:
         page = open_queue(panel).page
@@ -194,12 +211,7 @@ def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(open_queue, lab):
         page.locator("#queue-scan").fill("SN-2")
         page.keyboard.press("Enter")
         expect(page.locator("#queue-scan-note")).to_contain_text("is already in the queue: entry 2")
-        page.get_by_role("button", name="Move SN-3 up").focus()
-        page.keyboard.press("Enter")
-        expect(page.locator(".queue-table tbody tr strong")).to_have_text(["SN-1", "SN-3", "SN-2"])
-        page.keyboard.press("Enter")  # the keyboard stays at its row, also at the top
-        expect(page.get_by_role("button", name="Move SN-3 down")).to_be_focused()
-        page.keyboard.press("Enter")
+        page.get_by_role("button", name="Move SN-3 up").click()
         expect(page.locator(".queue-table tbody tr strong")).to_have_text(["SN-1", "SN-3", "SN-2"])
         row(page, "SN-2").get_by_role("button", name="Hold").click()
         page.locator("#dialog-text").fill("dirty")
