@@ -15,6 +15,8 @@ class Wanted:
     by: str
     stops: int
     """The count of Stop commands when the start was requested."""
+    by_itself: bool = False
+    """Whether no person asked for this start."""
 
 
 @dataclass(eq=False)

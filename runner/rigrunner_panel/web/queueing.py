@@ -257,7 +257,7 @@ def _matching(rig: Rig, body: StartRun) -> Entry:
     return entry
 
 
-def _start(rig: Rig, entry: Entry, by: str) -> None:
+def _start(rig: Rig, entry: Entry, by: str, *, by_itself: bool = False) -> None:
     """Start an entry if the rig was looked at just now; else look first."""
     body = _body(entry)
     if entry.state != "waiting":
@@ -266,7 +266,7 @@ def _start(rig: Rig, entry: Entry, by: str) -> None:
     if ready_preflight(rig, body):
         _claim_and_start(rig, entry, by, body)
         return
-    rig.sequence.wanted = Wanted(entry.id, by, rig.sequence.stops)
+    rig.sequence.wanted = Wanted(entry.id, by, rig.sequence.stops, by_itself)
     try:
         begin_preflight(rig, StartPreflight(**_pair(entry).model_dump()), by)
     except BaseException:
@@ -312,7 +312,12 @@ def _after_preflight(rig: Rig) -> None:
     wanted, sequence.wanted = sequence.wanted, None
     if wanted is None or wanted.stops != sequence.stops:
         return
+    if wanted.by_itself and not sequence.automatic_by:  # switched off meanwhile
+        refresh(rig)
+        return
     try:
+        if wanted.by_itself:
+            _refuse_alarm(rig)
         entry = rig.queue.get(wanted.entry)
         body = _body(entry)
         if not ready_preflight(rig, body):
@@ -328,16 +333,20 @@ def _by_itself(rig: Rig) -> None:
     try:
         if finished is not None and (finished.outcome not in CONCLUDED or finished.error):
             raise wrong_state("the previous run was not completed")
-        if any(each.active or each.until_end for each in rig.board.get("alarms")):
-            raise wrong_state("an alarm is active")
+        _refuse_alarm(rig)
         entry = rig.queue.next(rig.name)
         if entry is None:
             return
         procedure, _ = files(rig.panel, _pair(entry))
         if load_procedure(procedure).model.automatic_start:
-            _start(rig, entry, rig.sequence.automatic_by)
+            _start(rig, entry, rig.sequence.automatic_by, by_itself=True)
     except (PanelError, RigrunnerError) as error:
         _give_up(rig, error)
+
+
+def _refuse_alarm(rig: Rig) -> None:
+    if any(each.active or each.until_end for each in rig.board.get("alarms")):
+        raise wrong_state("an alarm is active")
 
 
 def _give_up(rig: Rig, error: PanelError | RigrunnerError) -> None:

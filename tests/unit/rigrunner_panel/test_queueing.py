@@ -9,6 +9,7 @@ import pytest
 from filelock import FileLock
 from starlette.testclient import TestClient
 
+from rigrunner_panel.sequence import Wanted
 from rigrunner_panel.view.sections import AlarmView
 from rigrunner_panel.web import queueing
 from rigrunner_panel.web.app import make_app
@@ -185,6 +186,31 @@ def test_nothing_starts_by_itself_after_an_interlock_that_never_cleared(client, 
     queueing.tick(rig)
     state = client.get("/api/v1/queue").json()
     assert (state["problem"], state["automatic_by"]) == ("an alarm is active", "")
+
+
+@pytest.mark.parametrize(
+    ("switched_on", "alarm", "by_itself", "problem", "starts"),
+    [
+        (True, True, True, "an alarm is active", False),
+        (False, False, True, "", False),
+        (True, False, True, "", True),
+        (False, True, False, "", True),  # a person asked for it, and sees the alarm
+    ],
+)
+def test_what_happens_during_the_preflight_of_an_automatic_start_counts(  # noqa: PLR0917
+    client, panel, monkeypatch, switched_on, alarm, by_itself, problem, starts
+):
+    post(client, "add", **PAIR, list="SN-1")
+    rig, started = panel.rig("simulated"), []
+    monkeypatch.setattr(queueing, "ready_preflight", lambda *_: True)
+    monkeypatch.setattr(queueing, "_claim_and_start", lambda _, entry, *__: started.append(entry))
+    rig.sequence.wanted = Wanted(1, "Ann", rig.sequence.stops, by_itself)
+    rig.sequence.automatic_by = "Ann" if switched_on else ""
+    known = {"seq": 1, "utc": "2026", "source": "rig", "text": "energised", "active": alarm}
+    rig.board.put(alarms=(AlarmView(**known),))
+    with rig.sequence.lock:
+        queueing._after_preflight(rig)
+    assert (client.get("/api/v1/queue").json()["problem"], len(started)) == (problem, int(starts))
 
 
 def test_a_queue_that_cannot_be_read_is_told_and_left_alone(client, panel):
