@@ -67,6 +67,13 @@ export function translator({ quantities = {}, ...rooms }, english, words, number
     return say(text);
   }
 
+  // Words that a title begins with a capital.
+  function titled(text) {
+    const own = text.charAt(0).toLowerCase() + text.slice(1);
+    const told = own === text ? null : quantities[own] ?? whole(own, A_SENTENCE);
+    return told && told.charAt(0).toUpperCase() + told.slice(1);
+  }
+
   // Sentences stand behind each other with "; " between them, which may be within a sentence too.
   function say(text) {
     if (text.includes("\n")) return text.split("\n").map(say).join("\n");
@@ -78,7 +85,7 @@ export function translator({ quantities = {}, ...rooms }, english, words, number
       const told = count > parts.length ? null : whole(parts.slice(0, count).join("; "), count > 1 ? A_SENTENCE : 0);
       if (told !== null) return told + rest(count);
     }
-    return (quantities[parts[0]] ?? parts[0]) + rest(1); // the name of an axis may be that of a quantity
+    return (quantities[parts[0]] ?? titled(parts[0]) ?? parts[0]) + rest(1); // the name of an axis may be that of a quantity
   }
 
   return say;

@@ -88,8 +88,13 @@ export function readouts() {
       if (!result) return;
       const row = rows.get("result");
       setText(row.value, resultText(result));
-      setText(row.small, [shownNumber(result.place).replaceAll("-", "\u2212"), result.readings === 1 ? t("read.reading") : t("read.readings", { count: result.readings })].filter(Boolean).join(" · "));
-      if (corrects) setText(rows.get("uncorrected").value, resultText({ ...result, value: result.uncorrected, U: null }));
+      const place = [shownNumber(result.place).replaceAll("-", "\u2212"), result.readings === 1 ? t("read.reading") : t("read.readings", { count: result.readings })].filter(Boolean).join(" · ");
+      setText(row.small, place);
+      if (corrects) {
+        const { value, small } = rows.get("uncorrected");
+        setText(value, resultText({ ...result, value: result.uncorrected, U: null }));
+        setText(small, place);
+      }
       for (const name of ["result", "uncorrected"]) rows.get(name)?.element.classList.toggle("old", !result.is_ongoing || state.phase === "finished");
     },
   };
