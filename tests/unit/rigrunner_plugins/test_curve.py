@@ -598,3 +598,22 @@ def test_an_interpolation_has_no_formula():
                    over="lever.travel")  # fmt: skip
     assert got.results
     assert (got.formulas, got.tables) == ((), ())
+
+
+@pytest.mark.parametrize(
+    ("results", "key", "words"),
+    [
+        ({"parameters": {"c0": {"name": "b", "unit": "°C"}}}, ("parameters", "c0", "unit"), "°C"),
+        ({"hysteresis": {"name": "h", "unit": "dBm", "between": {"way": ["up", "down"]}}},
+         ("hysteresis", "unit"), "got 'dBm', a power level; it is a level"),
+        ({"nonlinearity": {"name": "n", "unit": "°C"}}, ("nonlinearity", "unit"), "write K"),
+    ],
+)  # fmt: skip
+def test_what_is_a_difference_is_stated_as_one(results, key, words):
+    """A parameter in °C would be 293.15 °C of 293.15 K: whether it is a difference, a fit knows."""
+    of = "in.level" if "dBm" in str(results) else "room.air"
+    units = UNITS | {"in.level": "dBm"}
+    told = {"of": of, "over": "meter.current", "fit": LINE, "results": results}
+    (found,) = load_registry().objections("curve", told, units)
+    assert found[0] == ("results", *key)
+    assert words in " ".join(found[1:3])
