@@ -133,6 +133,7 @@ class InertiaPhysicalFit:
             residual_s=solution.residual_s,
             r_squared=r_squared(points.y, residuals, roots=roots),
             valid_x=(float(points.x.min()), float(points.x.max())),
+            root_weights=roots,
             value_and_spread=value_and_spread,
         )
 

@@ -29,7 +29,7 @@ from rigrunner.api.member import NAME
 from rigrunner.api.partners import PartnerName  # noqa: TC001  (pydantic reads it)
 from rigrunner.api.places import CoordinateKey, Place
 from rigrunner.api.settings import Difference
-from rigrunner.api.units import is_coherent, with_article
+from rigrunner.api.units import is_coherent, of_difference, si_symbol, with_article
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -169,9 +169,9 @@ class ReadingsSettings(Settings):
     @property
     def is_difference(self) -> bool:
         """Whether the result is a difference of values; of temperatures it is in K."""
-        return bool(self.minus or self.compared) or self.statistic in {
-            *DIFFERENCES, "slope", "settling_time",
-        }  # fmt: skip
+        return bool(self.minus or self.compared or is_spread(self.of, self.statistic)) or (
+            self.statistic in {"slope", "settling_time"}
+        )
 
     @property
     def compared(self) -> ComparedRun | None:
@@ -201,17 +201,9 @@ class ReadingsSettings(Settings):
 
     def objections(self, units: Mapping[str, str]) -> Iterator[Objection]:
         """Yield an error for each setting that does not fit the units of the channels."""
-        of = unit(units[self.of])
-        if self.minus is not None and unit(units[self.minus]).dimension != of.dimension:
-            other = unit(units[self.minus])
-            yield (
-                ("minus",),
-                (
-                    f"{self.minus} is {with_article(other.dimension)}, and {self.of}"
-                    f" {with_article(of.dimension)}"
-                ),
-                "subtract quantities of one kind",
-            )
+        unlike = list(self._unlike_channels(units))
+        if unlike:
+            yield from unlike
             return
         value = units[self.of]
         if self.divided_by is not None:
@@ -220,8 +212,8 @@ class ReadingsSettings(Settings):
             except QuantityError as error:
                 yield ("divided_by",), error.message, error.hint
                 return
-        if self.within is not None and self.within.dimension != unit(value).dimension:
-            wanted = unit(value).dimension
+        wanted = of_difference(unit(value).dimension)
+        if self.within is not None and self.within.dimension != wanted:
             message = (
                 f"got '{self.within}', {with_article(self.within.dimension)}; expected"
                 f" {with_article(wanted)}"
@@ -243,18 +235,44 @@ class ReadingsSettings(Settings):
             if self.statistic == "slope":
                 hint += "; a slope over a channel or set-point is a result of the analysis 'curve'"
             yield ("result", "unit"), message, hint
-        elif result.offset and self.statistic in DIFFERENCES | (
-            {self.statistic} if self.minus or self.tare else set()
-        ):
+        elif result.offset and (self.minus or self.tare or is_spread(self.of, self.statistic)):
             yield (
                 ("result", "unit"),
                 f"got '{self.result.unit}', and the result is a difference of temperatures",
                 "write K",
             )
 
+    def _unlike_channels(self, units: Mapping[str, str]) -> Iterator[Objection]:
+        """Yield an error for channels that cannot be subtracted or divided, nor squared.
 
-DIFFERENCES = {"range", "standard_deviation"}
-"""The statistics that are differences of values; of temperatures they are in K."""
+        A level on a scale, such as -10 dBm, is a logarithm: it has no quotient and no mean square.
+        """
+        of = unit(units[self.of]).dimension
+        if self.minus is not None:
+            other = unit(units[self.minus]).dimension
+            if other != of:
+                message = f"{self.minus} is {with_article(other)}, and {self.of} {with_article(of)}"
+                yield ("minus",), message, "subtract quantities of one kind"
+            return
+        named = [self.of, *([self.divided_by] if self.divided_by else [])]
+        kinds = {name: unit(units[name]).dimension for name in named}
+        for name, kind in kinds.items():
+            if of_difference(kind) == kind:
+                continue
+            message = f"{name} is {with_article(kind)}, a logarithm"
+            if self.divided_by is not None:
+                yield ("divided_by",), message, "'minus' gives the difference, in dB"
+            elif self.relative_to is not None:
+                yield ("relative_to",), message, "'tare' gives the difference, in dB"
+            elif self.statistic == "rms" or name.endswith(".rms"):
+                key = "statistic" if self.statistic == "rms" else "of"
+                yield (key,), message, "take the mean"
+            return
+
+
+def is_spread(of: str, statistic: str) -> bool:
+    """Return whether a statistic is a difference of values; of temperatures it is in K."""
+    return statistic in {"range", "standard_deviation"} or of.endswith(".peak_to_peak")
 
 
 def quotient(above: str, below: str) -> str:
@@ -281,4 +299,4 @@ def si_unit(statistic: str, value: str, *, is_difference: bool = False) -> str:
     if statistic == "slope":
         return quotient(value, "s")
     assert is_coherent(unit(value)), value  # noqa: S101  (values are in SI units)
-    return "dB" if is_difference and unit(value).dimension == "power level" else value
+    return si_symbol(of_difference(unit(value).dimension)) if is_difference else value

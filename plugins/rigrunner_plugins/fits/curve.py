@@ -32,6 +32,8 @@ class FittedCurve:
     residual_s: float
     r_squared: float
     valid_x: tuple[float, float]
+    root_weights: Array
+    """Square roots (n,) of the points' weights, of mean 1."""
     value_and_spread: Callable[[Array], tuple[Array, Array]]
     """At x of shape (m,): the curve (m,), and rows (m, p) whose norm is its standard uncertainty.
 

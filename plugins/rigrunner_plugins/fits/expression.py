@@ -92,6 +92,7 @@ class ExpressionFit:
             residual_s=problem.residual_s,
             r_squared=r_squared(points.y, residuals, roots=roots),
             valid_x=next(iter(ranges.values())),
+            root_weights=roots,
             value_and_spread=value_and_spread,
             ranges=ranges,
         )

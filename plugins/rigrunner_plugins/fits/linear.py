@@ -69,5 +69,6 @@ def _curve(points: Points, basis: Powers, roots: Array, solution: Solution) -> F
         residual_s=solution.residual_s,
         r_squared=r_squared(points.y, residuals, roots=roots, about_mean=0 in basis.powers),
         valid_x=(float(points.x.min()), float(points.x.max())),
+        root_weights=roots,
         value_and_spread=value_and_spread,
     )

@@ -50,6 +50,7 @@ def interpolate(points: Points) -> FittedCurve:
         residual_s=nan,
         r_squared=nan,
         valid_x=(float(points.x[0]), float(points.x[-1])),
+        root_weights=np.ones_like(points.y),
         value_and_spread=value_and_spread,
     )
 

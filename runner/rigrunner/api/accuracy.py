@@ -16,7 +16,7 @@ from pydantic import BeforeValidator, Field
 from rigrunner.api.calibration import difference
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.api.settings import Difference, PlainText, Settings
-from rigrunner.api.units import QuantityError, with_article
+from rigrunner.api.units import QuantityError, of_difference, si_symbol, with_article
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -255,7 +255,9 @@ class Accuracy(Settings):
         """Yield each limit that does not fit the quantity."""
         for name, each in self.limits.items():
             path = "" if name == "overall" else f"{name}: "
-            if name == "gain" and not each.limit.endswith("reading"):
+            if name == "gain" and of_difference(quantity) != quantity:
+                yield f"{path}got '{each.limit}', expected an 'offset' in dB"
+            elif name == "gain" and not each.limit.endswith("reading"):
                 yield f"{path}got '{each.limit}', expected a share, such as '0.3 %'"
             elif wrong := _misread(each.limit, quantity):
                 yield f"{path}got '{each.limit}'{wrong}"
@@ -268,11 +270,16 @@ class Accuracy(Settings):
 
 def _misread(limit: str, quantity: str) -> str:
     """Return what is wrong with a limit for that quantity; '' for nothing."""
-    if _SHARE.fullmatch(limit):
-        return ", expected a difference in K" if quantity == "temperature" else ""
-    found = parse_quantity(limit).dimension
-    if found == quantity:
+    wanted = of_difference(quantity)
+    has_scale = quantity == "temperature" or wanted != quantity  # 0 of it is not nothing
+    share = _SHARE.fullmatch(limit)
+    if share and has_scale:
+        return f", expected a difference in {si_symbol(wanted)}"
+    found = "" if share else parse_quantity(limit).dimension
+    if share or found == wanted:
         return ""
+    if found == quantity:
+        return f", {with_article(found)}, expected a difference in {si_symbol(wanted)}"
     if found == "ratio":
         return ", which does not say of what: write '% FS' or '% reading'"
     return f", {with_article(found)}, expected {with_article(quantity)}"

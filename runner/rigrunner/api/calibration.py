@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Self
 from pydantic import Field, model_validator
 
 from rigrunner.api.settings import AnyQuantity, Ratio, Settings, Temperature
-from rigrunner.api.units import QuantityError, si_symbol, with_article
+from rigrunner.api.units import QuantityError, of_difference, si_symbol, with_article
 
 if TYPE_CHECKING:
     from rigrunner.api.quantity import Quantity
@@ -47,7 +47,8 @@ class CalibrationPoint(Settings):
     @model_validator(mode="after")
     def _one_dimension(self) -> Self:
         _same_dimension(self.indicated, self.applied.dimension, "indicated")
-        _same_dimension(self.U, self.applied.dimension, "U")
+        if self.U.dimension != of_difference(self.applied.dimension):
+            _same_dimension(self.U, self.applied.dimension, "U")
         if difference(self.U) < 0:
             raise ValueError(f"got U = {self.U}, expected 0 or more")
         return self

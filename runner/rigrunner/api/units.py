@@ -168,6 +168,11 @@ def rate_of(dimension: str) -> str | None:
     return unit(f"{numerator}/({below})" if len(parts) > 1 else f"{numerator}/s").dimension
 
 
+def of_difference(dimension: str) -> str:
+    """Return the kind of the difference of two values of a kind: of power levels, a level."""
+    return "level" if dimension == "power level" else dimension
+
+
 def from_si(value: float, symbol: str) -> float:
     """Convert an SI value to a unit."""
     known = unit(symbol)

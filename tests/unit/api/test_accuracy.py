@@ -125,6 +125,29 @@ def test_a_share_of_a_temperature_is_refused():
     assert found.reading_errors(293.15)[0].u == pytest.approx(0.2 / sqrt(3))
 
 
+POWER_METER = {"channel": "in.level", "measures": "power level", "serial": "P-1"}
+
+
+@pytest.mark.parametrize(
+    "accuracy", ["5 % reading", "1 % FS", "0.2 dBm", {"gain": "5 %"}, {"offset": "0.2 dBm"}]
+)
+def test_an_error_of_a_power_level_is_in_decibel(accuracy):
+    """5 % of -10 dBm would be 0.5 dB, and of 0 dBm nothing; 5 % of the power is 0.21 dB."""
+    with pytest.raises(ValidationError, match="in dB"):
+        Instrument.model_validate(POWER_METER | {"accuracy": accuracy})
+    Instrument.model_validate(POWER_METER | {"accuracy": accuracy}, context={STORED: True})
+    for stated in ("0.2 dB", {"offset": "0.2 dB"}):
+        found = Instrument.model_validate(POWER_METER | {"accuracy": stated})
+        assert found.reading_errors(-10.0)[0].at(-10.0) == pytest.approx(0.2 / sqrt(3))
+
+
+def test_points_of_a_power_meter_have_their_uncertainty_in_decibel():
+    points = [{"applied": f"{at} dBm", "indicated": f"{at + 0.1} dBm", "U": "0.06 dB"}
+              for at in (-30.0, -20.0, -10.0, 0.0)]  # fmt: skip
+    found = Instrument.model_validate(POWER_METER | {"points": points, "interpolation": "linear"})
+    assert found.points[0].standard_uncertainty == pytest.approx(0.03)
+
+
 def test_of_a_torque_transducer_the_errors_beyond_its_accuracy_are_lines_too():
     stated = {"source": "DKD-1"}
     torque = Instrument.model_validate(

@@ -15,6 +15,8 @@ from rigrunner.api.data import Measurement, Recording, RunData
 from rigrunner.api.errors import DataError, PluginError
 from rigrunner.api.instruments import Instrument
 from rigrunner.registry import load_registry
+from rigrunner_plugins.analyses.curve.points import sources
+from rigrunner_plugins.analyses.curve.settings import CurveSettings
 
 STRD = Path(__file__).parents[2] / "reference" / "strd"
 START = "2026-01-05T10:00:00+00:00"
@@ -598,3 +600,118 @@ def test_an_interpolation_has_no_formula():
                    over="lever.travel")  # fmt: skip
     assert got.results
     assert (got.formulas, got.tables) == ((), ())
+
+
+@pytest.mark.parametrize(
+    ("results", "key", "words"),
+    [
+        ({"parameters": {"c0": {"name": "b", "unit": "°C"}}}, ("parameters", "c0", "unit"), "°C"),
+        ({"hysteresis": {"name": "h", "unit": "dBm", "between": {"way": ["up", "down"]}}},
+         ("hysteresis", "unit"), "got 'dBm', a power level; it is a level"),
+        ({"nonlinearity": {"name": "n", "unit": "°C"}}, ("nonlinearity", "unit"), "write K"),
+    ],
+)  # fmt: skip
+def test_what_is_a_difference_is_stated_as_one(results, key, words):
+    """A parameter in °C would be 293.15 °C of 293.15 K: whether it is a difference, a fit knows."""
+    of = "in.level" if "dBm" in str(results) else "room.air"
+    units = UNITS | {"in.level": "dBm"}
+    told = {"of": of, "over": "meter.current", "fit": LINE, "results": results}
+    (found,) = load_registry().objections("curve", told, units)
+    assert found[0] == ("results", *key)
+    assert words in " ".join(found[1:3])
+
+
+WEIGHTED = {"polynomial": {"degree": 1, "weighted": True}}
+
+
+def noisy(torques, phase="calibration", *, way="", seed=1):
+    """Return recordings of 2 V/(N·m) whose noise is 5 % of the value, and u of their means."""
+    rng = np.random.default_rng(seed)
+    made = []
+    for place, torque in enumerate(torques):
+        values = 2 * torque + 0.05 * torque * rng.normal(size=40)
+        at = f"2026-01-05T{10 + seed}:{place:02d}:00+00:00"
+        made.append(
+            Recording(f"r{seed} {place}", 100.0, at, {"lever.torque": float(torque)},
+                      {"cell.signal": values}, UNITS, coordinates={"phase": phase, "way": way})
+        )  # fmt: skip
+    return made
+
+
+def recorded_points(recordings):
+    """Return x, y, and the standard uncertainty of y as the fit has it."""
+    told = {"parameters": {"c1": {"name": "b", "unit": "V/(N·m)"}}}
+    source = next(sources_of(run_of((), recordings=recordings), told))
+    return source.values.x[:, 0], source.values.y, source.values.u_y
+
+
+def sources_of(run, told):
+    settings = {"of": "cell.signal", "over": "lever.torque", "fit": WEIGHTED, "results": told}
+    return sources(run, CurveSettings.model_validate(settings))
+
+
+def weighted_line(x, y, u):
+    """Return c0 and c1, s of weight 1/u² and the covariance (Draper and Smith, 9.2)."""
+    columns = np.column_stack([np.ones_like(x), x]) / u[:, None]
+    inverse = np.linalg.inv(columns.T @ columns)
+    coefficients = inverse @ columns.T @ (y / u)
+    s = sqrt(float(np.sum((y / u - columns @ coefficients) ** 2)) / (len(x) - 2))
+    return coefficients, s, s**2 * inverse
+
+
+@pytest.mark.parametrize("which", [1, 6])
+def test_x_at_y_of_a_weighted_curve_scatters_as_the_points_near_it(which):
+    """u²(x) = (u²(curve) + s² u²(y))/c1²: the noise at 2 N·m is not that at 64 N·m."""
+    torques = 2.0 ** np.arange(8)
+    calibration = noisy(torques)
+    unknown = noisy(torques[which : which + 1], "unknown", seed=2)
+    told = {
+        "x_at": {"name": "x", "unit": "N·m", "where": {"phase": "unknown"}},
+        "parameters": {"c0": {"name": "a", "unit": "V"}, "c1": {"name": "b", "unit": "V/(N·m)"}},
+    }
+    run = run_of((), EXACT, recordings=calibration + unknown)
+    got = found(run, told, WEIGHTED, where={"phase": "calibration"})
+    x, y, u = recorded_points(calibration)
+    (c0, c1), s, covariance = weighted_line(x, y, u)
+    assert got["b"].estimate.value == pytest.approx(c1, rel=1e-9)
+    assert got["a"].components[0].u == pytest.approx(sqrt(covariance[0, 0]), rel=1e-9)
+    assert got["b"].components[0].u == pytest.approx(sqrt(covariance[1, 1]), rel=1e-9)
+    assert got["b"].components[0].dof == len(x) - 2
+    at = (recorded_points(unknown)[1][0] - c0) / c1
+    row = np.array([1.0, at])
+    u_near = np.interp(at, x, u)
+    assert got["x"].estimate.value == pytest.approx(at, rel=1e-9)
+    u_x = sqrt(row @ covariance @ row + (s * u_near) ** 2) / c1
+    assert got["x"].components[0].u == pytest.approx(u_x, rel=1e-6)
+
+
+def test_deviations_of_a_weighted_curve_scatter_as_their_points():
+    """By 4000 trials of u(y), for the places of the greatest deviations."""
+    torques = 2.0 ** np.arange(8)
+    both = noisy(torques, way="up") + noisy(torques, way="down", seed=2)
+    between = {"way": ["up", "down"]}
+    told = {
+        "nonlinearity": {"name": "n", "unit": "V"},
+        "hysteresis": {"name": "h", "unit": "V", "between": between},
+        "zero_return": {"name": "z", "unit": "V", "between": between},
+    }
+    run = run_of((), EXACT, recordings=both)
+    got = found(run, told, WEIGHTED)
+    x, y, u = recorded_points(both)
+    _, s, _ = weighted_line(x, y, u)
+    rng = np.random.default_rng(3)
+    sigma = s * u
+    trials = y + sigma * rng.normal(size=(4000, len(y)))
+    line = np.polynomial.polynomial.polyfit(x, trials.T, 1)
+    off = trials - (line[0][:, None] + line[1][:, None] * x)
+    worst = np.argmax(
+        np.abs(np.mean((y - np.polyval(np.polyfit(x, y, 1), x)).reshape(2, 8), axis=0))
+    )
+    deviation = off.reshape(-1, 2, 8).mean(axis=1)[:, worst]
+    assert got["n"].components[0].u == pytest.approx(deviation.std(), rel=0.1)
+    changes = np.diff(trials.reshape(-1, 2, 8), axis=1)[:, 0]
+    of_each_way = [weighted_line(x[way], y[way], u[way])[1] for way in (slice(0, 8), slice(8, 16))]
+    pooled = sqrt(np.mean(np.square(of_each_way))) / s
+    assert got["z"].components[0].u == pytest.approx(pooled * changes[:, 0].std(), rel=0.1)
+    biggest = np.argmax(np.abs(np.diff(y.reshape(2, 8), axis=0)))
+    assert got["h"].components[0].u == pytest.approx(pooled * changes[:, biggest].std(), rel=0.1)

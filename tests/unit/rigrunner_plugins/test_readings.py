@@ -267,7 +267,7 @@ def test_a_difference_of_power_levels_is_in_decibel(statistic: str) -> None:
         Measurement("t", START, {}, {"meter.level": each}, {"meter.level": "dBm"})
         for each in (10.0, 13.0)
     ]
-    known = [meter("meter.level", "power level", "0 dBm")]
+    known = [meter("meter.level", "power level", "0 dB")]
     told = {"of": "meter.level", "statistic": statistic}
     spread = only(run_of(*rows, instruments=known), "dB", **told)
     assert spread.estimate.value == pytest.approx(3.0 if statistic == "range" else 3 / sqrt(2))
@@ -470,6 +470,8 @@ def test_a_value_that_is_no_number_is_refused() -> None:
         only(run_of(row(0, 1.0, meter__voltage=nan)))
 
 
+LEVEL = {"of": "in.level", "result": {"name": "x", "unit": "dBm"}}
+SECONDS = {"name": "x", "unit": "s"}
 REFUSED = [
     ({"result": {"name": "x", "unit": "A"}}, ("result", "unit"), "the mean is a voltage"),
     ({"minus": "load.current"}, ("minus",), "load.current is a"),
@@ -484,6 +486,26 @@ REFUSED = [
         ("result", "unit"),
         "a difference of temperatures",
     ),
+    (
+        {"of": "room.temperature.peak_to_peak", "result": {"name": "x", "unit": "°C"}},
+        ("result", "unit"),
+        "a difference of temperatures",
+    ),
+    ({**LEVEL, "divided_by": "out.level"}, ("divided_by",), "in.level is a power level"),
+    ({**LEVEL, "of": "shunt.voltage", "divided_by": "in.level"}, ("divided_by",), "a logarithm"),
+    (
+        {**LEVEL, "relative_to": {"procedure": "P"}},
+        ("relative_to",),
+        "in.level is a power level, a logarithm",
+    ),
+    ({**LEVEL, "statistic": "rms"}, ("statistic",), "in.level is a power level, a logarithm"),
+    ({**LEVEL, "of": "in.level.rms"}, ("of",), "in.level.rms is a power level, a logarithm"),
+    ({**LEVEL, "minus": "out.level"}, ("result", "unit"), "the mean is a level"),
+    (
+        {**LEVEL, "statistic": "settling_time", "within": "1 dBm", "result": SECONDS},
+        ("within",),
+        "expected a level",
+    ),
 ]
 
 
@@ -493,6 +515,31 @@ def test_what_does_not_fit_is_refused_before_a_run(told, key, words) -> None:
     settings = record.settings_model.model_validate(
         {"of": "meter.voltage", "result": {"name": "x", "unit": "V"}} | told
     )
-    ((where, message, _),) = record.objections(settings, UNITS)
+    of_statistics = {"room.temperature.peak_to_peak": "K", "in.level.rms": "dBm"}
+    levels = {"in.level": "dBm", "out.level": "dBm"}
+    ((where, message, _),) = record.objections(settings, UNITS | of_statistics | levels)
     assert where == key
     assert words in message
+
+
+def test_a_difference_of_two_meters_in_dbm() -> None:
+    """-10 dBm less -13 dBm is 3 dB, with 0.2 dB and 0.1 dB at their limits (GUM 4.3.7)."""
+    units = {"in.level": "dBm", "out.level": "dBm"}
+    measured = Measurement("t", START, {}, {"in.level": -10.0, "out.level": -13.0}, units)
+    known = [
+        meter("in.level", "power level", "0.2 dB"),
+        meter("out.level", "power level", {"offset": "0.1 dB"}),
+    ]
+    loss = only(run_of(measured, instruments=known), "dB", of="in.level", minus="out.level")
+    assert loss.estimate.value == pytest.approx(3.0)
+    assert loss.estimate.u == pytest.approx(sqrt(0.04 / 3 + 0.01 / 3))
+    told = {"of": "in.level", "minus": "out.level", "result": {"name": "x", "unit": "dB"}}
+    assert not load_registry().objections("readings", told, units)
+
+
+def test_the_peak_to_peak_value_of_a_temperature_is_a_difference() -> None:
+    name = "room.temperature.peak_to_peak"
+    rows = [Measurement("t", START, {}, {name: each}, {name: "K"}) for each in (0.5, 0.7)]
+    known = [meter("room.temperature", "temperature", "0.2 K")]
+    found = only(run_of(*rows, instruments=known), "°C", of=name)
+    assert found.estimate.value == pytest.approx(0.6)  # not -272.55

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from rigrunner.api import DataError, Spreading, unit
-from rigrunner.api.analysis.curves import Extrapolating
+from rigrunner.api.analysis.curves import Extrapolating, Weighted
 from rigrunner.api.places import matches
 from rigrunner.api.units import from_si
 from rigrunner_plugins.analyses.curve.settings import SAME_X
@@ -98,6 +98,19 @@ class Fitted:
         low, high = columns.min(axis=0), columns.max(axis=0)
         edge = EDGE * (high - low)
         return bool(np.all((np.asarray(x) >= low - edge) & (np.asarray(x) <= high + edge)))
+
+    @property
+    def scale(self) -> Array:
+        """The scatter of each y in units of the residual standard deviation, shape (n,)."""
+        if isinstance(self.curve, Weighted):
+            return 1 / self.curve.root_weights
+        return np.ones(len(self.values.y))
+
+    def scatter(self, x: float) -> float:
+        """Return the standard deviation of a y at one x: between points, along straight lines."""
+        at, which = np.unique(self.values.x[:, 0], return_inverse=True)
+        mean_square = np.bincount(which, self.scale**2) / np.bincount(which)
+        return self.curve.residual_s * float(np.interp(x, at, np.sqrt(mean_square)))
 
     def span(self) -> float:
         """Return the difference between the highest and lowest y of the curve at the points.
@@ -194,7 +207,7 @@ def x_at(fitted: Fitted, told: XAt, which: int, count: int) -> Derived:
     slope, u_slope = fitted.slope(x)
     if abs(slope) <= CERTAIN * u_slope:
         raise OutOfRangeError(f"the slope of the curve at the value {shown} is not told from zero")
-    s = fitted.curve.residual_s / sqrt(count) if count else 0.0
+    s = fitted.scatter(x) / sqrt(count) if count else 0.0
     g = (CERTAIN * u_slope / slope) ** 2
     note = f"(2 u/slope)² is {g:.2g}: the interval is only nearly symmetric" if g > LINEAR else ""
 
@@ -253,7 +266,7 @@ def nonlinearity(fitted: Fitted, told: Nonlinearity) -> Derived:
         deviation = float(deviations(other)[rows].mean())
         return sign * deviation / (other.span() if told.of_span else 1.0)
 
-    u = s * float(np.linalg.norm(weights)) / (fitted.span() if told.of_span else 1.0)
+    u = s * float(np.linalg.norm(weights * fitted.scale)) / (fitted.span() if told.of_span else 1.0)
     return Derived(again(fitted), u, dof, again)
 
 
@@ -296,7 +309,8 @@ def both_ways(
         difference = float(off[falling].mean() - off[rising].mean())
         return sign * difference / (other.span() if told.of_span else 1.0)
 
-    u = s * sqrt(1 / len(rising) + 1 / len(falling)) / (fitted.span() if told.of_span else 1.0)
+    parts = [float(np.sum(fitted.scale[rows] ** 2)) / len(rows) ** 2 for rows in (rising, falling)]
+    u = s * sqrt(sum(parts)) / (fitted.span() if told.of_span else 1.0)
     return Derived(again(fitted), u, dof, again, is_difference=True)
 
 
@@ -336,8 +350,8 @@ def _ways(told: BothWays, places: Sequence[Mapping[str, CoordinateValue]]) -> Ar
 def _repeatability(
     fitted: Fitted, clusters: Sequence[tuple[Array, Array]]
 ) -> tuple[float, float] | None:
-    """Return the standard deviation of repeated values at one x; None if nothing was repeated."""
-    off = _residuals(fitted)
+    """Return the standard deviation of repeated values at one x, over their scale; or None."""
+    off = _residuals(fitted) / fitted.scale
     same = [each for both in clusters for each in both if len(each) > 1]
     dof = float(sum(len(each) - 1 for each in same))
     if not dof:
@@ -347,15 +361,25 @@ def _repeatability(
 
 
 def _about_each_way(fitted: Fitted, way: Array, fit: Fit) -> tuple[float, float]:
-    """Return the pooled scatter about one curve per direction; with few points, about one."""
+    """Return the pooled scatter about one curve per direction, over its scale, or about one."""
+    ways = [way == each for each in (0, 1)]
     try:
-        curves = [fit(fitted.values.chosen(way == each).points()) for each in (0, 1)]
+        curves = [fit(fitted.values.chosen(rows).points()) for rows in ways]
     except DataError:
         curves = []
     if not curves or any(each.dof <= 0 for each in curves):
         return fitted.curve.residual_s, fitted.curve.dof
+    apart = [
+        Fitted(fitted.values.chosen(rows), each) for rows, each in zip(ways, curves, strict=True)
+    ]
+    # Its weights are of mean 1 among those of its way alone.
+    s = [
+        each.curve.residual_s * float(np.mean(each.scale / fitted.scale[rows]))
+        for rows, each in zip(ways, apart, strict=True)
+    ]
     dof = sum(each.dof for each in curves)
-    return sqrt(sum(each.dof * each.residual_s**2 for each in curves) / dof), dof
+    squares = sum(each.dof * of_way**2 for each, of_way in zip(curves, s, strict=True))
+    return sqrt(squares / dof), dof
 
 
 def _range(fitted: Fitted, at: Mapping[str, Quantity]) -> str:

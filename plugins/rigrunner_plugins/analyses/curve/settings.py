@@ -22,8 +22,8 @@ from rigrunner.api.fit_choice import FitChoice
 from rigrunner.api.member import NAME
 from rigrunner.api.places import CoordinateKey, Place, PlaceValue
 from rigrunner.api.settings import OneOrSeveral
-from rigrunner.api.units import with_article
-from rigrunner_plugins.analyses.settings import Per, ResultSettings, ValueName, quotient
+from rigrunner.api.units import of_difference, si_symbol, with_article
+from rigrunner_plugins.analyses.settings import Per, ResultSettings, ValueName, is_spread, quotient
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -271,7 +271,10 @@ class CurveSettings(Settings):
 
     def objections(self, units: Mapping[str, str]) -> Iterator[Objection]:
         """Yield an error for each setting that does not fit the units of y and x; '' is no unit."""
+        is_difference = is_spread(self.of, self.statistic)
         y = units[self.of]
+        apart = si_symbol(of_difference(unit(y).dimension))
+        y = apart if is_difference else y
         x = {name: units[source] or "1" for name, source in self.over.items()}
         only_x = next(iter(x.values()))
         yield from _other(("reference",), self.reference, only_x)
@@ -282,7 +285,7 @@ class CurveSettings(Settings):
                 for name, value in self.at(each).items():
                     inner = (name,) if isinstance(each.at, Mapping) else ()
                     yield from _other((*at, "at", *inner), value, x[name])
-                yield from _stated(at, each, y)
+                yield from _stated(at, each, y, difference=is_difference)
             elif isinstance(each, XAt):
                 yield from _other((*at, "y"), each.y, y)
                 yield from _stated(at, each, only_x)
@@ -290,10 +293,16 @@ class CurveSettings(Settings):
                 yield from _other((*at, "at"), each.at, only_x)
                 yield from _sloping(at, each, y, only_x)
             elif isinstance(each, Deviation):
-                yield from _stated(at, each, "1" if each.of_span else y, difference=True)
+                yield from _stated(at, each, "1" if each.of_span else apart, difference=True)
 
     def _unlike_fit(self, units: Mapping[str, str]) -> Iterator[Objection]:
         """Yield an error for each parameter that the fit does not have, or has in another unit."""
+        for name, each in self.results.parameters.items():
+            if unit(each.unit).offset:  # which parameter is a temperature only the fit knows
+                symbol = si_symbol(unit(each.unit).dimension)
+                hint = f"write {symbol}; the curve at an x is a 'value', in {each.unit} too"
+                message = f"got '{each.unit}', and a parameter may be a difference"
+                yield ("results", "parameters", name, "unit"), message, hint
         names = [key.removeprefix("fit.") for key in units if key.startswith("fit.")]
         for name, each in self.results.parameters.items() if names else ():
             at = ("results", "parameters", name)

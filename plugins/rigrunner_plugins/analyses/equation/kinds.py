@@ -1,19 +1,20 @@
 """The kind of quantity of each part of a model, and the first part that does not fit.
 
-A temperature is a point on a scale; the difference of two temperatures is another kind: 20 °C - 15
-°C is 5 K. So a channel or constant in °C can be subtracted from another or shifted by kelvins, but
-not multiplied or added. A product needs a difference, such as (t - t0), or the thermodynamic
-temperature, which is the difference from -273.15 °C.
+A temperature or a power level is a point on a scale; the difference of two points is another kind:
+20 °C - 15 °C is 5 K, and 13 dBm - 10 dBm is 3 dB. So a channel or constant in °C can be subtracted
+from another or shifted by kelvins, but not multiplied or added. A product needs a difference, such
+as (t - t0), or the thermodynamic temperature, which is the difference from -273.15 °C. A level in
+dB is a number, as 10*log10(P/P0) is, but no ratio in %.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, NoReturn
 
 from rigrunner.api import QuantityError, unit
-from rigrunner.api.units import exponents_of, kind_of, with_article
+from rigrunner.api.units import exponents_of, kind_of, of_difference, si_symbol, with_article
 from rigrunner.signal.expression.syntax import CONSTANTS, Name, Number, Operation
 
 if TYPE_CHECKING:
@@ -31,24 +32,38 @@ _SIGNS = {"+": "added to", "-": "subtracted from"}
 
 @dataclass(frozen=True)
 class Kind:
-    """The kind of a part of a model: exponents of base units, and whether it is a temperature."""
+    """The kind of a part of a model: exponents of base units, and what they do not tell."""
 
     exponents: tuple[Fraction, ...] = _PLAIN
-    is_point: bool = False
-    """Whether it is a temperature on a scale, not a difference of two."""
+    scale: str = ""
+    """The kind of a point on a scale, such as temperature; '' of a difference of two, and of what
+    has no scale."""
+    is_level: bool = False
+    """Whether it is a number in dB."""
 
     @classmethod
     def of_unit(cls, symbol: str, *, is_channel: bool = False) -> Kind:
         """Return the kind of values in a unit; a temperature channel gives points on a scale."""
         known = unit(symbol)
-        is_point = known.dimension == "temperature" and (is_channel or bool(known.offset))
-        return cls(tuple(map(Fraction, exponents_of(known.dimension))), is_point)
+        is_point = of_difference(known.dimension) != known.dimension or (
+            known.dimension == "temperature" and (is_channel or bool(known.offset))
+        )
+        return cls(
+            tuple(map(Fraction, exponents_of(known.dimension))),
+            known.dimension if is_point else "",
+            known.dimension == "level",
+        )
+
+    @property
+    def difference(self) -> Kind:
+        """Return the kind of the difference of two points on its scale."""
+        return Kind.of_unit(si_symbol(of_difference(self.scale)))
 
     @property
     def words(self) -> str:
         """Return the kind in words: 'a voltage', 'a number', 'a difference of temperatures'."""
-        if self.is_point:
-            return "a temperature"
+        if self.scale or self.is_level:
+            return with_article(self.scale or "level")
         if not any(self.exponents):
             return "a number"
         if self == DIFFERENCE:
@@ -63,14 +78,14 @@ class Kind:
     @property
     def is_number(self) -> bool:
         """Return whether it is a plain number or an angle."""
-        return not self.is_point and not any(_without_angle(self))
+        return not self.scale and not any(_without_angle(self))
 
     def fits(self, other: Kind) -> bool:
         """Return whether both are of one kind.
 
         rad is a number, but 1/s is not rad/s: frequency and angular velocity differ by 2 pi.
         """
-        alike = self.is_point == other.is_point and _without_angle(self) == _without_angle(other)
+        alike = self.scale == other.scale and _without_angle(self) == _without_angle(other)
         return alike and not self.is_a_turn_off(other)
 
     def is_a_turn_off(self, other: Kind) -> bool:
@@ -148,13 +163,16 @@ def _sum(node: Operation, of: list[Kind]) -> Kind:
         _refuse_points(node, of)
         return of[0]
     (first, second), (left, right) = of, node.operands
-    if node.function == "+" and first.is_point and second.is_point:
-        what = f"'{_clipped(right)}' is added to '{_clipped(left)}', and both are temperatures"
-        _refuse(right, what, "add a difference, in K; for several use mean(...)")
-    if first.is_point and second.is_point:
-        return DIFFERENCE
+    if first.scale and first.scale == second.scale:
+        if node.function == "-":
+            return first.difference
+        are = "temperatures" if first.scale == "temperature" else "power levels"
+        what = f"'{_clipped(right)}' is added to '{_clipped(left)}', and both are {are}"
+        shift = si_symbol(of_difference(first.scale))
+        _refuse(right, what, f"add a difference, in {shift}; for several use mean(...)")
     for point, other in ((first, second), (second, first)):
-        if point.is_point and other == DIFFERENCE and (node.function == "+" or point is first):
+        shifts = point.scale and other.fits(point.difference)
+        if shifts and (node.function == "+" or point is first):
             return point
     if not first.fits(second):
         doing = _SIGNS[node.function]
@@ -164,13 +182,17 @@ def _sum(node: Operation, of: list[Kind]) -> Kind:
             f"'{_clipped(right)}', {second.words}, is {doing} '{_clipped(left)}', {first.words}",
             hint,
         )
-    return first
+    return replace(first, is_level=first.is_level or second.is_level)
 
 
 def _product(node: Operation, of: list[Kind]) -> Kind:
     _refuse_points(node, of)
+    first, second = of
     sign = 1 if node.function == "*" else -1
-    return Kind(tuple(a + sign * b for a, b in zip(of[0].exponents, of[1].exponents, strict=True)))
+    powers = zip(first.exponents, second.exponents, strict=True)
+    is_level = first.is_level != second.is_level and (sign > 0 or first.is_level)
+    is_level = is_level and first.is_number and second.is_number
+    return Kind(tuple(a + sign * b for a, b in powers), is_level=is_level)
 
 
 def _power(node: Operation, of: list[Kind]) -> Kind:
@@ -180,7 +202,7 @@ def _power(node: Operation, of: list[Kind]) -> Kind:
         right = _clipped(node.operands[1])
         _refuse(node.operands[1], f"the power '{right}' is {exponent.words}; expected a number")
     if not any(base.exponents):
-        return base
+        return Kind()
     value = _constant(node.operands[1])
     if value is None:
         left = _clipped(node.operands[0])
@@ -230,10 +252,13 @@ def _alike(node: Operation, of: list[Kind]) -> Kind:
                 f"'{_clipped(each)}', {kind.words}, is in {node.function}(...) together with"
                 f" {first}",
             )
-    return _RADIAN if node.function == "atan2" else of[0]
+    if node.function == "atan2":
+        return _RADIAN
+    return replace(of[0], is_level=any(each.is_level for each in of))
 
 
 def _of_a_number(node: Operation, of: list[Kind]) -> Kind:
+    _refuse_points(node, of)
     (kind,) = of
     if not kind.is_number:
         what = f"'{_clipped(node.operands[0])}' is {kind.words}; {node.function} takes a number"
@@ -244,13 +269,18 @@ def _of_a_number(node: Operation, of: list[Kind]) -> Kind:
 
 def _refuse_points(node: Operation, of: list[Kind]) -> None:
     for operand, kind in zip(node.operands, of, strict=True):
-        if kind.is_point:
-            _refuse(
-                operand,
-                f"'{_clipped(operand)}' is a temperature on a scale; here a difference is needed",
-                "write (t - t0) with a constant t0 in °C; the thermodynamic temperature is the"
-                " difference from -273.15 °C",
-            )
+        if kind.scale:
+            what = f"'{_clipped(operand)}' is {kind.words} on a scale; here a difference is needed"
+            _refuse(operand, what, _HINTS[kind.scale])
+
+
+_HINTS = {
+    "temperature": "write (t - t0) with a constant t0 in °C; the thermodynamic temperature is the"
+    " difference from -273.15 °C",
+    "power level": "write (a - number(0, dBm)), which is in dB; the power is number(1, mW) *"
+    " 10^((a - number(0, dBm))/10)",
+}
+"""What gives a difference, by the kind of scale."""
 
 
 def _refuse(node: Node, message: str, hint: str = "") -> NoReturn:

@@ -33,7 +33,7 @@ from rigrunner.api import (
 from rigrunner.api.analysis.requirements import NeededResult
 from rigrunner.api.member import NAME
 from rigrunner.api.places import Place
-from rigrunner.api.units import with_article
+from rigrunner.api.units import of_difference, si_symbol, with_article
 from rigrunner_plugins.analyses.equation.kinds import TURNS, Kind, KindError, kind_of_node
 from rigrunner_plugins.analyses.equation.text import RESERVED, read
 from rigrunner_plugins.analyses.settings import Per, ResultSettings
@@ -130,7 +130,8 @@ class ConstantSettings(Settings):
         for key in given:
             width = getattr(self, key)
             shared = width.dimension == "ratio" and width.unit.symbol != "1"
-            if width.dimension != self.value.dimension and not shared:
+            kinds_of_width = {self.value.dimension, of_difference(self.value.dimension)}
+            if width.dimension not in kinds_of_width and not shared:
                 kinds = [with_article(each.dimension) for each in (width, self.value)]
                 raise ValueError(f"{key}: '{width}' is {kinds[0]}, and the value {kinds[1]}")
             if width.dimension != self.value.dimension and self.value.unit.offset:
@@ -140,11 +141,14 @@ class ConstantSettings(Settings):
     def of_two_meanings(self) -> tuple[str, str, str] | None:
         """Return the key of a width such as '10 %' of the number 3, what it may mean, and a hint.
 
-        It counts as 0.1, and a person may mean 10 % of 3.
+        It counts as 0.1, and a person may mean 10 % of 3. Of 10 dBm, 10 % may be of the power.
         """
-        value = self.value
+        value, wanted = self.value, of_difference(self.value.dimension)
         for key in ("limits", "U", "u"):
             width = getattr(self, key)
+            if width is not None and wanted not in {value.dimension, width.dimension}:
+                hint = f"write it in {si_symbol(wanted)}"
+                return key, f"'{width}' is no difference of two {value.dimension}s", hint
             if width is None or value.unit.symbol != "1" or width.unit.symbol == "1":
                 continue
             share = width.si * abs(value.si)
@@ -173,7 +177,7 @@ class ConstantSettings(Settings):
         return inf if self.degrees_of_freedom is None else self.degrees_of_freedom
 
     def _si(self, width: Quantity) -> float:
-        if width.dimension != self.value.dimension:
+        if width.dimension == "ratio" != self.value.dimension:
             return width.si * abs(self.value.si)
         return width.si
 
@@ -410,7 +414,7 @@ class EquationSettings(Settings):
                  for name, each in self.inputs.items()}  # fmt: skip
         for name, told in self.inputs.items():
             dimension = unit(units[told.of]).dimension
-            if told.scatter and told.scatter.dimension != dimension:
+            if told.scatter and told.scatter.dimension != of_difference(dimension):
                 message = f"got '{told.scatter}', and {told.of} is {with_article(dimension)}"
                 hint = "it is the standard deviation of a reading"
                 yield ("inputs", name, "scatter"), message, hint
@@ -424,7 +428,7 @@ class EquationSettings(Settings):
                 yield ("constants", name, key), message, hint
         for name, each in known.items():
             meant = each.unit.symbol == "K" and abs(each.si) >= _THERMODYNAMIC
-            if meant and any(kind.is_point for kind in kinds.values()):
+            if meant and any(kind.scale == "temperature" for kind in kinds.values()):
                 yield (
                     ("constants", name) if name in self.constants else ("model",),
                     f"'{each}' beside temperatures in °C: a difference, or a temperature?",
@@ -447,20 +451,23 @@ class EquationSettings(Settings):
             if each.name in stated:
                 yield from self._misfit_of_unit(stated[each.name], kind)
                 due = Kind.of_unit(stated[each.name].unit)
-                kind = kind if kind.is_point or kind.fits(due) else due
+                kind = due if due.is_level or not (kind.scale or kind.fits(due)) else kind
             kinds[each.name] = kind
 
     def _misfit_of_unit(self, result: ResultSettings, kind: Kind) -> Iterator[Objection]:
         due = Kind.of_unit(result.unit)
         at = ("result", "unit") if self.result else (
             "results", self.all_results.index(result), "unit")  # fmt: skip
-        if kind.is_point and due == Kind.of_unit("K"):
+        if kind.scale == "temperature" and due == Kind.of_unit("K"):
             return  # the thermodynamic temperature
-        if due.is_point and not kind.is_point and kind.fits(Kind.of_unit("K")):
-            yield at, f"got '{result.unit}', and the model gives a difference", "write K"
-        elif not kind.fits(due):
+        if due.scale and not kind.scale and kind.fits(due.difference):
+            hint = f"write {si_symbol(of_difference(due.scale))}"
+            if due.scale == "power level":
+                hint = "write dB, or add number(0, dBm)"
+            yield at, f"got '{result.unit}', and the model gives a difference", hint
+        elif not kind.fits(due) or (kind.is_level and not due.is_level):
             given = with_article(unit(result.unit).dimension)
-            hint = TURNS if kind.is_a_turn_off(due) else ""
+            hint = TURNS if kind.is_a_turn_off(due) else "write dB" if kind.is_level else ""
             yield at, f"got '{result.unit}', {given}; the model gives {kind.words}", hint
 
 

@@ -97,6 +97,16 @@ class Extrapolating(Protocol):
         ...
 
 
+@runtime_checkable
+class Weighted(Protocol):
+    """An optional ability of a Curve: the weights of its points."""
+
+    @property
+    def root_weights(self) -> Array:
+        """Square roots of weights of mean 1, shape (n,); `residual_s` is that of weight 1."""
+        ...
+
+
 @dataclass(frozen=True)
 class Candidate:
     """A candidate of a fit that chooses a curve."""
