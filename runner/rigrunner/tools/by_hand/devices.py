@@ -118,7 +118,13 @@ def _look_at(ready: ReadyStation, role: str) -> DeviceReport:
     except BaseException as error:  # Ctrl-C: what is connected must not be left so
         rig.__exit__(type(error), error, None)
         raise
-    return _ended(report, rig)
+    unsafe = [text for each in rig.make_safe() if not each.drive for text in each.problems]
+    report = replace(report, problems=(*report.problems, *(f"NOT SAFE: {t}" for t in unsafe)))
+    try:
+        rig.close()
+    except Exception as error:  # noqa: BLE001  (the next device has its turn)
+        return report.failed(error)
+    return report
 
 
 def _with_drives(report: DeviceReport, rig: Rig, device: Device) -> DeviceReport:
@@ -148,17 +154,6 @@ def _with_values(report: DeviceReport, rig: Rig, device: Device) -> DeviceReport
     taken_s = time.perf_counter() - began_s
     named: dict[str, str] = {Member(report.role, name): each for name, each in units.items()}
     return replace(report, values=values, units=named, read_s=taken_s)
-
-
-def _ended(report: DeviceReport, rig: Rig) -> DeviceReport:
-    """Make the device safe and close it."""
-    unsafe = [text for each in rig.make_safe() if not each.drive for text in each.problems]
-    report = replace(report, problems=(*report.problems, *(f"NOT SAFE: {t}" for t in unsafe)))
-    try:
-        rig.close()
-    except Exception as error:  # noqa: BLE001  (the next device has its turn)
-        return report.failed(error)
-    return report
 
 
 def _who(role: str, identity: Identity) -> Iterator[tuple[str, Who]]:

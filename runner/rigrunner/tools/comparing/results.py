@@ -127,10 +127,12 @@ def _apart(what: str, before: Json | None, after: Json | None) -> Iterator[Chang
     difference = after["value"] - before["value"]
     if difference == 0:
         return
-    digits = _decimals(before, after)
+    expanded = [each["expanded_uncertainty_95"] for each in (before, after)]
+    widths = [each for each in expanded if each]
+    # as many decimals as the smaller uncertainty bears
+    digits = max(0, places(min(widths))) if widths else 6
     if unit == TORQUE:
         digits = max(4, digits - 1)
-    expanded = [each["expanded_uncertainty_95"] for each in (before, after)]
     known = all(each is not None for each in expanded)
     combined = hypot(*expanded) if known else 0.0
     ratio = abs(difference) / combined if combined else inf
@@ -160,10 +162,3 @@ def _in_unit(estimate: Json, symbol: str) -> Json:
     scaled = None if expanded is None else expanded * own.factor / other.factor
     found = {"value": float(f"{value:.12g}"), "unit": symbol, "expanded_uncertainty_95": scaled}
     return {**estimate, **found}
-
-
-def _decimals(before: Json, after: Json) -> int:
-    """Return how many decimals the smaller uncertainty bears; 6 where none is known."""
-    known = [each["expanded_uncertainty_95"] for each in (before, after)]
-    widths = [each for each in known if each]
-    return max(0, places(min(widths))) if widths else 6

@@ -60,19 +60,13 @@ def _of_lists(
         yield from _of_sequences(section, before, after, path)
     elif nested:
         yield from changes(section, first, second, path)
-        yield from _of_order(section, list(first), list(second), path)
+        # the order counts: the first fit, for example, is the one that others build on
+        had, have = [n for n in first if n in second], [n for n in second if n in first]
+        if had != have:
+            subject = _BETWEEN.join(path) or section
+            yield Change(section, f"{subject}: now in the order {', '.join(have)}")
     else:
         yield from _of_values(section, before, after, path)
-
-
-def _of_order(
-    section: str, before: list[str], after: list[str], path: tuple[str, ...]
-) -> Iterator[Change]:
-    """Report another order: the first fit, for example, is the one that others build on."""
-    first, second = [n for n in before if n in after], [n for n in after if n in before]
-    if first != second:
-        subject = _BETWEEN.join(path) or section
-        yield Change(section, f"{subject}: now in the order {', '.join(second)}")
 
 
 def _of_values(
@@ -97,8 +91,9 @@ def _of_sequences(
         if kind == "equal":
             continue
         if b - a == d - c and all(map(_alike, before[a:b], after[c:d])):
+            entry = path[-1] if path and path[-1] not in _STEPS else "step"
             for index in range(b - a):
-                at = (*path[:-1], f"{_entry(path)} {c + index + 1}")
+                at = (*path[:-1], f"{entry} {c + index + 1}")
                 yield from changes(section, before[a + index], after[c + index], at)
             continue
         what = _BETWEEN.join(path) or section
@@ -106,11 +101,6 @@ def _of_sequences(
             yield Change(section, f"{what}: number {index} was removed: {shown(item)}")
         for index, item in enumerate(after[c:d], c + 1):
             yield Change(section, f"{what}: number {index} was added: {shown(item)}")
-
-
-def _entry(path: tuple[str, ...]) -> str:
-    """Return the name of an entry of the list at a path."""
-    return path[-1] if path and path[-1] not in _STEPS else "step"
 
 
 def _alike(before: Any, after: Any) -> bool:

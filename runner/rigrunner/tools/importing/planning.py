@@ -60,7 +60,10 @@ def plan_import(
     planned = replace(planned, approval=_approval_then(planned.approval, model.started))
     importer, reader = _importer(mapping, planned.registry)
     matched = match(mapping, planned)
-    _require_files(mapping)
+    for index, entry in enumerate(model.recordings):
+        if not mapping.file(entry.file).is_file():
+            message = f"there is no file '{entry.file}' in {mapping.path.parent}"
+            raise fault(mapping, ("recordings", index, "file"), message)
     return PlannedImport(mapping, planned, matched, importer, reader)
 
 
@@ -95,13 +98,3 @@ def _importer(mapping: LoadedMapping, registry: Registry) -> tuple[Importer, str
     except PluginError as error:
         raise fault(mapping, ("format",), error.message, error.hint) from error
     return importer, f"{name} of {found.provider}"
-
-
-def _require_files(mapping: LoadedMapping) -> None:
-    for index, entry in enumerate(mapping.model.recordings):
-        if not mapping.file(entry.file).is_file():
-            raise fault(
-                mapping,
-                ("recordings", index, "file"),
-                f"there is no file '{entry.file}' in {mapping.path.parent}",
-            )

@@ -60,14 +60,7 @@ def import_run(
             _refuse_changed(mapping, digests)
             is_recorded = True
             end = (Outcome.COMPLETED, "", ())
-            return finish(
-                planned,
-                writer,
-                end,
-                partners,
-                errors,
-                progress=progress,
-            )
+            return finish(planned, writer, end, partners, errors, progress=progress)
     except BaseException:
         if not is_recorded:  # the files that it was read from are whole; the lock is let go of:
             shutil.rmtree(folder, ignore_errors=True)  # Windows removes no file that is open
@@ -102,6 +95,12 @@ def _refuse_changed(mapping: LoadedMapping, digests: Mapping[str, str]) -> None:
 def _header(checked: PlannedImport, run_id: str, digests: Mapping[str, str]) -> RunHeader:
     planned, mapping, inputs = checked.planned, checked.mapping, checked.matched.inputs
     model = mapping.model
+    devices = {
+        f"device {role}": f"recorded by {model.program}"
+        # recordings of a simulated station stay simulated
+        + (SIMULATED if planned.registry.is_simulated(each.plugin, each.settings) else "")
+        for role, each in planned.station.model.devices.items()
+    }
     imported = {
         "program": model.program,
         "by": model.by,
@@ -114,17 +113,7 @@ def _header(checked: PlannedImport, run_id: str, digests: Mapping[str, str]) -> 
     return replace(
         header_of(planned, run_id, inputs),
         people={"operator": name} if (name := inputs.get("operator", "")) else {},
-        provenance=software(planned.registry) | _devices(checked),
+        provenance=software(planned.registry) | devices,
         imported=imported,
         mapping_text=mapping.text,
     )
-
-
-def _devices(checked: PlannedImport) -> dict[str, str]:
-    """Return the device of each role. Recordings of a simulated station stay simulated."""
-    planned, program = checked.planned, checked.mapping.model.program
-    return {
-        f"device {role}": f"recorded by {program}"
-        + (SIMULATED if planned.registry.is_simulated(each.plugin, each.settings) else "")
-        for role, each in planned.station.model.devices.items()
-    }

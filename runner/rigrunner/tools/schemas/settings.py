@@ -46,23 +46,20 @@ class SettingsSchema(GenerateJsonSchema):
         found.pop("title", None)
         described = {field.key: field for field in fields_of(schema["cls"])}
         for key, spec in found.get("properties", {}).items():
-            _describe(spec, described[key])
+            field = described[key]
+            help_and_quantity = (_sentence(field.help), _quantity(field))
+            spec.pop("description", None)
+            spec.pop("default", None)
+            if any(help_and_quantity):
+                spec["description"] = " ".join(filter(None, help_and_quantity))
+            if field.default is not None:
+                spec["default"] = field.default
         return found
 
 
 def settings_schema(model: type[BaseModel]) -> Schema:
     """Return the JSON Schema of a plugin's settings."""
     return SettingsSchema().generate(model.__pydantic_core_schema__)
-
-
-def _describe(spec: Schema, field: Field) -> None:
-    spec.pop("description", None)
-    spec.pop("default", None)
-    description = " ".join(part for part in (_sentence(field.help), _quantity(field)) if part)
-    if description:
-        spec["description"] = description
-    if field.default is not None:
-        spec["default"] = field.default
 
 
 def _quantity(field: Field) -> str:
