@@ -137,7 +137,11 @@ class Queue:
                     problems.append(Problem(f"{draft.specimen} is in the list twice"))
                     continue
                 if (same := self._same_test(known, draft)) is not None:
-                    problems.append(_duplicate(same, draft))
+                    of = "" if same.entry.station == station else f" of {same.entry.station}"
+                    message = f"{same.entry.specimen} is already in the queue{of}: "
+                    message += f"entry {same.entry.id}, {same.status}"
+                    hint = "repeat that entry, with a reason, to test it again"
+                    problems.append(Problem(message, hint=hint))
                     continue
                 entry = Entry(
                     **draft.model_dump(include=set(type(draft).model_fields)),
@@ -400,15 +404,6 @@ def _unknown(number: int) -> UsageError:
 def _with(stored: Stored, new: Entry) -> Stored:
     entries = tuple(new if each.id == new.id else each for each in stored.entries)
     return stored.model_copy(update={"entries": entries})
-
-
-def _duplicate(same: Shown, draft: Draft) -> Problem:
-    entry = same.entry
-    hint = "repeat that entry, with a reason, to test it again"
-    number, queue = f"entry {entry.id}, {same.status}", entry.station
-    if queue != draft.station:
-        return Problem(f"{entry.specimen} is already in the queue of {queue}: {number}", hint=hint)
-    return Problem(f"{entry.specimen} is already in the queue: {number}", hint=hint)
 
 
 def _unanswered(entry: Entry) -> UsageError:
