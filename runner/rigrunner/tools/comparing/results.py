@@ -147,7 +147,8 @@ def _apart(what: str, before: Json | None, after: Json | None) -> Iterator[Chang
         text = f"{what}: {values}; whether they agree is not known, as an uncertainty is missing"
         yield Change(SECTION, text)
         return
-    words = f"{'within' if agrees else 'beyond'} their combined U{before.get('note', '')}"
+    note = before.get("note") or after.get("note", "")
+    words = f"{'within' if agrees else 'beyond'} their combined U{note}"
     width = with_symbol(f"{combined:.{digits}f}", unit)
     text = f"{what}: {values}, {words} of {width}"
     found = f"{ratio:.{2 if agrees else places_apart(ratio, 1.0, 2)}f}"

@@ -65,21 +65,22 @@ def _of_lists(
         if had != have:
             subject = _BETWEEN.join(path) or section
             yield Change(section, f"{subject}: now in the order {', '.join(have)}")
-    else:
-        yield from _of_values(section, before, after, path)
+    else:  # plain values, such as set-points
+        both = ((_more(after, before), "added"), (_more(before, after), "removed"))
+        told = [f"{', '.join(map(shown, items))} {verb}" for items, verb in both if items]
+        subject = _BETWEEN.join(path) or section
+        yield Change(section, f"{subject}: {'; '.join(told) or 'the same values in another order'}")
 
 
-def _of_values(
-    section: str, before: list[Any], after: list[Any], path: tuple[str, ...]
-) -> Iterator[Change]:
-    """Report which plain values, such as set-points, were added and removed."""
-    had, have = Counter(map(_normal, before)), Counter(map(_normal, after))
-    gone = [shown(item) for item in before if _normal(item) in had - have]
-    new = [shown(item) for item in after if _normal(item) in have - had]
-    both = ((new, "added"), (gone, "removed"))
-    told = [f"{', '.join(items)} {verb}" for items, verb in both if items]
-    subject = _BETWEEN.join(path) or section
-    yield Change(section, f"{subject}: {'; '.join(told) or 'the same values in another order'}")
+def _more(items: list[Any], others: list[Any]) -> list[Any]:
+    """Return the items that the others lack, each as often as it is missing there."""
+    left, more = Counter(map(_normal, others)), []
+    for item in items:
+        if left[_normal(item)]:
+            left[_normal(item)] -= 1
+        else:
+            more.append(item)
+    return more
 
 
 def _of_sequences(
