@@ -110,7 +110,8 @@ def _checked(mapping: LoadedMapping, name: str, column: object) -> Column:
     if values.ndim != 1 or not np.isfinite(values).all():
         raise _not_given(mapping, f"values for '{name}' that are not a row of finite numbers")
     interval_s = column.interval_s
-    if interval_s is not None and not (isinstance(interval_s, Real) and isfinite(interval_s)):
+    is_time = isinstance(interval_s, Real) and isfinite(interval_s) and interval_s > 0
+    if interval_s is not None and not is_time:
         raise _not_given(mapping, f"an interval of {interval_s!r} s for '{name}'")
     return replace(column, values=values)
 
