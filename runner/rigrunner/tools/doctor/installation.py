@@ -7,7 +7,7 @@ import platform
 import re
 import sys
 from collections import Counter
-from contextlib import redirect_stdout
+from contextlib import redirect_stdout, suppress
 from importlib.metadata import PackageNotFoundError, requires, version
 from typing import TYPE_CHECKING
 
@@ -109,7 +109,10 @@ def each_extra(_: Surroundings) -> Iterator[Finding]:
 def _extra(extra: str, packages: dict[str, str]) -> Finding:
     name, purpose = f"extra {extra}", PURPOSES.get(extra, "a plugin")
     fix = f"pip install 'rigrunner[{extra}]', for {purpose}"
-    found = {package: _installed(package) for package in packages}
+    found = dict.fromkeys(packages, "")
+    for package in packages:
+        with suppress(PackageNotFoundError):
+            found[package] = version(package)
     if not any(found.values()):
         return Finding(name, "warn", f"not installed (optional): {', '.join(packages)}", fix)
     wrong = [
@@ -117,17 +120,15 @@ def _extra(extra: str, packages: dict[str, str]) -> Finding:
     ]
     if wrong:
         return Finding(name, "warn", ", ".join(wrong), fix)
-    broken = _broken(extra)
-    if broken is not None:
-        return Finding(name, "warn", *broken)
+    if extra == "pdf":  # it needs libraries of the system too
+        try:
+            with redirect_stdout(io.StringIO()):  # where Pango is missing it prints what we say
+                import weasyprint  # noqa: F401, PLC0415  (optional, heavy, and loads libraries)
+        except OSError as error:
+            text = f"WeasyPrint does not find the library Pango: {error}"
+            fix = "on Debian: apt install libpango-1.0-0 libpangoft2-1.0-0 libharfbuzz-subset0"
+            return Finding(name, "warn", text, fix)
     return Finding(name, "ok", ", ".join(f"{each} {found[each]}" for each in packages))
-
-
-def _installed(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return ""
 
 
 def _wrong(package: str, found: dict[str, str], bounds: str) -> str:
@@ -140,16 +141,3 @@ def _wrong(package: str, found: dict[str, str], bounds: str) -> str:
         if sign == "<" and numbers(installed) >= numbers(bound):
             return f"{package} {installed} is too new: expected a version below {bound}"
     return ""
-
-
-def _broken(extra: str) -> tuple[str, str] | None:
-    """Return what is wrong with an installed package, and how to fix it."""
-    if extra != "pdf":
-        return None
-    try:
-        with redirect_stdout(io.StringIO()):  # where Pango is missing it prints what we say below
-            import weasyprint  # noqa: F401, PLC0415  (optional, heavy, and loads libraries)
-    except OSError as error:
-        fix = "on Debian: apt install libpango-1.0-0 libpangoft2-1.0-0 libharfbuzz-subset0"
-        return f"WeasyPrint does not find the library Pango: {error}", fix
-    return None

@@ -114,8 +114,13 @@ class _Matcher:
                 self._complain(
                     ("zeros", member), "the procedure does not zero this channel", hint, key=True
                 )
-            else:
-                self._zeros_of(member, steps[zeroed.index(member)].unit)
+                continue
+            needed = steps[zeroed.index(member)].unit
+            for zero in self._mapping.zeros_of(member):
+                if isinstance(zero, Quantity):
+                    self._fits(("zeros", member), zero.unit.symbol, needed, member)
+                elif member not in self._mapping.channels:
+                    self._complain(("zeros", member), f"no column of '{member}' is given")
         for member in dict.fromkeys(zeroed):
             if member not in self._mapping.zeros:
                 self._complain(
@@ -129,13 +134,6 @@ class _Matcher:
                     f"the procedure zeroes it {zeroed.count(member)} times, given: {given}",
                     "give a list of its readings at rest, in this order",
                 )
-
-    def _zeros_of(self, member: Member, needed: str) -> None:
-        for zero in self._mapping.zeros_of(member):
-            if isinstance(zero, Quantity):
-                self._fits(("zeros", member), zero.unit.symbol, needed, member)
-            elif member not in self._mapping.channels:
-                self._complain(("zeros", member), f"no column of '{member}' is given")
 
     def _measures(self) -> None:
         steps = [row for step in self._planned.plan.steps for row in _rows(step.action)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
+from datetime import UTC
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import InvalidFileError, PluginError, UsageError
@@ -57,7 +57,11 @@ def plan_import(
             hint=f"say that you trust them: --station {named}",
         )
     planned = plan_run(procedure, named, registry, SimulatedClock(model.started))
-    planned = replace(planned, approval=_approval_then(planned.approval, model.started))
+    state, day = planned.approval, model.started.astimezone(UTC).date().isoformat()
+    if not state.is_draft and state.utc[:10] > day:  # a later approval does not count for it
+        note = f"it was approved by {state.by} on {state.utc[:10]}, after the recordings were made"
+        draft = ApprovalState("draft", sha256=state.sha256, note=note)
+        planned = replace(planned, approval=draft)
     importer, reader = _importer(mapping, planned.registry)
     matched = match(mapping, planned)
     for index, entry in enumerate(model.recordings):
@@ -77,14 +81,6 @@ def _found(mapping: LoadedMapping, key: str, name: str) -> Path:
         return find(name)
     except UsageError as error:
         raise fault(mapping, (key,), error.message, error.hint) from error
-
-
-def _approval_then(state: ApprovalState, started: datetime) -> ApprovalState:
-    """Return the approval on the day of the run. A later one does not count for it."""
-    if state.is_draft or state.utc[:10] <= started.astimezone(UTC).date().isoformat():
-        return state
-    note = f"it was approved by {state.by} on {state.utc[:10]}, after the recordings were made"
-    return ApprovalState("draft", sha256=state.sha256, note=note)
 
 
 def _importer(mapping: LoadedMapping, registry: Registry) -> tuple[Importer, str]:

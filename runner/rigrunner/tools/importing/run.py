@@ -53,7 +53,10 @@ def import_run(
     is_recorded = False
     try:
         with run_lock(folder):
-            digests = {name: _digest(mapping.file(name)) for name in _file_names(mapping)}
+            zeros = (each for name in mapping.model.zeros for each in mapping.model.zeros_of(name))
+            parts = [*mapping.model.recordings, *(each for each in zeros if isinstance(each, Part))]
+            files = dict.fromkeys(each.file for each in parts)
+            digests = {name: _digest(mapping.file(name)) for name in files}
             header = _header(checked, folder.name, digests)
             with RunWriter(folder, header) as writer, open_log(folder) as log:
                 write_run(checked, [writer, *log], folder.name, overrides, progress)
@@ -65,13 +68,6 @@ def import_run(
         if not is_recorded:  # the files that it was read from are whole; the lock is let go of:
             shutil.rmtree(folder, ignore_errors=True)  # Windows removes no file that is open
         raise
-
-
-def _file_names(mapping: LoadedMapping) -> list[str]:
-    parts: list[Part] = [*mapping.model.recordings]
-    zeros = (zero for member in mapping.model.zeros for zero in mapping.model.zeros_of(member))
-    parts += [zero for zero in zeros if isinstance(zero, Part)]
-    return list(dict.fromkeys(part.file for part in parts))
 
 
 def _digest(path: Path) -> str:

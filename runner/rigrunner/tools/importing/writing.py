@@ -97,7 +97,17 @@ class _Import:
                 reason=each.reason,
                 subject=each.subject,
             )
-        for text in self._remarks():
+        known, files = self._mapping, len({each.file for each in self._mapping.recordings})
+        made = (
+            f"Imported: {known.program} made the recordings, not Rigrunner; {self._checked.reader}"
+            f" read them from {files} file{'s' if files > 1 else ''}."
+        )
+        stated = (
+            f"Set-points, conditions, single values, zeros and times are as {known.by} states"
+            " them. That the other steps of the procedure were done, and the rig was safe,"
+            " Rigrunner has not seen."
+        )
+        for text in (made, stated):
             emit(Note, step="import", text=text)
         for index, step in enumerate(plan.steps):
             if isinstance(step.action, Zero):
@@ -110,19 +120,6 @@ class _Import:
             elif isinstance(step.action, Record):
                 self._record(index, step, step.action, matched[index])
         self._emit_at(self._ended())(RunEnded, outcome=Outcome.COMPLETED)
-
-    def _remarks(self) -> tuple[str, ...]:
-        known, files = self._mapping, len({each.file for each in self._mapping.recordings})
-        made = (
-            f"Imported: {known.program} made the recordings, not Rigrunner; {self._checked.reader}"
-            f" read them from {files} file{'s' if files > 1 else ''}."
-        )
-        stated = (
-            f"Set-points, conditions, single values, zeros and times are as {known.by} states"
-            " them. That the other steps of the procedure were done, and the rig was safe,"
-            " Rigrunner has not seen."
-        )
-        return made, stated
 
     def _zero(self, index: int, step: PlannedStep, action: Zero) -> None:
         member = action.zeroed

@@ -113,7 +113,11 @@ class _LanguageSchema(SettingsSchema):
         if self._knows_steps:
             return {SHARED: "Step"}
         self._knows_steps = True  # a sweep has steps
-        steps = {each.name: self._step(each) for each in self._records("step")}
+        steps = {}
+        for each in self._records("step"):
+            example = each.example if isinstance(each, StepRecord) else ""
+            written = f" `{example}`." if example else ""
+            steps[each.name] = self._settings(each) | {"description": f"{each.help}{written}"}
         return _one_key("Step", "A step: one key, which says what is done.", steps)
 
     def _analysis(self) -> Schema:
@@ -125,11 +129,6 @@ class _LanguageSchema(SettingsSchema):
         found = _one_key("", "An analysis: one key, which names it.", inner)
         del found[SHARED]  # the model has a definition of its own
         return found
-
-    def _step(self, record: PluginRecord) -> Schema:
-        example = record.example if isinstance(record, StepRecord) else ""
-        written = f" `{example}`." if example else ""
-        return self._settings(record) | {"description": f"{record.help}{written}"}
 
     def _records(self, kind: str) -> list[PluginRecord]:
         by_name = {p.record.name: p.record for p in self._registry.plugins if p.kind == kind}
